@@ -16,7 +16,7 @@ _TABLE_SIZE = 65536
 #: Share of the largest order that is more than what a free mesh's asymmetry makes.
 _NOTABLE = 0.02
 #: Angles from which on the table is worth its making.
-_LONG_RECORD = 500
+_LONG_RECORD = 100
 #: An extremum between two grid points is found on a grid this many times finer than the samples.
 _PEAK_REFINEMENT = 16
 

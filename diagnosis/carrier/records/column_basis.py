@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource
-from carrierflex.diagnosis.carrier.records.run_columns import RunColumns
+from carrierflex.diagnosis.carrier.records.run_columns import some_samples
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 
@@ -95,9 +95,9 @@ def column_basis(
     of_channels = []
     largest = []
     # Channel by channel: the columns of all of them are several times the records.
+    some = some_samples(runs, source, n_samples)
     for channel in channels:
-        parts = [RunColumns(run, source).some(channel, n_samples)[1:] for run in runs]
-        table = np.concatenate(parts, axis=1)
+        table = some.rows(channel)
         table = table[:, np.isfinite(table).all(axis=0)]
         chosen, own = _combinations(table)
         members.append(chosen)

@@ -85,7 +85,7 @@ class RunColumns:
         return inputs_of(self.run)
 
     @cached_property
-    def _delayed_inputs(self) -> list[CarrierInputs]:
+    def delayed_inputs(self) -> list[CarrierInputs]:
         """Inputs whose carrier angle is that of some time ago, at the nodes of the delay."""
         inputs = self.inputs
         return [
@@ -133,19 +133,6 @@ class RunColumns:
                 revolutions = [self.revolutions[r] for r in block]
                 yield BlockColumns(index, table, samples, inputs, revolutions)
 
-    def some(self, channel: Channel, n_samples: int) -> FloatArray:
-        """All columns at a few samples from the first to the last, shape (k, m).
-
-        With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is
-        not known and what is a combination elsewhere is none.
-        """
-        last = self.run.time.size - 1
-        even = np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64)
-        close = 2 ** np.arange(max(last, 1).bit_length()) - 1
-        samples = np.unique(np.concatenate([even, close, last - close]))
-        rows = self._rows(channel, samples, _part(self.inputs, samples))
-        return np.array(list(rows.values()))
-
     def _rows(
         self,
         channel: Channel,
@@ -154,7 +141,7 @@ class RunColumns:
         owners: Collection[str] | None = None,
     ) -> dict[Key, FloatArray]:
         """Columns at a sensor at some samples, whose inputs are given, the target first."""
-        late = [_part(shifted, samples) for shifted in self._delayed_inputs]
+        late = [_part(shifted, samples) for shifted in self.delayed_inputs]
         delays = delay_nodes(self.source.rig.n_planets)
         return {
             **_target_rows(self.run, channel, samples, delays / self.source.speed),
@@ -173,6 +160,84 @@ class RunColumns:
             groups[-1].append(block)
             n_samples += size
         return groups
+
+
+@dataclass(frozen=True, eq=False)
+class SomeSamples:
+    """A few samples of every run, one after the other.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Records within their windows of use.
+    samples : sequence of ndarray of int
+        Numbers of the samples in every run.
+    source : ColumnSource
+        Effects, rig and typical speed.
+    inputs : CarrierInputs
+        Inputs at all of them; m in all. Their time is the part of the run that is over, which is
+        what effects follow.
+    late : sequence of CarrierInputs
+        The same inputs at the nodes of the delay.
+    """
+
+    runs: Sequence[Run]
+    samples: Sequence[IntArray]
+    source: ColumnSource
+    inputs: CarrierInputs
+    late: Sequence[CarrierInputs]
+
+    def rows(self, channel: Channel) -> FloatArray:
+        """All columns at a sensor, the target left out, shape (k - 1, m)."""
+        delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
+        # Another simulator's prediction is each run's own.
+        predicted = [
+            np.reshape(
+                list(_target_rows(run, channel, samples, delays).values()), (-1, samples.size)
+            )
+            for run, samples in zip(self.runs, self.samples, strict=True)
+        ]
+        rows = self.source.rows(rim_sensor(channel), self.inputs, self.late)
+        return np.concatenate([np.concatenate(predicted, axis=1)[1:], list(rows.values())])
+
+
+def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> SomeSamples:
+    """A few samples of every run from its first to its last.
+
+    With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is not
+    known and what is a combination elsewhere is none.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Records within their windows of use.
+    source : ColumnSource
+        Effects, rig and typical speed.
+    n_samples : int
+        Evenly spaced samples of a run.
+    """
+    chosen = []
+    parts = []
+    for run in runs:
+        last = run.time.size - 1
+        even = np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64)
+        close = 2 ** np.arange(max(last, 1).bit_length()) - 1
+        samples = np.unique(np.concatenate([even, close, last - close]))
+        columns = RunColumns(run, source)
+        chosen.append(samples)
+        parts.append([_part(own, samples) for own in (columns.inputs, *columns.delayed_inputs)])
+    inputs, *late = [_in_a_row(own) for own in zip(*parts, strict=True)]
+    return SomeSamples(runs, chosen, source, inputs, late)
+
+
+def _in_a_row(parts: Sequence[CarrierInputs]) -> CarrierInputs:
+    """Inputs of several runs one after the other, each run's time from 0 to 1."""
+    rows = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("carrier_angle", "torque", "ntl_y", "ntl_z")
+    }
+    time = [(part.time - part.start) / (part.end - part.start) for part in parts]
+    return CarrierInputs(time=np.concatenate(time), **rows, start=0.0, end=1.0)
 
 
 def inputs_of(run: Run) -> CarrierInputs:

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.records import sums
 from carrierflex.diagnosis.carrier.records.column_basis import column_basis, every_column
-from carrierflex.diagnosis.carrier.records.run_columns import RunColumns
+from carrierflex.diagnosis.carrier.records.run_columns import some_samples
 from carrierflex.diagnosis.carrier.records.sums import accumulated_sums
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign, twin_problem
 
@@ -41,4 +41,4 @@ def test_records_that_leave_the_basis_are_taken_with_all_columns():
     # Without a radial load its columns are zero; with one they are not.
     pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})
     for own, holds in ((run, True), (pushed, False)):
-        assert basis.holds(0, RunColumns(own, source).some(CHANNELS[0], 40)[1:]) is holds
+        assert basis.holds(0, some_samples([own], source, 40).rows(CHANNELS[0])) is holds
