@@ -81,7 +81,10 @@ def test_an_effect_outside_the_library_is_none_of_these():
 def test_derivatives_are_those_of_the_prediction(effect):
     problem = twin_problem(effect, loads=((1.0, 0, 0), (0.6, 0, 1e5)), turns=3)
     theta = problem.starts((effect,), {})[-1].copy()
-    theta[-1] += 0.013 * problem.parameters((effect,))[-1].scale
+    # Off the values between which a shape is interpolated: the slope jumps there.
+    for k, parameter in enumerate(problem.parameters((effect,))):
+        if parameter.effect == effect:
+            theta[k] = max(theta[k], 0.6 * parameter.scale) + 0.013 * (k + 1) * parameter.scale
     chosen = np.ones(len(problem.segments), dtype=bool)
     slope = -2.0 * problem.sums((effect,), theta, chosen).right_side.sum(axis=0)
     for k, parameter in enumerate(problem.parameters((effect,))):
