@@ -92,20 +92,24 @@ class _LateSums:
             sums = own.copy()
             sums[:n_baseline, :n_baseline] = self.total[:n_baseline, :n_baseline]
             sums[:n_baseline, -1] = sums[-1, :n_baseline] = self.total[:n_baseline, -1]
-            seconds, std = _last_factor(sums, self.variance)
+            explained = _explained(sums, n_baseline) / float(self.total[-1, -1])
+            seconds, std = _last_factor(sums, self._variance_beside(explained))
             if abs(seconds) > _DRIFT * std:
-                explained = _explained(sums, n_baseline) / float(self.total[-1, -1])
                 told.append(Lateness(name, seconds, std, explained))
         return tuple(told)
 
     def delays(self) -> tuple[Lateness, ...]:
         """Delay of all runs where it is beyond doubt."""
         sums = np.delete(np.delete(self.total, -2, 0), -2, 1)
-        seconds, std = _last_factor(sums, self.variance)
+        explained = _explained(sums, len(sums) - 2) / float(self.total[-1, -1])
+        seconds, std = _last_factor(sums, self._variance_beside(explained))
         if abs(seconds) <= _DELAY * std:
             return ()
-        explained = _explained(sums, len(sums) - 2) / float(self.total[-1, -1])
         return (Lateness("", seconds, std, explained),)
+
+    def _variance_beside(self, explained: float) -> float:
+        """Variance of what is left beside a lateness: its own slope is no scatter about it."""
+        return self.variance * max(1.0 - explained, 0.0)
 
 
 def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:

@@ -55,6 +55,16 @@ def test_a_drift_of_one_run_is_told_of_that_run_alone():
     assert late.seconds == pytest.approx(0.02, abs=4.0 * late.std)
 
 
+def test_what_a_drift_explains_is_no_scatter_about_it():
+    """A slow wave's own slope, long and correlated, would hide a drift of any size."""
+    slow = record(2, speed=0.5, drift=0.5)
+    short = LinearRecord(
+        slow.run, slow.time[:600], slow.residual[:600], slow.slope[:600], slow.columns[:, :600]
+    )
+    (late,) = late_signals([short])
+    assert late.seconds == pytest.approx(0.2, abs=3.0 * late.std)
+
+
 @pytest.mark.parametrize("memory", [0.0, 0.7])
 def test_errors_are_as_large_as_they_are_said_to_be(memory, monkeypatch):
     """Of 200 runs in time the drift over its deviation scatters by one, with noise of a memory."""
