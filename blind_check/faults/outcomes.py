@@ -5,9 +5,10 @@ is refused, or the diagnosis names the effect of the library that the fault is, 
 of a sensor). Harmless: the verdict stays, and the interval of every parameter holds the value
 without the fault. Moved: the verdict stays and a value without the fault lies outside its new
 interval, but the two intervals overlap: what a test of five per cent cannot tell from chance.
-Equivalent: the baseline fits the records with the fault as well as those without, so that they are
-the records of another machine (a force in other units, of a stiffer and heavier one) and no check
-of records can tell. Missed: the rest.
+Equivalent: the baseline fits the records with the fault as well as those without, or better (late
+samples are read between two samples, which halves their noise), so that they are the records of
+another machine (a force in other units, of a stiffer and heavier one; a delay under one sine, of
+another damping) and no check of records can tell. Missed: the rest.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,7 +38,7 @@ OUTCOMES = (DETECTED, HARMLESS, MOVED, EQUIVALENT, MISSED)
 REFUSED = "refused"
 #: Halves of an interval between two values from which their intervals are apart.
 _APART = 2.0
-#: Change of the relative mean square by which two fits of one model to records are alike.
+#: Growth of the relative mean square up to which one model fits two records alike.
 _ALIKE = 1e-3
 #: Period of an angle by its unit.
 _TURN = {"rad": 2.0 * np.pi, "deg": 360.0}
@@ -126,7 +127,7 @@ def _consequence(fault: Fault, before: _Answer, after: _Answer) -> tuple[str, se
     by = verdict | {f"{name} by {distance:.1f}" for name, distance in moved.items()}
     if not by:
         return HARMLESS, by
-    if not verdict and abs(after.left / before.left - 1.0) < _ALIKE:
+    if not verdict and after.left / before.left < 1.0 + _ALIKE:
         return EQUIVALENT, by
     if not verdict and max(moved.values()) < _APART:
         return MOVED, by

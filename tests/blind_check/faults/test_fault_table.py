@@ -17,6 +17,7 @@ from carrierflex.blind_check.faults.outcomes import (
     MISSED,
     fault_outcomes,
 )
+from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.identification.campaign.declarations import Baseline
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.identification.campaign_check.faulty_campaigns import faultless
@@ -124,3 +125,21 @@ def test_a_fault_is_told_where_its_class_is_named(found, expected):
     )
     assert outcome == expected
     assert expected == MISSED or by == {found}
+
+
+@pytest.mark.parametrize(
+    ("left", "expected"), [(1.0, EQUIVALENT), (0.95, EQUIVALENT), (1.1, MISSED)]
+)
+def test_records_that_the_baseline_fits_as_well_or_better_are_another_machines(left, expected):
+    """A delay under one sine is damping, and reading between samples takes noise away."""
+    fault = next(fault for fault in faults_of("element") if fault.name == "constant delay")
+
+    def answer(damping):
+        value = NamedValue(damping, 0.5, "N s/m", (damping - 1.0, damping + 1.0))
+        attribution = SimpleNamespace(effects=(), parameters={"baseline": {"C1": value}})
+        return SimpleNamespace(verdict="at_noise_floor", attribution=attribution, classes=None)
+
+    outcome, by = outcomes._consequence(
+        fault, outcomes._Answer(answer(200.0), 1.0), outcomes._Answer(answer(120.0), left)
+    )
+    assert (outcome, by) == (expected, {"baseline.C1 by 80.0"})
