@@ -33,8 +33,8 @@ TESTS = {
     "diagnosis/classes/decision.py": ("tests/diagnosis/classes/test_decision.py",),
     "diagnosis/class_verdict.py": ("tests/diagnosis/test_class_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
-    "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_decision.py",),
-    "diagnosis/classes/laws.py": ("tests/diagnosis/classes/test_decision.py",),
+    "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
+    "diagnosis/classes/laws.py": ("tests/diagnosis/classes/test_laws.py",),
 }
 #: What changes no answer, by file name, and why.
 EQUIVALENT: dict[tuple[str, str], str] = {

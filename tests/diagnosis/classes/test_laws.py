@@ -1,0 +1,73 @@
+"""Which law is nearest to a class, and when it is the class."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.gram_table import LawColumns
+from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.laws import _explains, _is_curved, nearest_law
+from carrierflex.diagnosis.classes.shares import Shares
+from tests.diagnosis.classes.toy_table import N_BLOCKS, toy_columns, toy_table
+
+LIMITS = ClassConstants()
+COLUMNS = toy_columns()
+A = COLUMNS["a"].sum(axis=0)
+B = COLUMNS["b"].sum(axis=0)
+MORE = COLUMNS["more"].sum(axis=0)
+
+
+def scored(table):
+    scores = ClassScores(table, LIMITS)
+    return scores, Shares(scores.of(()).squares, table.floor, LIMITS)
+
+
+def test_of_laws_that_explain_as_much_the_one_of_fewer_parameters_is_nearest():
+    table = toy_table(A, COLUMNS, laws={"a": A})
+    (law,) = table.laws["a"]
+    many, few = (LawColumns(name, law.variants, n) for name, n in (("many", 3), ("few", 1)))
+    for laws in ((many, few), (few, many)):
+        scores, shares = scored(replace(table, laws={**table.laws, "a": laws}))
+        found = nearest_law(scores, shares, "a", ())
+        assert (found.id, found.is_equal) == ("few", True)
+
+
+def test_a_law_that_is_nearest_and_leaves_what_its_class_holds_is_not_the_class():
+    # A sixtieth of the gap's square: enough for a law, and its class leaves noise alone.
+    table = toy_table(A + 0.3 * COLUMNS["a"][0], COLUMNS, laws={"a": A}, noise=0.01)
+    scores, shares = scored(table)
+    found = nearest_law(scores, shares, "a", ())
+    assert found.held is not None
+    assert _explains(shares, found.held)
+    assert (found.id, found.is_equal) == ("law_a", False)
+
+
+def test_a_law_explains_down_to_the_floor_or_nearly_all_of_the_gap():
+    def explains(before, left):
+        shares = Shares(np.full(N_BLOCKS, before), np.ones(N_BLOCKS), LIMITS)
+        return _explains(shares, HeldOutSquares(np.full(N_BLOCKS, left), (), ()))
+
+    # A gap of one floor above it: a tenth of that is left, within what the floor is known to.
+    assert explains(2.0, 1.1)
+    assert not explains(2.0, 1.3)
+    # A gap of a hundred floors: two are left.
+    assert explains(101.0, 3.0)
+    assert not explains(101.0, 6.0)
+
+
+@pytest.mark.parametrize(("signal", "is_curved"), [(A + MORE, True), (A + B + 0.3 * MORE, False)])
+def test_a_class_is_curved_where_nothing_else_explains_as_much_of_what_it_leaves(signal, is_curved):
+    table = replace(toy_table(signal, COLUMNS), surface="", beyond_laws={"a": "more"})
+    table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
+    assert _is_curved(ClassScores(table, LIMITS), "a", ()) is is_curved
+    assert not _is_curved(ClassScores(replace(table, beyond_laws={}), LIMITS), "a", ())
+
+
+def test_a_curved_class_has_no_law():
+    table = replace(toy_table(A + 0.05 * MORE, COLUMNS, laws={"a": A}, noise=0.01), surface="")
+    table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
+    assert nearest_law(*scored(table), "a", ()).is_equal
+    curved = replace(table, beyond_laws={"a": "more"})
+    assert not nearest_law(*scored(curved), "a", ()).is_equal

@@ -1,0 +1,79 @@
+"""Shares of the gap, what is left, and when two results are equal, on blocks of known squares."""
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.held_out import HeldOutSquares
+from carrierflex.diagnosis.classes.shares import Shares
+
+N_BLOCKS = 24
+LIMITS = ClassConstants()
+#: Blocks of very different size: a mean over them has a scatter, a share of each has none.
+BEFORE = 10.0 + 9.0 * np.sin(np.arange(N_BLOCKS))
+FLOOR = np.ones(N_BLOCKS)
+ABOVE = BEFORE - FLOOR
+SHARES = Shares(BEFORE, FLOOR, LIMITS)
+
+
+def held(squares):
+    return HeldOutSquares(np.broadcast_to(squares, (N_BLOCKS,)).astype(float), (), ())
+
+
+def leaving(share):
+    """Result that explains the same share of every block."""
+    return held(BEFORE - share * ABOVE)
+
+
+def test_a_share_is_of_the_gap_above_the_floor():
+    assert SHARES.of(held(FLOOR)) == pytest.approx(1.0)
+    assert SHARES.of(held(BEFORE)) == pytest.approx(0.0)
+    assert SHARES.of(held(BEFORE + 0.5 * ABOVE)) == pytest.approx(-0.5)
+
+
+def test_a_share_that_is_the_same_in_every_block_has_no_scatter():
+    assert SHARES.interval(leaving(0.5)) == pytest.approx((0.5, 0.5))
+    assert SHARES.ratio_interval(held(0.25 * BEFORE)) == pytest.approx((0.5, 0.5))
+    low, high = SHARES.interval(held(BEFORE - 0.5 * ABOVE[::-1]))
+    assert low < 0.5 < high
+
+
+def test_a_part_is_the_mean_of_what_a_class_explains_alone_and_second():
+    part, interval = SHARES.part(held(BEFORE), leaving(0.4), leaving(0.3), leaving(0.6))
+    assert part == pytest.approx(0.25)
+    assert interval == pytest.approx((0.25, 0.25))
+
+
+def test_a_gain_that_is_the_same_in_every_block_has_no_error():
+    worse, better = held(BEFORE), held(BEFORE - 0.8)
+    assert SHARES.gain(better, worse) == pytest.approx(0.8 * N_BLOCKS / ABOVE.sum())
+    assert SHARES.gain_error(better, worse) == pytest.approx(0.0, abs=1e-12)
+    assert SHARES.gain_error(held(0.5 * BEFORE), worse) > 0.01
+
+
+def test_what_is_left_counts_from_the_floor_and_never_less_than_it_is_known_to():
+    floor = FLOOR.sum()
+    assert SHARES.left(held(3.0)) == pytest.approx((2.0 + LIMITS.floor_error) * floor)
+    assert SHARES.left(held(0.2)) == pytest.approx((LIMITS.least_left + LIMITS.floor_error) * floor)
+
+
+def test_results_are_equal_up_to_a_ratio_and_beyond_it_where_the_blocks_scatter():
+    scatter = 1.5 * np.resize([1.0, -1.0], N_BLOCKS)
+    assert SHARES.are_equal(held(3.0), held(3.1))
+    assert not SHARES.are_equal(held(3.0), held(3.7))
+    assert SHARES.are_equal(held(3.0 + scatter), held(3.7 - scatter))
+    assert not SHARES.are_equal(held(3.0 + 4.0 * scatter), held(6.0 - 4.0 * scatter))
+
+
+def test_a_clear_gain_is_both_a_part_of_the_gap_and_half_of_what_is_left():
+    gap = ABOVE.mean()
+    assert SHARES.is_clear_gain(held(2.0), held(4.0), 0.1)
+    # Half of what is left, and less of the gap than is asked.
+    assert not SHARES.is_clear_gain(held(2.0), held(4.0), 1.01 * 2.0 / gap)
+    # More of the gap than is asked, and less than half of what is left.
+    assert not SHARES.is_clear_gain(held(4.0), held(6.0), 0.1)
+    # What is learnt below the floor is none: half of 0.9 and 0.05 floors from there.
+    assert not SHARES.is_clear_gain(held(0.2), held(1.9), 0.1)
+    # Within the scatter over the blocks there is none.
+    scatter = 30.0 * np.resize([1.0, -1.0], N_BLOCKS)
+    assert not SHARES.is_clear_gain(held(2.0 + scatter), held(4.0 - scatter), 0.1)
