@@ -5,16 +5,17 @@ is refused, or the diagnosis names the effect of the library that the fault is, 
 of a sensor). Harmless: the verdict stays, and the interval of every parameter holds the value
 without the fault. Moved: the verdict stays and a value without the fault lies outside its new
 interval, but the two intervals overlap: what a test of five per cent cannot tell from chance.
-Equivalent: the baseline fits the records with the fault as well as those without, or better (late
-samples are read between two samples, which halves their noise), so that they are the records of
-another machine (a force in other units, of a stiffer and heavier one; a delay under one sine, of
-another damping) and no check of records can tell. Missed: the rest.
+Equivalent: the baseline fits the records with the fault as well as those without, as far as the
+blocks can tell, or better (late samples are read between two samples, which halves their noise), so
+that they are the records of another machine (a force in other units, of a stiffer and heavier one;
+a delay under one sine, of another damping) and no check of records can tell. Missed: the rest.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.blind_check.faults.fault_table import Fault
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
@@ -38,11 +39,13 @@ OUTCOMES = (DETECTED, HARMLESS, MOVED, EQUIVALENT, MISSED)
 REFUSED = "refused"
 #: Halves of an interval between two values from which their intervals are apart.
 _APART = 2.0
-#: Growth of the relative mean square up to which one model fits two records alike.
-_ALIKE = 1e-3
+#: Growth of what one model leaves of two records that is none: within so many standard errors over
+#: the blocks, or rounding of two searches.
+_STANDARD_ERRORS, _ALIKE = 2.0, 1e-3
 #: Period of an angle by its unit.
 _TURN = {"rad": 2.0 * np.pi, "deg": 360.0}
 
+FloatArray = NDArray[np.float64]
 Curves = Mapping[str, DeflectionCurve] | None
 
 
@@ -111,10 +114,13 @@ def fault_outcomes(
 
 @dataclass(frozen=True, eq=False)
 class _Answer:
-    """Diagnosis of a campaign, and the share of its signals' square that the baseline leaves."""
+    """Diagnosis of a campaign, and the shares of its signals' square that the baseline leaves.
+
+    Those are by block, shape (n_blocks,).
+    """
 
     diagnosis: Diagnosis
-    left: float
+    left: FloatArray
 
 
 def _consequence(fault: Fault, before: _Answer, after: _Answer) -> tuple[str, set[str]]:
@@ -127,11 +133,20 @@ def _consequence(fault: Fault, before: _Answer, after: _Answer) -> tuple[str, se
     by = verdict | {f"{name} by {distance:.1f}" for name, distance in moved.items()}
     if not by:
         return HARMLESS, by
-    if not verdict and after.left / before.left < 1.0 + _ALIKE:
+    if not verdict and _fits_as_well(before.left, after.left):
         return EQUIVALENT, by
     if not verdict and max(moved.values()) < _APART:
         return MOVED, by
     return MISSED, by
+
+
+def _fits_as_well(before: FloatArray, after: FloatArray) -> bool:
+    """Whether the blocks do not show that a model leaves more of the records with a fault."""
+    error = 0.0
+    if before.size == after.size:
+        error = _STANDARD_ERRORS * np.sqrt(before.size) * float((after - before).std(ddof=1))
+    growth = float(after.sum() - before.sum())
+    return growth <= max(error, _ALIKE * float(before.sum()))
 
 
 def _named(fault: Fault, diagnosis: Diagnosis) -> set[str]:
@@ -164,14 +179,15 @@ def _answer(campaign: Campaign, curves: Curves) -> _Answer:
         problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
     )
     checked = checked_baseline(problem, distinct, wiring_of(problem, distinct), diagnosis.baseline)
-    left = float(fit_effects(problem, ()).sums.square.sum())
+    left = fit_effects(problem, ()).sums.square
     size = sum(
         float(np.nansum((values - np.nanmean(values)) ** 2))
         for run in distinct.runs
         for values in run.signals.values()
     )
     return _Answer(
-        with_findings(diagnosis, records_findings(campaign, curves), checked), left / size
+        with_findings(diagnosis, records_findings(campaign, curves), checked),
+        left.reshape(len(left), -1).sum(axis=1) / size,
     )
 
 

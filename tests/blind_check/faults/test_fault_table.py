@@ -121,16 +121,20 @@ def test_a_fault_is_told_where_its_class_is_named(found, expected):
     before = SimpleNamespace(verdict="at_noise_floor", attribution=nothing, classes=None)
     after = SimpleNamespace(verdict="class_named", attribution=nothing, classes=classes)
     outcome, by = outcomes._consequence(
-        fault, outcomes._Answer(before, 1.0), outcomes._Answer(after, 2.0)
+        fault, outcomes._Answer(before, np.ones(24)), outcomes._Answer(after, 2.0 * np.ones(24))
     )
     assert outcome == expected
     assert expected == MISSED or by == {found}
 
 
+EVEN, UNEVEN = np.full(24, 0.05), 0.05 + 0.2 * np.resize([1.0, -1.0], 24)
+
+
 @pytest.mark.parametrize(
-    ("left", "expected"), [(1.0, EQUIVALENT), (0.95, EQUIVALENT), (1.1, MISSED)]
+    ("more", "expected"),
+    [(0.0, EQUIVALENT), (-EVEN, EQUIVALENT), (UNEVEN, EQUIVALENT), (EVEN, MISSED)],
 )
-def test_records_that_the_baseline_fits_as_well_or_better_are_another_machines(left, expected):
+def test_records_that_the_baseline_fits_as_well_or_better_are_another_machines(more, expected):
     """A delay under one sine is damping, and reading between samples takes noise away."""
     fault = next(fault for fault in faults_of("element") if fault.name == "constant delay")
 
@@ -140,6 +144,8 @@ def test_records_that_the_baseline_fits_as_well_or_better_are_another_machines(l
         return SimpleNamespace(verdict="at_noise_floor", attribution=attribution, classes=None)
 
     outcome, by = outcomes._consequence(
-        fault, outcomes._Answer(answer(200.0), 1.0), outcomes._Answer(answer(120.0), left)
+        fault,
+        outcomes._Answer(answer(200.0), np.ones(24)),
+        outcomes._Answer(answer(120.0), np.ones(24) + more),
     )
     assert (outcome, by) == (expected, {"baseline.C1 by 80.0"})
