@@ -30,7 +30,7 @@ help:
 	@echo "make fuzz    2000 damaged files through every reader (FUZZ_INPUTS=20000: more), one table of how they end"
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
 	@echo "             ONLY=\"mounting_speed assembly\" chooses by name or part of a name"
-	@echo "make mutants   every operator of the modules that decide, changed one at a time, against their tests: minutes"
+	@echo "make mutants   every operator and reason of the modules that decide, changed one at a time, against their tests: minutes"
 	@echo "make docs    the site with commands and Python from their docstrings, in build/site; a link into nothing fails"
 	@echo "make docs-test   runs every code block of README and the pages, the notebooks and the tutorials: minutes"
 	@echo "make gallery   runs the scripts of docs/gallery and keeps their pictures: minutes"

@@ -123,7 +123,9 @@ def case_plans(
 
 
 #: Whether the campaigns of a check declare the noise of their channels: all, none, every other one.
-DECLARED, UNDECLARED, HALF = "declared", "undeclared", "half"
+DECLARED = "declared"
+UNDECLARED = "undeclared"
+HALF = "half"
 
 
 def with_noise_declared(plans: Sequence[CasePlan], noise: str) -> tuple[CasePlan, ...]:

@@ -169,7 +169,7 @@ def with_findings(
     if "unit" in texts:
         as_good[UNIT] = texts["unit"]
     which = diagnosis.attribution
-    aliases = [(*which.effects, *as_good)] if as_good else []
+    aliases = [(*(which.effects or _class_ids(diagnosis)), *as_good)] if as_good else []
     delays = _named_delays(diagnosis)
     if delays and "clock_shift" in texts:
         as_good[CLOCK_SHIFT] = texts["clock_shift"]
@@ -189,8 +189,12 @@ def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Laws, or classes where no law is named, that are a delay of the signals."""
     if _SENSOR_DELAY in diagnosis.attribution.effects:
         return (_SENSOR_DELAY,)
-    classes = diagnosis.classes.classes if diagnosis.classes else ()
-    return tuple(found.id for found in classes if _DELAY in found.id.split("/"))
+    return tuple(own for own in _class_ids(diagnosis) if _DELAY in own.split("/"))
+
+
+def _class_ids(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Classes of a diagnosis; none where its kind has no classes."""
+    return diagnosis.classes.ids if diagnosis.classes else ()
 
 
 def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
@@ -243,7 +247,7 @@ def _drifting_by_steps(
     """Clocks that drift by more than a fit of the baseline finds its way back from."""
     files = {run.name: run.file for run in campaign.runs}
     for clock, left in late:
-        if clock.run and np.isfinite(left):
+        if clock.run:
             yield clock_rival(clock.run, clock.growth, left, files[clock.run])
 
 

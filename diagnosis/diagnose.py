@@ -145,9 +145,7 @@ def _judged(
     """Screen, search, verdict, classes."""
     problem, note = search.problem, search.note
     note("screen")
-    signatures = problem.signatures()
-    screened, explainable = screen(signatures), explainable_fraction(signatures)
-    selection = _searched(search, screened, signatures)
+    screened, explainable, selection = _screened_and_searched(search)
     classes = tuple(
         alias_class(search, screened, selection.accepted, effect) for effect in selection.accepted
     )
@@ -225,6 +223,18 @@ def _with_classes(diagnosis: Diagnosis, problem: ComparisonProblem) -> Diagnosis
         reduction_law=far,
         classes=joint.answer,
     )
+
+
+def _screened_and_searched(search: ForwardSelection) -> tuple[Screen, float, Selection]:
+    """Screen, share of the gap that a flexible model explains, and the search.
+
+    Signatures of hundreds of runs take 0.4 GB, more than half of it for the flexible model: they
+    live here alone.
+    """
+    signatures = search.problem.signatures()
+    screened, explainable = screen(signatures), explainable_fraction(signatures)
+    selection = _searched(search, screened, replace(signatures, features=None))
+    return screened, explainable, selection
 
 
 def _searched(search: ForwardSelection, screened: Screen, signatures: Signatures) -> Selection:

@@ -5,6 +5,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from carrierflex.diagnosis.carrier.classes.measured_laws import (
+    beyond_visited as beyond_loads,
+)
+from carrierflex.diagnosis.carrier.classes.measured_laws import carrier_law_of_answer
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
 from carrierflex.diagnosis.carrier.records.residuals import carrier_residuals
 from carrierflex.diagnosis.carrier.wiring import (
@@ -40,12 +44,19 @@ from carrierflex.diagnosis.wiring.rivals import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import MeasuredLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
 
 Curves = Mapping[str, DeflectionCurve]
-Law = TypeVar("Law", TabulatedLaw, BushingLaw)
+Law = TypeVar("Law", TabulatedLaw, BushingLaw, CarrierLaw)
+#: What a law of a file belongs to.
+_LAW_OF: Mapping[type, str] = {
+    TabulatedLaw: "one element",
+    BushingLaw: "bushings",
+    CarrierLaw: "a carrier",
+}
 
 
 def problem_of(
@@ -62,7 +73,7 @@ def problem_of(
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves, which kind carrier asks for.
     laws : sequence of MeasuredLaw
-        Laws of files, which the kinds element and mounting take as further candidates.
+        Laws of files of the campaign's kind, further candidates.
 
     Returns
     -------
@@ -87,7 +98,7 @@ def _own_laws(campaign: Campaign, laws: Sequence[MeasuredLaw], own: type[Law]) -
     """Laws of files, all of the campaign's kind."""
     for law in laws:
         if not isinstance(law, own):
-            of = "one element" if isinstance(law, TabulatedLaw) else "bushings"
+            of = _LAW_OF[type(law)]
             raise ValueError(
                 f"campaign '{campaign.name}' is of kind {campaign.kind}; law '{law.name}' is of "
                 f"{of}; expected a law file (--law) of this kind"
@@ -117,16 +128,12 @@ def _refuse_empty_predictions(campaign: Campaign) -> None:
 def _carrier(
     campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
 ) -> tuple[ComparisonProblem, bool]:
-    if laws:
-        raise ValueError(
-            f"campaign '{campaign.name}' is of kind carrier; law files (--law) are for the kinds "
-            "element and mounting"
-        )
     if curves is None:
         raise ValueError(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
         )
-    return carrier_problem(campaign, curves), True
+    own = _own_laws(campaign, laws, CarrierLaw)
+    return carrier_problem(campaign, curves, own), True
 
 
 def _mounting(
@@ -208,29 +215,17 @@ def law_findings(
             found += beyond_visited(law, problem.records)
         if isinstance(problem, MountingProblem) and isinstance(law, BushingLaw):
             found += problem.beyond_visited(law)
+        if isinstance(problem, CarrierProblem) and isinstance(law, CarrierLaw):
+            found += beyond_loads(law, problem.records, problem.model.runs)
     return tuple(found)
 
 
-#: Law of an answer by class, by the kinds whose measured shapes are kept in files.
+#: Law of an answer by class, by kind.
 _LAWS: dict[str, Callable[[ClassAnswer, str, str | None], MeasuredLaw]] = {
+    "carrier": carrier_law_of_answer,
     "element": law_of_answer,
     "mounting": bushing_law_of_answer,
 }
-
-
-def refuse_unkept(campaign: Campaign) -> None:
-    """Refuse to keep a measured shape of a kind that has no law files.
-
-    Raises
-    ------
-    ValueError
-        Names the kind and those that have.
-    """
-    if campaign.kind not in _LAWS:
-        raise ValueError(
-            f"campaign '{campaign.name}' is of kind {campaign.kind}; --save-law is for the kinds "
-            f"{' and '.join(_LAWS)}"
-        )
 
 
 def kept_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> MeasuredLaw:
@@ -243,14 +238,14 @@ def kept_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> Mea
     answer : ClassAnswer
         Its answer by class.
     wanted : str, optional
-        Class as its table calls it; without, the one of the largest share.
+        Class as its table calls it, of a carrier frame and pattern; without, the one of the
+        largest share.
 
     Raises
     ------
     ValueError
-        Where the kind or the class is not kept in a file, or none is named.
+        Where the class is not kept in a file, or none is named.
     """
-    refuse_unkept(campaign)
     return _LAWS[campaign.kind](answer, campaign.name, wanted)
 
 

@@ -16,6 +16,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
     ClassFinding,
 )
+from carrierflex.diagnosis.gap.gap_map import map_of
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -173,7 +174,7 @@ def _whole(
         return min((inside + explained) / (on_orders + beside), 1.0)
 
     rms_after = ratio(reduction.rho) * float(np.sqrt(before))
-    kept = sum(cell.coherent for cell in reduction.cells_after if cell.frequency_hz is None)
+    kept = map_of(reduction.cells_after).on_orders()
     return replace(
         reduction,
         rms_before=float(np.sqrt(before)),
@@ -183,11 +184,7 @@ def _whole(
         phi=share(reduction.phi),
         phi_ci95=(share(reduction.phi_ci95[0]), share(reduction.phi_ci95[1])),
         floor_multiple=rms_after / floor if floor > 0.0 else float("inf"),
-        cells_after=tuple(
-            replace(cell, share=cell.coherent / kept if kept > 0.0 else float("nan"))
-            for cell in reduction.cells_after
-            if cell.frequency_hz is None
-        ),
+        cells_after=kept.of_gap(float(kept.coherent.sum())),
         validation=tuple(
             replace(row, error_after=_less(row.error_after, of_run.get(row.run, 0.0)))
             for row in reduction.validation

@@ -25,3 +25,10 @@ BUSHING_LAW_FILE = TomlKind(
     most_bytes=1_000_000,
     format="carrierflex-bushing-law",
 )
+CARRIER_LAW_FILE = TomlKind(
+    "a law file of a carrier",
+    holds="keys name, frame, pattern, n_planets, sensor_radius, the table [visited] and tables "
+    "[[part]] with follows, x and [[part.wave]]",
+    most_bytes=1_000_000,
+    format="carrierflex-carrier-law",
+)

@@ -1,9 +1,14 @@
-"""Files of measured laws, of one element or of bushings, told apart by their format."""
+"""Files of measured laws, of one element, of bushings or of a carrier, told by their format."""
 
 from pathlib import Path
 
 from carrierflex.files.toml_files import toml_document
-from carrierflex.simulation.case_kinds import BUSHING_LAW_FILE, LAW_FILE
+from carrierflex.simulation.carrier.measured_laws.carrier_law_files import (
+    read_carrier_law,
+    write_carrier_law,
+)
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
+from carrierflex.simulation.case_kinds import BUSHING_LAW_FILE, CARRIER_LAW_FILE, LAW_FILE
 from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
@@ -13,7 +18,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
 
 #: Measured shape of a class as a law.
-MeasuredLaw = TabulatedLaw | BushingLaw
+MeasuredLaw = TabulatedLaw | BushingLaw | CarrierLaw
 
 
 def read_measured_law(path: Path) -> MeasuredLaw:
@@ -22,11 +27,12 @@ def read_measured_law(path: Path) -> MeasuredLaw:
     Parameters
     ----------
     path : Path
-        File of the format ``carrierflex-law`` or ``carrierflex-bushing-law``.
+        File of the format ``carrierflex-law``, ``carrierflex-bushing-law`` or
+        ``carrierflex-carrier-law``.
 
     Returns
     -------
-    TabulatedLaw or BushingLaw
+    TabulatedLaw, BushingLaw or CarrierLaw
         Its tables.
 
     Raises
@@ -36,8 +42,12 @@ def read_measured_law(path: Path) -> MeasuredLaw:
     ValueError
         Where it is no such file, or holds what is no table; all that is wrong, in one line.
     """
-    is_of_bushings = toml_document(path, LAW_FILE).get("format") == BUSHING_LAW_FILE.format
-    return read_bushing_law(path) if is_of_bushings else read_law(path)
+    own = toml_document(path, LAW_FILE).get("format")
+    if own == BUSHING_LAW_FILE.format:
+        return read_bushing_law(path)
+    if own == CARRIER_LAW_FILE.format:
+        return read_carrier_law(path)
+    return read_law(path)
 
 
 def write_measured_law(path: Path, law: MeasuredLaw) -> None:
@@ -50,5 +60,7 @@ def write_measured_law(path: Path, law: MeasuredLaw) -> None:
     """
     if isinstance(law, BushingLaw):
         write_bushing_law(path, law)
+    elif isinstance(law, CarrierLaw):
+        write_carrier_law(path, law)
     else:
         write_law(path, law)

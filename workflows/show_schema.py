@@ -17,6 +17,7 @@ Name = Literal[
     "stage-case",
     "element-law",
     "bushing-law",
+    "carrier-law",
     "diagnosis",
     "rim-motion",
     "comparison",

@@ -178,8 +178,9 @@ def _answer(campaign: Campaign, curves: Curves) -> _Answer:
     diagnosis = diagnose(
         problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
     )
-    checked = checked_baseline(problem, distinct, wiring_of(problem, distinct), diagnosis.baseline)
-    left = fit_effects(problem, ()).sums.square
+    fit = diagnosis.baseline or fit_effects(problem, ())
+    checked = checked_baseline(problem, distinct, wiring_of(problem, distinct), fit)
+    left = fit.sums.square
     size = sum(
         float(np.nansum((values - np.nanmean(values)) ** 2))
         for run in distinct.runs

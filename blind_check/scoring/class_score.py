@@ -3,7 +3,7 @@
 Wanted figures hold from two floors upwards; a stratum is a kind of drive, or a kind of campaign.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -155,46 +155,19 @@ def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
         figures += _stratum_figures(kind, stratum, cases)
     decays = [case for case in cases if case.label.drive == DECAY]
     aimed = [case for case in cases if case.label.drive != DECAY]
-    nothing = [case for case in aimed if case.label.family == NOTHING]
-    outside = [case for case in aimed if case.label.family == OUTSIDE]
-    inside = [case for case in aimed if case.has_class]
-
-    def figure(
-        name: str,
-        hits: Sequence[bool],
-        wanted: str = "",
-        is_met: Callable[[float, int], bool] | None = None,
-    ) -> Figure:
-        return share_figure(kind, name, hits, wanted, is_met)
-
-    most = _FALSE_AT_MOST[kind]
-    false = [bool(case.answer or case.laws) for case in nothing]
-    named = [bool(case.laws) for case in outside]
-    false_laws = [bool(case.false_laws) for case in inside]
-    figures += [
-        figure(
-            "nothing missing: false class or law",
-            false,
-            f"<= {100.0 * most:.0f} %",
-            lambda p, n: p <= most,
-        ),
-        figure("outside: law named", named, "<= 1 %", lambda p, n: p <= 0.01),
-        figure("outside: class named", [bool(case.answer) for case in outside]),
-        figure("law named, class wrong", false_laws, "<= 1 %", lambda p, n: p <= 0.01),
-    ]
+    figures += _false_figures(kind, aimed)
     if decays:
-        figures += _figures_of_decays(kind, decays)
+        figures += named_after("decays, ", _false_figures(kind, decays, has_target=False))
     if kind not in CLASS_KINDS:
-        follows = [case.follows_right for case in inside if is_clear(case)]
+        follows = [case.follows_right for case in aimed if case.has_class and is_clear(case)]
         told = [own for own in follows if own is not None]
-        figures.append(figure("what a right class follows is right", told))
+        figures.append(share_figure(kind, "what a right class follows is right", told))
         return figures + time_figures(kind, [case.verdict.seconds for case in cases])
     hits = [hit for case in aimed for hit in covered_parameters(case)]
     for name, of in (("m and K1", True), ("textbook laws' parameters", False)):
         inside_own = [hit.is_covered for hit in hits if hit.is_baseline is of]
-        figures.append(
-            figure(f"{name} inside their 95 % interval", inside_own, "90 to 99 %", is_nominal)
-        )
+        text = f"{name} inside their 95 % interval"
+        figures.append(share_figure(kind, text, inside_own, "90 to 99 %", is_nominal))
     return figures + time_figures(kind, [case.verdict.seconds for case in cases])
 
 
@@ -247,18 +220,28 @@ def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> l
     return figures
 
 
-def _figures_of_decays(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
-    """False names in decays, which have no target: one line shows too little."""
+def _false_figures(
+    kind: str, cases: Sequence[ClassJudged], *, has_target: bool = True
+) -> list[Figure]:
+    """Names that are false; decays have no target, since one line shows too little."""
     nothing = [case for case in cases if case.label.family == NOTHING]
     outside = [case for case in cases if case.label.family == OUTSIDE]
     inside = [case for case in cases if case.has_class]
-    shares = {
-        "nothing missing: false class or law": [bool(own.answer or own.laws) for own in nothing],
-        "outside: law named": [bool(own.laws) for own in outside],
-        "outside: class named": [bool(own.answer) for own in outside],
-        "law named, class wrong": [bool(own.false_laws) for own in inside],
-    }
-    return [share_figure(kind, f"decays, {name}", hits) for name, hits in shares.items()]
+
+    def at_most(name: str, hits: Sequence[bool], most: float) -> Figure:
+        if not has_target:
+            return share_figure(kind, name, hits)
+        return share_figure(kind, name, hits, f"<= {100.0 * most:.0f} %", lambda p, n: p <= most)
+
+    false = [bool(case.answer or case.laws) for case in nothing]
+    named = [bool(case.laws) for case in outside]
+    false_laws = [bool(case.false_laws) for case in inside]
+    return [
+        at_most("nothing missing: false class or law", false, _FALSE_AT_MOST[kind]),
+        at_most("outside: law named", named, 0.01),
+        share_figure(kind, "outside: class named", [bool(case.answer) for case in outside]),
+        at_most("law named, class wrong", false_laws, 0.01),
+    ]
 
 
 def _changes(cases: Sequence[ClassJudged]) -> list[ChangeRow]:

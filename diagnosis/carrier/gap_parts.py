@@ -7,12 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import ORDER, SMALL_ORDER, Finding, PartGrowth
+from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 from carrierflex.diagnosis.gap.power_laws import WITHOUT, exponents
-from carrierflex.diagnosis.gap.significance import significant
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
+
+IntArray = NDArray[np.int64]
 
 HOUSING = "housing"
 CARRIER = "carrier"
@@ -53,9 +56,9 @@ class GapPart:
     share : float
         Share of the gap.
     amplitudes, errors : dict of str to float
-        RMS by run and its standard deviation.
+        RMS and its standard deviation in every run in which it is beyond chance.
     runs : tuple of str
-        Runs in which it is beyond chance.
+        These runs.
     p_value : float
         Largest of those runs; 1 where there is none.
     """
@@ -74,33 +77,55 @@ def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
 
     The two halves of a static tilt are one part.
     """
-    groups: dict[tuple[str, int], list[GapCell]] = {}
-    for cell in cells:
-        pattern = (
-            "m=+1" if (cell.order, cell.channel_pattern) == (0, "m=-1") else cell.channel_pattern
-        )
-        groups.setdefault((pattern, int(cell.order)), []).append(cell)
+    own = map_of(cells)
+    if not own:
+        return ()
+    orders = own.orders.astype(np.int64)
+    patterns = _patterns_of_parts(own, orders)
+    keys, first, part_of = np.unique(
+        np.column_stack([patterns, orders]), axis=0, return_index=True, return_inverse=True
+    )
+    run_of = own.places[:, 0]
+    shape = (len(keys), len(own.runs))
+    place = np.ravel_multi_index((part_of.ravel(), run_of), shape)
+
+    def by_part_and_run(values: FloatArray) -> FloatArray:
+        """Sums of the cells of each part in each run."""
+        flat = np.bincount(place, values, minlength=shape[0] * shape[1])
+        return np.asarray(flat.reshape(shape), dtype=np.float64)
+
+    sizes = np.sqrt(by_part_and_run(np.maximum(own.coherent, 0.0)))
+    # Of the two components of the noise one lies along the amplitude.
+    errors = np.sqrt(0.5 * by_part_and_run(own.noise))
+    shares = np.bincount(part_of.ravel(), own.shares)
+    beyond: dict[int, list[int]] = {}
+    for cell in np.flatnonzero(own.are_significant).tolist():
+        beyond.setdefault(int(part_of.ravel()[cell]), []).append(cell)
     parts = []
-    for (pattern, order), group in groups.items():
-        sizes: dict[str, float] = {}
-        noise: dict[str, float] = {}
-        for cell in group:
-            sizes[cell.run] = sizes.get(cell.run, 0.0) + max(cell.coherent, 0.0)
-            noise[cell.run] = noise.get(cell.run, 0.0) + max(cell.mean_square - cell.coherent, 0.0)
-        beyond = significant(group)
+    for k in np.argsort(first).tolist():
+        shown = beyond.get(k, [])
+        runs = dict.fromkeys(run_of[shown].tolist())
         parts.append(
             GapPart(
-                pattern=pattern,
-                order=order,
-                share=sum(cell.share for cell in group),
-                amplitudes={run: float(np.sqrt(size)) for run, size in sizes.items()},
-                # Of the two components of the noise one lies along the amplitude.
-                errors={run: float(np.sqrt(0.5 * size)) for run, size in noise.items()},
-                runs=tuple(dict.fromkeys(cell.run for cell in beyond)),
-                p_value=max((cell.p_value for cell in beyond), default=1.0),
+                pattern=own.patterns[keys[k, 0]],
+                order=int(keys[k, 1]),
+                share=float(shares[k]),
+                amplitudes={own.runs[run]: float(sizes[k, run]) for run in runs},
+                errors={own.runs[run]: float(errors[k, run]) for run in runs},
+                runs=tuple(own.runs[run] for run in runs),
+                p_value=float(own.p_values[shown].max(initial=0.0)) if shown else 1.0,
             )
         )
     return tuple(sorted(parts, key=lambda part: -part.share))
+
+
+def _patterns_of_parts(own: GapMap, orders: IntArray) -> IntArray:
+    """Pattern of every cell's part: the second half of a static tilt is the first's."""
+    patterns = own.places[:, 1].copy()
+    if {"m=+1", "m=-1"} <= set(own.patterns):
+        is_second_half = (patterns == own.patterns.index("m=-1")) & (orders == 0)
+        patterns[is_second_half] = own.patterns.index("m=+1")
+    return patterns
 
 
 def frame_of(part: GapPart, parts: Sequence[GapPart], n_planets: int) -> str:

@@ -5,7 +5,7 @@ of shape (n_parameters, n); a card whose last parameter is a shape (a threshold)
 a fourth argument and gives no row for it; see :mod:`carrierflex.simulation.carrier.effect`.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 from carrierflex.diagnosis.carrier.cards import KIND, NEGATIVE_CONTROLS, card_of, effect_of
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library, users_cards
 from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, with_weight
 from carrierflex.simulation.carrier.effects.of_planets import effects_of
+from carrierflex.simulation.carrier.patterns import pin_radius_of
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
 _CARRIER_LAW = "a function (sensor, inputs, rig) -> signals of unit parameters, (n_parameters, n)"
@@ -28,27 +31,38 @@ _TRIED_SAMPLES = 9
 FloatArray = NDArray[np.float64]
 
 
-def carrier_library(rig: CarrierRig) -> dict[str, Effect]:
+def carrier_rig(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierRig:
+    """Rig of a campaign; the radius of the pin circle is that which its curves imply."""
+    n_planets = int(campaign.rig["n_planets"])
+    pin_radius = np.nan
+    if "g_f" in curves:
+        pin_radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets)
+    return CarrierRig(float(campaign.rig["nominal_torque"]), n_planets, pin_radius, curves)
+
+
+def carrier_library(rig: CarrierRig, measured: Sequence[Effect] = ()) -> dict[str, Effect]:
     """Effects by id that the curves of a rig allow.
 
     Parameters
     ----------
     rig : CarrierRig
         Rig and curves of the campaign.
+    measured : sequence of Effect
+        Measured laws of files.
 
     Returns
     -------
     dict of str to Effect
-        The contract's effects and the negative controls first, then users'.
+        The contract's effects, the measured laws and the negative controls first, then users'.
 
     Raises
     ------
     ValueError
-        Where a user's card cannot be computed.
+        Where a user's card cannot be computed, or an id stands twice.
     """
     of_rig = effects_of(rig.n_planets)
     of_rig[PIN_CLEARANCE.id] = with_weight(of_rig[PIN_CLEARANCE.id], rig.curves)
-    effects = (*of_rig.values(), *NEGATIVE_CONTROLS)
+    effects = (*of_rig.values(), *measured, *NEGATIVE_CONTROLS)
     cards = tuple(card_of(effect) for effect in effects)
     users = users_cards(effect_library(KIND, cards), cards)
     refuse_wrong_carrier_laws(users, rig)

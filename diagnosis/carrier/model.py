@@ -5,7 +5,7 @@ is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
 
@@ -58,6 +58,8 @@ class CarrierModel:
         Names.
     known : KnownPhysics
         Known values and declared errors of the sensors.
+    class_of_measured : mapping of str to str
+        Frame and pattern of effects that are measured laws of files.
     """
 
     source: ColumnSource
@@ -66,6 +68,7 @@ class CarrierModel:
     runs: tuple[str, ...]
     channels: tuple[str, ...]
     known: KnownPhysics = NOTHING_KNOWN
+    class_of_measured: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def effects(self) -> Mapping[str, Effect]:

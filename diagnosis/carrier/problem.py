@@ -12,10 +12,11 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, card_of
 from carrierflex.diagnosis.carrier.classes.answer import carrier_class_answer
+from carrierflex.diagnosis.carrier.classes.measured_laws import effects_of_laws
 from carrierflex.diagnosis.carrier.closed_fit import closed_fit
 from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
-from carrierflex.diagnosis.carrier.library import carrier_library
+from carrierflex.diagnosis.carrier.library import carrier_library, carrier_rig
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
@@ -55,8 +56,7 @@ from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
-from carrierflex.simulation.carrier.patterns import pin_radius_of
-from carrierflex.simulation.carrier.rim import CarrierRig
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 
 #: Residuals whose order amplitudes are kept.
 _KEPT_ORDERS = 4
@@ -355,7 +355,11 @@ class CarrierProblem:
         return best
 
 
-def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierProblem:
+def carrier_problem(
+    campaign: Campaign,
+    curves: Mapping[str, DeflectionCurve],
+    measured_laws: Sequence[CarrierLaw] = (),
+) -> CarrierProblem:
     """ComparisonProblem of a campaign of kind ``carrier``.
 
     Parameters
@@ -364,6 +368,8 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
         Measured runs and the effects the baseline contains.
     curves : mapping of str to DeflectionCurve
         ``delta_s``, ``delta_f``, and ``g_f`` where uneven pin loads are to be looked for.
+    measured_laws : sequence of CarrierLaw
+        Laws of files, further candidates.
 
     Returns
     -------
@@ -373,20 +379,14 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
     Raises
     ------
     ValueError
-        Where a channel is missing throughout or constant, a run has no whole revolution, or a
-        user's card is refused.
+        Where a silent channel, a run without whole revolution, a user's card or a law is refused.
     """
     refuse_silent_channels(campaign.within_use())
     beside = off_orders(campaign)
     campaign = beside.campaign
-    n_planets = int(campaign.rig["n_planets"])
-    pin_radius = np.nan
-    if "g_f" in curves:
-        pin_radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets)
-    rig = CarrierRig(float(campaign.rig["nominal_torque"]), n_planets, pin_radius, curves)
-    source = ColumnSource(
-        rig, carrier_library(rig), typical_speed(campaign), largest_load(campaign)
-    )
+    rig = carrier_rig(campaign, curves)
+    effects = carrier_library(rig, effects_of_laws(measured_laws, campaign))
+    source = ColumnSource(rig, effects, typical_speed(campaign), largest_load(campaign))
     records = accumulated_sums(campaign, source)
     contained = tuple(campaign.baseline.effects)
     if campaign.baseline.source == "columns":
@@ -394,6 +394,7 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
         contained = tuple(name for name in contained if name == AXIAL_OFFSET.id)
     runs = tuple(run.name for run in campaign.runs)
     channels = tuple(channel.name for channel in campaign.channels)
+    classes = {law.name: law.pattern for law in measured_laws}
     known = known_physics(campaign)
-    model = CarrierModel(source, records.index, contained, runs, channels, known)
+    model = CarrierModel(source, records.index, contained, runs, channels, known, classes)
     return CarrierProblem(campaign, model, records, channel_noise(campaign, records), beside)

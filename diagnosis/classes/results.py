@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingPart
 
 #: No gap above the noise floor.
@@ -99,6 +100,9 @@ class ClassFinding:
         Whether the records cannot tell the law from the class.
     shape : MeasuredShape, optional
         Measured curve; None where the class has none.
+    carrier_law : CarrierLaw, optional
+        Measured shape of a carrier's class, without name; None for other kinds and where the class
+        has no pattern at the rim.
     """
 
     id: str
@@ -108,6 +112,7 @@ class ClassFinding:
     law_share: float
     law_named: bool
     shape: MeasuredShape | None = None
+    carrier_law: CarrierLaw | None = None
 
 
 @dataclass(frozen=True, eq=False)

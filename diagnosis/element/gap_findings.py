@@ -20,15 +20,13 @@ from carrierflex.diagnosis.gap.findings import (
     NO_PERIODIC_DRIVE,
     ODD,
     ODD_AND_EVEN,
-    Drift,
     Finding,
     GapFindings,
     GapMoment,
-    NonSynchronousCell,
     PartGrowth,
     Scalar,
 )
-from carrierflex.diagnosis.gap.in_time import block_rms, significant_drifts, trend
+from carrierflex.diagnosis.gap.in_time import DriftTable, block_rms, significant_drifts, trend
 from carrierflex.diagnosis.gap.non_synchronous import (
     ScatterTable,
     repeatability,
@@ -84,13 +82,13 @@ def element_findings(
         All of it.
     """
     moments: list[GapMoment] = []
-    trends: list[Drift] = []
-    scattered: list[NonSynchronousCell] = []
+    trends: list[DriftTable] = []
+    scattered: list[ScatterTable] = []
     for record, residual, variance in zip(records, residuals, noise, strict=True):
         time = record.step * np.arange(residual.size, dtype=np.float64)
         is_measured = np.ones((residual.size, 1), dtype=bool)
         moments += block_rms(record.name, time, record.block, residual[:, None], is_measured)
-        trends += _drifts(record, residual, channel)
+        trends.append(_drifts(record, residual, channel))
         scattered += _scatter(
             record, residual, channel, float(variance) if is_declared else float("nan")
         )
@@ -188,7 +186,7 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> list[Drift]:
+def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftTable:
     """Trends of the lines over the periods.
 
     Of the blocks' means (order 0) where the drive is not periodic.
@@ -203,22 +201,20 @@ def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> list[D
     mean_square = float(np.mean(residual[record.block >= 0] ** 2))
     half = np.where(np.arange(over_run.change.size) == 0, 1.0, 0.5)
     share = half * over_run.mean_square / (mean_square or np.inf)
-    return [
-        Drift(
-            run=record.name,
-            channel_pattern=channel,
-            order=float(line),
-            change=float(over_run.change[line]),
-            share=float(share[line]),
-            p_value=float(over_run.p_value[line]),
-        )
-        for line in range(over_run.change.size)
-    ]
+    return DriftTable(
+        run=record.name,
+        patterns=(channel,),
+        orders=np.arange(over_run.change.size, dtype=np.float64),
+        change=over_run.change[None],
+        share=share[None],
+        p_value=over_run.p_value[None],
+        used=np.ones((1, over_run.change.size), dtype=bool),
+    )
 
 
 def _scatter(
     record: ElementRecord, residual: FloatArray, channel: str, variance: float
-) -> tuple[NonSynchronousCell, ...]:
+) -> list[ScatterTable]:
     """Scatter of the lines over the periods, by band of lines.
 
     The simulated signal of a settled drive repeats.
@@ -226,7 +222,7 @@ def _scatter(
     periods = whole_periods(record, residual)
     measured = whole_periods(record, record.response)
     if periods is None or measured is None:
-        return ()
+        return []
     n, size = periods.shape
     n_lines = (size + 1) // 2 - 1
     edges = np.unique(np.geomspace(1, n_lines + 1, _BANDS + 1).round().astype(int))
@@ -242,7 +238,7 @@ def _scatter(
     p_value = np.full(gap.shape, np.nan)
     if np.isfinite(variance):
         p_value = scatter_p_values(gap, noise, (2.0 * counts * (n - 1))[None])
-    return ScatterTable(
+    table = ScatterTable(
         run=record.name,
         patterns=(channel,),
         orders=0.5 * (edges[:-1] + edges[1:] - 1),
@@ -251,7 +247,8 @@ def _scatter(
         gap=gap,
         noise=noise,
         p_value=p_value,
-    ).cells()
+    )
+    return [table]
 
 
 def _speed_exponent(

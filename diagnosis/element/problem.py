@@ -6,7 +6,7 @@ Both drives, its library, sums by block and band.
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -39,11 +39,12 @@ from carrierflex.diagnosis.element.channel_noise import (
     declared_gains,
     noise_variance,
 )
-from carrierflex.diagnosis.element.classes.answer import element_class_answer
+from carrierflex.diagnosis.element.classes.answer import answer_of_table
 from carrierflex.diagnosis.element.classes.drive_in_time import has_one_frequency
 from carrierflex.diagnosis.element.classes.fitted_force import parameter_shift
 from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.classes.measured_laws import law_cards
+from carrierflex.diagnosis.element.classes.shapes import measured_shape
 from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
@@ -242,11 +243,11 @@ class ElementProblem:
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
-        if self.class_table is None:
+        own = self.class_table
+        if own is None:
             return None
-        return element_class_answer(
-            self.model, self.records, self.noise, self.noise_note, self.class_table
-        )
+        shape_of = partial(measured_shape, own, self.model.units)
+        return answer_of_table(own, self.model, self.noise_note, shape_of)
 
     @cached_property
     def class_table(self) -> ElementTable | None:

@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
-from carrierflex.diagnosis.gap.significance import adjusted
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE, adjusted
 
 IntArray = NDArray[np.int64]
 
-#: Column of a map's values that holds the coherent part.
+#: Columns of a map's values.
 _COHERENT = 2
+_SHARE = 3
+_P_VALUE = 6
 #: Draws of every interval: enough for the 2.5 % quantile of a share to be within a per cent.
 N_DRAWS = 200
 
@@ -81,6 +83,60 @@ class GapMap(Sequence[GapCell]):
     places: IntArray
     values: FloatArray
 
+    @property
+    def orders(self) -> FloatArray:
+        """Order of every cell, shape (n,)."""
+        return self.values[:, 0]
+
+    @property
+    def mean_squares(self) -> FloatArray:
+        """Mean square of the gap of every cell, shape (n,)."""
+        return self.values[:, 1]
+
+    @property
+    def coherent(self) -> FloatArray:
+        """Coherent part of every cell, shape (n,)."""
+        return self.values[:, _COHERENT]
+
+    @property
+    def noise(self) -> FloatArray:
+        """Rest of every cell's mean square, not below zero, shape (n,)."""
+        return np.maximum(self.mean_squares - self.coherent, 0.0)
+
+    @property
+    def shares(self) -> FloatArray:
+        """Share of every cell, shape (n,)."""
+        return self.values[:, _SHARE]
+
+    @property
+    def p_values(self) -> FloatArray:
+        """Adjusted p-value of every cell, shape (n,)."""
+        return self.values[:, _P_VALUE]
+
+    @property
+    def bands_hz(self) -> FloatArray:
+        """Ends of the band behind every cell [Hz], NaN where there is none, shape (n, 2)."""
+        return self.values[:, -2:]
+
+    @property
+    def are_significant(self) -> BoolArray:
+        """Which cells hold more than noise, beyond chance, shape (n,)."""
+        return (self.p_values < SIGNIFICANCE) & (self.coherent > 0.0)
+
+    def chosen(self, which: BoolArray) -> "GapMap":
+        """Some of the cells, in their order."""
+        return replace(self, places=self.places[which], values=self.values[which])
+
+    def on_orders(self) -> "GapMap":
+        """Cells without a band: those of the shaft's orders."""
+        return self.chosen(np.isnan(self.bands_hz[:, 0]))
+
+    def of_gap(self, total: float) -> "GapMap":
+        """The same cells as parts of another gap; shares are NaN where there is none."""
+        values = self.values.copy()
+        values[:, _SHARE] = self.coherent / total if total > 0.0 else np.nan
+        return replace(self, values=values)
+
     def __len__(self) -> int:
         return len(self.values)
 
@@ -106,6 +162,35 @@ class GapMap(Sequence[GapCell]):
             p_value=p_value,
             frequency_hz=None if np.isnan(band[0]) else (band[0], band[1]),
         )
+
+
+def map_of(cells: Sequence[GapCell]) -> GapMap:
+    """Cells as a map, whose columns are read at once."""
+    if isinstance(cells, GapMap):
+        return cells
+    runs = {name: number for number, name in enumerate(dict.fromkeys(c.run for c in cells))}
+    patterns = {
+        name: number for number, name in enumerate(dict.fromkeys(c.channel_pattern for c in cells))
+    }
+    places = [[runs[cell.run], patterns[cell.channel_pattern]] for cell in cells]
+    values = [
+        [
+            cell.order,
+            cell.mean_square,
+            cell.coherent,
+            cell.share,
+            *cell.share_ci95,
+            cell.p_value,
+            *(cell.frequency_hz or (np.nan, np.nan)),
+        ]
+        for cell in cells
+    ]
+    return GapMap(
+        tuple(runs),
+        tuple(patterns),
+        np.array(places, dtype=np.int64).reshape(-1, 2),
+        np.array(values, dtype=np.float64).reshape(-1, 9),
+    )
 
 
 def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:

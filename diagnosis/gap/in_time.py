@@ -1,7 +1,7 @@
 """The gap in time: RMS in windows of a run, and the trend of every cell over its repetitions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,15 +141,63 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
     return Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
 
 
-def significant_drifts(rows: Sequence[Drift]) -> tuple[Drift, ...]:
+@dataclass(frozen=True, eq=False)
+class DriftTable:
+    """Trends of all cells of a run.
+
+    Parameters
+    ----------
+    run : str
+        Run.
+    patterns : tuple of str
+        Channels or sensor patterns.
+    orders : ndarray, shape (n_orders,)
+        Orders, or lines.
+    change, share, p_value : ndarray, shape (n_patterns, n_orders)
+        As of :class:`carrierflex.diagnosis.gap.findings.Drift`; p-values not adjusted, NaN where
+        unknown.
+    used : ndarray of bool, shape (n_patterns, n_orders)
+        Cells that exist.
+    """
+
+    run: str
+    patterns: tuple[str, ...]
+    orders: FloatArray
+    change: FloatArray
+    share: FloatArray
+    p_value: FloatArray
+    used: BoolArray
+
+    def beyond(self, p_values: FloatArray) -> list[Drift]:
+        """Trends beyond chance, by the adjusted p-values of all that exist."""
+        places = np.argwhere(self.used)
+        is_beyond = p_values < SIGNIFICANCE
+        return [
+            Drift(
+                run=self.run,
+                channel_pattern=self.patterns[p],
+                order=float(self.orders[n]),
+                change=float(self.change[p, n]),
+                share=float(self.share[p, n]),
+                p_value=p_value,
+            )
+            for (p, n), p_value in zip(
+                places[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
+            )
+        ]
+
+
+def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
     """Trends beyond chance among those of all cells, largest change first.
 
     P-values are adjusted here.
     """
-    known = [row for row in rows if np.isfinite(row.p_value)]
-    p_values = adjusted([row.p_value for row in known])
-    drifts = [
-        replace(row, p_value=float(p_value)) for row, p_value in zip(known, p_values, strict=True)
-    ]
-    kept = [row for row in drifts if row.p_value < SIGNIFICANCE]
+    if not tables:
+        return ()
+    raw = [table.p_value[table.used] for table in tables]
+    p_values = np.concatenate(raw)
+    known = np.isfinite(p_values)
+    p_values[known] = adjusted(p_values[known])
+    by_table = np.split(p_values, np.cumsum([own.size for own in raw])[:-1])
+    kept = [row for table, own in zip(tables, by_table, strict=True) for row in table.beyond(own)]
     return tuple(sorted(kept, key=lambda row: -row.change))

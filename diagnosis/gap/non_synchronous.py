@@ -47,10 +47,15 @@ class ScatterTable:
     p_value: FloatArray
     used: BoolArray | None = None
 
-    def cells(self) -> tuple[NonSynchronousCell, ...]:
-        """Its cells one by one."""
-        used = np.ones(self.gap.shape, dtype=bool) if self.used is None else self.used
-        return tuple(
+    def is_used(self) -> BoolArray:
+        """Cells that exist, shape (n_patterns, n_orders)."""
+        return np.ones(self.gap.shape, dtype=bool) if self.used is None else self.used
+
+    def beyond(self, p_values: FloatArray) -> list[NonSynchronousCell]:
+        """Cells beyond noise, by the adjusted p-values of all that exist."""
+        places = np.argwhere(self.is_used())
+        is_beyond = p_values < SIGNIFICANCE
+        return [
             NonSynchronousCell(
                 run=self.run,
                 channel_pattern=self.patterns[p],
@@ -59,10 +64,12 @@ class ScatterTable:
                 simulated=float(self.simulated[p, n]),
                 gap=float(self.gap[p, n]),
                 noise=float(self.noise[p, n]),
-                p_value=float(self.p_value[p, n]),
+                p_value=p_value,
             )
-            for p, n in np.argwhere(used)
-        )
+            for (p, n), p_value in zip(
+                places[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
+            )
+        ]
 
 
 def scatter_p_values(scatter: FloatArray, noise: FloatArray, degrees: FloatArray) -> FloatArray:
@@ -96,21 +103,28 @@ def scatter_p_values_estimated(
 
 
 def significant_non_synchronous(
-    cells: Sequence[NonSynchronousCell],
+    tables: Sequence[ScatterTable], off_orders: Sequence[NonSynchronousCell] = ()
 ) -> tuple[NonSynchronousCell, ...]:
     """Cells whose scatter is beyond noise, and all cells off the orders, largest excess first.
 
     Parameters
     ----------
-    cells : sequence of NonSynchronousCell
-        All cells, p-values not adjusted.
+    tables : sequence of ScatterTable
+        All cells by run, p-values not adjusted; those of hundreds of runs are a million, and few of
+        them are beyond noise.
+    off_orders : sequence of NonSynchronousCell
+        Cells off the orders, p-values not adjusted, NaN where unknown.
     """
-    known = [cell for cell in cells if np.isfinite(cell.p_value)]
-    p_values = adjusted([cell.p_value for cell in known])
-    tested = [replace(cell, p_value=float(p)) for cell, p in zip(known, p_values, strict=True)]
-    untested = [cell for cell in cells if not np.isfinite(cell.p_value)]
-    kept = [
-        cell for cell in (*tested, *untested) if cell.order is None or cell.p_value < SIGNIFICANCE
+    raw = [table.p_value[table.is_used()] for table in tables]
+    raw.append(np.array([cell.p_value for cell in off_orders]))
+    p_values = np.concatenate(raw)
+    known = np.isfinite(p_values)
+    p_values[known] = adjusted(p_values[known])
+    *by_table, of_others = np.split(p_values, np.cumsum([own.size for own in raw])[:-1])
+    kept = [cell for table, own in zip(tables, by_table, strict=True) for cell in table.beyond(own)]
+    kept += [
+        replace(cell, p_value=p_value)
+        for cell, p_value in zip(off_orders, of_others.tolist(), strict=True)
     ]
     return tuple(sorted(kept, key=lambda cell: cell.noise - cell.gap))
 

@@ -29,9 +29,12 @@ def cell_validations(
     tuple of CellValidation
         Largest error before first.
     """
-    later = {(cell.run, cell.channel_pattern, cell.order): cell for cell in after}
+    shown = significant(before)
+    sought = {(cell.run, cell.channel_pattern, cell.order) for cell in shown}
+    places = ((cell.run, cell.channel_pattern, cell.order) for cell in after)
+    later = {place: after[number] for number, place in enumerate(places) if place in sought}
     result = []
-    for cell in significant(before):
+    for cell in shown:
         same = later[cell.run, cell.channel_pattern, cell.order]
         error = float(np.sqrt(cell.mean_square))
         noise_square = max(cell.mean_square - cell.coherent, 0.0)

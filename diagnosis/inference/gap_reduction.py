@@ -3,7 +3,7 @@
 Beside it the negative controls, the black-box reference and the steps of the accepted effects.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -56,7 +56,11 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
     floor = float(np.sqrt(search.floor))
     rms = [float(np.sqrt(search.mean_square(effects))) for effects in ((), accepted)]
     negative_control = min(_rho(before, control) for control in negative_control_scores(search, ()))
-    cells = [problem.gap_cells(score.fit.effects, score.fit.theta) for score in (before, after)]
+    cells_before = problem.gap_cells(before.fit.effects, before.fit.theta)
+    # One map where nothing is accepted: of hundreds of runs it holds a million cells.
+    cells_after = (
+        problem.gap_cells(after.fit.effects, after.fit.theta) if accepted else cells_before
+    )
     return GapReduction(
         rms_before=rms[0],
         rms_after=rms[1],
@@ -70,9 +74,9 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
         black_box_rho=float(np.sqrt(np.clip(1.0 - explainable, 0.0, 1.0))),
         extrapolation_rho=_extrapolation(search, accepted),
         steps=_steps(search, accepted),
-        cells_before=cells[0],
-        cells_after=cells[1],
-        validation=_validation(problem, cells[0], cells[1], after.fit),
+        cells_before=cells_before,
+        cells_after=cells_after,
+        validation=_validation(problem, cells_before, cells_after, after.fit),
         blocks=_block_scores(problem, before),
     )
 
@@ -166,16 +170,22 @@ def _validation(
     RMS of the coherent gap; u_val from the step of integration and the floor of the map.
     """
     numerical = problem.numerical_error(fit.effects, fit.theta)
-    result = []
-    for run in dict.fromkeys(segment.run for segment in problem.segments):
-        errors = [
-            np.sqrt(max(sum(c.coherent for c in cells if c.run == run), 0.0))
-            for cells in (before, after)
-        ]
-        noise = sum(max(c.mean_square - c.coherent, 0.0) for c in after if c.run == run)
-        result.append(
-            RunValidation(
-                run, float(errors[0]), float(errors[1]), float(np.sqrt(numerical**2 + noise))
-            )
+    errors = [_by_run(cells, lambda cell: cell.coherent) for cells in (before, after)]
+    noise = _by_run(after, lambda cell: max(cell.mean_square - cell.coherent, 0.0))
+    return tuple(
+        RunValidation(
+            run,
+            float(np.sqrt(max(errors[0].get(run, 0.0), 0.0))),
+            float(np.sqrt(max(errors[1].get(run, 0.0), 0.0))),
+            float(np.sqrt(numerical**2 + noise.get(run, 0.0))),
         )
-    return tuple(result)
+        for run in dict.fromkeys(segment.run for segment in problem.segments)
+    )
+
+
+def _by_run(cells: Sequence[GapCell], value: Callable[[GapCell], float]) -> dict[str, float]:
+    """Sum of a value of the cells of each run."""
+    sums: dict[str, float] = {}
+    for cell in cells:
+        sums[cell.run] = sums.get(cell.run, 0.0) + value(cell)
+    return sums

@@ -19,7 +19,6 @@ from carrierflex.diagnosis.gap.findings import (
     FollowedLoad,
     GapFindings,
     GapMoment,
-    NonSynchronousCell,
     PartGrowth,
     Scalar,
 )
@@ -90,10 +89,10 @@ def mounting_findings(
             residual,
             np.isfinite(record.measured),
         )
-    scattered: list[NonSynchronousCell] = []
+    scattered: list[ScatterTable] = []
     for one, two in combinations(range(len(records)), 2):
         if _are_repeats(records[one], records[two]):
-            scattered += _difference(records, residuals, (one, two), names, matrix)
+            scattered.append(_difference(records, residuals, (one, two), names, matrix))
     rows = significant_non_synchronous(scattered)
     return GapFindings(
         where=_where(cells, records, residuals, names, matrix),
@@ -208,7 +207,7 @@ def _difference(
     pair: tuple[int, int],
     names: tuple[str, ...],
     matrix: FloatArray,
-) -> tuple[NonSynchronousCell, ...]:
+) -> ScatterTable:
     """Half of the squared difference of two repeats, by motion and band, and the noise of one."""
     one, two = (records[k] for k in pair)
     is_in_both = np.isfinite(one.measured) & np.isfinite(two.measured)
@@ -239,7 +238,7 @@ def _difference(
         gap=gap_square,
         noise=noise,
         p_value=scatter_p_values(gap_square, noise, degrees),
-    ).cells()
+    )
 
 
 def _growth(

@@ -10,6 +10,7 @@ from typing import Any
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer, MeasuredShape
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapDetail
+from carrierflex.diagnosis.gap.gap_map import map_of
 from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
 from carrierflex.diagnosis.inference.confusion.document import confusion_document, evidence_document
 from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
@@ -267,7 +268,8 @@ def _how_far(reduction: GapReduction | None) -> dict[str, Any]:
 
 def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
     """Largest cells; a small one only where chance would not make it."""
-    known = [cell for cell in cells if cell.share >= _SMALLEST_SHARE or cell.p_value < SIGNIFICANCE]
+    own = map_of(cells)
+    known = own.chosen((own.shares >= _SMALLEST_SHARE) | (own.p_values < SIGNIFICANCE))
     rows = []
     for cell in known[:_MOST_ROWS]:
         row = plain(cell)

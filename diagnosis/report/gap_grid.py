@@ -3,13 +3,16 @@
 Rows are sensor patterns, or runs where there is one channel; columns orders or bands.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
-from carrierflex.diagnosis.gap.significance import is_significant
+from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
+
+IntArray = NDArray[np.int64]
 
 #: Lines of a periodic drive beyond this number are joined to bands, about this many.
 _MOST_COLUMNS = 30
@@ -57,25 +60,30 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     tuple of GapGrid
         One for each map; none where the first is empty.
     """
-    is_frequency = all(cell.frequency_hz is not None for cell in maps[0])
+    own = [map_of(cells) for cells in maps]
+    is_frequency = not np.isnan(own[0].bands_hz[:, 0]).any()
     if not is_frequency:
         # Lines beside the orders have no column of their own; tables and words tell them.
-        maps = tuple([cell for cell in cells if cell.frequency_hz is None] for cells in maps)
-    first = maps[0]
+        own = [cells.on_orders() for cells in own]
+    first = own[0]
     if not first:
         return ()
-    runs = sorted({cell.run for cell in first})
-    patterns = sorted({cell.channel_pattern for cell in first}, key=_pattern_position)
+    runs = sorted(first.runs[k] for k in np.unique(first.places[:, 0]))
+    patterns = sorted(
+        (first.patterns[k] for k in np.unique(first.places[:, 1])), key=_pattern_position
+    )
     edges = _frequency_edges(first) if is_frequency else _order_edges(first)
     if len(patterns) == 1:
         blank = _blank_grid("run", runs, edges, is_frequency)
-        return tuple(_filled(blank, cells, lambda cell: cell.run, n_runs=1) for cells in maps)
+        return tuple(
+            _filled(blank, cells, cells.runs, cells.places[:, 0], n_runs=1) for cells in own
+        )
     of_patterns = any(name.startswith("m=") for name in patterns)
     blank = _blank_grid(
         "sensor pattern" if of_patterns else "motion or sensor", patterns, edges, is_frequency
     )
     return tuple(
-        _filled(blank, cells, lambda cell: cell.channel_pattern, n_runs=len(runs)) for cells in maps
+        _filled(blank, cells, cells.patterns, cells.places[:, 1], n_runs=len(runs)) for cells in own
     )
 
 
@@ -95,17 +103,34 @@ def _blank_grid(
 
 
 def _filled(
-    blank: GapGrid, cells: Sequence[GapCell], row_of: Callable[[GapCell], str], *, n_runs: int
+    blank: GapGrid, cells: GapMap, names: Sequence[str], name_of: IntArray, *, n_runs: int
 ) -> GapGrid:
-    """Grid with the coherent gap of the cells, a mean over `n_runs` runs in every row."""
-    square = blank.rms.copy()
-    beyond = blank.is_significant.copy()
-    for cell in cells:
-        row = blank.rows.index(row_of(cell))
-        column = _column(cell, blank.edges, blank.is_frequency)
-        square[row, column] = np.nan_to_num(square[row, column]) + cell.coherent / n_runs
-        beyond[row, column] |= is_significant(cell)
-    return replace(blank, rms=np.sqrt(np.maximum(square, 0.0)), is_significant=beyond)
+    """Grid with the coherent gap of the cells, a mean over `n_runs` runs in every row.
+
+    `names` hold those of the rows, `name_of` the number of every cell's among them.
+    """
+    row_of_name = np.array([_place(blank.rows, name) for name in names], dtype=np.int64)
+    place = np.ravel_multi_index(
+        (row_of_name[name_of], _columns(cells, blank.edges, blank.is_frequency)), blank.rms.shape
+    )
+
+    def sums(values: FloatArray) -> FloatArray:
+        """Sums of the cells' values by row and column."""
+        flat = np.bincount(place, values, minlength=blank.rms.size)
+        return np.asarray(flat.reshape(blank.rms.shape), dtype=np.float64)
+
+    square = np.maximum(sums(cells.coherent / n_runs), 0.0)
+    is_filled = sums(np.ones(len(cells))) > 0.0
+    return replace(
+        blank,
+        rms=np.sqrt(np.where(is_filled, square, np.nan)),
+        is_significant=sums(cells.are_significant.astype(np.float64)) > 0.0,
+    )
+
+
+def _place(rows: Sequence[str], name: str) -> int:
+    """Place of a row; of names that no cell has any other, since nothing is counted there."""
+    return rows.index(name) if name in rows else 0
 
 
 def _pattern_position(name: str) -> tuple[int, str]:
@@ -114,42 +139,39 @@ def _pattern_position(name: str) -> tuple[int, str]:
     return (known.index(name) if name in known else len(known), name)
 
 
-def _band(cell: GapCell) -> tuple[float, float]:
-    assert cell.frequency_hz is not None
-    return cell.frequency_hz
+def _middles(cells: GapMap) -> FloatArray:
+    """Geometric middle of every cell's band; arithmetic where it begins at zero."""
+    low, high = cells.bands_hz.T
+    return np.where(low > 0.0, np.sqrt(low * high), 0.5 * high)
 
 
-def _middle(cell: GapCell) -> float:
-    """Geometric middle of a cell's band; arithmetic where it begins at zero."""
-    low, high = _band(cell)
-    return float(np.sqrt(low * high)) if low > 0.0 else 0.5 * high
+def _columns(cells: GapMap, edges: FloatArray, is_frequency: bool) -> IntArray:
+    """Column of every cell."""
+    values = _middles(cells) if is_frequency else cells.orders
+    return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.size - 2)
 
 
-def _column(cell: GapCell, edges: FloatArray, is_frequency: bool) -> int:
-    value = _middle(cell) if is_frequency else cell.order
-    return int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, edges.size - 2))
+def _order_edges(cells: GapMap) -> FloatArray:
+    orders = np.round(cells.orders)
+    return np.arange(orders.min(), orders.max() + 2.0) - 0.5
 
 
-def _order_edges(cells: Sequence[GapCell]) -> FloatArray:
-    orders = [round(cell.order) for cell in cells]
-    return np.arange(min(orders), max(orders) + 2, dtype=np.float64) - 0.5
-
-
-def _frequency_edges(cells: Sequence[GapCell]) -> FloatArray:
+def _frequency_edges(cells: GapMap) -> FloatArray:
     """Edges of the coarsest bands in use.
 
     Lines, which have no width, are joined until few enough are left.
     """
+    run_of = cells.places[:, 0]
     bands_of_runs = [
-        sorted({_band(cell) for cell in cells if cell.run == run})
-        for run in {cell.run for cell in cells}
+        np.unique(cells.bands_hz[run_of == run], axis=0).tolist() for run in np.unique(run_of)
     ]
     wide = [bands for bands in bands_of_runs if any(low < high for low, high in bands)]
     if wide:
         coarsest = max(wide, key=lambda bands: bands[-1][1] / bands[-1][0])
         edges = [low for low, _ in coarsest if low > 0.0] + [coarsest[-1][1]]
         return np.array([edges[0] / (edges[1] / edges[0]), *edges])
-    lines = np.unique([_middle(cell) for cell in cells if _middle(cell) > 0.0])
+    middles = _middles(cells)
+    lines = np.unique(middles[middles > 0.0])
     first_lines = np.arange(lines.size)
     if lines.size > _MOST_COLUMNS:
         spaced = np.geomspace(1.0, lines.size, _MOST_COLUMNS)

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator, Mapping
+from fnmatch import fnmatch
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,8 @@ from carrierflex.identification.campaign.simulated_mark import first_other_file,
 #: Copy of the simulation case that a campaign was made from; it may stand beside the campaign's own
 #: files.
 CASE_COPY = "case.toml"
+#: Copies of the law files that a case was simulated with, by number.
+LAW_COPY = "law_{}.toml"
 
 
 def read_campaign(folder: Path) -> Campaign:
@@ -173,7 +176,11 @@ def prepare_campaign_folder(folder: Path) -> None:
         header.rig.get("deflection_curves"),
         *(run.file for run in header.runs),
     }
-    foreign = sorted(path.name for path in folder.iterdir() if path.name not in campaign_names)
+    foreign = sorted(
+        path.name
+        for path in folder.iterdir()
+        if path.name not in campaign_names and not fnmatch(path.name, LAW_COPY.format("*"))
+    )
     if foreign:
         raise ValueError(
             f"{folder}: holds '{foreign[0]}' beside the campaign; expected a new or empty folder"

@@ -16,7 +16,13 @@ from carrierflex.simulation.carrier.effects.misalignment import (
     CARRIER_TILT,
     HOUSING_TILT,
 )
-from carrierflex.simulation.carrier.rim import CarrierRig, RimSensor, inputs_of_columns
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw, law_signal
+from carrierflex.simulation.carrier.rim import (
+    CarrierInputs,
+    CarrierRig,
+    RimSensor,
+    inputs_of_columns,
+)
 from carrierflex.simulation.carrier.run_cases import AXIAL, CarrierMotion, RunCase, Sensor
 
 #: Periods of the slow speed and torque ripple [s]: longer than a revolution at 22.1 rpm (2.7 s) and
@@ -88,12 +94,16 @@ def clean_signal(
         pin_radius=np.nan,
         curves={"delta_s": delta_s, "delta_f": delta_f},
     )
-    rim_sensor = RimSensor(sensor.angle, sensor.radius, sensor.quantity == AXIAL)
+    rim_sensor = _rim_sensor(sensor)
     inputs = inputs_of_columns({"carrier_angle": carrier_angle, "torque": torque})
     signal = np.zeros_like(carrier_angle)
     for effect, coefficients in _coefficients(motion).items():
         signal += effect.signal(coefficients, rim_sensor, inputs, rig)
     return signal
+
+
+def _rim_sensor(sensor: Sensor) -> RimSensor:
+    return RimSensor(sensor.angle, sensor.radius, sensor.quantity == AXIAL)
 
 
 def _coefficients(motion: CarrierMotion) -> dict[Effect, tuple[float, ...]]:
@@ -122,6 +132,7 @@ def simulate_run(
     *,
     noise_std: float,
     rng: np.random.Generator,
+    laws: Sequence[CarrierLaw] = (),
 ) -> Response:
     """Signals of one run.
 
@@ -139,6 +150,8 @@ def simulate_run(
         Standard deviation of the white noise of every sensor [m].
     rng : numpy.random.Generator
         Source of the ripple's phases and of the noise.
+    laws : sequence of CarrierLaw
+        Measured shapes that the signals have beside the truth.
 
     Returns
     -------
@@ -157,18 +170,24 @@ def simulate_run(
     torque_ratio, _ = _ripple(time, case.torque_ripple, rng)
     carrier_angle = case.speed * (time + turned)
     torque = case.torque * (1.0 + torque_ratio)
+    load = np.ones_like(time)
+    inputs = CarrierInputs(
+        time, carrier_angle, torque, case.ntl_y * load, case.ntl_z * load, 0.0, float(time[-1])
+    )
     signals = {}
     for sensor in sensors:
         clean = clean_signal(
             sensor, case.motion, carrier_angle, torque, delta_s=delta_s, delta_f=delta_f
         )
+        for law in laws:
+            clean += law_signal(law, _rim_sensor(sensor), inputs)
         signals[sensor.name] = clean + noise_std * rng.standard_normal(time.size)
     return Response(
         time=time,
         carrier_angle=carrier_angle,
         torque=torque,
-        ntl_y=np.full_like(time, case.ntl_y),
-        ntl_z=np.full_like(time, case.ntl_z),
+        ntl_y=inputs.ntl_y,
+        ntl_z=inputs.ntl_z,
         signals=signals,
     )
 

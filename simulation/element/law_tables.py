@@ -77,9 +77,12 @@ def misplaced(place: str, x: list[float], y: list[float]) -> list[str]:
     found = []
     if len(x) != len(y):
         found.append(f"{place}: x has {len(x)} and y {len(y)} points; expected as many")
+    return found + unordered(place, x)
+
+
+def unordered(place: str, x: list[float]) -> list[str]:
+    """Message where an abscissa does not increase; `place` is named."""
     at = next((k for k in range(len(x) - 1) if not x[k] < x[k + 1]), None)
-    if at is not None:
-        found.append(
-            f"{place}: x[{at + 1}] is {x[at + 1]:g} after {x[at]:g}; expected increasing values"
-        )
-    return found
+    if at is None:
+        return []
+    return [f"{place}: x[{at + 1}] is {x[at + 1]:g} after {x[at]:g}; expected increasing values"]

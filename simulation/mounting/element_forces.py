@@ -147,7 +147,9 @@ def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any, ta
                 over_u, over_rate = force_slopes(user_force, u, rate, user_parameters)
                 slope += over_u
                 rate_slope += over_rate
-            across, over_w, over_z = row, 0.0, 0.0
+            across = row
+            over_w = 0.0
+            over_z = 0.0
             if tables is not None:
                 other = (e + n_e // 2) % n_e
                 across = half * n_e + other

@@ -233,3 +233,28 @@ def test_a_class_keeps_its_nearest_law_where_that_is_named_and_else_takes_the_na
     assert joint(near_quintic, NAMED, ("cube",)).answer.classes[0].law == "cube"
     near_cube = answer(classes=[finding("spring", law="cube")])
     assert joint(near_cube, NAMED, ("quintic", "cube")).answer.classes[0].law == "cube"
+
+
+def test_the_reason_of_a_class_tells_its_share_and_the_nearest_laws():
+    spring, loop = finding("spring", 0.7, "cube", 0.75), finding("loop", 0.29, "slider", 1.25)
+    told = "explains 99.0% of the gap above the floor (mean square) on held-out records"
+    assert joint(answer(classes=[finding("spring")]), NONE_OF_THESE).reason == f"spring {told}"
+    found = joint(answer(classes=[spring, loop]), NONE_OF_THESE)
+    assert found.reason == f"spring with loop {told}; nearest law cube 75%, slider 100%"
+    ties = (("loop",), ("friction", "loop"))
+    tied = joint(answer(classes=[finding("spring")], ties=ties), NONE_OF_THESE)
+    assert tied.reason == (
+        f"spring {told}; loop, friction with loop predicts held-out records as well"
+    )
+
+
+def test_the_reason_against_a_law_tells_what_classes_explain_and_could_learn():
+    blind = answer(NO_CLASS, share=0.3, learnable=0.5)
+    assert joint(blind, NAMED, ("cube", "slider"), phi=0.9).reason == (
+        "the best class explains 30% of the gap in force space, so that cube with slider is no "
+        "cause of it; all classes together learn 50%"
+    )
+    worse = answer(NO_CLASS, share=-0.5, learnable=-0.25)
+    reason = joint(worse, NAMED, ("cube",), phi=0.9).reason
+    assert reason.startswith("the best class explains 0% of the gap")
+    assert reason.endswith("all classes together learn 0%")

@@ -50,6 +50,11 @@ from carrierflex.reduction.body_files import read_body, read_certificate, read_s
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
+    CarrierLaw,
+    LawPart,
+    WaveTable,
+)
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
@@ -160,6 +165,12 @@ def _documents(folder: Path) -> dict[str, Target]:
     )
     part = BushingPart("radial", "both", x, x)
     write_measured_law(folder / "bushings.toml", BushingLaw("law", "dissipation", (part,)))
+    waves = (WaveTable("axial_displacement", 0, 1, x, x),)
+    tilt = LawPart("radial_load", x, waves, "y")
+    visited = {name: (0.0, 1.0) for name in ("torque", "ntl_y", "ntl_z")}
+    write_measured_law(
+        folder / "carrier.toml", CarrierLaw("law", "housing/tilt", 3, 0.4, (tilt,), visited)
+    )
     entry = {"format": "carrierflex-cache-entry", "version": 1, "key": "k"}
     save_json(folder / "entry.json", entry | {"files": {"a.csv": "0" * 64}, "inputs": {}})
     parameters = b"[carrier]\nplate_gap = 0.25\nouter_radius = 0.5\n[gear]\nring_teeth = 99\n"
@@ -170,6 +181,7 @@ def _documents(folder: Path) -> dict[str, Target]:
         "surfaces.toml": lambda path: read_cad_statements(path / "surfaces.toml"),
         "law.toml": lambda path: read_measured_law(path / "law.toml"),
         "bushings.toml": lambda path: read_measured_law(path / "bushings.toml"),
+        "carrier.toml": lambda path: read_measured_law(path / "carrier.toml"),
         "seals.json": lambda path: read_seals(path / "seals.json"),
         "times.json": read_verdict,
         "diagnosis.json": lambda path: read_diagnosis(path / "diagnosis.json"),
@@ -215,7 +227,7 @@ TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
     *("curves.csv", "parameters.toml", "surfaces.toml", "law.toml"),
-    *("bushings.toml", "seals.json"),
+    *("bushings.toml", "carrier.toml", "seals.json"),
     *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     *("mesh .msh", "mesh of hexahedra .inp"),

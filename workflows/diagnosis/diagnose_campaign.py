@@ -14,7 +14,7 @@ from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.kinds import kept_law, law_findings, refuse_unkept
+from carrierflex.diagnosis.kinds import kept_law, law_findings
 from carrierflex.diagnosis.report.diagnosis_files import (
     DIAGNOSIS_FILE,
     write_diagnosis,
@@ -53,7 +53,19 @@ from carrierflex.workflows.view3d.view_file import VIEW_FILE, write_view
 REPORT_FILE = "report.html"
 
 #: Classes whose measured shape is kept as a table.
-LawClass = Literal["restoring_force", "dissipation", "coupled_damping"]
+LawClass = Literal[
+    "restoring_force",
+    "dissipation",
+    "coupled_damping",
+    "housing/offset",
+    "housing/tilt",
+    "housing/saddle",
+    "housing/planet_pass",
+    "housing/load_sharing",
+    "carrier/tilt",
+    "carrier/waves",
+    "carrier/load_sharing",
+]
 
 
 def main(
@@ -84,16 +96,18 @@ def main(
     out : Path
         Folder for diagnosis.json and report.html, which need no network to be read.
     law : list of Path, optional
-        Law files (TOML) of --save-law, further candidates in the kinds element and mounting; may be
-        given several times. Their units (of force and deflection, time in s) are those of the
-        campaign.
+        Law files (TOML) of --save-law from campaigns of the same kind, further candidates; may be
+        given several times. Units of an element's law (of force and deflection, time in s) are
+        those of the campaign.
     save_law : Path, optional
-        File (TOML) for the measured shape of the class found in the kinds element and mounting (of
-        the bushings): restoring force f(x) [N over m], dissipation g(v) [N over m/s] or coupled
-        damping h(x) [N s/m over m], in the units of the campaign. Other classes are refused by
-        name.
+        File (TOML) for the measured shape of the class found. Kinds element and mounting (of the
+        bushings): restoring force f(x) [N over m], dissipation g(v) [N over m/s] or coupled damping
+        h(x) [N s/m over m], in the units of the campaign. Kind carrier: amplitudes of the
+        pattern's waves [m] over torque [N m], radial load [N] or time. Other classes are refused
+        by name.
     law_class : str, optional
-        Class whose shape --save-law keeps; without, the one of the largest share.
+        Class whose shape --save-law keeps, of a carrier frame and pattern; without, the one of the
+        largest share.
     baseline : list of str, optional
         Effects that the baseline contains, in place of those of campaign.toml; may be given several
         times.
@@ -153,8 +167,6 @@ def main(
                 baseline=baseline,
                 effects=effects or (),
             )
-            if save_law is not None:
-                refuse_unkept(measured)
             curves = campaign_curves(measured, campaign)
         with work_executor(workers, scheduler) as executor:
             own, found, diagnosis = _diagnosed(

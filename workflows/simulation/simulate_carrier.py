@@ -6,7 +6,7 @@ rules the axial signals, with three small peaks a revolution of the deflection o
 """
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,12 +17,16 @@ from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import (
     CASE_COPY,
+    LAW_COPY,
     prepare_campaign_folder,
     write_campaign,
 )
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, simulated_campaign
 from carrierflex.simulation.carrier.case_files import SimulationCase, read_case
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw, refuse_other_rig
 from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.simulation.case_kinds import CARRIER_LAW_FILE
+from carrierflex.simulation.law_files import read_measured_law
 from carrierflex.simulation.record_size import MOST_IN_MEMORY, refuse_size
 from carrierflex.workflows.support.progress import Stages
 
@@ -47,7 +51,12 @@ class SimulatedLoadCases:
 
 
 def main(
-    case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False
+    case: Path,
+    *,
+    out: Path,
+    curves: Path | None = None,
+    law: list[Path] | None = None,
+    quiet: bool = False,
 ) -> SimulatedLoadCases:
     """Simulate the rim sensors in a set of load cases and write them as a campaign folder.
 
@@ -60,6 +69,9 @@ def main(
     curves : Path, optional
         Deflection curves (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the
         default carrier serve.
+    law : list of Path, optional
+        Law files (TOML) of diagnose --save-law whose signals are added to the case's truth; out
+        takes copies.
     quiet : bool
         Show no progress.
 
@@ -71,8 +83,8 @@ def main(
     Raises
     ------
     ValueError
-        Where the case or the curves are refused, or the folder holds something that is not a
-        campaign.
+        Where the case, the curves or a law are refused, or the folder holds something that is not
+        a campaign.
     """
     if curves is None:
         from carrierflex.workflows.support.default_curves import default_curves
@@ -81,6 +93,7 @@ def main(
     else:
         curve_set = read_curves(curves)
     what = read_case(case, curve_set["delta_f"])
+    laws = _laws(law or (), what)
     _refuse_size(case, what)
     prepare_campaign_folder(out)
     rng = np.random.default_rng(what.seed)
@@ -90,7 +103,15 @@ def main(
         with stages.stage(f"{run.name}, {run.duration:g} s"):
             delta_s, delta_f = curve_set["delta_s"], curve_set["delta_f"]
             records.append(
-                simulate_run(run, what.sensors, delta_s, delta_f, noise_std=what.noise_std, rng=rng)
+                simulate_run(
+                    run,
+                    what.sensors,
+                    delta_s,
+                    delta_f,
+                    noise_std=what.noise_std,
+                    rng=rng,
+                    laws=laws,
+                )
             )
     campaign = simulated_campaign(
         what.name,
@@ -102,10 +123,29 @@ def main(
     more_files: dict[str, Callable[[Path], None]] = {
         CURVES_FILE: lambda path: write_curves(path, curve_set),
         CASE_COPY: partial(shutil.copyfile, case),
+        **{
+            LAW_COPY.format(number): partial(shutil.copyfile, path)
+            for number, path in enumerate(law or (), start=1)
+        },
     }
     with stages.stage(f"writing {out}"):
         write_campaign(campaign, out, simulated=True, more_files=more_files)
     return SimulatedLoadCases(what, campaign, out)
+
+
+def _laws(paths: Sequence[Path], what: SimulationCase) -> tuple[CarrierLaw, ...]:
+    """Laws of files, all of the case's rig."""
+    laws = []
+    for path in paths:
+        law = read_measured_law(path)
+        if not isinstance(law, CarrierLaw):
+            raise ValueError(
+                f"{path}: law '{law.name}' is not of a carrier, which the case is; expected a law "
+                f"file of the format {CARRIER_LAW_FILE.format}"
+            )
+        refuse_other_rig(law, int(what.rig["n_planets"]), float(what.rig["sensor_radius"]))
+        laws.append(law)
+    return tuple(laws)
 
 
 def _refuse_size(case: Path, what: SimulationCase) -> None:

@@ -36,6 +36,7 @@ def main(
     *,
     out: Path,
     curves: Path | None = None,
+    law: list[Path] | None = None,
     linearised: Path | None = None,
     loads: Path | None = None,
     energy_balance: bool = False,
@@ -58,6 +59,9 @@ def main(
     curves : Path, optional
         Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it
         those of the default carrier serve. A case of kind mounting has none.
+    law : list of Path, optional
+        Carrier: law files (TOML) of diagnose --save-law whose signals are added to the case's
+        truth; may be given several times. out takes copies.
     linearised : Path, optional
         Folder for the modes, the frequency response of the sensors and the Campbell diagram: of a
         mounting where each run carries its largest torque, of a stage at the case's speed.
@@ -108,6 +112,9 @@ def main(
         raise ValueError(f"--linearised is for mountings and stages; {case.name} is neither")
     if loads is not None and document.get("format") != STAGE_FORMAT:
         raise ValueError(f"--loads is for stages; {case.name} is none")
+    is_carrier = document.get("kind") != "mounting" and document.get("format") != STAGE_FORMAT
+    if law and not is_carrier:
+        raise ValueError(f"--law is for cases of the carrier; {case.name} is none")
     if (workers != 1 or scheduler is not None) and variants is None:
         raise ValueError(
             "--workers and --scheduler spread the sets of --variants; expected --variants too"
@@ -116,8 +123,8 @@ def main(
         return simulate_stage.main(
             case, out=out, curves=curves, linearised=linearised, loads=loads, quiet=quiet
         )
-    if document.get("kind") != "mounting":
-        return simulate_carrier.main(case, out=out, curves=curves, quiet=quiet)
+    if is_carrier:
+        return simulate_carrier.main(case, out=out, curves=curves, law=law, quiet=quiet)
     if curves is not None:
         raise ValueError(f"--curves is {curves}; a case of kind mounting has no deflection curves")
     given += ["linearised"] if linearised is not None else []

@@ -30,6 +30,7 @@ from carrierflex.identification.logs.map_tables import (
     MountingMapDocument,
 )
 from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
+from carrierflex.simulation.carrier.measured_laws.carrier_law_tables import CarrierLawDocument
 from carrierflex.simulation.element.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import BushingLawDocument
@@ -61,6 +62,7 @@ _DOCUMENTS: dict[str, Any] = {
     "stage case": StageCaseDocument,
     "element law": LawDocument,
     "bushing law": BushingLawDocument,
+    "carrier law": CarrierLawDocument,
 }
 
 #: Document of every kind of JSON file, by the name of the file.

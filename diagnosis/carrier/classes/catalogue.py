@@ -4,39 +4,39 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from carrierflex.diagnosis.carrier.classes.dependence import (
+from carrierflex.identification.campaign.order_analysis import highest_order
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
     BY_BOTH,
     BY_RADIAL_LOAD,
     BY_TORQUE,
     NONE,
+    TIME,
 )
-from carrierflex.diagnosis.carrier.classes.patterns import (
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
+    MODULATED,
+    OFFSET,
+    PLANET_PASS,
+    SADDLE,
+    TILT,
+    TURNING_TILT,
+    UNEVEN,
+    WAVES,
     Columns,
-    face_waves,
     modulated_waves,
     offset,
     planet_pass,
-    planet_waves,
     saddle,
     tilt,
     turning_tilt,
+    turning_waves,
     uneven_waves,
 )
-from carrierflex.identification.campaign.declarations import Channel
 
-OFFSET = "housing/offset"
-TILT = "housing/tilt"
-SADDLE = "housing/saddle"
-PLANET_PASS, MODULATED = "housing/planet_pass", "housing/load_sharing"
-TURNING_TILT = "carrier/tilt"
-WAVES = "carrier/waves"
-UNEVEN = "carrier/load_sharing"
 GAIN = "channel/gain"
 ZERO = "channel/zero"
 ANGLE = "channel/angle"
 DELAY = "clock/delay"
 UNDETERMINED = "undetermined"
-TIME = "time"
 
 #: Frame and pattern of each law of the library, and what it follows.
 LAWS = {
@@ -90,27 +90,37 @@ class Shape:
     id : str
         ``frame/pattern``.
     columns : mapping of str to callable
-        Columns over the sensors by dependence: channels and planets to columns.
+        Columns by dependence: quantities of the sensors and planets to columns.
     sets : tuple of tuple of str
         Ways to follow the loads, as sets of dependences, the simplest first.
     """
 
     id: str
-    columns: Mapping[str, Callable[[Sequence[Channel], int], Columns]]
+    columns: Mapping[str, Callable[[Sequence[str], int], Columns]]
     sets: tuple[tuple[str, ...], ...]
 
 
 def _alone(
-    pattern: Callable[[Sequence[Channel]], Columns],
-) -> Callable[[Sequence[Channel], int], Columns]:
+    pattern: Callable[[Sequence[str]], Columns],
+) -> Callable[[Sequence[str], int], Columns]:
     """Pattern that does not depend on the number of planets."""
-    return partial(_of_channels, pattern)
+    return partial(_of_quantities, pattern)
 
 
-def _of_channels(
-    pattern: Callable[[Sequence[Channel]], Columns], channels: Sequence[Channel], n_planets: int
+def _of_quantities(
+    pattern: Callable[[Sequence[str]], Columns], quantities: Sequence[str], n_planets: int
 ) -> Columns:
-    return pattern(channels)
+    return pattern(quantities)
+
+
+def _face_waves(quantities: Sequence[str], n_planets: int) -> Columns:
+    """Waves on the carrier's face, whatever their order."""
+    return turning_waves(quantities, range(2, highest_order(n_planets) + 1))
+
+
+def _planet_waves(quantities: Sequence[str], n_planets: int) -> Columns:
+    """Waves that equal loads of all planets make: as many lobes as planets, and multiples."""
+    return turning_waves(quantities, range(n_planets, highest_order(n_planets) + 1, n_planets))
 
 
 def shapes() -> tuple[Shape, ...]:
@@ -131,7 +141,7 @@ def shapes() -> tuple[Shape, ...]:
         Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}, _OF_TORQUE),
         Shape(MODULATED, {BY_BOTH: modulated_waves}, ((BY_BOTH,),)),
         Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}, _OF_TORQUE),
-        Shape(WAVES, {NONE: face_waves, BY_TORQUE: planet_waves}, _OF_TORQUE),
+        Shape(WAVES, {NONE: _face_waves, BY_TORQUE: _planet_waves}, _OF_TORQUE),
         Shape(UNEVEN, {BY_TORQUE: uneven_waves}, ((BY_TORQUE,),)),
     )
 

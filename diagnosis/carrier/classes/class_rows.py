@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.catalogue import OFFSET, TIME, Shape, shapes
+from carrierflex.diagnosis.carrier.classes.catalogue import OFFSET, TIME, shapes
 from carrierflex.diagnosis.carrier.classes.dependence import (
     LoadWeights,
     load_functions,
     load_weights,
 )
-from carrierflex.diagnosis.carrier.classes.patterns import PatternColumn
 from carrierflex.diagnosis.carrier.records.columns import (
     CONSTANT,
     N_TIME_COLUMNS,
@@ -19,9 +18,27 @@ from carrierflex.diagnosis.carrier.records.columns import (
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.declarations import Channel
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import PatternColumn
 
 #: Number of a wave times a load among the columns of the flexible model.
 Numbers = Mapping[tuple[int, bool, str], int]
+
+
+@dataclass(frozen=True, eq=False)
+class SensorColumn:
+    """Column of a pattern at the sensors of a campaign.
+
+    Parameters
+    ----------
+    order : int
+        Order of the carrier angle.
+    cosine, sine : ndarray, shape (n_channels,)
+        Weights of its cosine and sine; zero at sensors of another quantity.
+    """
+
+    order: int
+    cosine: FloatArray
+    sine: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,15 +47,15 @@ class RowGroup:
 
     Parameters
     ----------
-    columns : sequence of PatternColumn
-        Waves over the sensors.
+    columns : sequence of SensorColumn
+        Columns of the pattern.
     loads : sequence of LoadWeights
         Functions of the loads.
     penalty : ndarray, shape (n, n)
         Penalty of the amplitudes, the columns of a function together.
     """
 
-    columns: Sequence[PatternColumn]
+    columns: Sequence[SensorColumn]
     loads: Sequence[LoadWeights]
     penalty: FloatArray
 
@@ -127,11 +144,13 @@ def class_rows(
         Torques that differ.
     """
     functions = load_functions(n_torques)
+    quantities = [channel.quantity for channel in channels]
     groups = {}
     for shape in shapes():
         for dependence in shape.columns:
             loads, penalty = functions[dependence]
-            columns = _columns(shape, dependence, channels, n_planets)
+            waves = shape.columns[dependence](quantities, n_planets)
+            columns = [_at_sensors(column, channels) for column in waves]
             groups[f"{shape.id}:{dependence}"] = RowGroup(
                 columns,
                 [load_weights(load, means) for load in loads],
@@ -145,13 +164,17 @@ def class_rows(
     return ClassRows(groups, len(channels), np.array(is_axial), numbers)
 
 
-def _columns(
-    shape: Shape, dependence: str, channels: Sequence[Channel], n_planets: int
-) -> tuple[PatternColumn, ...]:
-    return shape.columns[dependence](channels, n_planets)
+def _at_sensors(column: PatternColumn, channels: Sequence[Channel]) -> SensorColumn:
+    """Column of a pattern at every sensor."""
+    angle = np.array([channel.angle for channel in channels], dtype=np.float64)
+    shows = np.array(
+        [channel.quantity == column.quantity for channel in channels], dtype=np.float64
+    )
+    cosine, sine = column.over(angle)
+    return SensorColumn(column.order, shows * cosine, shows * sine)
 
 
-def _row(column: PatternColumn, loads: LoadWeights, run: int, numbers: Numbers) -> FloatArray:
+def _row(column: SensorColumn, loads: LoadWeights, run: int, numbers: Numbers) -> FloatArray:
     """Weights of the flexible columns for one row in a run, shape (n_channels, n_features)."""
     row = np.zeros((column.cosine.size, N_TIME_COLUMNS + len(numbers)))
     for is_sine, over_channels in ((False, column.cosine), (True, column.sine)):

@@ -11,14 +11,15 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.records.columns import CONSTANT, FORCE_Y, FORCE_Z, TORQUE
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
+    BY_BOTH,
+    BY_RADIAL_LOAD,
+    BY_TORQUE,
+    NONE,
+)
 
 #: Torque over nominal, radial load over the largest, along y and z; shape (n,) each.
 LoadFunction = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-#: Groups of functions of the loads.
-NONE = "none"
-BY_TORQUE = "torque"
-BY_RADIAL_LOAD = "radial_load"
-BY_BOTH = "load_sharing"
 #: Radial load, over the largest, at which a saturating function bends.
 _BENDS = (0.15, 0.45)
 _STEP = 1e-4

@@ -7,6 +7,7 @@ from operator import itemgetter
 
 import numpy as np
 
+from carrierflex.diagnosis.carrier.classes.amplitude_tables import VisitedLoads
 from carrierflex.diagnosis.carrier.classes.catalogue import (
     CLASS_OF_LAW,
     OFFSET,
@@ -58,10 +59,13 @@ class CarrierTable:
         Products.
     sizes : mapping of str to int
         Columns of each class.
+    visited : VisitedLoads
+        Loads of the records, over which amplitudes are tabulated.
     """
 
     table: GramTable
     sizes: Mapping[str, int]
+    visited: VisitedLoads
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +118,8 @@ def carrier_table(
     base : ndarray, shape (p,)
         Parameters of the fitted baseline.
     """
-    means = _mean_loads(model, records)
+    scale = _load_scale(model)
+    means = _mean_loads(model, records) / scale
     n_torques = torque_levels(means[:, 0])
     of_effects = effect_rows(model, candidates, base)
     of_classes = class_rows(campaign.channels, model.source.rig.n_planets, means, n_torques)
@@ -131,17 +136,27 @@ def carrier_table(
     groups = _groups(of_effects, of_classes, places)
     options = _options(model, is_told=is_told)
     laws = _laws(model, of_effects, places)
-    return _assembled(gram, places.n_base, groups, options, laws, floor, folds)
+    visited = VisitedLoads(
+        records.loads,
+        scale,
+        n_torques,
+        tuple(dict.fromkeys(channel.quantity for channel in campaign.channels)),
+        model.source.rig.n_planets,
+        float(campaign.rig["sensor_radius"]),
+    )
+    return _assembled(gram, places.n_base, groups, options, laws, floor, folds, visited)
 
 
 def _mean_loads(model: CarrierModel, records: CarrierSums) -> FloatArray:
-    """Mean torque over nominal and radial load over the largest of every run, shape (n_runs, 3)."""
-    source = model.source
-    scale = np.array([source.rig.nominal_torque, source.largest_load, source.largest_load])
+    """Mean torque [N m] and radial load [N] of every run, shape (n_runs, 3)."""
     runs = range(len(model.runs))
-    return np.array([records.loads[records.run_of_revolution == r].mean(axis=0) for r in runs]) / (
-        scale
-    )
+    return np.array([records.loads[records.run_of_revolution == r].mean(axis=0) for r in runs])
+
+
+def _load_scale(model: CarrierModel) -> FloatArray:
+    """Nominal torque [N m], and the largest radial load [N] twice."""
+    source = model.source
+    return np.array([source.rig.nominal_torque, source.largest_load, source.largest_load])
 
 
 def _options(model: CarrierModel, *, is_told: bool) -> dict[str, tuple[str, ...]]:
@@ -286,7 +301,7 @@ def _folds(conditions: Sequence[str], runs: IntArray, *, is_told: bool) -> IntAr
 def _laws(
     model: CarrierModel, effects: EffectRows, places: _Places
 ) -> dict[str, tuple[LawColumns, ...]]:
-    """Columns of every law by frame and pattern; a law of the user's under the empty name."""
+    """Columns of every law by frame and pattern; a user's effect under the empty name."""
     variants: dict[str, dict[tuple[float, ...], list[int]]] = {}
     first = 1 + effects.n_base
     for k, (law, variant) in enumerate(zip(effects.owners, effects.variants, strict=True)):
@@ -295,7 +310,7 @@ def _laws(
     laws: dict[str, tuple[LawColumns, ...]] = {}
     for law, by_variant in variants.items():
         columns = tuple(np.array(own) for own in by_variant.values())
-        shape = CLASS_OF_LAW.get(law, "")
+        shape = model.class_of_measured.get(law, CLASS_OF_LAW.get(law, ""))
         own = LawColumns(law, columns, len(model.effects[law].parameters))
         laws[shape] = (*laws.get(shape, ()), own)
     return laws
@@ -325,6 +340,7 @@ def _assembled(
     laws: Mapping[str, tuple[LawColumns, ...]],
     floor: FloatArray,
     folds: IntArray,
+    visited: VisitedLoads,
 ) -> CarrierTable:
     """Table of unit energies, each group scaled as one."""
     energy = np.diag(gram.sum(axis=0)).copy()
@@ -348,4 +364,4 @@ def _assembled(
         scale=scale,
     )
     sizes = {name: sum(groups[group][0].size for group in own) for name, own in classes.items()}
-    return CarrierTable(table, sizes)
+    return CarrierTable(table, sizes, visited)

@@ -1,14 +1,14 @@
 """Products of the carrier's signatures over every run and channel that is planned or possible."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.library import carrier_library
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
-from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.records.columns import largest_load, typical_speed
 from carrierflex.diagnosis.carrier.records.run_columns import RunColumns, columns_of_campaign
 from carrierflex.diagnosis.carrier.signature_rows import (
     EffectRows,
@@ -95,8 +95,9 @@ def carrier_planned_table(
 
 def _model_of(problem: CarrierProblem, pool: Campaign) -> CarrierModel:
     """Model over all runs and channels; shapes lie within the loads that are possible."""
-    rig = problem.model.source.rig
-    source = ColumnSource(rig, carrier_library(rig), typical_speed(pool), largest_load(pool))
+    source = replace(
+        problem.model.source, speed=typical_speed(pool), largest_load=largest_load(pool)
+    )
     index = columns_of_campaign(pool.runs[0], pool.channels[0], source)
     names = tuple(run.name for run in pool.runs)
     channels = tuple(channel.name for channel in pool.channels)

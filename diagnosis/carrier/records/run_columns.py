@@ -193,12 +193,12 @@ class SomeSamples:
         # Another simulator's prediction is each run's own.
         predicted = [
             np.reshape(
-                list(_target_rows(run, channel, samples, delays).values()), (-1, samples.size)
+                list(_prediction_rows(run, channel, samples, delays).values()), (-1, samples.size)
             )
             for run, samples in zip(self.runs, self.samples, strict=True)
         ]
         rows = self.source.rows(rim_sensor(channel), self.inputs, self.late)
-        return np.concatenate([np.concatenate(predicted, axis=1)[1:], list(rows.values())])
+        return np.concatenate([np.concatenate(predicted, axis=1), list(rows.values())])
 
 
 def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> SomeSamples:
@@ -262,19 +262,26 @@ def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> Col
 def _target_rows(
     run: Run, channel: Channel, samples: IntArray, delays: FloatArray
 ) -> dict[Key, FloatArray]:
-    """Target and another simulator's prediction, the latter at the nodes of a delay too.
+    """Target and another simulator's prediction."""
+    target = run.signals[channel.name][samples]
+    return {(TARGET, 0, "", 0): target, **_prediction_rows(run, channel, samples, delays)}
 
-    Another simulator's prediction is moved in time only, by `delays` [s]: its waves turn with the
-    carrier.
+
+def _prediction_rows(
+    run: Run, channel: Channel, samples: IntArray, delays: FloatArray
+) -> dict[Key, FloatArray]:
+    """Another simulator's prediction, at the nodes of a delay too; empty where there is none.
+
+    It is moved in time only, by `delays` [s]: its waves turn with the carrier.
     """
-    rows = {(TARGET, 0, "", 0): run.signals[channel.name][samples]}
-    if channel.name in run.predictions:
-        prediction = run.predictions[channel.name]
-        rows[PREDICTION, 0, "", 0] = prediction[samples]
-        for node, delay in enumerate(delays.tolist()):
-            if delay:
-                late = delayed(run.time, prediction, delay)
-                rows[PREDICTION, 0, "delay", node] = late[samples]
+    if channel.name not in run.predictions:
+        return {}
+    prediction = run.predictions[channel.name]
+    rows = {(PREDICTION, 0, "", 0): prediction[samples]}
+    for node, delay in enumerate(delays.tolist()):
+        if delay:
+            late = delayed(run.time, prediction, delay)
+            rows[PREDICTION, 0, "delay", node] = late[samples]
     return rows
 
 

@@ -17,7 +17,25 @@ _MOST_LETTERS = 40
 def kept_shape(
     answer: ClassAnswer, tables: Mapping[str, str], wanted: str | None
 ) -> tuple[str, MeasuredShape]:
-    """Class whose measured shape is kept as a table, and the shape.
+    """Class whose measured curve is kept as a table, and the curve.
+
+    Arguments and errors are those of :func:`kept_finding`.
+
+    Returns
+    -------
+    tuple of (str, MeasuredShape)
+        What tables call the class, and its shape.
+    """
+    name, finding = kept_finding(answer, tables, wanted)
+    if finding.shape is None:
+        raise named_by_law(name, finding)
+    return name, finding.shape
+
+
+def kept_finding(
+    answer: ClassAnswer, tables: Mapping[str, str], wanted: str | None
+) -> tuple[str, ClassFinding]:
+    """Class of an answer that is kept as a table.
 
     Parameters
     ----------
@@ -30,8 +48,8 @@ def kept_shape(
 
     Returns
     -------
-    tuple of (str, MeasuredShape)
-        What tables call the class, and its shape.
+    tuple of (str, ClassFinding)
+        What tables call the class, and the class.
 
     Raises
     ------
@@ -48,20 +66,19 @@ def kept_shape(
     if name not in tables.values():
         raise ValueError(
             f"no law to save: the class '{name}' is not kept as a table; expected one of "
-            f"{', '.join(tables.values())}"
+            f"{', '.join(dict.fromkeys(tables.values()))}"
         )
-    return name, _shape(known[name], name)
+    return name, known[name]
 
 
-def _shape(finding: ClassFinding, name: str) -> MeasuredShape:
-    if finding.shape is None:
-        raise ValueError(
-            f"no law to save: '{name}' was named by its law {finding.law}, not by its shape"
-        )
-    return finding.shape
+def named_by_law(name: str, finding: ClassFinding) -> ValueError:
+    """Error of a class without a measured shape of its own."""
+    return ValueError(
+        f"no law to save: '{name}' was named by its law {finding.law}, not by its shape"
+    )
 
 
 def law_name(effect_class: str, campaign: str) -> str:
     """Id of a kept law: small letters, digits and underscores."""
     slug = re.sub(r"[^a-z0-9]+", "_", campaign.lower()).strip("_")[:_MOST_LETTERS]
-    return f"{effect_class}_of_{slug or 'campaign'}"
+    return f"{effect_class.replace('/', '_')}_of_{slug or 'campaign'}"

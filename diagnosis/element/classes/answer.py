@@ -1,12 +1,8 @@
-"""Class of the missing effect of an element: table, what the drive can show, decision, shapes."""
-
-from collections.abc import Sequence
-from functools import partial
+"""Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
 from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.drive_in_time import (
     has_one_frequency,
     is_separable_from_time,
@@ -17,10 +13,8 @@ from carrierflex.diagnosis.element.classes.laws import (
     MEMORY,
     TIME_VARIATION,
 )
-from carrierflex.diagnosis.element.classes.shapes import measured_shape
-from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable, element_table
+from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable
 from carrierflex.diagnosis.element.model import ElementModel
-from carrierflex.diagnosis.element.records import ElementRecord
 
 _DRIVE_NOTE = (
     "the drive itself changes with time: a slow change with time is not separable from it in these "
@@ -32,40 +26,6 @@ _ONE_FREQUENCY_NOTE = (
 )
 #: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
 _SAME_LEVEL = 1.1
-
-
-def element_class_answer(
-    model: ElementModel,
-    records: Sequence[ElementRecord],
-    noise: FloatArray,
-    noise_note: str = "",
-    known: ElementTable | None = None,
-) -> ClassAnswer | None:
-    """Class of the missing effect.
-
-    Parameters
-    ----------
-    model : ElementModel
-        Baseline and library.
-    records : sequence of ElementRecord
-        Runs.
-    noise : ndarray, shape (n_runs,)
-        Variance of the channel's noise by run.
-    noise_note : str
-        What the records cannot say of their noise.
-    known : ElementTable, optional
-        Table of these records and this noise, where it was made already.
-
-    Returns
-    -------
-    ClassAnswer or None
-        None where the records are too short.
-    """
-    constants = ClassConstants()
-    own = known or element_table(model, records, noise, constants)
-    if own is None:
-        return None
-    return answer_of_table(own, model, noise_note, partial(measured_shape, own, model.units))
 
 
 def answer_of_table(

@@ -6,6 +6,7 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shapes.kept_laws import kept_shape, law_name
+from carrierflex.diagnosis.classes.shapes.visited_range import visited_range_warning
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.cards import KIND
@@ -111,18 +112,17 @@ def beyond_visited(
     outside = (values < law.x[0]) | (values > law.x[-1])
     if not outside.any():
         return ()
-    share = float(np.mean(outside))
-    unit = law.x_unit
-    text = (
-        f"{share:.2%} of the samples lie outside the range in which the law was measured: records "
-        f"reach from {values.min():.4g} to {values.max():.4g} {unit}, its table from "
-        f"{law.x[0]:.4g} to {law.x[-1]:.4g} {unit}"
-    )
-    continued = "its end value" if law.effect_class == COUPLED_DAMPING else "the slope of its end"
-    remedy = f"beyond its table the law goes on with {continued}; measure it at this size"
     farthest = int(np.argmax([max(law.x[0] - one.min(), one.max() - law.x[-1]) for one in own]))
-    place = f"run {records[farthest].name}"
-    return (CampaignWarning("visited_range", law.name, text, remedy, share, place),)
+    warning = visited_range_warning(
+        law.name,
+        law.effect_class,
+        share=float(np.mean(outside)),
+        reached=values,
+        table=law.x,
+        unit=law.x_unit,
+        run=records[farthest].name,
+    )
+    return (warning,)
 
 
 def _abscissa(law: TabulatedLaw, record: ElementRecord) -> FloatArray:

@@ -36,10 +36,14 @@ def with_all_lines(model: ElementModel, record: ElementRecord) -> ElementRecord:
 
     Noise that the inertia multiplies is weighted down with the force it lies in; a line of the
     motion that is left out is a force that no function of the rest can hold. A motion of one
-    line keeps its band: its mass follows from the harmonics alone, and noise makes it too small.
+    line keeps its lines: its mass follows from the harmonics alone, and noise makes it too small.
+    Its band ends at the last of them, which the roll-off would take away: it is moved beyond, where
+    there is nothing up to the next.
     """
-    if not model.by_force or record.is_released or record.gap is not None or _is_one_line(record):
+    if not model.by_force or record.is_released or record.gap is not None:
         return record
+    if _is_one_line(record):
+        return record.within(record.cutoff_hz)
     trusted = trusted_frequency(record.response, record.step, above_plateau=_CLEAR_OF_NOISE)
     return record if trusted <= record.flat_hz else record.within(trusted)
 
@@ -57,7 +61,7 @@ def nearest_motion(
     model : ElementModel
         Element; a driven deflection is taken as it is.
     record : ElementRecord
-        Run; so are a release and a motion of one line.
+        Run; so is a release.
     variance : float
         Variance of the channel's noise.
 
@@ -73,7 +77,7 @@ def nearest_motion(
     """
     if not model.by_force:
         return record.motion, 0.0
-    if record.is_released or record.gap is not None or _is_one_line(record):
+    if record.is_released or record.gap is not None:
         return record.motion, speed_noise(variance, record.flat_hz, record.step)
     q, step = record.response, record.step
     window = np.hanning(q.size)

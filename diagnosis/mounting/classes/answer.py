@@ -150,7 +150,7 @@ def _sparsest(
         # A force of the bushings that leaves as much is another cause, not the same map in more
         # columns.
         ties.append(decision.classes)
-    kept = tuple(dict.fromkeys(tie for tie in ties if tie != answer))
+    kept = tuple(dict.fromkeys(ties))
     return replace(decision, classes=answer, held=scores.of(answer), ties=kept)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shapes.kept_laws import kept_shape, law_name
+from carrierflex.diagnosis.classes.shapes.visited_range import visited_range_warning
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.cards import KIND
@@ -17,7 +18,6 @@ from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.effect_parameters import EffectParameter
-from carrierflex.simulation.element.tabulated_laws import COUPLED_DAMPING
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     PORT,
     RADIAL,
@@ -124,18 +124,16 @@ def beyond_visited(
     if not share > 0.0:
         return ()
     part = law.parts[worst]
-    values = np.concatenate([_abscissa(law, part, own).ravel() for own in motions])
-    unit = "m/s" if law.along_speed else "m"
-    text = (
-        f"{share:.2%} of the samples lie outside the range in which the law was measured: records "
-        f"reach from {values.min():.4g} to {values.max():.4g} {unit}, its table from "
-        f"{part.x[0]:.4g} to {part.x[-1]:.4g} {unit}"
+    warning = visited_range_warning(
+        law.name,
+        law.effect_class,
+        share=share,
+        reached=np.concatenate([_abscissa(law, part, own).ravel() for own in motions]),
+        table=part.x,
+        unit="m/s" if law.along_speed else "m",
+        run=motions[int(np.argmax(shares[worst]))].record.name,
     )
-    is_damping = law.effect_class == COUPLED_DAMPING
-    continued = "its end value" if is_damping else "the slope of its end"
-    remedy = f"beyond its table the law goes on with {continued}; measure it at this size"
-    place = f"run {motions[int(np.argmax(shares[worst]))].record.name}"
-    return (CampaignWarning("visited_range", law.name, text, remedy, share, place),)
+    return (warning,)
 
 
 def _abscissa(law: BushingLaw, part: BushingPart, own: BushingMotion) -> FloatArray:

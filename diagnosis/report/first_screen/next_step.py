@@ -56,7 +56,7 @@ def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
             return "Measure where the classes differ before one is put into the simulation."
         return f"Do not put {names} into the simulation yet: measure where the rivals differ."
     if diagnosis.verdict == CLASS_NAMED and answer is not None:
-        if not any(finding.shape for finding in answer.classes):
+        if not any(finding.shape or finding.carrier_law for finding in answer.classes):
             return (
                 f"Look for the source of {class_names(answer)} in the machine and in the measuring "
                 "chain: no law of the library has it."

@@ -3,8 +3,8 @@
 A part acts in y and in z apart, ``f(u)``, ``g(v)``, ``h(u) v`` of each direction alone, or
 radially: ``f(r) u / r`` along the deflection, ``g(w) v / w`` along the speed, ``h(r) v`` with the
 sizes r and w of deflection and speed in the plane. Beyond its table a force goes on with the slope
-of its end, damping with its end value
-internal ones, positive against a positive deflection.
+of its end, damping with its end value. Forces are internal ones, positive against a positive
+deflection.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,9 @@ Array = NDArray[np.float64]
 
 #: In y and in z apart, or along deflection or speed in the plane.
 APART, RADIAL = "apart", "radial"
-BOTH, STARBOARD, PORT = "both", "starboard", "port"
+BOTH = "both"
+STARBOARD = "starboard"
+PORT = "port"
 #: Numbers that stand for them in the packed tables.
 _ACTS: Mapping[str, int] = {APART: 0, RADIAL: 1}
 _BUSHINGS: Mapping[str, int] = {BOTH: -1, STARBOARD: 0, PORT: 1}

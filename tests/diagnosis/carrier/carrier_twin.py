@@ -84,9 +84,9 @@ def twin_campaign(
     rng = np.random.default_rng(seed)
     runs = []
     for k, (share, y, z) in enumerate(loads):
-        time = np.arange(turns * 60 + 1) * (2.0 * np.pi / 60.0 / SPEEDS[k])
+        time = np.arange(turns * 60 + 1) * (2.0 * np.pi / 60.0 / SPEEDS[k % len(SPEEDS)])
         ripple = 1.0 + 0.01 * np.sin(2.0 * np.pi * time / 17.3 + k)
-        angle, torque = SPEEDS[k] * time, share * 360e3 * ripple
+        angle, torque = SPEEDS[k % len(SPEEDS)] * time, share * 360e3 * ripple
         columns = {
             "carrier_angle": angle,
             "torque": torque,

@@ -1,11 +1,18 @@
 """A linear toy problem with classes of random columns: every branch of the rule is reached."""
 
+from itertools import combinations
+
 import numpy as np
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
+from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.shares import Shares
 
 N_BLOCKS, N_SAMPLES = 24, 60
 SIZE = 3
+#: Blocks of sets whose remainders are given.
+N_KNOWN = 8
 
 
 def toy_columns(seed=0):
@@ -53,3 +60,39 @@ def toy_table(signal, columns, *, noise=0.1, seed=1, laws=None):
         folds=np.arange(N_BLOCKS) % 4,
         scale=scale,
     )
+
+
+def known_scores(causes, classes, *, fitted=np.inf, limits=None):
+    """Held-out squares of all sets in floors: one of noise, and what the classes leave of causes.
+
+    `classes` tell for each class what it leaves of the causes that it shows at all; of a cause a
+    set leaves what its best class does. Every set leaves `fitted` floors of the records that it is
+    fitted to.
+    """
+
+    def left(names):
+        by_cause = (
+            size * min([1.0, *(classes[name].get(cause, 1.0) for name in names)])
+            for cause, size in causes.items()
+        )
+        return HeldOutSquares(np.full(N_KNOWN, (1.0 + sum(by_cause)) / N_KNOWN), (), ())
+
+    known = {
+        names: left(names)
+        for size in range(len(classes) + 1)
+        for names in combinations(sorted(classes), size)
+    }
+    table = GramTable(
+        gram=np.full((N_KNOWN, 1, 1), fitted / N_KNOWN),
+        n_base=0,
+        groups={},
+        classes={},
+        surface="",
+        ceiling=(),
+        laws={},
+        floor=np.full(N_KNOWN, 1.0 / N_KNOWN),
+        folds=np.arange(N_KNOWN) % 4,
+        scale=np.ones(1),
+    )
+    scores = ClassScores(table, limits or ClassConstants(), known)
+    return scores, Shares(scores.of(()).squares, table.floor, scores.constants)

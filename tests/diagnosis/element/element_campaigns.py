@@ -33,13 +33,14 @@ def multisine(amplitude, seed, *, periods=4, lines=range(1, 80, 2)):
 
 
 @cache
-def driven_motions(law, amplitudes, seed):
+def driven_motions(law, amplitudes, seed, lines=range(1, 80, 2)):
     """Time [s], forces, deflections from rest with an extra law(q, v), (n,) and (n_runs, n) twice.
 
     The runs are integrated together: a call of the law on three numbers costs what it costs on one.
     """
     pairs = [
-        multisine(amplitude, 10 * seed + number) for number, amplitude in enumerate(amplitudes)
+        multisine(amplitude, 10 * seed + number, lines=lines)
+        for number, amplitude in enumerate(amplitudes)
     ]
     forces = [force for force, _ in pairs]
     time = STEP * np.arange(pairs[0][1])
@@ -58,11 +59,19 @@ def driven_motions(law, amplitudes, seed):
 
 
 def force_campaign(
-    law, *, amplitudes=(1.0, 2.0, 4.0), noise=2e-6, seed=0, declared=True, settle=PERIOD, effects=()
+    law,
+    *,
+    amplitudes=(1.0, 2.0, 4.0),
+    lines=range(1, 80, 2),
+    noise=2e-6,
+    seed=0,
+    declared=True,
+    settle=PERIOD,
+    effects=(),
 ):
     """Mass on an element with an extra law(q, v) under three amplitudes, one run each."""
     rng = np.random.default_rng(seed)
-    time, forces, motions = driven_motions(law, amplitudes, seed)
+    time, forces, motions = driven_motions(law, amplitudes, seed, lines)
     runs = []
     for number, amplitude in enumerate(amplitudes):
         q = motions[number] + noise * rng.standard_normal(time.size)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign import Campaign
@@ -150,7 +149,7 @@ def test_the_law_of_a_release_is_found_with_its_class():
     problem = element_problem(decay_campaign(cubic))
     fit = fit_effects(problem, ("cubic_stiffness",))
     assert values_of(fit)["K3"] == pytest.approx(CUBIC / MASS, rel=0.01)
-    answer = element_class_answer(problem.model, problem.records, problem.noise)
+    answer = problem.class_answer()
     (found,) = answer.classes
     assert (found.id, found.law) == ("restoring_force", "cubic_stiffness")
     assert found.share > 0.98
@@ -167,7 +166,7 @@ def test_the_law_of_a_release_is_found_with_its_class():
 def test_a_decay_shows_its_class_and_no_memory(law, damping, classes):
     # Records end in noise alone, or stuck; at 5 % of critical no two periods are of like size.
     problem = element_problem(decay_campaign(law, damping=damping))
-    answer = element_class_answer(problem.model, problem.records, problem.noise)
+    answer = problem.class_answer()
     assert answer.ids == classes
 
 

@@ -96,13 +96,13 @@ def experiment(text, effects, *, gain=1.0, gains=None):
     return CandidateExperiment(text, problem)
 
 
-def separated(candidate_experiments, truth=4.0, noise_std=1.0):
-    effects = {"a": {"a": 1.0}, "b": {"a": 2.0}}
-    problem = linear_problem({"a": truth}, effects, noise_std=noise_std)
+def separated(candidate_experiments, truth=4.0, noise_std=1.0, sets=(("a",), ("b",))):
+    effects = {"a": {"a": 1.0}, "b": {"a": 2.0}, "c": {"c": 1.0}}
+    problem = linear_problem({"a": truth, "c": 3.0}, effects, noise_std=noise_std)
     problem = replace(problem, candidates=tuple(candidate_experiments))
     notes = []
     search = forward_selection(problem, LIMITS, notes.append)
-    fits = [fit_effects(problem, (name,)) for name in ("a", "b")]
+    fits = [fit_effects(problem, effects) for effects in sets]
     return discriminating_experiment_between(search, *fits), notes
 
 
@@ -129,6 +129,29 @@ def test_the_measurement_with_the_largest_difference_is_proposed():
     assert "differ by 8.0 noise floors" in separated(candidate_experiments, noise_std=0.5)[0]
     # Of two alike the first.
     assert separated([experiment("one", APART), experiment("two", APART)])[0].startswith("one")
+
+
+def test_trials_that_are_as_good_are_told_beside_the_first_of_them_three_at_most():
+    # 0.81 and 0.79 of the signal are left where the columns share the rest.
+    def sharing(left):
+        return {"a": {"a": 1.0}, "b": {"a": np.sqrt(1.0 - left**2), "b": left}}
+
+    good, worse = (experiment(str(left), sharing(left)) for left in (0.81, 0.79))
+    whole = [experiment(name, APART) for name in ("one", "two", "three", "four")]
+    assert separated([good, worse, whole[0]])[0] == (
+        "0.81 separates a and b: they would differ by 3.2 noise floors there; as good: one"
+    )
+    assert separated([worse, *whole])[0].endswith("there; as good: two, three, four")
+    assert separated([*whole, good])[0].endswith("there; as good: two, three, four")
+
+
+def test_a_measurement_separates_what_two_sets_do_not_share():
+    beside = {**APART, "c": {"c": 1.0}}
+    text, _ = separated([experiment("trial", beside)], sets=(("a", "c"), ("b", "c")))
+    assert text == "trial separates a and b: they would differ by 4.0 noise floors there"
+    # Where one set holds the other it is that set and what it lacks.
+    text, _ = separated([experiment("trial", beside)], sets=(("a", "c"), ("a",)))
+    assert text == "trial separates a + c and a: they would differ by 3.0 noise floors there"
 
 
 def test_no_measurement_is_proposed_where_the_difference_is_within_the_noise():

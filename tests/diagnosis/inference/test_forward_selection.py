@@ -1,8 +1,7 @@
 """Forward search: why a set is not supported, which sets are tried, when the search ends."""
 
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future
 from dataclasses import replace
-from multiprocessing import get_context
 
 import numpy as np
 from numpy.testing import assert_allclose
@@ -426,20 +425,31 @@ def test_effects_beside_a_set_come_by_what_they_explain_of_the_rest():
     assert best_beside(("a", "b", "c", "d", "e", "f"), screened, signatures) == ["g"]
 
 
-def test_a_search_in_another_process_finds_the_same_numbers():
-    truth = {"a": 1.0, "c": 0.6}
-    searches = [search_on(truth)]
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        problem = linear_problem(truth, ("a", "b", "c", "d"))
-        searches.append(forward_selection(problem, LIMITS, executor=executor))
-        for search in searches:
-            signatures = search.problem.signatures()
-            select_forward(search, screen(signatures), signatures)
-            negative_control_scores(search, ("a",))
-    here, there = searches
-    assert list(here.scores) == list(there.scores)
-    assert list(here.fits) == list(there.fits)
-    assert here.failed_searches == there.failed_searches
-    for effects, score in here.scores.items():
-        assert_allclose(there.scores[effects].square, score.square, rtol=0.0, atol=0.0)
-        assert_allclose(there.fits[effects].theta, here.fits[effects].theta, rtol=0.0, atol=0.0)
+class AtOnce:
+    """Executor that does at once what it is given, and counts it."""
+
+    def __init__(self):
+        self.names = []
+
+    def submit(self, function, *arguments):
+        self.names.append(function.__name__)
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+def test_sets_that_do_not_wait_for_each_other_are_fitted_and_scored_elsewhere():
+    executor = AtOnce()
+    problem = linear_problem({"a": 5.0, "b": 3.0})
+    notes = []
+    search = forward_selection(problem, LIMITS, notes.append, executor)
+    # One alone is done here, as is one that comes twice or is known.
+    search.score_all([("a",)])
+    search.score_all([("a",), ("c",), ("c",)])
+    assert executor.names == []
+    search.score_all([("b", "a"), ("a", "c")])
+    assert executor.names == ["_fitted_set", "_fitted_set", "_scored_set", "_scored_set"]
+    assert set(search.scores) == {("a",), ("c",), ("a", "b"), ("a", "c")}
+    assert notes == [f"baseline + {pair}" for pair in ("a", "c", "a + b", "a + c")]
+    # The noise, and what b leaves where it is not in the set.
+    assert_allclose([search.mean_square(pair) for pair in (("a", "b"), ("a", "c"))], [1.0, 10.0])

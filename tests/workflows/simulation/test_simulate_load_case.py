@@ -1,3 +1,6 @@
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,6 +10,13 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.carrier.carrier_identification import identify_each_run
 from carrierflex.identification.carrier.models import flexible_model
 from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
+    CarrierLaw,
+    LawPart,
+    WaveTable,
+)
+from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
+from carrierflex.simulation.law_files import write_measured_law
 from carrierflex.workflows.simulation.simulate_load_case import main
 from tests.simulation.synthetic_curves import curve_set
 
@@ -63,3 +73,47 @@ def test_a_refused_case_leaves_nothing(tmp_path, curves):
     ):
         main(case, out=tmp_path / "campaign", curves=curves)
     assert not (tmp_path / "campaign").exists()
+
+
+def law_file(path, **changes):
+    """Law file of a tilt of 20 um that grows up to the torque of 180 kN m and stays."""
+    x = np.array([0.0, 1.8e5, 3.6e5])
+    waves = (WaveTable("axial_displacement", 0, 1, np.array([0.0, 2e-5, 2e-5]), 0.0 * x),)
+    visited = {"torque": (1.8e5, 3.6e5), "ntl_y": (0.0, 0.0), "ntl_z": (0.0, 0.0)}
+    law = CarrierLaw("bent", "housing/tilt", 3, 0.412, (LawPart("torque", x, waves),), visited)
+    write_measured_law(path, replace(law, **changes))
+    return path
+
+
+def test_the_signal_of_a_law_is_added_to_the_case_and_a_copy_kept(tmp_path, curves):
+    law = law_file(tmp_path / "law.toml")
+    case = tmp_path / "short.toml"
+    text = shipped_case().read_text(encoding="utf-8")
+    case.write_text(re.sub(r"(?m)^duration = .*$", "duration = 6.0", text), encoding="utf-8")
+    without = main(case, out=tmp_path / "a", curves=curves).campaign
+    # A campaign that was simulated may be replaced by one with a law, and the other way round.
+    found = main(case, out=tmp_path / "b", curves=curves, law=[law]).campaign
+    assert (tmp_path / "b" / "law_1.toml").read_bytes() == law.read_bytes()
+    for bare, run in zip(without.runs, found.runs, strict=True):
+        for channel in found.channels:
+            added = run.signals[channel.name] - bare.signals[channel.name]
+            height = np.interp(run.inputs["torque"], [0.0, 1.8e5, 3.6e5], [0.0, 2e-5, 2e-5])
+            is_axial = channel.quantity == "axial_displacement"
+            assert_allclose(added, is_axial * height * np.cos(channel.angle), atol=1e-16)
+    main(case, out=tmp_path / "b", curves=curves)
+    assert not (tmp_path / "b" / "law_1.toml").exists()
+
+
+def test_a_law_that_is_none_of_the_case_is_refused(tmp_path, curves):
+    other = law_file(tmp_path / "law.toml", n_planets=5)
+    with pytest.raises(ValueError, match="of a carrier with 5 planets, the rig has 3"):
+        main(shipped_case(), out=tmp_path / "out", curves=curves, law=[other])
+    x = np.array([0.0, 1.0])
+    element = tmp_path / "element.toml"
+    write_measured_law(element, TabulatedLaw("own", "dissipation", x, x, ("N", "m")))
+    with pytest.raises(ValueError, match="law 'own' is not of a carrier, which the case is"):
+        main(shipped_case(), out=tmp_path / "out", curves=curves, law=[element])
+    for name in ("mounting_2011", "stage_lc1"):
+        with pytest.raises(ValueError, match="--law is for cases of the carrier"):
+            main(shipped_case(name), out=tmp_path / "out", law=[other])
+    assert not (tmp_path / "out").exists()

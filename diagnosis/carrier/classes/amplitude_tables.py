@@ -1,0 +1,233 @@
+"""Tables of a class: amplitudes of its waves over the loads, from the fit of an answer."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.carrier.classes.catalogue import UNDETERMINED, shapes
+from carrierflex.diagnosis.carrier.classes.dependence import LoadFunction, load_functions
+from carrierflex.diagnosis.classes.fits import coefficients, products_of
+from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
+    BY_BOTH,
+    BY_TORQUE,
+    NONE,
+    TIME,
+    CarrierLaw,
+    LawPart,
+    WaveTable,
+)
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import offset as offset_columns
+
+#: Points of a table: of a cubic of the torque, of a parabola in time, and of a function of the
+#: radial load that bends at 15 % of the largest one, all within a thousandth of their size.
+_TORQUE_POINTS, _TIME_POINTS, _LOAD_POINTS = 65, 33, 129
+#: Share of the largest amplitude below which one is rounding.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class VisitedLoads:
+    """Loads of the records, and what they are counted in.
+
+    Parameters
+    ----------
+    loads : ndarray, shape (n, 3)
+        Torque [N m] and radial load [N] along y and z, of every revolution.
+    scale : ndarray, shape (3,)
+        Nominal torque, and the largest radial load twice.
+    n_torques : int
+        Torques that differ.
+    quantities : tuple of str
+        Quantities of the sensors.
+    n_planets : int
+        Planets.
+    sensor_radius : float
+        Radius of the sensors [m].
+    """
+
+    loads: FloatArray
+    scale: FloatArray
+    n_torques: int
+    quantities: tuple[str, ...]
+    n_planets: int
+    sensor_radius: float
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and largest load by name."""
+        ends = zip(self.loads.min(axis=0).tolist(), self.loads.max(axis=0).tolist(), strict=True)
+        return dict(zip(("torque", "ntl_y", "ntl_z"), ends, strict=True))
+
+    @property
+    def largest_size(self) -> float:
+        """Largest radial load [N]."""
+        return float(np.hypot(self.loads[:, 1], self.loads[:, 2]).max())
+
+
+def law_of_class(
+    scores: ClassScores, name: str, held: HeldOutSquares, visited: VisitedLoads
+) -> CarrierLaw | None:
+    """Measured shape of one class of an answer as a law, without name.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Held-out squares of the table.
+    name : str
+        Class.
+    held : HeldOutSquares
+        Result of the answer that it is part of, whose fit to all records gives the amplitudes.
+    visited : VisitedLoads
+        Loads of the records.
+
+    Returns
+    -------
+    CarrierLaw or None
+        None where a class has no pattern at the rim, the records do not tell what it follows, or
+        its amplitudes are rounding only.
+    """
+    pattern = shape_of(name)
+    known = {shape.id: shape for shape in shapes()}
+    if pattern not in known or way_of(name) == UNDETERMINED:
+        return None
+    parts: list[LawPart] = []
+    for group, fitted in _fitted(scores, name, held).items():
+        dependence = group.rpartition(":")[2]
+        if dependence == TIME:
+            parts += _parts_in_time(fitted, visited)
+            continue
+        columns = known[pattern].columns[dependence](visited.quantities, visited.n_planets)
+        functions, _ = load_functions(visited.n_torques)[dependence]
+        c = fitted.reshape(len(functions), len(columns))
+        parts += tabulated_parts(dependence, functions, c, columns, visited)
+    kept = _without_rounding(parts)
+    if not kept:
+        return None
+    return CarrierLaw("", pattern, visited.n_planets, visited.sensor_radius, kept, visited.ranges)
+
+
+def _fitted(scores: ClassScores, name: str, held: HeldOutSquares) -> dict[str, FloatArray]:
+    """Coefficients of every group of a class in the fit of an answer to all records [m]."""
+    table = scores.table
+    model = scores.model(held)
+    c = coefficients(products_of(table.total, model), model)
+    amplitudes = c * table.scale[model.columns] / table.scale[0]
+    by_column = dict(zip(model.columns.tolist(), amplitudes.tolist(), strict=True))
+    return {
+        group: np.array([by_column[k] for k in table.groups[group].columns.tolist()])
+        for group in table.classes[name]
+    }
+
+
+def tabulated_parts(
+    dependence: str,
+    functions: Sequence[LoadFunction],
+    c: FloatArray,
+    columns: Columns,
+    visited: VisitedLoads,
+) -> list[LawPart]:
+    """Parts of a law from the amplitudes of a pattern that follows the loads in one way.
+
+    Parameters
+    ----------
+    dependence : str
+        Way to follow the loads, but for that in time.
+    functions : sequence of callable
+        Its functions of the loads.
+    c : ndarray, shape (n_functions, n_columns)
+        Amplitudes of every function with every column [m].
+    columns : tuple of PatternColumn
+        Columns of the pattern.
+    visited : VisitedLoads
+        Loads of the records.
+    """
+    if dependence == NONE:
+        return [LawPart(NONE, np.empty(0), _waves(columns, c.T))]
+    torque, size = visited.scale[:2]
+    if dependence == BY_TORQUE:
+        x = np.linspace(*visited.ranges["torque"], _TORQUE_POINTS)
+        zero = np.zeros_like(x)
+        heights = np.array([function(x / torque, zero, zero) for function in functions])
+        return [LawPart(BY_TORQUE, x, _waves(columns, c.T @ heights))]
+    x = np.linspace(0.0, visited.largest_size, _LOAD_POINTS)
+    # The torque is a factor beside the table where both loads make an amplitude.
+    per_torque = 1.0 / torque if dependence == BY_BOTH else 1.0
+    return [
+        LawPart(dependence, x, _waves(columns, per_torque * (c.T @ heights)), along)
+        for along, heights in _along(functions, x / size).items()
+    ]
+
+
+def _along(functions: Sequence[LoadFunction], r: FloatArray) -> dict[str, FloatArray]:
+    """Functions of a radial load by the direction that they follow, over its size.
+
+    ``f(r e) = f_y e_y + f_z e_z + f_yy e_y² + f_yz e_y e_z + f_zz e_z²``, at a torque of one: the
+    first two are odd in the load, the others even.
+    """
+    one, zero, diagonal = np.ones_like(r), np.zeros_like(r), r / np.sqrt(2.0)
+
+    def halves(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Odd and even half of every function."""
+        there = np.array([function(one, y, z) for function in functions])
+        back = np.array([function(one, -y, -z) for function in functions])
+        return 0.5 * (there - back), 0.5 * (there + back)
+
+    odd_y, even_y = halves(r, zero)
+    odd_z, even_z = halves(zero, r)
+    _, even_both = halves(diagonal, diagonal)
+    return {
+        "y": odd_y,
+        "z": odd_z,
+        "yy": even_y,
+        "yz": 2.0 * even_both - even_y - even_z,
+        "zz": even_z,
+    }
+
+
+def _parts_in_time(c: FloatArray, visited: VisitedLoads) -> list[LawPart]:
+    """Offset of all sensors that changes as a parabola from the start of a run to its end."""
+    x = np.linspace(0.0, 1.0, _TIME_POINTS)
+    u = 2.0 * x - 1.0
+    columns = offset_columns(visited.quantities)
+    drift = np.array([c[0] * u + c[1] * u**2] * len(columns))
+    return [LawPart(TIME, x, _waves(columns, drift))]
+
+
+def _waves(columns: Columns, amplitudes: FloatArray) -> tuple[WaveTable, ...]:
+    """Tables of the waves that some columns of a pattern are made of.
+
+    Parameters
+    ----------
+    columns : tuple of PatternColumn
+        Columns.
+    amplitudes : ndarray, shape (n_columns, n)
+        Amplitude of each over the abscissa.
+    """
+    found: dict[tuple[str, int, int], FloatArray] = {}
+    for column, own in zip(columns, amplitudes, strict=True):
+        for wave in column.waves:
+            key = (column.quantity, column.order, wave.lobes)
+            added = np.array([wave.cosine * own, wave.sine * own])
+            found[key] = found.get(key, 0.0) + added
+    return tuple(WaveTable(*key, cosine, sine) for key, (cosine, sine) in found.items())
+
+
+def _without_rounding(parts: Sequence[LawPart]) -> tuple[LawPart, ...]:
+    """Parts and waves whose amplitudes are more than rounding beside the largest of all."""
+    largest = max((_size(wave) for part in parts for wave in part.waves), default=0.0)
+    found = []
+    for part in parts:
+        waves = tuple(wave for wave in part.waves if _size(wave) > _ROUNDING * largest)
+        if waves:
+            found.append(replace(part, waves=waves))
+    return tuple(found)
+
+
+def _size(wave: WaveTable) -> float:
+    """Largest amplitude of a wave."""
+    return float(max(np.abs(wave.cosine).max(), np.abs(wave.sine).max()))

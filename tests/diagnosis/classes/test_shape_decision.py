@@ -1,0 +1,195 @@
+"""Which shapes are named, in which way and with which ties, on sets whose remainders are known."""
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
+from carrierflex.diagnosis.classes.shape_decision import (
+    best_of_shapes,
+    decide_by_shape,
+    is_equal,
+    is_no_clear_gain,
+    rivals_of,
+    simplest,
+    ties_of,
+)
+from tests.diagnosis.classes.toy_table import known_scores
+
+#: Causes of which each is half as large as the one before: with each, half of the rest goes.
+HALVES = {"tilt": 64.0, "wear": 32.0, "play": 16.0, "heat": 8.0, "oil": 4.0}
+
+
+def decided(causes, classes, *, sizes=None, fitted=np.inf, **options):
+    scores, shares = known_scores(causes, classes, fitted=fitted)
+    sizes = {name: (sizes or {}).get(name, 1) for name in classes}
+    return decide_by_shape(scores, shares, sizes, **options)
+
+
+def shown(causes, shapes=None):
+    """A class for each cause, which leaves nothing of it, and others that show none."""
+    return {f"{name}/one": {name: 0.0} if name in causes else {} for name in shapes or causes}
+
+
+def test_a_gap_of_noise_is_nothing():
+    found = decided({}, shown({}, ("tilt", "wear")))
+    assert (found.state, found.classes, found.ties) == (NOTHING, (), ())
+    assert found.held.total == pytest.approx(1.0)
+    # One floor of gap, all of which a class learns, is a cause.
+    assert decided({"tilt": 1.0}, shown({"tilt": 1.0}, ("tilt", "wear"))).state == NAMED_CLASS
+
+
+def test_what_only_two_shapes_together_learn_of_coloured_noise_is_no_noise():
+    # Each learns a twentieth of it, less than what counts as nothing learnt; both a tenth and more.
+    small = {"tilt": 0.12, "wear": 0.12, "rest": 1.5}
+    one, both = {"tilt": 0.0}, {"wear": 0.0}
+    assert decided(small, {"tilt/one": one, "wear/one": {}}).state == NOTHING
+    assert decided(small, {"tilt/one": one, "wear/one": both}).state != NOTHING
+
+
+def test_one_cause_is_its_shape_and_the_best_pair_is_told_beside_it():
+    found = decided({"tilt": 50.0}, shown({"tilt": 50.0}, ("play", "tilt", "wear")))
+    assert (found.state, found.classes, found.ties) == (NAMED_CLASS, ("tilt/one",), ())
+    assert found.held.total == pytest.approx(1.0)
+    assert "tilt/one" in found.best_pair
+
+
+def test_words_follow_the_share():
+    shapes = shown({"tilt": 0.0}, ("tilt", "wear"))
+    assert decided({"tilt": 81.0, "rest": 19.0}, shapes).state == NAMED_CLASS
+    assert decided({"tilt": 79.0, "rest": 21.0}, shapes).state == LEADING_CLASS
+    assert decided({"tilt": 49.0, "rest": 51.0}, shapes).state == NO_CLASS
+
+
+def test_shapes_are_added_as_long_as_each_takes_half_of_what_is_left():
+    for n in (2, 3, 4):
+        causes = dict(list(HALVES.items())[:n])
+        found = decided(causes, shown(causes, HALVES))
+        assert found.classes == tuple(sorted(f"{name}/one" for name in causes))
+    # A cause that takes less than half of the rest is none: the rest is larger than it.
+    causes = {"tilt": 64.0, "wear": 4.0, "rest": 6.0}
+    assert decided(causes, shown({"tilt", "wear"})).classes == ("tilt/one",)
+
+
+def test_every_shape_may_be_in_the_answer():
+    causes = {"tilt": 64.0, "wear": 32.0}
+    assert decided(causes, shown(causes)).classes == ("tilt/one", "wear/one")
+
+
+def test_an_answer_has_four_classes_at_most():
+    found = decided(HALVES, shown(HALVES))
+    assert found.classes == ("heat/one", "play/one", "tilt/one", "wear/one")
+    assert found.held.total == pytest.approx(5.0)
+
+
+def test_a_shape_that_leaves_nothing_of_the_records_it_is_fitted_to_lacks_no_cause():
+    # Held out it leaves 32 floors: how far its curve must reach beyond the other conditions.
+    causes = {"tilt": 64.0, "wear": 32.0}
+    classes = shown(causes, ("play", "tilt", "wear"))
+    assert decided(causes, classes, fitted=1.16).classes == ("tilt/one", "wear/one")
+    assert decided(causes, classes, fitted=1.14).classes == ("tilt/one",)
+
+
+def test_the_simplest_way_that_leaves_as_much_is_named():
+    ways = {"tilt/all": {"tilt": 0.0}, "tilt/two": {"tilt": 1e-4}, "tilt/one": {"tilt": 0.02}}
+    sizes = {"tilt/all": 6, "tilt/two": 2, "tilt/one": 1}
+    found = decided({"tilt": 50.0}, {**ways, "wear/one": {}}, sizes=sizes)
+    # 0.005 floors are within the error of one, a whole one is not.
+    assert found.classes == ("tilt/two",)
+    # Another way of its shape is no tie.
+    assert found.ties == ()
+
+
+def test_a_kind_may_take_a_simpler_way_wherever_the_richer_one_is_no_clear_gain():
+    # Twelve floors and eight: unlike, but less than half of what is left is gained.
+    ways = {"tilt/all": {"tilt": 0.07}, "tilt/one": {"tilt": 0.11}, "wear/one": {}}
+    sizes = {"tilt/all": 6}
+    causes = {"tilt": 100.0}
+    assert decided(causes, ways, sizes=sizes).classes == ("tilt/all",)
+    assert decided(causes, ways, sizes=sizes, as_good=is_equal).classes == ("tilt/all",)
+    found = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
+    assert found.classes == ("tilt/one",)
+    ways["tilt/one"] = {"tilt": 0.16}
+    found = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
+    assert found.classes == ("tilt/all",)
+
+
+def test_every_member_is_replaced_beside_the_others():
+    # Alone the load's way is best; beside wear, which shows what depends on it, tilt is constant.
+    causes = {"tilt": 40.0, "load": 20.0, "wear": 30.0}
+    classes = {
+        "tilt/load": {"tilt": 0.0, "load": 0.0},
+        "tilt/one": {"tilt": 0.0},
+        "wear/load": {"wear": 0.0, "load": 0.0},
+        "wear/one": {"wear": 0.0},
+    }
+    sizes = {"tilt/load": 2, "wear/load": 3}
+    scores, shares = known_scores(causes, classes)
+    sizes = {name: sizes.get(name, 1) for name in classes}
+    named = simplest(scores, shares, ("tilt/load", "wear/load"), sizes, is_equal)
+    # Tilt goes first: without its load that of wear must stay.
+    assert named == ("tilt/one", "wear/load")
+    assert decide_by_shape(scores, shares, sizes).classes == named
+
+
+def test_a_mixture_goes_where_the_causes_themselves_are_in():
+    # What looks most like all three is not one of them.
+    causes = {"tilt": 60.0, "wear": 40.0, "play": 40.0}
+    classes = {"mixture/one": {"tilt": 0.5, "wear": 0.25, "play": 0.15}, **shown(causes)}
+    assert best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "mixture/one"
+    assert decided(causes, classes).classes == ("play/one", "tilt/one", "wear/one")
+
+
+def test_a_second_shape_goes_where_the_first_does_as_well_in_another_way():
+    # Beside wear the simpler way of tilt will do, and leaves 12 floors; the richer one alone 20.
+    causes = {"tilt": 100.0, "bend": 20.0, "wear": 12.0}
+    classes = {
+        "tilt/all": {"tilt": 0.07, "bend": 0.0},
+        "tilt/one": {"tilt": 0.07},
+        "wear/one": {"wear": 0.0, "bend": 0.2},
+    }
+    sizes = {"tilt/all": 6}
+    assert decided(causes, classes, sizes=sizes).classes == ("tilt/all", "wear/one")
+    found = decided(causes, classes, sizes=sizes, as_good=is_no_clear_gain)
+    assert found.classes == ("tilt/all",)
+
+
+def test_the_best_class_of_every_shape_the_best_shape_first():
+    causes = {"tilt": 50.0, "wear": 20.0}
+    classes = {
+        "wear/one": {"wear": 0.5},
+        "wear/two": {"wear": 0.0},
+        "map/of/tilt/one": {"tilt": 0.0},
+        "map/of/tilt/two": {"tilt": 0.5},
+        "map/of/play/one": {},
+    }
+    scores, shares = known_scores(causes, classes)
+    ordered = ["map/of/tilt/one", "wear/two", "map/of/play/one"]
+    assert best_of_shapes(scores, classes) == ordered
+    decision = decide_by_shape(scores, shares, dict.fromkeys(classes, 1))
+    assert decision.classes == ("map/of/tilt/one", "wear/two")
+    assert rivals_of(scores, decision, classes) == ["map/of/play/one"]
+
+
+def test_another_shape_that_leaves_as_much_with_no_more_columns_is_a_tie():
+    causes = {"tilt": 50.0}
+    same = {"tilt": 1e-4}
+    classes = {
+        "tilt/two": {"tilt": 0.0},
+        "wear/two": same,
+        "wear/one": same,
+        "play/all": same,
+        "heat/two": {"tilt": 0.02},
+    }
+    sizes = {"tilt/two": 2, "wear/two": 2, "wear/one": 1, "play/all": 3, "heat/two": 2}
+    found = decided(causes, classes, sizes=sizes)
+    assert found.classes == ("tilt/two",)
+    # Of wear the simplest way; play takes more columns; heat leaves a floor more.
+    assert found.ties == (("wear/one",),)
+
+
+def test_of_several_classes_one_is_exchanged_in_a_tie():
+    causes = {"tilt": 64.0, "wear": 32.0}
+    classes = {**shown(causes), "play/one": {"wear": 0.0}, "heat/one": {"tilt": 0.0}}
+    scores, shares = known_scores(causes, classes)
+    ties = ties_of(scores, shares, ("tilt/one", "wear/one"), dict.fromkeys(classes, 1))
+    assert set(ties) == {("heat/one", "wear/one"), ("play/one", "tilt/one")}

@@ -1,0 +1,46 @@
+"""Classes of an element under forces of one frequency at several levels."""
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.element.problem import element_problem
+from tests.diagnosis.element.element_campaigns import PERIOD, STEP, force_campaign
+
+#: 7.8 Hz, below the resonance at 10 Hz.
+LINE = 20
+LEVELS = (1.0, 2.0, 4.0, 8.0)
+NOISE = 5e-6
+
+
+def dry(q, v):
+    return 0.4 * np.tanh(v / 1e-3)
+
+
+def hard(q, v):
+    return 1e10 * q**3
+
+
+def nothing(q, v):
+    return 0.0 * v
+
+
+@pytest.mark.parametrize(
+    ("law", "state", "found"),
+    [
+        (dry, NAMED_CLASS, ["dissipation"]),
+        (hard, NAMED_CLASS, ["restoring_force"]),
+        (nothing, NOTHING, []),
+    ],
+)
+def test_a_line_that_changes_with_the_level_shows_the_class(law, state, found):
+    # A force of the deflection changes the stiffness with the level, one of the speed the damping.
+    campaign = force_campaign(law, amplitudes=LEVELS, lines=(LINE,), noise=NOISE, seed=3)
+    problem = element_problem(campaign)
+    answer = problem.class_answer()
+    assert answer.state == state
+    assert [own.id for own in answer.classes] == found
+    # Noise leaves no harmonic of the lowest level, and its line is compared all the same.
+    lowest = problem.class_table.records[0]
+    line_hz = LINE / (PERIOD * STEP)
+    assert 1.2 * line_hz < lowest.band_hz < 2.0 * line_hz

@@ -1,0 +1,165 @@
+"""Which class of a mounting is the answer of those that leave as much; which load parts them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.classes.decision import Decision
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.mounting.classes import answer as module
+from carrierflex.diagnosis.mounting.classes.answer import (
+    _separating_load,
+    _sparsest,
+    mounting_class_answer,
+)
+from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
+from tests.diagnosis.classes.toy_table import known_scores
+
+AXIAL, STIFFNESS = "housing/stiffness/axial", "housing/stiffness/full"
+DIRECTION, LOADS = "loads/map/direction", "loads/map/full"
+GAIN, GAINS = "sensors/gain/s1", "sensors/gain/each"
+DELAY, DELAYS = "clock/delay/all", "clock/delay/each"
+SPRING, SPRINGS = "bushings/restoring_force/same", "bushings/restoring_force/each"
+DAMPER = "bushings/dissipation/same"
+SIZES = {
+    AXIAL: 1,
+    STIFFNESS: 9,
+    DIRECTION: 1,
+    LOADS: 12,
+    GAIN: 1,
+    GAINS: 12,
+    DELAY: 1,
+    DELAYS: 12,
+    SPRING: 8,
+    SPRINGS: 16,
+    DAMPER: 6,
+}
+#: Of a cause of a hundred floors: all is shown, and as much within the error of the floor.
+ALL, AS_MUCH = {"cause": 0.0}, {"cause": 1e-4}
+
+
+def decided(answer, classes, causes=None, sizes=SIZES):
+    """Decision for an answer beside other classes."""
+    scores, shares = known_scores(causes or {"cause": 100.0}, classes)
+    decision = Decision(NAMED_CLASS, answer, (), scores.of(answer), answer)
+    return _sparsest(scores, shares, decision, {name: sizes[name] for name in classes})
+
+
+def test_a_map_of_one_column_that_leaves_as_much_takes_the_place_of_a_full_one():
+    found = decided((STIFFNESS,), {STIFFNESS: ALL, DIRECTION: AS_MUCH})
+    assert (found.classes, found.ties) == ((DIRECTION,), ())
+    assert found.held.total == pytest.approx(1.01)
+    # Errors of the sensors make up for 12 floors beside 8; not for 20.
+    twelve, eight, twenty = {"cause": 0.11}, {"cause": 0.07}, {"cause": 0.19}
+    assert decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twelve}).classes == (DIRECTION,)
+    assert decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twenty}).classes == (STIFFNESS,)
+    # Two columns, or what is no map, must leave as much.
+    two = {**SIZES, DIRECTION: 2}
+    found = decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twelve}, sizes=two)
+    assert found.classes == (STIFFNESS,)
+    assert decided((STIFFNESS,), {STIFFNESS: eight, DELAY: twelve}).classes == (STIFFNESS,)
+    assert decided((STIFFNESS,), {STIFFNESS: ALL, DELAY: AS_MUCH}).classes == (DELAY,)
+    assert decided((SPRING,), {SPRING: eight, AXIAL: twelve}).classes == (SPRING,)
+
+
+def test_where_nothing_is_missing_nothing_is_replaced():
+    scores, shares = known_scores({}, {AXIAL: {}, STIFFNESS: {}})
+    nothing = Decision(NOTHING, (), (), scores.of(()), (AXIAL, STIFFNESS))
+    assert _sparsest(scores, shares, nothing, SIZES) is nothing
+
+
+def test_as_many_columns_take_no_place():
+    found = decided((AXIAL,), {AXIAL: ALL, DIRECTION: AS_MUCH})
+    assert (found.classes, found.ties) == ((AXIAL,), ((DIRECTION,),))
+
+
+def test_no_force_of_the_bushings_takes_the_place_of_another_class():
+    found = decided((STIFFNESS,), {STIFFNESS: ALL, DAMPER: AS_MUCH})
+    assert (found.classes, found.ties) == ((STIFFNESS,), ((DAMPER,),))
+
+
+def test_a_force_whose_place_a_map_takes_stays_its_tie():
+    found = decided((SPRING,), {SPRING: ALL, AXIAL: AS_MUCH, DIRECTION: {}})
+    assert (found.classes, found.ties) == ((AXIAL,), ((SPRING,),))
+
+
+def test_one_member_of_several_is_replaced_by_a_shape_that_none_has():
+    causes = {"cause": 100.0, "other": 60.0}
+    classes = {DIRECTION: {"other": 0.0}, STIFFNESS: ALL, GAIN: AS_MUCH}
+    pair = (STIFFNESS, DIRECTION)
+    assert decided(pair, classes, causes).classes == (DIRECTION, GAIN)
+    taken = {"loads/map/gain": AS_MUCH, DIRECTION: {"other": 0.0}, STIFFNESS: ALL}
+    found = decided(pair, taken, causes, sizes={**SIZES, "loads/map/gain": 1})
+    assert found.classes == pair
+
+
+def test_full_maps_that_leave_as_much_are_tied_whatever_columns_they_take():
+    classes = {STIFFNESS: ALL, LOADS: AS_MUCH, GAINS: AS_MUCH, SPRINGS: AS_MUCH, DELAYS: AS_MUCH}
+    found = decided((STIFFNESS,), classes)
+    assert found.classes == (STIFFNESS,)
+    # Neither forces nor delays of more columns, nor a map that leaves more.
+    assert set(found.ties) == {(LOADS,), (GAINS,)}
+    found = decided((STIFFNESS,), {**classes, LOADS: {"cause": 0.02}})
+    assert found.ties == ((GAINS,),)
+    # Nor a way between a sparse map and the full one.
+    some = {**SIZES, "loads/map/some": 11}
+    found = decided((STIFFNESS,), {STIFFNESS: ALL, "loads/map/some": AS_MUCH}, sizes=some)
+    assert found.ties == ()
+
+
+def test_a_full_map_is_no_tie_of_a_sparse_one_or_of_a_force():
+    assert decided((AXIAL,), {AXIAL: ALL, LOADS: AS_MUCH}).ties == ()
+    assert decided((SPRING,), {SPRING: ALL, LOADS: AS_MUCH}).ties == ()
+
+
+def test_beside_another_class_full_maps_are_tied_with_it():
+    causes = {"cause": 100.0, "other": 60.0}
+    classes = {SPRING: {"other": 0.0}, STIFFNESS: ALL, LOADS: AS_MUCH}
+    found = decided((SPRING, STIFFNESS), classes, causes)
+    assert found.ties == ((SPRING, LOADS),)
+
+
+def separating(loads, answer=(STIFFNESS,), ties=((LOADS,),)):
+    """Load that parts ties where torque, sideways and vertical load move the housing alike."""
+    stiffness = 4.0 * np.pi**2 * np.linspace(4.0, 9.0, N_FREE)
+    body = SimpleNamespace(
+        K=np.diag(stiffness),
+        M=np.eye(N_FREE),
+        G=stiffness[:, None] * np.eye(N_FREE, 3),
+        free_output=np.eye(N_FREE),
+    )
+    motions = [SimpleNamespace(loads=np.array([[0.0, 0.0, 5.0], loads]))]
+    decision = SimpleNamespace(classes=answer, ties=ties)
+    return _separating_load(SimpleNamespace(body=body, motions=motions), decision)
+
+
+def test_a_load_that_did_not_act_parts_tied_maps():
+    text = separating([10.0, 10.0, 5.0])
+    assert text == (
+        "slow loads leave the same signals of a stiffness, a map of the loads and gains of the "
+        "sensors; a vertical load beside the others parts them"
+    )
+    assert "; a torque beside the others" in separating([0.9, 10.0, 15.0])
+    assert "; a sideways load beside the others" in separating([10.0, 0.9, 15.0])
+
+
+def test_where_all_loads_acted_a_quick_one_parts_tied_maps():
+    text = separating([1.1, 10.0, 15.0])
+    # The lowest frequency is 2 Hz.
+    assert "; a sine of torque and radial load at 1.0 Hz, where the housing's inertia" in text
+
+
+def test_no_load_is_told_where_no_maps_are_tied():
+    loads = [10.0, 10.0, 5.0]
+    assert separating(loads, ties=()) == ""
+    assert separating(loads, ties=((DELAY,),)) == ""
+    assert separating(loads, answer=(SPRING,)) == ""
+    assert separating(loads, answer=(STIFFNESS, SPRING), ties=((SPRING, GAINS),)) != ""
+
+
+def test_records_that_do_not_show_the_motion_have_no_answer_by_class(monkeypatch):
+    monkeypatch.setattr(module, "answer_of_table", lambda table: f"answer of {table}")
+    for table, expected in ((None, None), ("a table", "answer of a table")):
+        monkeypatch.setattr(module, "mounting_table", lambda *given, table=table: table)
+        assert mounting_class_answer(None, (), None) == expected

@@ -1,0 +1,211 @@
+"""What a diagnosis is put together from: what is missing, which effects, their tests, details."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    ClassAnswer,
+    ClassFinding,
+)
+from carrierflex.diagnosis.comparison.overlay import Overlay
+from carrierflex.diagnosis.comparison.problem import CandidateExperiment
+from carrierflex.diagnosis.diagnose import diagnose, verdict_alone
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.inference.results import (
+    ALIASED,
+    AT_NOISE_FLOOR,
+    CLASS_NAMED,
+    NAMED,
+    NONE_OF_THESE,
+    NOT_DIAGNOSABLE,
+)
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from tests.diagnosis.inference.toy_problem import LinearProblem, linear_problem
+
+LIMITS = Thresholds(bootstrap_samples=40, fewest_samples=20)
+
+
+def found(problem, limits=LIMITS, **options):
+    return diagnose(problem, campaign="toy", kind="element", thresholds=limits, **options)
+
+
+def with_answers(problem, **answers):
+    """Problem that is asked for more than a linear one is: each method returns what is given."""
+    methods = {name: lambda self, *model, given=given: given for name, given in answers.items()}
+    return type("Problem", (LinearProblem,), methods)(**vars(problem))
+
+
+@pytest.mark.parametrize("ask", [diagnose, verdict_alone])
+def test_what_the_records_lack_for_a_diagnosis_is_told(ask):
+    def told(problem, **limits):
+        given = ask(problem, campaign="c", kind="k", thresholds=replace(LIMITS, **limits))
+        if given.verdict == NOT_DIAGNOSABLE:
+            assert given.reason == given.attribution.discriminating_experiment
+            assert given.reduction is None
+            return given.reason
+        return ""
+
+    # Three runs of two blocks of sixteen samples.
+    known = linear_problem({"a": 5.0})
+    assert told(known, fewest_samples=33) == (
+        "run RA holds 32 samples that count; expected at least 33"
+    )
+    assert told(known, fewest_samples=32) == ""
+    blocks = linear_problem({"a": 5.0}, gains={"A": 1.0}, blocks=3)
+    assert told(blocks, fewest_segments=4) == (
+        "the records hold 3 blocks to fit and score; expected at least 4: a longer record or "
+        "another run"
+    )
+    assert told(blocks, fewest_segments=3) == ""
+    assert told(linear_problem({"a": 5.0}, {})) == (
+        "the baseline contains, or rules out, every effect of the library; nothing is left to "
+        "look for"
+    )
+
+
+@pytest.mark.parametrize("ask", [diagnose, verdict_alone])
+def test_limits_may_be_left_out(ask):
+    problem = linear_problem({"a": 5.0}, n_samples=100)
+    assert ask(problem, campaign="c", kind="k").attribution.effects == ("a",)
+    short = linear_problem({"a": 5.0}, n_samples=99)
+    assert "expected at least 200" in ask(short, campaign="c", kind="k").reason
+
+
+def test_effects_are_those_of_a_verdict_that_names_laws():
+    assert found(linear_problem({"a": 5.0})).attribution.effects == ("a",)
+    short = found(linear_problem({"a": 8.0, "outside": 4.6}))
+    assert (short.verdict, short.attribution.effects) == (NONE_OF_THESE, ())
+    # The search accepted it all the same.
+    assert [step.added for step in short.reduction.steps] == ["baseline", "a"]
+
+
+def test_the_separating_test_is_of_the_first_effect_that_has_an_alias():
+    effects = {"a": {"a": 1.0}, "b": {"b": 1.0}, "t": {"b": 2.0}}
+
+    def apart(names, theta):
+        problem = linear_problem({}, {"a": {"a": 1.0}, "b": {"b": 1.0}, "t": {"t": 1.0}})
+        return problem.with_signals_of(names, theta)
+
+    problem = linear_problem({"a": 9.0, "b": 4.0}, effects)
+    told = found(replace(problem, candidates=(CandidateExperiment("a trial", apart),)))
+    assert (told.verdict, told.attribution.aliases) == (ALIASED, (("b", "t"),))
+    assert told.attribution.discriminating_experiment == (
+        "a trial separates b and t: they would differ by 4.0 noise floors there; isolate b"
+    )
+    # Where no trial separates them, what the card says; where all are told apart nothing.
+    assert found(problem).attribution.discriminating_experiment == "isolate b"
+    alone = found(linear_problem({"a": 9.0, "b": 4.0}))
+    assert alone.attribution.aliases == ()
+    assert alone.attribution.discriminating_experiment == ""
+
+
+SIGNAL = np.array([1.0, 2.0, 4.0])
+OVERLAY = Overlay("RA", "q", np.arange(3.0), "time", "s", SIGNAL, SIGNAL - 1.0)
+
+
+def test_signals_are_laid_over_one_another_where_a_problem_has_them():
+    known = linear_problem({"a": 5.0})
+    assert found(known).signals is None
+    assert found(with_answers(known, overlays=())).signals is None
+    both = found(with_answers(known, overlays=(OVERLAY,))).signals
+    assert (both.before, both.after) == ((OVERLAY,), (OVERLAY,))
+    none = found(with_answers(linear_problem({"outside": 5.0}), overlays=(OVERLAY,))).signals
+    assert (none.before, none.after) == ((OVERLAY,), ())
+
+
+def test_the_gap_is_looked_at_beyond_its_map_where_a_problem_does():
+    known = linear_problem({"a": 5.0})
+    assert found(known).gap is None
+    findings = GapFindings((), "orders")
+    scalar = Scalar("mass", "kg", np.ones(3), np.full(3, 1.5))
+    detail = found(with_answers(known, gap_findings=findings, scalars=(scalar,))).gap
+    assert detail.findings is findings
+    assert [own.area_before for own in detail.scalars] == [pytest.approx(0.5)]
+    assert {cell.run for cell in detail.cells} == {"RA", "RB", "RC"}
+
+
+def class_answer(state, law="", *, share=0.99):
+    own = ClassFinding("spring", share, (share, share), law, share, bool(law))
+    return ClassAnswer(
+        state=state,
+        classes=(own,),
+        ties=(),
+        rivals={},
+        share=share,
+        share_ci95=(share, share),
+        learnable=share,
+        learnt_by=(),
+        law_share=share,
+        rho=0.125,
+        rho_ci95=(0.1, 0.2),
+        floor_multiple=1.1,
+        classes_of_law={"a": ("spring",)},
+    )
+
+
+def test_the_class_of_the_cause_is_told_where_a_problem_has_classes():
+    known = linear_problem({"a": 5.0})
+    for plain in (known, with_answers(known, class_answer=None)):
+        alone = found(plain)
+        assert (alone.verdict, alone.classes, alone.reduction_law) == (NAMED, None, None)
+    both = found(with_answers(known, class_answer=class_answer(NAMED_CLASS, "a")))
+    assert (both.verdict, both.attribution.effects) == (NAMED, ("a",))
+    assert both.classes.ids == ("spring",)
+    unknown = linear_problem({"outside": 5.0})
+    told = found(with_answers(unknown, class_answer=class_answer(NAMED_CLASS)))
+    assert (told.verdict, told.attribution.effects) == (CLASS_NAMED, ())
+    # How far is of the class, and beside it of the laws.
+    assert told.reduction.rho == 0.125
+    assert told.reduction_law.rho == 1.0
+
+
+def line(size, explained=1.0):
+    """Motion beside the orders, of a mean square that is the same in every run."""
+    return OffOrderMotion(
+        id="nonsynchronous/0.47X",
+        label="0.47X",
+        channels=("q", "p"),
+        runs=("RA", "RB", "RC"),
+        is_in_every_run=True,
+        band_hz=(1.0, 2.0),
+        mean_square=dict.fromkeys(("RA", "RB", "RC"), size),
+        explained=explained,
+        p_value=1e-9,
+    )
+
+
+def test_motion_beside_the_orders_is_put_together_with_the_effects():
+    known = linear_problem({"a": 5.0})
+    without = found(with_answers(known, off_order_motions=()))
+    assert (without.verdict, without.reduction_law, without.classes) == (NAMED, None, None)
+    both = found(with_answers(known, off_order_motions=(line(16.0),)))
+    assert (both.verdict, both.attribution.effects) == (CLASS_NAMED, ("a",))
+    assert both.reduction_law.rms_before**2 == pytest.approx(26.0)
+    assert both.reduction.rms_before**2 == pytest.approx(42.0)
+    assert both.classes.ids == ("nonsynchronous/0.47X",)
+    # Where neither explains the gap no effect is named.
+    none = found(with_answers(known, off_order_motions=(line(64.0, 0.2),)))
+    assert (none.verdict, none.attribution.effects) == (NONE_OF_THESE, ())
+    quiet = found(with_answers(linear_problem({}), off_order_motions=(line(16.0),)))
+    assert quiet.verdict == CLASS_NAMED
+    assert found(linear_problem({})).verdict == AT_NOISE_FLOOR
+
+
+def test_classes_on_the_orders_and_motion_beside_them_are_told_together():
+    answers = {
+        "class_answer": class_answer(LEADING_CLASS, share=0.75),
+        "off_order_motions": (line(16.0),),
+    }
+    problem = with_answers(linear_problem({"outside": 5.0}), **answers)
+    told = found(problem)
+    assert told.verdict == CLASS_NAMED
+    assert told.classes.ids == ("nonsynchronous/0.47X", "spring")
+    # What the laws alone do is kept through both.
+    assert told.reduction_law.rho == 1.0
+    assert told.reduction_law.rms_before**2 == pytest.approx(26.0)
+    assert told.reduction.rms_before**2 == pytest.approx(42.0)
