@@ -182,7 +182,8 @@ def _print(done: Done) -> None:
     # Names in square brackets are names, no markup.
     console = Console(highlight=False, markup=False)
     shown = _renderable(done)
-    console.print(shown, soft_wrap=isinstance(shown, Text))
+    # A path longer than the line goes on in the next one; cut off, it would name no file.
+    console.print(shown, soft_wrap=isinstance(shown, Text), crop=False)
 
 
 def _as_text(done: Done) -> str:
