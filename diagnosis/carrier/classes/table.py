@@ -1,6 +1,6 @@
 """Table of products for the classes of a carrier: target, baseline, classes and laws by block."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
@@ -18,6 +18,10 @@ from carrierflex.diagnosis.carrier.classes.catalogue import (
 )
 from carrierflex.diagnosis.carrier.classes.class_rows import ClassRows, class_rows
 from carrierflex.diagnosis.carrier.classes.dependence import NONE, torque_levels
+from carrierflex.diagnosis.carrier.classes.table_blocks import (
+    block_of_each_segment,
+    fold_of_each_block,
+)
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.carrier.signature_rows import (
@@ -40,11 +44,6 @@ from carrierflex.identification.campaign.campaign import Campaign
 
 #: Fewer torques leave open what a class follows.
 _FEWEST_TORQUES = 3
-#: Conditions from which whole ones are held out; blocks of a run, and of all runs together, that
-#: the table keeps, and folds of blocks where conditions are fewer.
-_FEWEST_CONDITIONS = 3
-_BLOCKS_A_RUN = 4
-_MOST_BLOCKS = 96
 #: Directions of a run's own parameters below this share of the largest are rounding.
 _ROUNDING = 1e-10
 
@@ -124,7 +123,7 @@ def carrier_table(
     of_effects = effect_rows(model, candidates, base)
     of_classes = class_rows(campaign.channels, model.source.rig.n_planets, means, n_torques)
     places = _places(model, of_effects, of_classes)
-    block_of_segment = _blocks(records)
+    block_of_segment = block_of_each_segment(records, places.own.start)
     gram = _products(model, campaign, records, of_effects, of_classes, places, block_of_segment)
     n_blocks = len(gram)
     by_segment = records.counts @ noise
@@ -132,7 +131,7 @@ def carrier_table(
     first = np.unique(block_of_segment, return_index=True)[1]
     conditions = [records.segments[p].condition for p in first.tolist()]
     is_told = n_torques >= _FEWEST_TORQUES
-    folds = _folds(conditions, records.run_of_segment[first], is_told=is_told)
+    folds = fold_of_each_block(conditions, records.run_of_segment[first], is_told=is_told)
     groups = _groups(of_effects, of_classes, places)
     options = _options(model, is_told=is_told)
     laws = _laws(model, of_effects, places)
@@ -193,48 +192,6 @@ def _places(model: CarrierModel, effects: EffectRows, classes: ClassRows) -> _Pl
     return _Places(of_row, n_base, slice(first, end), slice(end, end + 1 + n_own))
 
 
-def _blocks(records: CarrierSums) -> IntArray:
-    """Block of the table of every segment, numbered as they come; as many as are kept.
-
-    Neighbouring segments of a run, or, of more runs than blocks, neighbouring runs of a condition.
-    """
-    n_runs = int(records.run_of_segment.max()) + 1
-    if n_runs > _MOST_BLOCKS:
-        return _numbered(_blocks_of_runs(records, n_runs)[records.run_of_segment])
-    most = max(1, min(_BLOCKS_A_RUN, _MOST_BLOCKS // n_runs))
-    blocks: list[IntArray] = []
-    first = 0
-    for run in range(n_runs):
-        n_segments = int(np.count_nonzero(records.run_of_segment == run))
-        parts = np.array_split(np.arange(n_segments), min(most, n_segments))
-        blocks += [np.full(part.size, first + k) for k, part in enumerate(parts)]
-        first += len(parts)
-    return np.concatenate(blocks)
-
-
-def _blocks_of_runs(records: CarrierSums, n_runs: int) -> IntArray:
-    """Block of every run: each condition has its share of them, one at least."""
-    first = np.searchsorted(records.run_of_segment, np.arange(n_runs))
-    conditions = np.array([records.segments[p].condition for p in first.tolist()])
-    blocks = np.empty(n_runs, dtype=np.int64)
-    n_blocks = 0
-    for condition in dict.fromkeys(conditions.tolist()):
-        runs = np.flatnonzero(conditions == condition)
-        parts = np.array_split(runs, max(1, _MOST_BLOCKS * runs.size // n_runs))
-        for number, part in enumerate(parts):
-            blocks[part] = n_blocks + number
-        n_blocks += len(parts)
-    return blocks
-
-
-def _numbered(labels: IntArray) -> IntArray:
-    """Labels as numbers in the order in which they first come."""
-    _, first, places = np.unique(labels, return_index=True, return_inverse=True)
-    rank = np.empty(first.size, dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(first.size)
-    return np.asarray(rank[places])
-
-
 def _products(
     model: CarrierModel,
     campaign: Campaign,
@@ -283,19 +240,6 @@ def _without_own(gram: FloatArray, own: slice) -> FloatArray:
         taken = fit @ block[own]
         left.append(block + (fit @ block[own, own] @ fit.T - taken - taken.T))
     return np.array(left)[:, : own.start, : own.start]
-
-
-def _folds(conditions: Sequence[str], runs: IntArray, *, is_told: bool) -> IntArray:
-    """Whole conditions, or every fourth block where conditions or torques are too few.
-
-    Without the condition of one of two torques nothing tells what follows torque from what does
-    not: only amplitudes at the torques that were fitted can be predicted.
-    """
-    names = list(dict.fromkeys(conditions))
-    if len(names) >= _FEWEST_CONDITIONS and is_told:
-        return np.array([names.index(name) for name in conditions])
-    first = np.searchsorted(runs, runs)
-    return np.asarray((np.arange(runs.size) - first + runs) % _BLOCKS_A_RUN)
 
 
 def _laws(
