@@ -81,29 +81,34 @@ def test_the_answer_that_is_compared_is_that_of_a_diagnosis():
     assert plain_answer(campaign).startswith("named: restoring_force")
 
 
-#: Of each way that a constant takes to an answer; all but three change the answer below.
+#: Of each way that a constant takes to an answer; all but two change one of the answers below.
 WAYS = (
     *("constants.n_folds", "constants.ridges", "constants.standard_errors"),
     *("signals._ROLL_OFF", "records._PIECES", "motion._BLOCKS", "noise_colour._BEYOND"),
     *("weighting._FORCE_ERROR", "columns._N_FORCE", "laws._TAUS", "answer._SAME_LEVEL"),
 )
+#: Cases whose answers hang on much: causes beside one another under noise, and a slow change.
+_DELICATE = (4, 6, 21, 47, 69)
 
 
 @pytest.mark.long
 def test_what_is_not_made_again_changes_no_answer():
-    # A coupling and a spring under noise, five floors: an answer that much can change.
-    campaign, _ = case_campaign(case_plans("element", 200, 7411)[3])
+    plans = case_plans("element", 200, 7411)
     chosen = [CONSTANTS[name] for name in WAYS]
-    found = changed_answers(campaign, chosen)
-    plain = {}
-    for constant in chosen:
-        for factor in FACTORS:
-            with moved(constant, factor):
-                other = plain_answer(campaign)
-            if other != found["answer"]:
-                plain[f"{constant.module}.{constant.name} x{factor}"] = other
-    assert found["changed"] == plain
-    assert len({name.partition(" ")[0] for name in plain}) == len(WAYS) - 3
+    changing = set()
+    for number in _DELICATE:
+        campaign, _ = case_campaign(plans[number - 1])
+        found = changed_answers(campaign, chosen)
+        plain = {}
+        for constant in chosen:
+            for factor in FACTORS:
+                with moved(constant, factor):
+                    other = plain_answer(campaign)
+                if other != found["answer"]:
+                    plain[f"{constant.module}.{constant.name} x{factor}"] = other
+        assert found["changed"] == plain
+        changing |= {name.partition(" ")[0] for name in plain}
+    assert len(changing) == len(WAYS) - 2
 
 
 def test_columns_that_are_equal_keep_what_they_leave_and_others_do_not():
