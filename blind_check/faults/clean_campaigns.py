@@ -50,6 +50,9 @@ class CleanOutcome:
         Checks that give a finding.
     change : str
         Verdict without and with the findings (``before -> after``); empty where it stays.
+    is_tie : bool
+        Whether that verdict ties the finding with all that is missing in truth: one more parameter
+        of the baseline's own kind explains as much, and no check can call the finding false.
     """
 
     case: str
@@ -57,6 +60,7 @@ class CleanOutcome:
     sort: str
     told: tuple[str, ...]
     change: str
+    is_tie: bool
 
 
 def clean_cases(seed: int) -> Iterator[CleanCase]:
@@ -99,7 +103,7 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
     records = records_findings(campaign, curves)
     problem, floor_is_measured = problem_of(campaign, curves)
     checked = checked_baseline(problem, campaign, wiring_of(problem, campaign))
-    change = ""
+    change, is_tie = "", False
     if checked.rivals or any(finding.check == "unit" for finding in records):
         before = diagnose(
             problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
@@ -107,8 +111,10 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
         after = with_findings(before, records, checked)
         if after.verdict != before.verdict:
             change = f"{before.verdict} -> {after.verdict}"
+            truth = set(case.plan.effects)
+            is_tie = any(truth <= set(tied) for tied in after.attribution.aliases)
     told = tuple(sorted({finding.check for finding in (*records, *checked.warnings)}))
-    return CleanOutcome(case.plan.name, campaign.kind, case.sort, told, change)
+    return CleanOutcome(case.plan.name, campaign.kind, case.sort, told, change, is_tie)
 
 
 def _beside_columns(campaign: Campaign, curves: Curves) -> Campaign:

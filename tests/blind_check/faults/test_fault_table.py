@@ -8,7 +8,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from carrierflex.blind_check.faults import outcomes
-from carrierflex.blind_check.faults.clean_campaigns import SORTS, clean_cases
+from carrierflex.blind_check.faults.clean_campaigns import SORTS, clean_cases, clean_outcome
 from carrierflex.blind_check.faults.fault_table import Fault, faults_of
 from carrierflex.blind_check.faults.outcomes import (
     DETECTED,
@@ -105,6 +105,16 @@ def test_outcomes_are_told_by_checks_by_names_and_by_what_moved(monkeypatch):
 def test_clean_campaigns_are_two_hundred():
     sorts = [case.sort for case in clean_cases(1)]
     assert [sorts.count(sort) for sort in SORTS] == [125, 55, 20]
+
+
+@pytest.mark.long
+def test_a_softer_axial_bushing_ties_with_the_load_across_it():
+    # Both change the yaw under that load and nothing else: one parameter, two names.
+    case = next(own for own in clean_cases(303) if own.plan.effects == ("axial_bushing_stiffness",))
+    outcome = clean_outcome(case, None)
+    assert outcome.change == "named -> aliased"
+    assert outcome.told == ("wiring",)
+    assert outcome.is_tie
 
 
 @pytest.mark.parametrize(
