@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.blind_check.faults.tone_place import undriven_frequency
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
@@ -24,8 +25,6 @@ SignalChange = Callable[[FloatArray, np.random.Generator], FloatArray]
 
 _DELAYS = (0.005, 0.05)
 _SHARES = (0.001, 0.01)
-#: A tone between the orders of every rig of the blind check [Hz].
-_OTHER_TONE_HZ = 7.37
 _MAINS_HZ = 50.0
 
 
@@ -115,7 +114,7 @@ def _faults_of_samples() -> Iterator[Fault]:
     for share in _SHARES:
         change = partial(_signal_changed, change=partial(_with_spikes, share=share))
         yield Fault("outliers", f"{share:.1%}", change)
-    for name, frequency in (("mains hum", _MAINS_HZ), ("other tone", _OTHER_TONE_HZ)):
+    for name, frequency in (("mains hum", _MAINS_HZ), ("other tone", None)):
         for floors in (2.0, 10.0):
             change = partial(_with_tone, frequency_hz=frequency, floors=floors)
             yield Fault(name, f"{floors:g} floors", change)
@@ -294,15 +293,16 @@ def _quantised(campaign: Campaign, rng: np.random.Generator, *, floors: float) -
 
 
 def _with_tone(
-    campaign: Campaign, rng: np.random.Generator, *, frequency_hz: float, floors: float
+    campaign: Campaign, rng: np.random.Generator, *, frequency_hz: float | None, floors: float
 ) -> Campaign:
-    """A tone on all channels with an amplitude in noise floors."""
+    """A tone on all channels by its amplitude in noise floors, at no drive's frequency or one."""
+    hertz = undriven_frequency(campaign) if frequency_hz is None else frequency_hz
 
     def humming(run: Run) -> Run:
         """Run with the tone, of another phase in each channel."""
         signals = dict(run.signals)
         for channel in campaign.channels:
-            phase = 2.0 * np.pi * frequency_hz * run.time + rng.uniform(0.0, 2.0 * np.pi)
+            phase = 2.0 * np.pi * hertz * run.time + rng.uniform(0.0, 2.0 * np.pi)
             tone = floors * _noise_of(channel) * np.sin(phase)
             signals[channel.name] = signals[channel.name] + tone
         return replace(run, signals=signals)

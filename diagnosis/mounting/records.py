@@ -5,12 +5,14 @@ a linear system, and the bushings' laws change little within a fiftieth of a sec
 averaged loads give the averaged signals.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.mounting.difference_noise import DifferenceNoise, difference_noise
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.mounting.inputs import MountingInputs
@@ -23,11 +25,6 @@ _FAST_POWER = 1e-3
 _BLOCKS = 8
 #: Samples of a block at least.
 FEWEST_IN_BLOCK = 40
-#: Order of the differences that tell noise from motion, and their mean square over the variance of
-#: white noise (10 choose 5).
-_ORDER, _GAIN = 5, 252.0
-#: Median of chi² with one degree of freedom; a median is not moved by the few fast samples.
-_MEDIAN_CHI2 = 0.4549
 #: A mean of the zeroing samples below this share of its own noise was taken out with the noise in
 #: it.
 _ZEROED = 1e-3
@@ -101,7 +98,8 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
             "torque, ntl_y and ntl_z are constant in every run: nothing but rest; "
             "expected loads that change"
         )
-    return tuple(_record(run, campaign) for run in campaign.runs)
+    noise = _noise(campaign)
+    return tuple(_record(run, campaign, own) for run, own in zip(campaign.runs, noise, strict=True))
 
 
 def _check(run: Run, campaign: Campaign) -> None:
@@ -127,19 +125,33 @@ def _is_constant(values: FloatArray) -> bool:
     return bool(present.size == 0 or np.ptp(present) == 0.0)
 
 
-def _record(run: Run, campaign: Campaign) -> MountingRecord:
+def _noise(campaign: Campaign) -> list[list[DifferenceNoise]]:
+    """Noise of every channel by run: as declared, or from the records."""
+    signals = {
+        (run.name, channel.name): run.within_use().signals[channel.name]
+        for run in campaign.runs
+        for channel in campaign.channels
+        if channel.noise_std is None
+    }
+    found = dict(zip(signals, difference_noise(tuple(signals.values())), strict=True))
+    return [
+        [
+            found[run.name, channel.name]
+            if channel.noise_std is None
+            else DifferenceNoise(channel.noise_std**2, 0.0)
+            for channel in campaign.channels
+        ]
+        for run in campaign.runs
+    ]
+
+
+def _record(run: Run, campaign: Campaign, noise: Sequence[DifferenceNoise]) -> MountingRecord:
     inputs = MountingInputs.from_columns(run.time, run.inputs)
     names = [channel.name for channel in campaign.channels]
     signals = np.column_stack([run.within_use().signals[name] for name in names])
     zeroing = int(campaign.rig["zeroing_samples"])
     # The zero is that of the record's beginning, whether or not it counts.
     first = np.column_stack([run.signals[name][:zeroing] for name in names])
-    noise = np.array(
-        [
-            _noise_variance(signals[:, k]) if channel.noise_std is None else channel.noise_std**2
-            for k, channel in enumerate(campaign.channels)
-        ]
-    )
     q = _thinning(inputs)
     columns = {name: _means(values, q) for name, values in inputs.columns().items()}
     counts = _means(run.in_use.astype(np.float64), q) == 1.0
@@ -150,8 +162,8 @@ def _record(run: Run, campaign: Campaign) -> MountingRecord:
         # A group with a missing sample is missing: the mean of its rest belongs to another instant.
         np.column_stack([_means(column, q) for column in signals.T]),
         _blocks(counts),
-        noise / q,
-        _zero_noise(first, noise),
+        np.array([own.of_mean(q) for own in noise]),
+        _zero_noise(first, np.array([own.of_mean(len(first)) for own in noise])),
         max(1, round(zeroing / q)),
     )
 
@@ -210,22 +222,10 @@ def _means(values: FloatArray, q: int) -> FloatArray:
     return np.asarray(values[: values.size // q * q].reshape(-1, q).mean(axis=1), dtype=np.float64)
 
 
-def _noise_variance(values: FloatArray) -> float:
-    """Variance of white noise [m²] from fifth differences, which a slow motion does not touch."""
-    differences = np.diff(values, _ORDER)
-    present = differences[np.isfinite(differences)]
-    if present.size == 0:
-        raise ValueError(
-            "a channel without 'noise_std' has no six samples in a row; expected its 'noise_std'"
-        )
-    return float(np.median(present**2) / _MEDIAN_CHI2 / _GAIN)
-
-
-def _zero_noise(first: FloatArray, noise: FloatArray) -> FloatArray:
+def _zero_noise(first: FloatArray, error: FloatArray) -> FloatArray:
     """Variance that the zero carries into the whole run.
 
-    That of a mean where the noise was zeroed with the signal.
+    That of its mean, `error`, where the noise was zeroed with the signal.
     """
-    error = noise / len(first)
     zeroed = np.abs(first.mean(axis=0)) <= _ZEROED * np.sqrt(error)
     return np.where(zeroed, error, 0.0)

@@ -26,7 +26,7 @@ _BLOCKS = 8
 _LARGEST = 0.25
 _SURE = 3.0
 #: Drift over a record, or delay, in steps of time below which nothing is told.
-SMALLEST_DRIFT = 0.1
+SMALLEST_DRIFT = 0.05
 #: Runs that are refitted, the surest first.
 _MOST_RUNS = 3
 #: Range of a first guess's factor in which refits are compared, how finely, and refits at most.

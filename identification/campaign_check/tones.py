@@ -115,7 +115,7 @@ def _is_expected(run: Run, values: FloatArray, frequency: float) -> bool:
     if "carrier_angle" in run.inputs and turns_with_the_shaft(run, values, frequency):
         return True
     return any(
-        name != "carrier_angle" and _drives_at(column, run.time, frequency)
+        name != "carrier_angle" and drives_at(column, run.time, frequency)
         for name, column in run.inputs.items()
     )
 
@@ -140,8 +140,16 @@ def turns_with_the_shaft(run: Run, values: FloatArray, frequency: float) -> bool
     return bool(of_order > _LIKE_AN_ORDER * of_tone)
 
 
-def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
-    """Whether an input has power at a frequency, or at one that it is a multiple of."""
+def drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
+    """Whether an input has power at a frequency, or at one that it is a multiple of.
+
+    Parameters
+    ----------
+    values, time : ndarray, shape (n,)
+        Input and time [s].
+    frequency : float
+        Frequency [Hz].
+    """
     if not np.ptp(values) > 0.0:
         return False
     lines, power, _ = _spectrum(values, time)

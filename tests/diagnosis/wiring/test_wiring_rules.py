@@ -180,8 +180,8 @@ def test_signals_that_are_late_below_the_gap_are_told():
 
 
 def test_a_small_part_of_a_step_is_no_delay():
-    # Of 10 ms a tenth.
-    for delay, is_told in ((0.00105, True), (0.00095, False)):
+    # Of 10 ms a twentieth.
+    for delay, is_told in ((0.00055, True), (0.00045, False)):
         records = [late_record("A", delay=delay, noise=1e-4)]
         assert bool(told(checked(1.0, linear=records, refits=1.0)[0])) is is_told
 
@@ -208,9 +208,9 @@ def test_a_clock_that_drifts_beside_a_gap_is_a_rival_by_what_it_explains():
     # 4/5 of nine floors, of a gap of eight.
     assert share == pytest.approx(0.9, abs=0.03)
     assert share == pytest.approx((9.0 - found.mean_square) / 8.0)
-    small = [late_record("A", drift=0.00095, noise=1e-4)]
+    small = [late_record("A", drift=0.00045, noise=1e-4)]
     assert checked(9.0, linear=small, records="A", names="A")[0].rivals == ()
-    large = [late_record("A", drift=0.00105, noise=1e-4)]
+    large = [late_record("A", drift=0.00055, noise=1e-4)]
     assert len(checked(9.0, linear=large, records="A", names="A")[0].rivals) == 1
     # Where the baseline cannot be made linear there is no such look.
     assert checked(9.0, records="A", names="A")[0].rivals == ()

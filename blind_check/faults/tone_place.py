@@ -1,0 +1,30 @@
+"""Where a tone stands that nothing turns or drives."""
+
+import numpy as np
+
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.tones import drives_at
+
+#: Frequencies between the orders of every rig of the blind check [Hz].
+_BETWEEN_ORDERS_HZ = (7.37, 9.13, 11.71)
+
+
+def undriven_frequency(campaign: Campaign) -> float:
+    """First frequency [Hz] between the orders at which no input of the first run has a line.
+
+    At the drive's own a tone is part of what answers it. A drive of all frequencies leaves the
+    first.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Runs and inputs.
+    """
+    run = campaign.runs[0]
+    columns = [np.asarray(column) for name, column in run.inputs.items() if "angle" not in name]
+    undriven = (
+        own
+        for own in _BETWEEN_ORDERS_HZ
+        if not any(drives_at(column, run.time, own) for column in columns)
+    )
+    return next(undriven, _BETWEEN_ORDERS_HZ[0])
