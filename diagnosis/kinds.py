@@ -45,15 +45,17 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
+from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import MeasuredLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
 
 Curves = Mapping[str, DeflectionCurve]
-Law = TypeVar("Law", TabulatedLaw, BushingLaw, CarrierLaw)
+Law = TypeVar("Law", TabulatedLaw | MemoryLaw, BushingLaw, CarrierLaw)
 #: What a law of a file belongs to.
 _LAW_OF: Mapping[type, str] = {
     TabulatedLaw: "one element",
+    MemoryLaw: "one element",
     BushingLaw: "bushings",
     CarrierLaw: "a carrier",
 }
@@ -94,7 +96,9 @@ def problem_of(
     return PROBLEM_BUILDERS[campaign.kind](campaign, curves, laws)
 
 
-def _own_laws(campaign: Campaign, laws: Sequence[MeasuredLaw], own: type[Law]) -> list[Law]:
+def _own_laws(
+    campaign: Campaign, laws: Sequence[MeasuredLaw], own: tuple[type[Law], ...]
+) -> list[Law]:
     """Laws of files, all of the campaign's kind."""
     for law in laws:
         if not isinstance(law, own):
@@ -109,7 +113,7 @@ def _own_laws(campaign: Campaign, laws: Sequence[MeasuredLaw], own: type[Law]) -
 def _element(
     campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
 ) -> tuple[ComparisonProblem, bool]:
-    problem = element_problem(campaign, _own_laws(campaign, laws, TabulatedLaw))
+    problem = element_problem(campaign, _own_laws(campaign, laws, (TabulatedLaw, MemoryLaw)))
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = element_beside_prediction(problem, campaign)
@@ -132,14 +136,14 @@ def _carrier(
         raise ValueError(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
         )
-    own = _own_laws(campaign, laws, CarrierLaw)
+    own = _own_laws(campaign, laws, (CarrierLaw,))
     return carrier_problem(campaign, curves, own), True
 
 
 def _mounting(
     campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
 ) -> tuple[ComparisonProblem, bool]:
-    problem = mounting_problem(campaign, _own_laws(campaign, laws, BushingLaw))
+    problem = mounting_problem(campaign, _own_laws(campaign, laws, (BushingLaw,)))
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = mounting_beside_prediction(problem, campaign)
@@ -211,7 +215,7 @@ def law_findings(
     """
     found: list[CampaignWarning] = []
     for law in laws:
-        if isinstance(problem, ElementProblem) and isinstance(law, TabulatedLaw):
+        if isinstance(problem, ElementProblem) and isinstance(law, TabulatedLaw | MemoryLaw):
             found += beyond_visited(law, problem.records)
         if isinstance(problem, MountingProblem) and isinstance(law, BushingLaw):
             found += problem.beyond_visited(law)

@@ -19,6 +19,13 @@ LAW_FILE = TomlKind(
     most_bytes=1_000_000,
     format="carrierflex-law",
 )
+MEMORY_LAW_FILE = TomlKind(
+    "a law file with a memory",
+    holds="keys name, effect_class, force_unit, deflection_unit, visited and tables [[stop]] or "
+    "[[branch]]",
+    most_bytes=1_000_000,
+    format="carrierflex-memory-law",
+)
 BUSHING_LAW_FILE = TomlKind(
     "a law file of bushings",
     holds="keys name, effect_class and tables [[part]] with acts, bushing, x, y",

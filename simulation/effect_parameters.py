@@ -85,3 +85,26 @@ def vector_parameters(
         EffectParameter(name, unit, -bound, bound, scale, pair=pair) for name in pair.components
     )
     return first, second
+
+
+def unit_of_powers(powers: tuple[int, int, int], units: tuple[str, str]) -> str:
+    """Unit text of a parameter: ``N s/m^3``.
+
+    Parameters
+    ----------
+    powers : tuple of int
+        Powers of force, length and time.
+    units : tuple of str
+        Units of force and length; time is in seconds.
+    """
+    symbols = (*units, "s")
+    above = [_power(s, p) for s, p in zip(symbols, powers, strict=True) if p > 0]
+    below = [_power(s, -p) for s, p in zip(symbols, powers, strict=True) if p < 0]
+    top = " ".join(above) or "1"
+    if not below:
+        return top
+    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"
+
+
+def _power(symbol: str, power: int) -> str:
+    return symbol if power == 1 else f"{symbol}^{power}"

@@ -8,8 +8,15 @@ from carrierflex.simulation.carrier.measured_laws.carrier_law_files import (
     write_carrier_law,
 )
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
-from carrierflex.simulation.case_kinds import BUSHING_LAW_FILE, CARRIER_LAW_FILE, LAW_FILE
+from carrierflex.simulation.case_kinds import (
+    BUSHING_LAW_FILE,
+    CARRIER_LAW_FILE,
+    LAW_FILE,
+    MEMORY_LAW_FILE,
+)
 from carrierflex.simulation.element.law_files import read_law, write_law
+from carrierflex.simulation.element.memory_law_files import read_memory_law, write_memory_law
+from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
     read_bushing_law,
@@ -18,7 +25,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
 
 #: Measured shape of a class as a law.
-MeasuredLaw = TabulatedLaw | BushingLaw | CarrierLaw
+MeasuredLaw = TabulatedLaw | MemoryLaw | BushingLaw | CarrierLaw
 
 
 def read_measured_law(path: Path) -> MeasuredLaw:
@@ -27,12 +34,12 @@ def read_measured_law(path: Path) -> MeasuredLaw:
     Parameters
     ----------
     path : Path
-        File of the format ``carrierflex-law``, ``carrierflex-bushing-law`` or
-        ``carrierflex-carrier-law``.
+        File of the format ``carrierflex-law``, ``carrierflex-memory-law``,
+        ``carrierflex-bushing-law`` or ``carrierflex-carrier-law``.
 
     Returns
     -------
-    TabulatedLaw, BushingLaw or CarrierLaw
+    TabulatedLaw, MemoryLaw, BushingLaw or CarrierLaw
         Its tables.
 
     Raises
@@ -43,6 +50,8 @@ def read_measured_law(path: Path) -> MeasuredLaw:
         Where it is no such file, or holds what is no table; all that is wrong, in one line.
     """
     own = toml_document(path, LAW_FILE).get("format")
+    if own == MEMORY_LAW_FILE.format:
+        return read_memory_law(path)
     if own == BUSHING_LAW_FILE.format:
         return read_bushing_law(path)
     if own == CARRIER_LAW_FILE.format:
@@ -58,7 +67,9 @@ def write_measured_law(path: Path, law: MeasuredLaw) -> None:
     OSError
         Where it cannot be written.
     """
-    if isinstance(law, BushingLaw):
+    if isinstance(law, MemoryLaw):
+        write_memory_law(path, law)
+    elif isinstance(law, BushingLaw):
         write_bushing_law(path, law)
     elif isinstance(law, CarrierLaw):
         write_carrier_law(path, law)

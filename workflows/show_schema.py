@@ -16,6 +16,7 @@ Name = Literal[
     "mounting-case",
     "stage-case",
     "element-law",
+    "memory-law",
     "bushing-law",
     "carrier-law",
     "diagnosis",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
+from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingPart
 
 #: No gap above the noise floor.
@@ -65,6 +66,8 @@ class MeasuredShape:
         Curves of other parts.
     parts : tuple of BushingPart
         Tables of a law of the bushings; empty for other kinds.
+    memory : MemoryLaw, optional
+        Stops or branches of a class of an element with a memory, as a law without a name.
     """
 
     x: FloatArray
@@ -78,6 +81,7 @@ class MeasuredShape:
     steps: tuple[float, float]
     beside: tuple[BesideCurve, ...] = ()
     parts: tuple[BushingPart, ...] = ()
+    memory: MemoryLaw | None = None
 
 
 @dataclass(frozen=True, eq=False)

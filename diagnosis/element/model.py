@@ -13,7 +13,7 @@ from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArr
 from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited, half_step_values
-from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.effect_parameters import EffectParameter, unit_of_powers
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.kernels import (
     driven_motion,
@@ -21,6 +21,7 @@ from carrierflex.simulation.element.kernels import (
     no_law,
     restoring_force,
 )
+from carrierflex.simulation.element.memory_laws import MemoryLaw, flat_parts, joined_parts
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.sensing import delayed
@@ -104,6 +105,8 @@ class ElementModel:
     friction : mapping of str to tuple of float
         Dry friction at positive and at negative speed that a law holds beside its force, for a size
         of one: the motion sticks in it.
+    memory : mapping of str to MemoryLaw
+        Measured laws with a memory by effect; their one parameter is their size.
     """
 
     by_force: bool
@@ -120,6 +123,7 @@ class ElementModel:
     per_mass: bool = False
     gains: DeclaredGains = EXACT_GAINS
     friction: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    memory: Mapping[str, MemoryLaw] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect.
@@ -196,7 +200,7 @@ class ElementModel:
         if self.per_mass:
             # A force per mass is a length over a time squared.
             powers = (0, powers[0] + powers[1], powers[2] - 2 * powers[0])
-        return _unit(powers, self.units)
+        return unit_of_powers(powers, self.units)
 
     def predicted(
         self, record: ElementRecord, effects: Effects, theta: FloatArray, *, refined: int = 1
@@ -283,10 +287,13 @@ class ElementModel:
         controls = np.zeros(len(_CONTROLS))
         delay = 0.0
         states: dict[str, list[float]] = {}
+        sizes: list[tuple[MemoryLaw, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             if parameter.run is not None:
                 states.setdefault(parameter.run, []).append(float(value))
+            elif effect in self.memory:
+                sizes.append((self.memory[effect], float(value)))
             elif effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
                 for name, level in self._friction_of(effect, float(value)).items():
@@ -301,7 +308,7 @@ class ElementModel:
         laws = tuple(ForceLaw(self.laws[name], np.array(own)) for name, own in of_laws.items())
         # The motion takes two laws: the first, and the sum of all others.
         two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
-        return _Values(element_values(simulated), controls, delay, two_laws, states)
+        return _Values(_flat(simulated, sizes), controls, delay, two_laws, states)
 
     def _friction_of(self, effect: str, size: float) -> dict[str, float]:
         """Dry friction of a law by name in the flat array."""
@@ -314,14 +321,17 @@ class ElementModel:
         """Force of one effect alone along the measured motion, in the usable band, shape (n,)."""
         simulated: dict[str, float] = {}
         law = _NO_LAW
-        if effect in self.laws:
+        sizes: list[tuple[MemoryLaw, float]] = []
+        if effect in self.memory:
+            sizes.append((self.memory[effect], next(iter(values.values()))))
+        elif effect in self.laws:
             parameters = [values[p.name] for p in self.cards[effect].parameters]
             law = ForceLaw(self.laws[effect], np.array(parameters))
             simulated |= self._friction_of(effect, parameters[0])
         else:
             for name, value in values.items():
                 simulated |= dict.fromkeys(_simulated_names(effect, name), value)
-        force = self._force(record, element_values(simulated), law, _NO_LAW)
+        force = self._force(record, _flat(simulated, sizes), law, _NO_LAW)
         return band_limited(force, record.step, record.cutoff_hz)
 
 
@@ -331,8 +341,8 @@ class _Values:
 
     Parameters
     ----------
-    flat : ndarray, shape (N_SLOTS,)
-        Those of the compiled laws.
+    flat : ndarray, shape (N_SLOTS + n,)
+        Those of the compiled laws, parts with a memory behind them.
     controls : ndarray, shape (2,)
         Sizes of the negative controls.
     delay : float
@@ -348,6 +358,11 @@ class _Values:
     delay: float
     laws: tuple[ForceLaw, ForceLaw]
     states: Mapping[str, Sequence[float]]
+
+
+def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryLaw, float]]) -> FloatArray:
+    """Values of the compiled laws, and the parts of laws with a memory behind them."""
+    return np.concatenate([element_values(simulated), flat_parts(joined_parts(sizes))])
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))
@@ -382,18 +397,3 @@ def substeps_for(scale: ElementScale, step: float) -> int:
     """Steps of integration a sample that keep the phase of the natural frequency small."""
     natural = np.sqrt(max(scale.K1, 0.0) / scale.m) if scale.m > 0.0 else 0.0
     return int(np.clip(np.ceil(natural * step / _STEP_PHASE), 1, _MOST_SUBSTEPS))
-
-
-def _unit(powers: tuple[int, int, int], units: tuple[str, str]) -> str:
-    """Unit text of a parameter: ``N s/m^3``."""
-    symbols = (*units, "s")
-    above = [_power(s, p) for s, p in zip(symbols, powers, strict=True) if p > 0]
-    below = [_power(s, -p) for s, p in zip(symbols, powers, strict=True) if p < 0]
-    top = " ".join(above) or "1"
-    if not below:
-        return top
-    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"
-
-
-def _power(symbol: str, power: int) -> str:
-    return symbol if power == 1 else f"{symbol}^{power}"

@@ -65,6 +65,7 @@ from carrierflex.diagnosis.element.wiring.one_frequency import delay_words
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
+from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -313,7 +314,7 @@ class ElementProblem:
 
 
 def element_problem(
-    campaign: Campaign, measured_laws: Sequence[TabulatedLaw] = ()
+    campaign: Campaign, measured_laws: Sequence[TabulatedLaw | MemoryLaw] = ()
 ) -> ElementProblem:
     """ComparisonProblem of a campaign of kind ``element``.
 
@@ -321,7 +322,7 @@ def element_problem(
     ----------
     campaign : Campaign
         Measured runs and the effects the baseline contains.
-    measured_laws : sequence of TabulatedLaw
+    measured_laws : sequence of TabulatedLaw or MemoryLaw
         Laws of files, further candidates.
 
     Returns
@@ -359,7 +360,8 @@ def element_problem(
         states=measured_states(records) if drive == FREE_DECAY else {},
         per_mass=per_mass,
         gains=declared_gains(campaign),
-        friction={law.name: law.friction for law in measured_laws},
+        friction={law.name: law.friction for law in measured_laws if isinstance(law, TabulatedLaw)},
+        memory={law.name: law for law in measured_laws if isinstance(law, MemoryLaw)},
     )
     scale = element_scale(unscaled, records)
     model = replace(

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
+from carrierflex.simulation.element.memory_kernels import memory_force, remember
 from carrierflex.simulation.force_laws import LAW_SIGNATURE, Force
 
 Array = NDArray[np.float64]
@@ -95,7 +96,7 @@ def _friction_level(v: float, p: Array) -> float:
 
 @njit(cache=True, inline="always")
 def _stage_forces(
-    q: float, v: float, moved: float, slider: float,
+    q: float, v: float, moved: float, elapsed: float, slider: float,
     p: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
 ) -> float:  # fmt: skip
     """Restoring force of everything but the Maxwell branch and dry friction."""
@@ -106,6 +107,8 @@ def _stage_forces(
         force += law_2(q, v, p_2)
     if p[SLOT.Kp] > 0.0:
         force += min(max(slider + p[SLOT.Kp] * moved, -p[SLOT.Fy]), p[SLOT.Fy])
+    if p.size > N_SLOTS:
+        force += memory_force(q, moved, elapsed, p, N_SLOTS)
     return force
 
 
@@ -133,9 +136,8 @@ def _runge_kutta(
         stage_q = q + c * h * dq
         stage_v = v + c * h * dv
         stage_b = branch + c * h * db
-        force = (
-            _stage_forces(stage_q, stage_v, stage_q - q, slider, p, law_1, law_2, p_1, p_2)
-            + stage_b
+        force = stage_b + _stage_forces(
+            stage_q, stage_v, stage_q - q, c * h, slider, p, law_1, law_2, p_1, p_2
         )
         if sign != 0.0:
             force += sign * (level + _friction_level(stage_v, p))
@@ -235,8 +237,9 @@ def driven_motion(
         Deflection and speed at the first sample.
     substeps : int
         Steps a sample.
-    p : ndarray, shape (N_SLOTS,)
-        Parameters, see ElementSlots.
+    p : ndarray, shape (N_SLOTS + n,)
+        Parameters, see ElementSlots, and parts with a memory behind them, see
+        :func:`carrierflex.simulation.element.memory_laws.flat_parts`.
     limits : ndarray, shape (2,)
         Time step, size of the measured deflection.
     law_1, law_2, p_1, p_2
@@ -250,18 +253,16 @@ def driven_motion(
     h, size = limits[0], _RUNAWAY * limits[1]
     n = (force.size - 1) // (2 * substeps)
     deflection, speed = np.full(n, np.inf), np.full(n, np.inf)
-    if (
-        p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] + p[SLOT.Kp] == 0.0
-        and p_1.size + p_2.size == 0
-    ):
+    rubs = p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] > 0.0
+    n_further = p_1.size + p_2.size + p.size - N_SLOTS
+    if not rubs and p[SLOT.Kp] == 0.0 and n_further == 0:
         _smooth_motion(force, state, substeps, p, h, size, deflection, speed)
         return deflection, speed
-    q = state[0]
-    v = state[1]
-    slider = 0.0
-    branch = 0.0
-    rubs = p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] > 0.0
+    q, v = state[0], state[1]
+    slider, branch = 0.0, 0.0
     drive = np.empty(3)
+    # States of the parts with a memory stand in it.
+    p = p.copy()
     for i in range(n):
         if not abs(q) < size:
             break
@@ -273,14 +274,14 @@ def driven_motion(
                 _drive_of_step(force, j, place, left / h, drive)
                 sign = np.sign(v) if rubs else 0.0
                 if rubs and v == 0.0:
-                    net = (
-                        drive[0]
-                        - _stage_forces(q, v, 0.0, slider, p, law_1, law_2, p_1, p_2)
-                        - branch
-                    )
+                    net = drive[0] - branch - _stage_forces(
+                        q, v, 0.0, 0.0, slider, p, law_1, law_2, p_1, p_2
+                    )  # fmt: skip
                     sign = _breaks_loose(net, p)
                     if sign == 0.0:
                         branch *= np.exp(-left / p[SLOT.tau])
+                        if p.size > N_SLOTS:
+                            remember(0.0, left, p, N_SLOTS)
                         break
                 q1, v1, b1 = _runge_kutta(
                     q, v, branch, slider, drive, left, sign, p, law_1, law_2, p_1, p_2
@@ -294,6 +295,8 @@ def driven_motion(
                     )
                 v1 = 0.0 if reverses else v1
                 slider = min(max(slider + p[SLOT.Kp] * (q1 - q), -p[SLOT.Fy]), p[SLOT.Fy])
+                if p.size > N_SLOTS:
+                    remember(q1 - q, part * left, p, N_SLOTS)
                 q = q1
                 v = v1
                 branch = b1
@@ -319,8 +322,9 @@ def restoring_force(
     ----------
     q, v, acceleration : ndarray, shape (n,)
         Motion.
-    p : ndarray, shape (N_SLOTS,)
-        Parameters, see ElementSlots.
+    p : ndarray, shape (N_SLOTS + n,)
+        Parameters, see ElementSlots, and parts with a memory behind them, see
+        :func:`carrierflex.simulation.element.memory_laws.flat_parts`.
     limits : ndarray, shape (2,)
         Time step; speed below which the sign of the motion is uncertain.
     law_1, law_2, p_1, p_2
@@ -336,6 +340,7 @@ def restoring_force(
     slider, branch = 0.0, 0.0
     decay = np.exp(-h / p[SLOT.tau]) if p[SLOT.k] > 0.0 else 0.0
     gain = p[SLOT.k] * p[SLOT.tau] / h * (1.0 - decay)
+    p = p.copy()
     for i in range(q.size):
         total = p[SLOT.m] * acceleration[i] + p[SLOT.C1] * v[i] + _smooth_force(q[i], v[i], p)
         if p_1.size:
@@ -348,5 +353,8 @@ def restoring_force(
         moved = q[i] - q[i - 1] if i else 0.0
         slider = min(max(slider + p[SLOT.Kp] * moved, -p[SLOT.Fy]), p[SLOT.Fy])
         branch = decay * branch + gain * moved
+        if p.size > N_SLOTS:
+            remember(moved, h, p, N_SLOTS)
+            total += memory_force(q[i], 0.0, 0.0, p, N_SLOTS)
         force[i] = total + slider + branch
     return force

@@ -55,6 +55,7 @@ from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
     LawPart,
     WaveTable,
 )
+from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
@@ -163,6 +164,11 @@ def _documents(folder: Path) -> dict[str, Target]:
     write_measured_law(
         folder / "law.toml", TabulatedLaw("law", "dissipation", x, x, ("N", "m"), (1.0, 2.0))
     )
+    stops = np.array([[1e-3, 0.0, 2e-3, 3.0, *np.zeros(6)]])
+    write_measured_law(
+        folder / "memory.toml",
+        MemoryLaw("law", "hysteresis", stops, np.empty((0, 2)), ("N", "m"), (-1.0, 1.0)),
+    )
     part = BushingPart("radial", "both", x, x)
     write_measured_law(folder / "bushings.toml", BushingLaw("law", "dissipation", (part,)))
     waves = (WaveTable("axial_displacement", 0, 1, x, x),)
@@ -180,6 +186,7 @@ def _documents(folder: Path) -> dict[str, Target]:
         "parameters.toml": lambda path: read_parameters(path / "parameters.toml"),
         "surfaces.toml": lambda path: read_cad_statements(path / "surfaces.toml"),
         "law.toml": lambda path: read_measured_law(path / "law.toml"),
+        "memory.toml": lambda path: read_measured_law(path / "memory.toml"),
         "bushings.toml": lambda path: read_measured_law(path / "bushings.toml"),
         "carrier.toml": lambda path: read_measured_law(path / "carrier.toml"),
         "seals.json": lambda path: read_seals(path / "seals.json"),
@@ -227,7 +234,7 @@ TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
     *("curves.csv", "parameters.toml", "surfaces.toml", "law.toml"),
-    *("bushings.toml", "carrier.toml", "seals.json"),
+    *("memory.toml", "bushings.toml", "carrier.toml", "seals.json"),
     *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     *("mesh .msh", "mesh of hexahedra .inp"),

@@ -168,11 +168,19 @@ def _read_case(path: Path) -> None:
 def _read_law(path: Path) -> None:
     """Tables of a law of an element, of bushings or of a carrier."""
     from carrierflex.files.toml_files import toml_document
-    from carrierflex.simulation.case_kinds import BUSHING_LAW_FILE, CARRIER_LAW_FILE, LAW_FILE
+    from carrierflex.simulation.case_kinds import (
+        BUSHING_LAW_FILE,
+        CARRIER_LAW_FILE,
+        LAW_FILE,
+        MEMORY_LAW_FILE,
+    )
 
     document = toml_document(path, LAW_FILE)
     kind, table = LAW_FILE, "simulation.element.law_tables:LawDocument"
-    if document.get("format") == BUSHING_LAW_FILE.format:
+    if document.get("format") == MEMORY_LAW_FILE.format:
+        kind = MEMORY_LAW_FILE
+        table = "simulation.element.memory_law_tables:MemoryLawDocument"
+    elif document.get("format") == BUSHING_LAW_FILE.format:
         kind = BUSHING_LAW_FILE
         table = "simulation.mounting.measured_laws.bushing_law_tables:BushingLawDocument"
     elif document.get("format") == CARRIER_LAW_FILE.format:

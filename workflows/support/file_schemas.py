@@ -32,6 +32,7 @@ from carrierflex.identification.logs.map_tables import (
 from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.carrier.measured_laws.carrier_law_tables import CarrierLawDocument
 from carrierflex.simulation.element.law_tables import LawDocument
+from carrierflex.simulation.element.memory_law_tables import MemoryLawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import BushingLawDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
@@ -61,6 +62,7 @@ _DOCUMENTS: dict[str, Any] = {
     "mounting case": MountingCaseDocument,
     "stage case": StageCaseDocument,
     "element law": LawDocument,
+    "memory law": MemoryLawDocument,
     "bushing law": BushingLawDocument,
     "carrier law": CarrierLawDocument,
 }

@@ -10,8 +10,19 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
     MeasuredShape,
 )
+from carrierflex.simulation.element.tabulated_laws import TABULATED
 
 _MOST_LETTERS = 40
+
+
+def is_kept(finding: ClassFinding) -> bool:
+    """Whether a class has a measured shape that a law file holds."""
+    if finding.carrier_law is not None:
+        return True
+    shape = finding.shape
+    if shape is None:
+        return False
+    return bool(shape.parts) or shape.memory is not None or finding.id in TABULATED
 
 
 def kept_shape(
@@ -65,7 +76,7 @@ def kept_finding(
         raise ValueError(f"no law to save: '{name}' is not in the answer; expected {listed}")
     if name not in tables.values():
         raise ValueError(
-            f"no law to save: the class '{name}' is not kept as a table; expected one of "
+            f"no law to save: the class '{name}' is not kept as a law; expected one of "
             f"{', '.join(dict.fromkeys(tables.values()))}"
         )
     return name, known[name]

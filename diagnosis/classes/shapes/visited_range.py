@@ -2,7 +2,15 @@
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY
 from carrierflex.simulation.element.tabulated_laws import COUPLED_DAMPING
+
+#: How a law goes on that does not with the slope of its end.
+_CONTINUED = {
+    COUPLED_DAMPING: "its end value",
+    HYSTERESIS: "stops that slip as at its end",
+    MEMORY: "branches that stay linear",
+}
 
 
 def visited_range_warning(
@@ -37,6 +45,6 @@ def visited_range_warning(
         f"reach from {reached.min():.4g} to {reached.max():.4g} {unit}, its table from "
         f"{table[0]:.4g} to {table[-1]:.4g} {unit}"
     )
-    continued = "its end value" if effect_class == COUPLED_DAMPING else "the slope of its end"
+    continued = _CONTINUED.get(effect_class, "the slope of its end")
     remedy = f"beyond its table the law goes on with {continued}; measure it at this size"
     return CampaignWarning("visited_range", law, text, remedy, share, f"run {run}")

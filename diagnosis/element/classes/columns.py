@@ -16,7 +16,9 @@ from carrierflex.diagnosis.classes.splines import (
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
 from carrierflex.diagnosis.element.classes.laws import MotionSize, yields
+from carrierflex.diagnosis.element.classes.memory_parts import parts_of_stops
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.simulation.element.memory_laws import MemoryParts
 
 #: Splines of f(x), g(v), h(x), of each side of f(x, v), of time and of the drive side.
 _N_FORCE = 24
@@ -207,3 +209,23 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
             np.minimum(curved + 0.5, 0.0),
         ]
     )
+
+
+def stops_of(weights: FloatArray, size: MotionSize) -> MemoryParts:
+    """Stops whose forces have these weights of the columns of :func:`stops_columns`.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (n,)
+        One of each column.
+    size : MotionSize
+        Sizes of the motion.
+    """
+    plain = yields(size)
+    varying, curved = plain[_COUPLED_YIELDS], plain[_CURVED_YIELDS]
+    names = {"slip": plain} | dict.fromkeys(("slip_middle", "slip_upper", "slip_lower"), varying)
+    names |= dict.fromkeys(("inner", "outer_upper", "outer_lower"), curved)
+    ends = np.cumsum([own.size for own in names.values()])
+    parts = np.split(weights, ends[:-1])
+    forces = {name: (own, part) for (name, own), part in zip(names.items(), parts, strict=True)}
+    return parts_of_stops(forces, 0.5 * (size.low + size.high), size.half_range)

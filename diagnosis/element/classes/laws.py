@@ -11,13 +11,13 @@ from carrierflex.diagnosis.classes.memory_columns import (
     stops,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.memory_parts import memory_law_force
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, MemoryLaw
 
 RESTORING_FORCE = "restoring_force"
 DISSIPATION = "dissipation"
-HYSTERESIS = "hysteresis"
-MEMORY = "memory"
 DELAY = "delay"
 COUPLED_DAMPING = "coupled_damping"
 FORCE_SURFACE = "force_surface"
@@ -93,8 +93,18 @@ class MotionSize:
         return self.half_range / self.speed
 
 
-def classes_of(law: str) -> tuple[str, ...]:
-    """Classes that hold a law; of a user's law f(q, v) those of any surface."""
+def classes_of(law: str, memory: Mapping[str, MemoryLaw]) -> tuple[str, ...]:
+    """Classes that hold a law; of a user's law f(q, v) those of any surface.
+
+    Parameters
+    ----------
+    law : str
+        Effect.
+    memory : mapping of str to MemoryLaw
+        Measured laws with a memory.
+    """
+    if law in memory:
+        return (memory[law].effect_class,)
     return CLASSES_OF_LAW.get(law, (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING, FORCE_SURFACE))
 
 
@@ -117,6 +127,8 @@ def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSiz
     ndarray, shape (n_shapes, n_columns, n)
         Force for unit amplitude.
     """
+    if law in model.memory:
+        return memory_law_force(model.memory[law], own)[None, None]
     if law == "sensor_delay":
         return _delayed(own, is_force=model.by_force)[None]
     if law == "maxwell_branch":

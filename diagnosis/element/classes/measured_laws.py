@@ -1,6 +1,7 @@
 """Measured shapes as laws: from the answer by class to a table, from a table to an effect card."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from carrierflex.diagnosis.element.cards import KIND
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, WITH_MEMORY, MemoryLaw
 from carrierflex.simulation.element.tabulated_laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -21,10 +23,17 @@ from carrierflex.simulation.element.tabulated_laws import (
     tabulated_force,
 )
 
-_EQUATIONS = {DISSIPATION: "g(v)", COUPLED_DAMPING: "h(q) v"}
+_EQUATIONS = {
+    DISSIPATION: "g(v)",
+    COUPLED_DAMPING: "h(q) v",
+    HYSTERESIS: "stops that slip",
+    MEMORY: "branches that relax",
+}
 
 
-def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> TabulatedLaw:
+def law_of_answer(
+    answer: ClassAnswer, campaign: str, wanted: str | None = None
+) -> TabulatedLaw | MemoryLaw:
     """Measured shape of a class of the answer.
 
     Parameters
@@ -38,16 +47,20 @@ def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None)
 
     Returns
     -------
-    TabulatedLaw
-        The shape without what the baseline takes up.
+    TabulatedLaw or MemoryLaw
+        The shape without what the baseline takes up; of hysteresis its stops, of memory its
+        branches.
 
     Raises
     ------
     ValueError
         Where no class is named or leading, the answer has not the wanted one, or it has no table.
     """
-    name, shape = kept_shape(answer, {own: own for own in TABULATED}, wanted)
+    kept = (*TABULATED, *WITH_MEMORY)
+    name, shape = kept_shape(answer, {own: own for own in kept}, wanted)
     force, length = shape.units[1], shape.units[0].removesuffix("/s")
+    if shape.memory is not None:
+        return replace(shape.memory, name=law_name(name, campaign), measured_on=campaign)
     if name == COUPLED_DAMPING:
         force = force.removesuffix(f" s/{length}")
     return TabulatedLaw(
@@ -61,12 +74,14 @@ def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None)
     )
 
 
-def law_cards(laws: Sequence[TabulatedLaw], units: tuple[str, str]) -> tuple[EffectCard, ...]:
+def law_cards(
+    laws: Sequence[TabulatedLaw | MemoryLaw], units: tuple[str, str]
+) -> tuple[EffectCard, ...]:
     """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
 
     Parameters
     ----------
-    laws : sequence of TabulatedLaw
+    laws : sequence of TabulatedLaw or MemoryLaw
         Laws.
     units : tuple of str
         Units of force and deflection of the records.
@@ -86,46 +101,51 @@ def law_cards(laws: Sequence[TabulatedLaw], units: tuple[str, str]) -> tuple[Eff
         EffectCard(
             law.name,
             KIND,
-            f"size x {_EQUATIONS.get(law.effect_class, 'f(q)')} of a measured table",
+            f"size x {_EQUATIONS.get(law.effect_class, 'f(q)')} as it was measured",
             (EffectParameter("size", "1", 0.0, np.inf, scale=1.0),),
-            "that of its table",
-            law=tabulated_force(law),
+            "that of its shape",
+            # Parts with a memory are the simulator's own.
+            law=tabulated_force(law) if isinstance(law, TabulatedLaw) else None,
         )
         for law in laws
     )
 
 
 def beyond_visited(
-    law: TabulatedLaw, records: Sequence[ElementRecord]
+    law: TabulatedLaw | MemoryLaw, records: Sequence[ElementRecord]
 ) -> tuple[CampaignWarning, ...]:
     """Warning where records leave the range in which a law was measured; empty where none does.
 
     Parameters
     ----------
-    law : TabulatedLaw
+    law : TabulatedLaw or MemoryLaw
         Law.
     records : sequence of ElementRecord
         Runs.
     """
-    own = [_abscissa(law, record) for record in records]
+    if isinstance(law, TabulatedLaw):
+        table, unit, along_speed = law.x, law.x_unit, law.along_speed
+    else:
+        table, unit, along_speed = np.array(law.visited), law.units[1], False
+    own = [_abscissa(record, along_speed=along_speed) for record in records]
     values = np.concatenate(own)
-    outside = (values < law.x[0]) | (values > law.x[-1])
+    outside = (values < table[0]) | (values > table[-1])
     if not outside.any():
         return ()
-    farthest = int(np.argmax([max(law.x[0] - one.min(), one.max() - law.x[-1]) for one in own]))
+    farthest = int(np.argmax([max(table[0] - one.min(), one.max() - table[-1]) for one in own]))
     warning = visited_range_warning(
         law.name,
         law.effect_class,
         share=float(np.mean(outside)),
         reached=values,
-        table=law.x,
-        unit=law.x_unit,
+        table=table,
+        unit=unit,
         run=records[farthest].name,
     )
     return (warning,)
 
 
-def _abscissa(law: TabulatedLaw, record: ElementRecord) -> FloatArray:
+def _abscissa(record: ElementRecord, *, along_speed: bool) -> FloatArray:
     """Deflection or speed where samples count; the measured motion may hold a run-in."""
-    motion = record.motion[1 if law.along_speed else 0]
+    motion = record.motion[1 if along_speed else 0]
     return np.asarray(motion[record.block >= 0], dtype=np.float64)

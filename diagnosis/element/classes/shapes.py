@@ -18,7 +18,7 @@ from carrierflex.diagnosis.classes.shapes.curves import (
 )
 from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.columns import ElementBases, stops_columns
+from carrierflex.diagnosis.element.classes.columns import ElementBases, stops_columns, stops_of
 from carrierflex.diagnosis.element.classes.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -29,7 +29,9 @@ from carrierflex.diagnosis.element.classes.laws import (
     TIME_VARIATION,
     static_law,
 )
+from carrierflex.diagnosis.element.classes.memory_parts import parts_of_branches
 from carrierflex.diagnosis.element.classes.table import ElementTable
+from carrierflex.simulation.element.memory_laws import WITH_MEMORY, MemoryLaw
 
 #: Groups whose columns make the curve of a class.
 _GROUPS: dict[str, tuple[str, ...]] = {
@@ -99,7 +101,30 @@ def measured_shape(
     smooth, steps = y, (0.0, 0.0)
     if name == DISSIPATION:
         smooth, steps = without_steps(curve.x, y, own.bases.size.rest_speed)
-    return MeasuredShape(curve.x, y, band, drawn, curve.labels, curve.units, words, smooth, steps)
+    return MeasuredShape(
+        curve.x,
+        y,
+        band,
+        drawn,
+        curve.labels,
+        curve.units,
+        words,
+        smooth,
+        steps,
+        memory=_memory_law(own.bases, name, draws[0], units),
+    )
+
+
+def _memory_law(
+    bases: ElementBases, name: str, weights: FloatArray, units: tuple[str, str]
+) -> MemoryLaw | None:
+    """Parts that a class with a memory is made of; None of a class without one."""
+    if name not in WITH_MEMORY:
+        return None
+    size = bases.size
+    is_memory = name == MEMORY
+    parts = parts_of_branches(bases.taus, weights) if is_memory else stops_of(weights, size)
+    return MemoryLaw("", name, parts.stops, parts.branches, units, (size.low, size.high))
 
 
 def _curve(bases: ElementBases, name: str, units: tuple[str, str]) -> _Curve:

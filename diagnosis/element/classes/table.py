@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
 from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -215,7 +214,7 @@ def table_of(model: ElementModel, runs: ElementRuns, constants: ClassConstants) 
             floors.append(floor * inside.shape[1])
             folds.append(int(fold[chosen][0]))
     assert layout is not None
-    table = _assembled(gram, np.array(floors), np.array(folds), layout)
+    table = _assembled(gram, np.array(floors), np.array(folds), layout, model)
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
         table = replace(table, ceiling=CLASS_GROUPS[FORCE_SURFACE] + CLASS_GROUPS[HYSTERESIS])
@@ -360,7 +359,7 @@ def _filtered(raw: FloatArray, weight: NoiseWeight) -> FloatArray:
 
 
 def _assembled(
-    gram: FloatArray, floor: FloatArray, folds: NDArray[np.int64], layout: _Layout
+    gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout, model: ElementModel
 ) -> GramTable:
     """Table with scaled columns: target, regressors and laws of unit energy, each group as one."""
     energy = np.diag(gram.sum(axis=0)).copy()
@@ -374,7 +373,7 @@ def _assembled(
         for group, place in layout.groups
     }
     laws = {
-        name: tuple(law for law in layout.laws if name in _classes_of(law.id))
+        name: tuple(law for law in layout.laws if name in _classes_of(law.id, model))
         for name in CLASS_GROUPS
     }
     # In place: a table takes tens of megabytes, and a copy as long as its products.
@@ -394,5 +393,5 @@ def _assembled(
     )
 
 
-def _classes_of(law: str) -> tuple[str, ...]:
-    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law)
+def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:
+    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law, model.memory)

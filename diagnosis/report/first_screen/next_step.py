@@ -2,6 +2,7 @@
 
 import math
 
+from carrierflex.diagnosis.classes.shapes.kept_laws import is_kept
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -60,6 +61,11 @@ def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
             return (
                 f"Look for the source of {class_names(answer)} in the machine and in the measuring "
                 "chain: no law of the library has it."
+            )
+        if not any(map(is_kept, answer.classes)):
+            return (
+                f"Look for what makes {class_names(answer)}: its measured shape is below, and no "
+                "law of the library follows it."
             )
         return (
             f"Take the measured shape of {class_names(answer)} into the simulation "

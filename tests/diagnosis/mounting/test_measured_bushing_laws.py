@@ -113,7 +113,7 @@ def test_a_class_with_memory_is_drawn_and_refused_as_a_law():
     # The branch is a spring of 10 MN/m: its force relaxes with c / k = 0.5 s.
     assert shape.y[0] == pytest.approx(1e7, rel=0.1)
     assert np.interp(0.5, shape.x, shape.y) == pytest.approx(1e7 / np.e, rel=0.2)
-    with pytest.raises(ValueError, match=r"class 'bushings/memory' is not kept as a table"):
+    with pytest.raises(ValueError, match=r"class 'bushings/memory' is not kept as a law"):
         bushing_law_of_answer(answer, "twin")
 
 

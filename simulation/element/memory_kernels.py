@@ -1,0 +1,92 @@
+"""Compiled force of the parts with a memory, and how a motion moves them.
+
+A straight motion from one state to the next is exact for stops and branches alike. Parts and their
+states are one flat array: their numbers, rows of stops each with z behind it, rows of branches each
+with its force behind it.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from carrierflex.simulation.element.memory_laws import AT, N_HEAD, STIFFNESS, TAU
+
+Array = NDArray[np.float64]
+
+#: Values of a stop and of a branch, their states among them.
+_STOP, _BRANCH = len(AT) + 1, 3
+
+
+@njit(cache=True, inline="always")
+def _stop_force(q: float, z: float, at: int, parts: Array) -> float:
+    """Force of the stop whose row begins at `at` and whose spring stands at z."""
+    place = (q - parts[at + AT.middle]) / parts[at + AT.half_range]
+    place = min(max(place, -1.0), 1.0)
+    level = parts[at + AT.slip] + parts[at + AT.slip_middle] * (1.0 - abs(place))
+    level += parts[at + AT.slip_upper] * max(place, 0.0)
+    level += parts[at + AT.slip_lower] * max(-place, 0.0)
+    force = level * z + parts[at + AT.inner] * min(max(z, -0.5), 0.5)
+    force += parts[at + AT.outer_upper] * max(z - 0.5, 0.0)
+    return float(force + parts[at + AT.outer_lower] * min(z + 0.5, 0.0))
+
+
+@njit(cache=True, inline="always")
+def _moved_stop(moved: float, at: int, parts: Array) -> float:
+    """Where the spring of a stop stands after a motion in one direction."""
+    z = parts[at + len(AT)] + moved / parts[at + AT.yield_deflection]
+    return float(min(max(z, -1.0), 1.0))
+
+
+@njit(cache=True, inline="always")
+def _moved_branch(moved: float, elapsed: float, at: int, parts: Array) -> float:
+    """Force of a branch after a straight motion over some time [s]."""
+    force = parts[at + 2]
+    if elapsed <= 0.0:
+        return float(force)
+    tau = parts[at + TAU]
+    decay = np.exp(-elapsed / tau)
+    return float(decay * force + parts[at + STIFFNESS] * moved * tau / elapsed * (1.0 - decay))
+
+
+@njit(cache=True)
+def memory_force(q: float, moved: float, elapsed: float, parts: Array, first: int) -> float:
+    """Force of all parts after a straight motion that ends at q; their states stay as they are.
+
+    Parameters
+    ----------
+    q, moved : float
+        Deflection, and its change since the states.
+    elapsed : float
+        Time since the states [s].
+    parts : ndarray, shape (n,)
+        Holds :func:`carrierflex.simulation.element.memory_laws.flat_parts`.
+    first : int
+        Where they begin.
+    """
+    force = 0.0
+    stops = first + N_HEAD
+    branches = stops + _STOP * int(parts[first])
+    for at in range(stops, branches, _STOP):
+        force += _stop_force(q, _moved_stop(moved, at, parts), at, parts)
+    for at in range(branches, branches + _BRANCH * int(parts[first + 1]), _BRANCH):
+        force += _moved_branch(moved, elapsed, at, parts)
+    return force
+
+
+@njit(cache=True)
+def remember(moved: float, elapsed: float, parts: Array, first: int) -> None:
+    """Move the states of all parts along a straight motion.
+
+    Parameters
+    ----------
+    moved, elapsed
+        Change of the deflection, and its time [s].
+    parts, first
+        As of :func:`memory_force`; states are changed.
+    """
+    stops = first + N_HEAD
+    branches = stops + _STOP * int(parts[first])
+    for at in range(stops, branches, _STOP):
+        parts[at + len(AT)] = _moved_stop(moved, at, parts)
+    for at in range(branches, branches + _BRANCH * int(parts[first + 1]), _BRANCH):
+        parts[at + 2] = _moved_branch(moved, elapsed, at, parts)

@@ -1,0 +1,95 @@
+"""The file law.toml of a measured law with a memory."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from carrierflex.files.toml_files import read_toml
+from carrierflex.files.whole_files import whole_file
+from carrierflex.simulation.case_kinds import MEMORY_LAW_FILE
+from carrierflex.simulation.element.memory_laws import AT, MemoryLaw, StopPlaces
+
+_HEADING = (
+    "# Measured law with a memory, taken as a candidate by `diagnose --law FILE`. Forces of its",
+    "# parts add up: stops (a spring that slips) or branches (a spring in series with a damper).",
+)
+
+
+def read_memory_law(path: Path) -> MemoryLaw:
+    """Law of a file.
+
+    Parameters
+    ----------
+    path : Path
+        File of the format ``carrierflex-memory-law``.
+
+    Returns
+    -------
+    MemoryLaw
+        Its parts.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    ValueError
+        Where it is no such file, or holds no such parts; all that is wrong, in one line.
+    """
+    # Late: pydantic takes longer to load than all else here.
+    from carrierflex.simulation.element.memory_law_tables import MemoryLawDocument
+
+    document = read_toml(path, MEMORY_LAW_FILE, MemoryLawDocument)
+    stops = [[getattr(stop, name) for name in StopPlaces._fields] for stop in document.stop]
+    branches = [[branch.tau, branch.stiffness] for branch in document.branch]
+    return MemoryLaw(
+        document.name,
+        document.effect_class,
+        np.array(stops, dtype=np.float64).reshape(-1, len(AT)),
+        np.array(branches, dtype=np.float64).reshape(-1, 2),
+        (document.force_unit, document.deflection_unit),
+        document.visited,
+        document.measured_on or "",
+    )
+
+
+def write_memory_law(path: Path, law: MemoryLaw) -> None:
+    """Write a law file.
+
+    Parameters
+    ----------
+    path : Path
+        File; an older one is replaced in one step.
+    law : MemoryLaw
+        Law.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
+    document: dict[str, Any] = {
+        "format": MEMORY_LAW_FILE.format,
+        "version": MEMORY_LAW_FILE.version,
+        "name": law.name,
+        "effect_class": law.effect_class,
+        "force_unit": law.units[0],
+        "deflection_unit": law.units[1],
+        "visited": list(law.visited),
+    }
+    if law.measured_on:
+        document["measured_on"] = law.measured_on
+    if law.stops.size:
+        rows = [dict(zip(StopPlaces._fields, row, strict=True)) for row in law.stops.tolist()]
+        document["stop"] = [
+            {name: value for name, value in row.items() if value or name == "middle"}
+            for row in rows
+        ]
+    if law.branches.size:
+        document["branch"] = [
+            {"tau": tau, "stiffness": stiffness} for tau, stiffness in law.branches.tolist()
+        ]
+    content = "\n".join((*_HEADING, tomli_w.dumps(document)))
+    with whole_file(path) as temporary:
+        temporary.write_bytes(content.encode())
