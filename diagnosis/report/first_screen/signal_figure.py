@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 #: Samples of a stretch of time at most, and mean crossings of the signal in it at least.
 _MOST_SAMPLES, _CROSSINGS = 400, 12
+#: Letters of a channel's name beside its axis.
+_MOST_LETTERS = 10
 
 
 def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure":
@@ -52,7 +54,7 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
         upper.plot(x, factor * simulated, dashes, color=colour, linewidth=1.3, label=name)
         rest = gap_factor * (overlay.measured[part] - simulated)
         lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
-    upper.set_ylabel(f"{before.channel} [{shown}]")
+    upper.set_ylabel(f"{_short(before.channel)} [{shown}]")
     lower.set_ylabel(f"gap [{gap_unit}]")
     lower.set_xlabel(f"{before.x_name} [{before.x_unit}]")
     if before.x_unit == "deg":
@@ -64,6 +66,11 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
     figure.align_ylabels()
     figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False, handlelength=1.6)
     return figure
+
+
+def _short(name: str) -> str:
+    """Name that the axis has room for; the words below the figure have the whole."""
+    return name if len(name) <= _MOST_LETTERS else f"{name[: _MOST_LETTERS - 1]}…"
 
 
 def _stretch(overlay: Overlay) -> slice:
