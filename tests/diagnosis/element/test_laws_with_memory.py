@@ -37,6 +37,7 @@ from carrierflex.simulation.law_files import read_measured_law, write_measured_l
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from tests.diagnosis.element.element_campaigns import STEP, displacement_campaign
 from tests.diagnosis.element.test_measured_laws import shrinkage
+from tests.simulation.changed_law_files import check_refused
 
 NONE = np.empty(0)
 UNITS = ("N", "m")
@@ -207,14 +208,7 @@ def test_a_law_is_read_as_it_was_written(changes, tmp_path):
     ],
 )
 def test_a_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    path = tmp_path / "law.toml"
-    write_measured_law(path, lasting())
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(ValueError, match=told) as refused:
-        read_measured_law(path)
-    assert str(path) in str(refused.value)
+    check_refused(lasting(), old, new, told, tmp_path)
 
 
 def test_units_and_range_are_looked_at():

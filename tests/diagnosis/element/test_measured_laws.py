@@ -20,6 +20,7 @@ from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw, tabulated_force
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
+from tests.simulation.changed_law_files import check_refused
 
 UNITS = ("N", "m")
 
@@ -136,14 +137,7 @@ def test_a_law_is_read_as_it_was_written(units, tmp_path):
     ],
 )
 def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    path = tmp_path / "law.toml"
-    write_law(path, straight())
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(ValueError, match=told) as refused:
-        read_law(path)
-    assert str(path) in str(refused.value)
+    check_refused(straight(), old, new, told, tmp_path)
 
 
 def answer_of(*names, state=NAMED_CLASS):

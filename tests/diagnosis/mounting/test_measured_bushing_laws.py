@@ -24,6 +24,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     packed_laws,
 )
 from tests.diagnosis.mounting.mounting_campaigns import mounting_campaign
+from tests.simulation.changed_law_files import check_refused
 
 FAR = np.linspace(0.0, 20e-3, 4001)
 WIDE = np.linspace(-20e-3, 20e-3, 8001)
@@ -152,14 +153,7 @@ def test_a_law_of_bushings_is_read_as_it_was_written(tmp_path):
     ],
 )
 def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    path = tmp_path / "law.toml"
-    write_measured_law(path, straight())
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(ValueError, match=told) as refused:
-        read_measured_law(path)
-    assert str(path) in str(refused.value)
+    check_refused(straight(), old, new, told, tmp_path)
 
 
 def test_a_law_of_bushings_is_for_mountings():

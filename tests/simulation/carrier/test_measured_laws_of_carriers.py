@@ -30,6 +30,7 @@ from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from carrierflex.simulation.carrier.run_cases import CarrierMotion, RunCase, Sensor
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
+from tests.simulation.changed_law_files import check_refused
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 AXIAL = "axial_displacement"
@@ -258,14 +259,7 @@ def test_a_law_of_a_carrier_is_read_as_it_was_written(tmp_path):
     ],
 )
 def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    path = tmp_path / "law.toml"
-    write_measured_law(path, several())
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(ValueError, match=told) as refused:
-        read_measured_law(path)
-    assert str(path) in str(refused.value)
+    check_refused(several(), old, new, told, tmp_path)
 
 
 def test_a_law_without_tables_is_refused(tmp_path):
