@@ -2,7 +2,7 @@
 
 The fitted baseline predicts the signals of a run from the inputs that belong to them, though not
 always better than from the wrong ones, which it has been fitted to: runs that fit each other's
-inputs nearly as well are exchanged and the baseline refitted, which tells.
+inputs up to half as well are exchanged and the baseline refitted, which tells.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,8 +19,8 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of
 FloatArray = NDArray[np.float64]
 
 #: Square of two exchanged runs over that of the stated ones up to which they are refitted, and the
-#: pairs that are, the best first.
-_NEARLY_AS_GOOD = 1.1
+#: pairs that are, the best first. Both bound the work alone: what a refit leaves decides.
+_NEARLY_AS_GOOD = 2.0
 _MOST_PAIRS = 3
 
 
