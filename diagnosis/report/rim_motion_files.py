@@ -27,6 +27,8 @@ _STEP = 2
 #: Digits of the samples: a millionth of the signal.
 _DIGITS = 6
 _MOST_BYTES = 50_000_000
+#: Signals that are written: some 5 kB each, and 40 kB of memory while they are.
+_MOST_SIGNALS = 2000
 _MOST_SAMPLES = 10_000
 _MOST_PINS = 100
 _DIRECTIONS = ("axial", "radial")
@@ -78,6 +80,8 @@ class RimMotion:
 def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
     """Motion of the rim that a diagnosis compared; None where the campaign has no rim.
 
+    Of more runs than a file holds some of every condition are kept.
+
     Parameters
     ----------
     diagnosis : Diagnosis
@@ -89,10 +93,11 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
         return None
     channels = {channel.name: channel for channel in campaign.channels}
     after: list[Any] = list(diagnosis.signals.after) or [None] * len(diagnosis.signals.before)
+    kept = _kept_runs(campaign)
     signals = []
     for before, with_effects in zip(diagnosis.signals.before, after, strict=True):
         channel = channels[before.channel]
-        if channel.angle is None:
+        if channel.angle is None or before.run not in kept:
             continue
         one_turn = slice(0, before.x.size - 1, _STEP)
         signals.append(
@@ -114,6 +119,18 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
         effects=added_effects(diagnosis.reduction),
         signals=tuple(signals),
     )
+
+
+def _kept_runs(campaign: Campaign) -> set[str]:
+    """Names of the runs that are kept: the first of every condition, then the second of each."""
+    most = max(1, _MOST_SIGNALS // len(campaign.channels))
+    met: dict[str, int] = {}
+    ranked = []
+    for run in campaign.runs:
+        met[run.condition] = met.get(run.condition, 0) + 1
+        ranked.append((met[run.condition], run.name))
+    ranked.sort(key=lambda entry: entry[0])
+    return {name for _, name in ranked[:most]}
 
 
 def write_rim_motion(path: Path, motion: RimMotion) -> None:

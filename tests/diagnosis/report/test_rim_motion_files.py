@@ -40,7 +40,8 @@ def motion():
         SimpleNamespace(name="r040", quantity="radial_displacement", angle=np.deg2rad(40.0)),
     )
     rig = {"n_planets": 3, "sensor_radius": 0.412}
-    campaign = SimpleNamespace(kind="carrier", channels=channels, rig=rig)
+    runs = (SimpleNamespace(name="LC1", condition="full load"),)
+    campaign = SimpleNamespace(kind="carrier", channels=channels, rig=rig, runs=runs)
     found = rim_motion(diagnosis, campaign)
     assert isinstance(found, RimMotion)
     return found
@@ -85,6 +86,27 @@ def test_the_file_is_as_its_schema_says_and_comes_back(motion, written):
 def test_a_campaign_without_a_rim_has_none():
     assert rim_motion(SimpleNamespace(signals=None), SimpleNamespace(kind="carrier")) is None
     assert rim_motion(SimpleNamespace(signals=()), SimpleNamespace(kind="element")) is None
+
+
+def test_of_more_runs_than_a_file_holds_some_of_every_condition_are_kept(monkeypatch):
+    where = "carrierflex.diagnosis.report.rim_motion_files._MOST_SIGNALS"
+    conditions = {"A1": "a", "A2": "a", "A3": "a", "B1": "b", "B2": "b"}
+    diagnosis = SimpleNamespace(
+        campaign="twin",
+        unit="m",
+        signals=SimpleNamespace(before=[overlay(run, "s", 1, 0.0) for run in conditions], after=()),
+        reduction=None,
+    )
+    campaign = SimpleNamespace(
+        kind="carrier",
+        channels=(SimpleNamespace(name="s", quantity="axial_displacement", angle=0.5),),
+        rig={"n_planets": 3, "sensor_radius": 0.412},
+        runs=[SimpleNamespace(name=own, condition=of) for own, of in conditions.items()],
+    )
+    for most, kept in ((1, ["A1"]), (2, ["A1", "B1"]), (4, ["A1", "A2", "B1", "B2"]), (9, None)):
+        monkeypatch.setattr(where, most)
+        found = [signal.run for signal in rim_motion(diagnosis, campaign).signals]
+        assert found == (kept or list(conditions))
 
 
 @pytest.mark.parametrize(
