@@ -58,8 +58,8 @@ class MemoryLawDocument(TomlTable):
     deflection_unit: Text = key("Unit of deflection of the records")
     visited: TwoNumbers = key("Deflections between which it was measured [deflection_unit]")
     measured_on: Text | None = key("Campaign whose records gave it", default=None)
-    stop: list[StopTable] = Field(default_factory=list, description="Stops of a hysteresis")
-    branch: list[BranchTable] = Field(default_factory=list, description="Branches of a memory")
+    stop: list[StopTable] = Field(default_factory=list, description="Stops of a hysteresis.")
+    branch: list[BranchTable] = Field(default_factory=list, description="Branches of a memory.")
 
     @model_validator(mode="after")
     def _has_its_parts(self) -> Self:
