@@ -1,4 +1,4 @@
-"""Reading of TOML files, and what is wrong with them, in one line that names the file.
+"""TOML files: read, with what is wrong with them in one line that names the file, and written.
 
 A missing file, a folder, a file too large, not TOML, of another format or of a newer version is
 refused before its keys are looked at. What the tables hold is checked all at once
@@ -8,7 +8,7 @@ refused before its keys are looked at. What the tables hold is checked all at on
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.problems import ProblemsError, refuse
 from carrierflex.files.shown_values import shortened, shown
+from carrierflex.files.whole_files import whole_file
 
 if TYPE_CHECKING:
     from carrierflex.files.toml_values import TomlTable
@@ -185,6 +186,37 @@ def read_toml(path: Path, kind: TomlKind, table: "type[Table]") -> "Table":
     document = toml_document(path, kind)
     check_header(document, kind, str(path))
     return checked_document(document, table, str(path))
+
+
+def write_toml(
+    path: Path, kind: TomlKind, heading: Sequence[str], document: Mapping[str, Any]
+) -> None:
+    """Write a file of a kind: comments, format and version, then its keys.
+
+    Parameters
+    ----------
+    path : Path
+        File; an older one is replaced in one step.
+    kind : TomlKind
+        Kind with a header.
+    heading : sequence of str
+        Lines of comment.
+    document : mapping
+        Keys; those that are None are left out.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
+    # Late: most commands write no such file.
+    import tomli_w
+
+    own = {"format": kind.format, "version": kind.version}
+    own |= {name: value for name, value in document.items() if value is not None}
+    content = "\n".join((*heading, tomli_w.dumps(own)))
+    with whole_file(path) as temporary:
+        temporary.write_bytes(content.encode())
 
 
 def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None:

@@ -1,9 +1,7 @@
 """Where a tone stands that nothing turns or drives."""
 
-import numpy as np
-
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.tones import drives_at
+from carrierflex.identification.campaign_check.tones import is_driven
 
 #: Frequencies between the orders of every rig of the blind check [Hz].
 _BETWEEN_ORDERS_HZ = (7.37, 9.13, 11.71)
@@ -21,10 +19,5 @@ def undriven_frequency(campaign: Campaign) -> float:
         Runs and inputs.
     """
     run = campaign.runs[0]
-    columns = [np.asarray(column) for name, column in run.inputs.items() if "angle" not in name]
-    undriven = (
-        own
-        for own in _BETWEEN_ORDERS_HZ
-        if not any(drives_at(column, run.time, own) for column in columns)
-    )
+    undriven = (own for own in _BETWEEN_ORDERS_HZ if not is_driven(run, own))
     return next(undriven, _BETWEEN_ORDERS_HZ[0])

@@ -229,6 +229,7 @@ def _false_figures(
     inside = [case for case in cases if case.has_class]
 
     def at_most(name: str, hits: Sequence[bool], most: float) -> Figure:
+        """Share of cases, wanted up to a limit where there is a target."""
         if not has_target:
             return share_figure(kind, name, hits)
         return share_figure(kind, name, hits, f"<= {100.0 * most:.0f} %", lambda p, n: p <= most)

@@ -9,7 +9,7 @@ from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.diagnosis.gap.findings import Drift, GapMoment
-from carrierflex.diagnosis.gap.significance import SIGNIFICANCE, adjusted
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE, adjusted_together
 
 ComplexArray = NDArray[np.complex128]
 #: Repetitions in a window at most, and windows a run has at least where it has as many
@@ -194,10 +194,6 @@ def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
     """
     if not tables:
         return ()
-    raw = [table.p_value[table.used] for table in tables]
-    p_values = np.concatenate(raw)
-    known = np.isfinite(p_values)
-    p_values[known] = adjusted(p_values[known])
-    by_table = np.split(p_values, np.cumsum([own.size for own in raw])[:-1])
+    by_table = adjusted_together([table.p_value[table.used] for table in tables])
     kept = [row for table, own in zip(tables, by_table, strict=True) for row in table.beyond(own)]
     return tuple(sorted(kept, key=lambda row: -row.change))

@@ -12,7 +12,7 @@ from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.diagnosis.gap.findings import NonSynchronousCell, Repeatability
-from carrierflex.diagnosis.gap.significance import SIGNIFICANCE, adjusted
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE, adjusted_together
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,10 +117,7 @@ def significant_non_synchronous(
     """
     raw = [table.p_value[table.is_used()] for table in tables]
     raw.append(np.array([cell.p_value for cell in off_orders]))
-    p_values = np.concatenate(raw)
-    known = np.isfinite(p_values)
-    p_values[known] = adjusted(p_values[known])
-    *by_table, of_others = np.split(p_values, np.cumsum([own.size for own in raw])[:-1])
+    *by_table, of_others = adjusted_together(raw)
     kept = [cell for table, own in zip(tables, by_table, strict=True) for cell in table.beyond(own)]
     kept += [
         replace(cell, p_value=p_value)

@@ -29,6 +29,14 @@ def adjusted(p_values: ArrayLike) -> FloatArray:
     return np.asarray(false_discovery_control(values, axis=None, method="by"), dtype=np.float64)
 
 
+def adjusted_together(tables: Sequence[FloatArray]) -> list[FloatArray]:
+    """P-values of several tables adjusted for the number of all that are known; NaN stays."""
+    p_values = np.concatenate(tables)
+    known = np.isfinite(p_values)
+    p_values[known] = adjusted(p_values[known])
+    return np.split(p_values, np.cumsum([own.size for own in tables])[:-1])
+
+
 def is_significant(cell: GapCell) -> bool:
     """Whether a cell holds more than noise, beyond chance."""
     return cell.p_value < SIGNIFICANCE and cell.coherent > 0.0

@@ -114,8 +114,13 @@ def _is_expected(run: Run, values: FloatArray, frequency: float) -> bool:
     """Whether a frequency is that of an order of the shaft, or of an input or its harmonics."""
     if "carrier_angle" in run.inputs and turns_with_the_shaft(run, values, frequency):
         return True
+    return is_driven(run, frequency)
+
+
+def is_driven(run: Run, frequency: float) -> bool:
+    """Whether a force or load of a run has power at a frequency [Hz], or at its divisor."""
     return any(
-        name != "carrier_angle" and drives_at(column, run.time, frequency)
+        name != "carrier_angle" and _drives_at(column, run.time, frequency)
         for name, column in run.inputs.items()
     )
 
@@ -140,16 +145,8 @@ def turns_with_the_shaft(run: Run, values: FloatArray, frequency: float) -> bool
     return bool(of_order > _LIKE_AN_ORDER * of_tone)
 
 
-def drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
-    """Whether an input has power at a frequency, or at one that it is a multiple of.
-
-    Parameters
-    ----------
-    values, time : ndarray, shape (n,)
-        Input and time [s].
-    frequency : float
-        Frequency [Hz].
-    """
+def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
+    """Whether an input has power at a frequency, or at one that it is a multiple of."""
     if not np.ptp(values) > 0.0:
         return False
     lines, power, _ = _spectrum(values, time)

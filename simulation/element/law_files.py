@@ -5,11 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 from numpy.typing import NDArray
 
-from carrierflex.files.toml_files import read_toml
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.toml_files import read_toml, write_toml
 from carrierflex.simulation.case_kinds import LAW_FILE
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
@@ -79,20 +77,16 @@ def write_law(path: Path, law: TabulatedLaw) -> None:
     if any(law.friction):
         table |= {"friction_plus": law.friction[0], "friction_minus": law.friction[1]}
     document: dict[str, Any] = {
-        "format": LAW_FILE.format,
-        "version": LAW_FILE.version,
         "name": law.name,
         "effect_class": law.effect_class,
         "force_unit": law.units[0],
         "deflection_unit": law.units[1],
+        "measured_on": law.measured_on or None,
+        "table": table,
     }
-    if law.measured_on:
-        document["measured_on"] = law.measured_on
     units = f"# x [{law.x_unit}], y [{law.y_unit}], dry friction [{law.units[0]}]"
-    heading = "\n".join((*_HEADING, _ONE_LINE.sub(" ", units)))
-    content = f"{heading}\n{tomli_w.dumps({**document, 'table': table})}"
-    with whole_file(path) as temporary:
-        temporary.write_bytes(content.encode())
+    heading = (*_HEADING, _ONE_LINE.sub(" ", units))
+    write_toml(path, LAW_FILE, heading, document)
 
 
 def without_rounding(values: NDArray[np.float64]) -> list[float]:

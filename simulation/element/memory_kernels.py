@@ -90,3 +90,25 @@ def remember(moved: float, elapsed: float, parts: Array, first: int) -> None:
         parts[at + len(AT)] = _moved_stop(moved, at, parts)
     for at in range(branches, branches + _BRANCH * int(parts[first + 1]), _BRANCH):
         parts[at + 2] = _moved_branch(moved, elapsed, at, parts)
+
+
+@njit(cache=True)
+def forces_along(q: Array, step: float, parts: Array) -> Array:
+    """Force of all parts along a motion that is straight between its samples, shape (n,).
+
+    Parameters
+    ----------
+    q : ndarray, shape (n,)
+        Deflection.
+    step : float
+        Sampling interval [s].
+    parts : ndarray
+        :func:`carrierflex.simulation.element.memory_laws.flat_parts`; states are changed.
+    """
+    force = np.empty(q.size)
+    last = q[0]
+    for i in range(q.size):
+        remember(q[i] - last, step, parts, 0)
+        force[i] = memory_force(q[i], 0.0, 0.0, parts, 0)
+        last = q[i]
+    return force

@@ -4,10 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
-from carrierflex.files.toml_files import read_toml
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.toml_files import read_toml, write_toml
 from carrierflex.simulation.case_kinds import MEMORY_LAW_FILE
 from carrierflex.simulation.element.memory_laws import AT, MemoryLaw, StopPlaces
 
@@ -70,16 +68,13 @@ def write_memory_law(path: Path, law: MemoryLaw) -> None:
         Where it cannot be written.
     """
     document: dict[str, Any] = {
-        "format": MEMORY_LAW_FILE.format,
-        "version": MEMORY_LAW_FILE.version,
         "name": law.name,
         "effect_class": law.effect_class,
         "force_unit": law.units[0],
         "deflection_unit": law.units[1],
         "visited": list(law.visited),
+        "measured_on": law.measured_on or None,
     }
-    if law.measured_on:
-        document["measured_on"] = law.measured_on
     if law.stops.size:
         rows = [dict(zip(StopPlaces._fields, row, strict=True)) for row in law.stops.tolist()]
         document["stop"] = [
@@ -90,6 +85,4 @@ def write_memory_law(path: Path, law: MemoryLaw) -> None:
         document["branch"] = [
             {"tau": tau, "stiffness": stiffness} for tau, stiffness in law.branches.tolist()
         ]
-    content = "\n".join((*_HEADING, tomli_w.dumps(document)))
-    with whole_file(path) as temporary:
-        temporary.write_bytes(content.encode())
+    write_toml(path, MEMORY_LAW_FILE, _HEADING, document)

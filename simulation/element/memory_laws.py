@@ -80,6 +80,21 @@ class MemoryLaw:
     visited: tuple[float, float]
     measured_on: str = ""
 
+    @property
+    def x(self) -> Array:
+        """Ends of the visited range, as of a table over the deflection."""
+        return np.array(self.visited)
+
+    @property
+    def along_speed(self) -> bool:
+        """Whether x is a speed."""
+        return False
+
+    @property
+    def x_unit(self) -> str:
+        """Unit of x."""
+        return self.units[1]
+
 
 @dataclass(frozen=True, eq=False)
 class MemoryParts:

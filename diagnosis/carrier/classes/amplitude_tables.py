@@ -25,7 +25,9 @@ from carrierflex.simulation.carrier.measured_laws.rim_patterns import offset as 
 
 #: Points of a table: of a cubic of the torque, of a parabola in time, and of a function of the
 #: radial load that bends at 15 % of the largest one, all within a thousandth of their size.
-_TORQUE_POINTS, _TIME_POINTS, _LOAD_POINTS = 65, 33, 129
+_TORQUE_POINTS = 65
+_TIME_POINTS = 33
+_LOAD_POINTS = 129
 #: Share of the largest amplitude below which one is rounding.
 _ROUNDING = 1e-9
 
@@ -169,7 +171,8 @@ def _along(functions: Sequence[LoadFunction], r: FloatArray) -> dict[str, FloatA
     ``f(r e) = f_y e_y + f_z e_z + f_yy e_y² + f_yz e_y e_z + f_zz e_z²``, at a torque of one: the
     first two are odd in the load, the others even.
     """
-    one, zero, diagonal = np.ones_like(r), np.zeros_like(r), r / np.sqrt(2.0)
+    one, zero = np.ones_like(r), np.zeros_like(r)
+    diagonal = r / np.sqrt(2.0)
 
     def halves(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Odd and even half of every function."""

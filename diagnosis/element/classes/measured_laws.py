@@ -123,29 +123,25 @@ def beyond_visited(
     records : sequence of ElementRecord
         Runs.
     """
-    if isinstance(law, TabulatedLaw):
-        table, unit, along_speed = law.x, law.x_unit, law.along_speed
-    else:
-        table, unit, along_speed = np.array(law.visited), law.units[1], False
-    own = [_abscissa(record, along_speed=along_speed) for record in records]
+    own = [_abscissa(law, record) for record in records]
     values = np.concatenate(own)
-    outside = (values < table[0]) | (values > table[-1])
+    outside = (values < law.x[0]) | (values > law.x[-1])
     if not outside.any():
         return ()
-    farthest = int(np.argmax([max(table[0] - one.min(), one.max() - table[-1]) for one in own]))
+    farthest = int(np.argmax([max(law.x[0] - one.min(), one.max() - law.x[-1]) for one in own]))
     warning = visited_range_warning(
         law.name,
         law.effect_class,
         share=float(np.mean(outside)),
         reached=values,
-        table=table,
-        unit=unit,
+        table=law.x,
+        unit=law.x_unit,
         run=records[farthest].name,
     )
     return (warning,)
 
 
-def _abscissa(record: ElementRecord, *, along_speed: bool) -> FloatArray:
+def _abscissa(law: TabulatedLaw | MemoryLaw, record: ElementRecord) -> FloatArray:
     """Deflection or speed where samples count; the measured motion may hold a run-in."""
-    motion = record.motion[1 if along_speed else 0]
+    motion = record.motion[1 if law.along_speed else 0]
     return np.asarray(motion[record.block >= 0], dtype=np.float64)

@@ -4,18 +4,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.simulation.element.memory_kernels import forces_along
 from carrierflex.simulation.element.memory_laws import (
     AT,
     FIRST_FORCE,
     NO_PARTS,
     STIFFNESS,
-    TAU,
     MemoryLaw,
     MemoryParts,
     StopPlaces,
+    flat_parts,
 )
 
 
@@ -56,23 +56,8 @@ def parts_of_branches(taus: FloatArray, weights: FloatArray) -> MemoryParts:
 
 def memory_law_force(law: MemoryLaw, own: ForceRecord) -> FloatArray:
     """Force of a law along the motion of a run, begun as the class's columns are, shape (n,)."""
-    force = np.zeros(own.x.size)
-    if law.stops.size:
-        z = stops(own.x, np.ascontiguousarray(law.stops[:, 0]), from_rest=own.from_rest)
-        force += sum(_stop_force(own.x, z[k], row) for k, row in enumerate(law.stops))
-    if law.branches.size:
-        taus = law.branches[:, TAU]
-        relaxing = relaxing_branches(own.x, taus, own.step, from_rest=own.from_rest)
-        force += law.branches[:, STIFFNESS] @ relaxing
-    return force
-
-
-def _stop_force(x: FloatArray, z: FloatArray, row: FloatArray) -> FloatArray:
-    """Force of one stop whose spring stands at z."""
-    stop = StopPlaces(*row)
-    place = np.clip((x - stop.middle) / stop.half_range, -1.0, 1.0)
-    level = stop.slip + stop.slip_middle * (1.0 - np.abs(place))
-    level = level + stop.slip_upper * np.maximum(place, 0.0)
-    level = level + stop.slip_lower * np.maximum(-place, 0.0)
-    curved = stop.inner * np.clip(z, -0.5, 0.5) + stop.outer_upper * np.maximum(z - 0.5, 0.0)
-    return np.asarray(level * z + curved + stop.outer_lower * np.minimum(z + 0.5, 0.0))
+    parts = flat_parts(MemoryParts(law.stops, law.branches))
+    x = np.ascontiguousarray(own.x)
+    if not own.from_rest:
+        forces_along(x[::-1].copy(), own.step, parts)
+    return np.asarray(forces_along(x, own.step, parts), dtype=np.float64)

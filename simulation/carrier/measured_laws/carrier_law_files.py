@@ -4,10 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
-from carrierflex.files.toml_files import read_toml
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.toml_files import read_toml, write_toml
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
     CarrierLaw,
     LawPart,
@@ -95,21 +93,16 @@ def write_carrier_law(path: Path, law: CarrierLaw) -> None:
     """
     frame, pattern = law.pattern.split("/")
     document: dict[str, Any] = {
-        "format": CARRIER_LAW_FILE.format,
-        "version": CARRIER_LAW_FILE.version,
         "name": law.name,
         "frame": frame,
         "pattern": pattern,
         "n_planets": law.n_planets,
         "sensor_radius": law.sensor_radius,
+        "measured_on": law.measured_on or None,
+        "visited": {name: list(ends) for name, ends in law.visited.items()},
+        "part": [_part_table(part) for part in law.parts],
     }
-    if law.measured_on:
-        document["measured_on"] = law.measured_on
-    document["visited"] = {name: list(ends) for name, ends in law.visited.items()}
-    document["part"] = [_part_table(part) for part in law.parts]
-    content = "\n".join((*_HEADING, tomli_w.dumps(document)))
-    with whole_file(path) as temporary:
-        temporary.write_bytes(content.encode())
+    write_toml(path, CARRIER_LAW_FILE, _HEADING, document)
 
 
 def _part_table(part: LawPart) -> dict[str, Any]:

@@ -4,10 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
-from carrierflex.files.toml_files import read_toml
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.toml_files import read_toml, write_toml
 from carrierflex.simulation.case_kinds import BUSHING_LAW_FILE
 from carrierflex.simulation.element.law_files import without_rounding
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw, BushingPart
@@ -67,22 +65,17 @@ def write_bushing_law(path: Path, law: BushingLaw) -> None:
         Where it cannot be written.
     """
     document: dict[str, Any] = {
-        "format": BUSHING_LAW_FILE.format,
-        "version": BUSHING_LAW_FILE.version,
         "name": law.name,
         "effect_class": law.effect_class,
+        "measured_on": law.measured_on or None,
+        "part": [
+            {
+                "acts": part.acts,
+                "bushing": part.bushing,
+                "x": without_rounding(part.x),
+                "y": without_rounding(part.y),
+            }
+            for part in law.parts
+        ],
     }
-    if law.measured_on:
-        document["measured_on"] = law.measured_on
-    document["part"] = [
-        {
-            "acts": part.acts,
-            "bushing": part.bushing,
-            "x": without_rounding(part.x),
-            "y": without_rounding(part.y),
-        }
-        for part in law.parts
-    ]
-    content = "\n".join((*_HEADING, tomli_w.dumps(document)))
-    with whole_file(path) as temporary:
-        temporary.write_bytes(content.encode())
+    write_toml(path, BUSHING_LAW_FILE, _HEADING, document)
