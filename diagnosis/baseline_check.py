@@ -18,6 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     NAMING,
 )
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.diagnosis.wiring.channel_gains import off_gain
 from carrierflex.diagnosis.wiring.clock import (
     SMALLEST_DRIFT,
     clock_rival,
@@ -49,6 +50,9 @@ _AS_GOOD = 0.03
 _QUIETER = 0.5
 #: Steps of time that a delay of all signals has at least; a smaller one is an effect.
 _FEWEST_STEPS = 3.0
+#: Gain error of a channel that is told without a gap: no calibration is that far off, and where one
+#: is declared not so many of its standard deviations.
+_SMALLEST_GAIN, _OF_CALIBRATION = 0.02, 3.0
 #: Distance from a bound in scales of the parameter that is on it.
 _ON_BOUND = 1e-6
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
@@ -85,7 +89,7 @@ def checked_baseline(
     Returns
     -------
     BaselineCheck
-        Checks ``wiring``, ``clock``, ``delay``, ``bound`` and ``declared_noise``.
+        Checks ``wiring``, ``clock``, ``delay``, ``gain``, ``bound`` and ``declared_noise``.
     """
     fit = fit or fit_effects(problem, ())
     before = mean_square_left(problem, fit)
@@ -94,6 +98,7 @@ def checked_baseline(
     if before <= _GAP * floor:
         # A visible gap would be taken for a delay; and there a delay is an effect of the library.
         warnings += _late(wiring, campaign, fit.theta, _GAP * floor)
+        warnings += _off_gain(wiring, campaign, fit.theta)
         return BaselineCheck(tuple(warnings), ())
     tried = list(wiring.rivals())
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
@@ -225,6 +230,31 @@ def _late(
             continue
         sure = f"{abs(late.seconds) / late.std:.0f} standard deviations"
         yield _delay_warning(late.run, late.seconds, sure)
+
+
+def _off_gain(
+    wiring: WiringChecks, campaign: Campaign, theta: FloatArray
+) -> Iterator[CampaignWarning]:
+    """A channel that reads too much or too little without a gap: the parameters make up for it."""
+    channels = campaign.channels
+    smallest = [
+        max(_SMALLEST_GAIN, _OF_CALIBRATION * (channel.gain_std or 0.0)) for channel in channels
+    ]
+    found = off_gain(wiring.linear(theta), smallest)
+    if found is None:
+        return
+    name = channels[found.channel].name
+    size = f"{abs(found.gain):.1%} too {'much' if found.gain > 0.0 else 'little'}"
+    yield CampaignWarning(
+        "gain",
+        name,
+        f"{name} reads {size} beside the other channels, "
+        f"{abs(found.gain) / found.std:.0f} standard deviations",
+        "calibrate this sensor again, or look for its amplifier and its place: the baseline's "
+        "parameters make up for it",
+        found.gain,
+        key_of("[[channels]]", name),
+    )
 
 
 def _late_by_steps(

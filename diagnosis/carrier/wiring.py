@@ -14,7 +14,7 @@ from scipy.optimize import lsq_linear
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.run_columns import inputs_of
-from carrierflex.diagnosis.wiring.late_signals import LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     ANGLE_DIRECTION,
     SENSOR_ORDER,
@@ -159,8 +159,7 @@ def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[Line
         columns[_numbers(problem, effects, number)] = own
         predicted = np.einsum("p,pnc->nc", theta, columns)
         measured = np.array([run.signals[channel.name] for channel in channels]).T
-        slope = np.gradient(predicted, run.time, axis=0)
-        yield LinearRecord(run.name, run.time, measured - predicted, slope, columns)
+        yield LinearRecord(run.name, run.time, measured - predicted, predicted, columns)
 
 
 def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:

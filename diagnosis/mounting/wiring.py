@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
 from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.wiring.late_signals import LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     INPUT_GAIN,
     SENSOR_ORDER,
@@ -151,9 +151,9 @@ def mounting_linear(problem: MountingProblem, theta: FloatArray) -> Iterator[Lin
         time = record.inputs.time
         known = np.isfinite(record.measured)
         # Zero where nothing was measured: there the prediction is not known either.
-        slope = np.gradient(np.where(known, record.measured - residual, np.nan), time, axis=0)
+        predicted = np.where(known, record.measured - residual, np.nan)
         missed = np.where(known, residual, np.nan)
-        yield LinearRecord(record.name, time, missed, slope, columns)
+        yield LinearRecord(record.name, time, missed, predicted, columns)
 
 
 def _nominal(problem: MountingProblem) -> FloatArray:

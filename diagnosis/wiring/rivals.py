@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.wiring.late_signals import LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.inference.effect_fit import baseline_left
-from carrierflex.diagnosis.wiring.late_signals import LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import TORQUE_SIGN, PredictedRecord, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
@@ -73,9 +73,11 @@ def element_linear(problem: ElementProblem, theta: FloatArray) -> Iterator[Linea
     slopes = problem.differenced(()).slopes(theta)
     for record, (residual, columns) in zip(problem.records, slopes, strict=True):
         time = _time(record)
-        slope = np.gradient(problem.model.predicted(record, (), theta), time)
-        missed = np.where((record.block >= 0) & np.isfinite(slope), residual, np.nan)
-        yield LinearRecord(record.name, time, missed[:, None], slope[:, None], columns[:, :, None])
+        predicted = problem.model.predicted(record, (), theta)
+        missed = np.where(record.block >= 0, residual, np.nan)
+        yield LinearRecord(
+            record.name, time, missed[:, None], predicted[:, None], columns[:, :, None]
+        )
 
 
 def _time(record: ElementRecord) -> FloatArray:

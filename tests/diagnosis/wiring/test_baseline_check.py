@@ -136,6 +136,16 @@ def test_a_delay_of_a_mounting_below_the_gap_is_told():
     assert "delay" in {warning.check for warning in found.warnings} or found.rivals
 
 
+@pytest.mark.parametrize("column", ["s047", "s137"])
+def test_a_gain_of_a_carriers_sensor_below_the_gap_is_told(column):
+    """Offsets and tilts make up for most of it; a larger one leaves a gap and is an effect."""
+    campaign = explained("carrier")
+    assert checked(campaign).warnings == ()
+    (told,) = checked(changed(campaign, column, lambda values: 1.025 * values)).warnings
+    assert (told.check, told.about) == ("gain", column)
+    assert told.figure == pytest.approx(0.025, rel=0.1)
+
+
 @pytest.mark.parametrize("kind", ["carrier", "element"])
 def test_a_clock_that_drifts_in_one_file_is_told_of_that_file_alone(kind):
     campaign = explained(kind)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.wiring import late_signals as module
-from carrierflex.diagnosis.wiring.late_signals import LinearRecord, late_signals
+from carrierflex.diagnosis.wiring.late_signals import late_signals
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 
 STEP = 0.05
 NOISE = 0.02
@@ -17,7 +18,6 @@ def record(seed, *, name="a", speed=2.0, delay=0.0, drift=0.0, memory=0.0, colum
     along = (time - time.mean()) / np.ptp(time)
     late = time - delay - drift * along
     signal = sum(np.sin(n * speed * late) / n for n in (1, 2, 3))
-    slope = sum(speed * np.cos(n * speed * time) for n in (1, 2, 3))
     noise = NOISE * rng.standard_normal(time.size)
     for k in range(1, time.size):
         noise[k] = memory * noise[k - 1] + np.sqrt(1.0 - memory**2) * noise[k]
@@ -25,7 +25,7 @@ def record(seed, *, name="a", speed=2.0, delay=0.0, drift=0.0, memory=0.0, colum
     # The baseline fits the size of the first order and an offset.
     J = np.array([np.sin(speed * time), np.ones_like(time), *columns])
     residual = signal + noise - predicted
-    return LinearRecord(name, time, residual[:, None], slope[:, None], J[:, :, None])
+    return LinearRecord(name, time, residual[:, None], predicted[:, None], J[:, :, None])
 
 
 def in_deviations(records, monkeypatch):
@@ -59,7 +59,7 @@ def test_what_a_drift_explains_is_no_scatter_about_it():
     """A slow wave's own slope, long and correlated, would hide a drift of any size."""
     slow = record(2, speed=0.5, drift=0.5)
     short = LinearRecord(
-        slow.run, slow.time[:600], slow.residual[:600], slow.slope[:600], slow.columns[:, :600]
+        slow.run, slow.time[:600], slow.residual[:600], slow.predicted[:600], slow.columns[:, :600]
     )
     (late,) = late_signals([short])
     assert late.seconds == pytest.approx(0.2, abs=3.0 * late.std)
