@@ -58,6 +58,9 @@ class ClassConstants:
         Share that a class must explain for its law to be named, where it does not reach the floor:
         a law leaves nothing but noise, and what its class leaves is no law's (friction that its own
         heat softens follows Coulomb's law as well as any friction, and both leave a tenth).
+    least_curved : float
+        Share of the gap that curved members of a class must gain for its law to lose its name: what
+        a law and its baseline may be off themselves gains a few ten-thousandths.
     law_parameter : float
         Share that a further parameter of a law must gain among laws.
     bootstrap_samples : int
@@ -88,6 +91,7 @@ class ClassConstants:
     separable_from_drive: float = 0.3
     law_named: float = 0.01
     law_explains: float = 0.97
+    least_curved: float = 5e-4
     law_parameter: float = 0.005
     bootstrap_samples: int = 400
     band_samples: int = 100

@@ -57,12 +57,35 @@ def test_a_law_explains_down_to_the_floor_or_nearly_all_of_the_gap():
     assert not explains(101.0, 6.0)
 
 
-@pytest.mark.parametrize(("signal", "is_curved"), [(A + MORE, True), (A + B + 0.3 * MORE, False)])
-def test_a_class_is_curved_where_nothing_else_explains_as_much_of_what_it_leaves(signal, is_curved):
-    table = replace(toy_table(signal, COLUMNS), surface="", beyond_laws={"a": "more"})
+@pytest.mark.parametrize(
+    ("signal", "noise", "is_curved"),
+    [
+        (A + MORE, 0.3, True),
+        # Another class explains more, and the curved one explains a part that is not to be missed.
+        (A + B + 0.3 * MORE, 0.3, True),
+        # A part of a gap that any law leaves, though it is sure; only what explains most of it ...
+        (A + 0.1 * B + 0.015 * MORE, 1e-3, False),
+        # ... takes the law its name.
+        (A + 0.015 * MORE, 1e-3, True),
+        # As large as may not be missed, and no more than chance.
+        (A + B, 2.0, False),
+    ],
+)
+def test_a_class_is_curved_by_no_small_part_or_where_nothing_else_explains_as_much(
+    signal, noise, is_curved
+):
+    table = replace(toy_table(signal, COLUMNS, noise=noise), surface="", beyond_laws={"a": "more"})
     table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
-    assert _is_curved(ClassScores(table, LIMITS), "a", ()) is is_curved
-    assert not _is_curved(ClassScores(replace(table, beyond_laws={}), LIMITS), "a", ())
+    assert _is_curved(*scored(table), ("a",)) is is_curved
+    assert not _is_curved(*scored(replace(table, beyond_laws={})), ("a",))
+
+
+def test_no_law_is_named_beside_a_surface():
+    table = toy_table(A + B, COLUMNS, laws={"a": A})
+    scores, shares = scored(table)
+    assert nearest_law(scores, shares, "a", ("b",)).is_equal
+    beside = replace(table, surface="b")
+    assert not nearest_law(*scored(beside), "a", ("b",)).is_equal
 
 
 def test_a_curved_class_has_no_law():
@@ -71,3 +94,12 @@ def test_a_curved_class_has_no_law():
     assert nearest_law(*scored(table), "a", ()).is_equal
     curved = replace(table, beyond_laws={"a": "more"})
     assert not nearest_law(*scored(curved), "a", ()).is_equal
+
+
+def test_beside_a_curved_class_no_law_is_named():
+    """A damper and a branch that is curved are one spring in series with a dashpot."""
+    table = replace(toy_table(A + B + 0.1 * MORE, COLUMNS, laws={"a": A}), surface="")
+    table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
+    assert nearest_law(*scored(table), "a", ("b",)).is_equal
+    curved = replace(table, beyond_laws={"b": "more"})
+    assert not nearest_law(*scored(curved), "a", ("b",)).is_equal
