@@ -89,7 +89,8 @@ def checked_baseline(
     Returns
     -------
     BaselineCheck
-        Checks ``wiring``, ``clock``, ``delay``, ``gain``, ``bound`` and ``declared_noise``.
+        Checks ``wiring``, ``clock``, ``delay``, ``gain``, ``bound``, ``declared_noise``,
+        ``unchecked``, and ``outliers`` and ``tone`` beside the prediction.
     """
     fit = fit or fit_effects(problem, ())
     before = mean_square_left(problem, fit)
@@ -102,6 +103,8 @@ def checked_baseline(
         return BaselineCheck(tuple(warnings), ())
     tried = list(wiring.rivals())
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
+    if wiring.unchecked:
+        warnings.append(_unchecked(wiring.unchecked))
     # None of another simulator's prediction: it stands as it is.
     if records:
         enough = floor + _AS_GOOD * (before - floor)
@@ -200,6 +203,18 @@ def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
 def _class_ids(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Classes of a diagnosis; none where its kind has no classes."""
     return diagnosis.classes.ids if diagnosis.classes else ()
+
+
+def _unchecked(why: str) -> CampaignWarning:
+    return CampaignWarning(
+        "unchecked",
+        "all runs",
+        "large drifts of a clock, exchanged runs, lone samples and tones beside the prediction "
+        f"were not looked for: {why}",
+        "run carrierflex check on a copy of the folder with fewer [[runs]]",
+        1.0,
+        key_of("[[runs]]", "file"),
+    )
 
 
 def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:

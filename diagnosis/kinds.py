@@ -16,6 +16,7 @@ from carrierflex.diagnosis.carrier.wiring import (
     carrier_predictions,
     carrier_records,
     carrier_rivals,
+    unchecked_records,
 )
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
@@ -275,6 +276,7 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda theta: carrier_predictions(carrier),
             lambda other: carrier_left(carrier, other),
             lambda theta: carrier_records(carrier, theta),
+            unchecked=unchecked_records(carrier),
         )
     if isinstance(problem, MountingProblem):
         mounting = problem

@@ -35,8 +35,8 @@ IntArray = NDArray[np.int64]
 #: Sensors whose order is tried in full; of more only neighbours and places moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
-#: Bytes of the columns of one run, and of all records beside their prediction.
-_MOST_COLUMNS = 300_000_000
+#: Bytes of all records beside their prediction.
+_MOST_RECORDS = 300_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,14 +105,23 @@ def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
     return tuple(rivals)
 
 
+def unchecked_records(problem: CarrierProblem) -> str:
+    """Why records are not held beside their prediction: both would fill the memory; else empty."""
+    campaign = problem.campaign
+    size = 16 * len(campaign.channels) * sum(run.time.size for run in campaign.runs)
+    if campaign.baseline.source != "model" or size <= _MOST_RECORDS:
+        return ""
+    return f"records and prediction take {size / 1e6:.0f} MB, at most {_MOST_RECORDS / 1e6:.0f} MB"
+
+
 def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
     """Every run beside the baseline fitted to all.
 
-    Empty where the baseline is not the model's, or the records would fill the memory twice more.
+    Empty where the baseline is not the model's, or by :func:`unchecked_records`.
     """
     effects = _linear_effects(problem)
-    size = 16 * len(problem.campaign.channels) * sum(r.time.size for r in problem.campaign.runs)
-    if not effects or problem.campaign.baseline.source != "model" or size > _MOST_COLUMNS:
+    is_model = bool(effects) and problem.campaign.baseline.source == "model"
+    if not is_model or unchecked_records(problem):
         return ()
     channels = problem.campaign.channels
     products = _products(problem, effects, _Wiring(), [range(len(channels))])
@@ -141,25 +150,31 @@ def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[Line
     Yields
     ------
     LinearRecord
-        One a run; none where the baseline holds more than linear effects, is another simulator's,
-        or its columns would fill the memory.
+        One a run; none where the baseline holds more than linear effects, or is another
+        simulator's.
     """
     effects = _linear_effects(problem)
     runs, channels = problem.campaign.within_use().runs, problem.campaign.channels
     is_linear = len(effects) == len(problem.model.contained)
-    longest = max(run.time.size for run in runs)
-    size = 8 * theta.size * longest * len(channels)
     if not effects or not is_linear or problem.campaign.baseline.source != "model":
         return
-    if size > _MOST_COLUMNS:
-        return
+    is_own = np.concatenate([[effect.per_run] * len(effect.parameters) for effect in effects])
+    # Columns of the run itself first.
+    order = np.argsort(~is_own, kind="stable")
     for number, run in enumerate(runs):
-        own = np.stack([_columns(problem, effects, run, c, _Wiring()) for c in channels], axis=2)
-        columns = np.zeros((theta.size, *own.shape[1:]))
-        columns[_numbers(problem, effects, number)] = own
-        predicted = np.einsum("p,pnc->nc", theta, columns)
+        columns = np.stack(
+            [_columns(problem, effects, run, c, _Wiring()) for c in channels], axis=2
+        )
+        predicted = np.einsum("p,pnc->nc", theta[_numbers(problem, effects, number)], columns)
         measured = np.array([run.signals[channel.name] for channel in channels]).T
-        yield LinearRecord(run.name, run.time, measured - predicted, predicted, columns)
+        yield LinearRecord(
+            run.name,
+            run.time,
+            measured - predicted,
+            predicted,
+            columns[order],
+            int(is_own.sum()),
+        )
 
 
 def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:

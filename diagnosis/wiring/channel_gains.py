@@ -11,7 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.wiring.linear_records import LinearRecord, correlation, last_factor
+from carrierflex.diagnosis.wiring.linear_records import (
+    LinearRecord,
+    beside_own,
+    correlation,
+    last_factor,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -28,38 +33,24 @@ class ChannelGain:
     std: float
 
 
-@dataclass(eq=False)
-class _GainSums:
-    """Products of the baseline's columns, the prediction of each channel and the residual.
+def _products(record: LinearRecord) -> FloatArray:
+    """Products of the p shared columns, the prediction of each channel and the residual.
 
-    Parameters
-    ----------
-    baseline : ndarray, shape (p + 1, p + 1)
-        Columns and residual of all channels.
-    crossed : ndarray, shape (n_channels, p + 1)
-        Prediction of a channel with these.
-    square : ndarray, shape (n_channels,)
-        Its own square.
+    Shape (p + n_channels + 1, p + n_channels + 1); parameters of the run alone are fitted out.
     """
-
-    baseline: FloatArray
-    crossed: FloatArray
-    square: FloatArray
-
-    def add(self, record: LinearRecord) -> None:
-        for k in range(len(self.square)):
-            known = np.isfinite(record.residual[:, k]) & np.isfinite(record.predicted[:, k])
-            rows = np.array([*record.columns[:, known, k], record.residual[known, k]])
-            predicted = record.predicted[known, k]
-            self.baseline += rows @ rows.T
-            self.crossed[k] += rows @ predicted
-            self.square[k] += predicted @ predicted
-
-    def of_channel(self, k: int) -> FloatArray:
-        """Products with the prediction of channel k before the residual, shape (p + 2, p + 2)."""
-        before = len(self.baseline) - 1
-        sums = np.insert(self.baseline, before, self.crossed[k], axis=0)
-        return np.insert(sums, before, np.insert(self.crossed[k], before, self.square[k]), axis=1)
+    known = np.isfinite(record.residual) & np.isfinite(record.predicted)
+    n_columns, n_channels = len(record.columns), known.shape[1]
+    gram = np.zeros((n_columns + n_channels + 1,) * 2)
+    of_baseline = np.array([*range(n_columns), n_columns + n_channels])
+    for k in range(n_channels):
+        samples = known[:, k]
+        predicted = record.predicted[samples, k]
+        rows = np.array([*record.columns[:, samples, k], record.residual[samples, k]])
+        place = n_columns + k
+        gram[np.ix_(of_baseline, of_baseline)] += rows @ rows.T
+        gram[place, of_baseline] = gram[of_baseline, place] = rows @ predicted
+        gram[place, place] = predicted @ predicted
+    return beside_own(gram, record.n_own)
 
 
 def channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:
@@ -73,22 +64,23 @@ def channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:
     records : iterable of LinearRecord
         All runs, met once.
     """
-    sums: _GainSums | None = None
+    total: FloatArray | None = None
     factors, counts = [], []
     for record in records:
-        p, _, n_channels = record.columns.shape
-        if sums is None:
-            crossed = np.zeros((n_channels, p + 1))
-            sums = _GainSums(np.zeros((p + 1, p + 1)), crossed, np.zeros(n_channels))
-        sums.add(record)
+        own = _products(record)
+        total = own if total is None else total + own
         factors.append(correlation(record.residual))
         counts.append(int(np.isfinite(record.residual).sum()))
-    if sums is None or len(sums.square) < 2:
+        n_channels = record.residual.shape[1]
+    if total is None or n_channels < 2:
         return ()
-    variance = float(np.average(factors, weights=counts) * sums.baseline[-1, -1] / sum(counts))
-    return tuple(
-        ChannelGain(k, *last_factor(sums.of_channel(k), variance)) for k in range(len(sums.square))
-    )
+    variance = float(np.average(factors, weights=counts) * total[-1, -1] / sum(counts))
+    n_shared = len(total) - n_channels - 1
+    gains = []
+    for k in range(n_channels):
+        beside = [*range(n_shared), n_shared + k, len(total) - 1]
+        gains.append(ChannelGain(k, *last_factor(total[np.ix_(beside, beside)], variance)))
+    return tuple(gains)
 
 
 def off_gain(records: Iterable[LinearRecord], smallest: Sequence[float]) -> ChannelGain | None:

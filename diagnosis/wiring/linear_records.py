@@ -1,8 +1,10 @@
 """Runs beside a baseline that is linear in its parameters, and one more column fitted with it.
 
 The residual is fitted by the baseline's columns and one more, ``r = J d + g c``: what the baseline
-cannot absorb of ``c`` tells ``g``. The variance of ``g`` is that of least squares times the
-correlation of the residual from sample to sample, ``1 + 2 (rho_1 + rho_2 + ...)``.
+cannot absorb of ``c`` tells ``g``. Columns of parameters that one run has for itself are fitted out
+of its products first, so that no product grows with the number of runs. The variance of ``g`` is
+that of least squares times the correlation of the residual from sample to sample,
+``1 + 2 (rho_1 + rho_2 + ...)``.
 """
 
 from dataclasses import dataclass
@@ -10,7 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.estimation.scaled_least_squares import column_lengths
+from carrierflex.identification.estimation.scaled_least_squares import (
+    column_lengths,
+    normal_inverse,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -32,8 +37,10 @@ class LinearRecord:
         Time [s].
     residual, predicted : ndarray, shape (n, n_channels)
         Measured less predicted, NaN where missing; what the baseline predicts.
-    columns : ndarray, shape (p, n, n_channels)
-        Derivatives of the prediction by the baseline's parameters.
+    columns : ndarray, shape (q + p, n, n_channels)
+        Derivatives of the prediction by the baseline's parameters: q of this run alone, p of all.
+    n_own : int
+        q.
     """
 
     run: str
@@ -41,11 +48,31 @@ class LinearRecord:
     residual: FloatArray
     predicted: FloatArray
     columns: FloatArray
+    n_own: int = 0
 
     @property
     def slope(self) -> FloatArray:
         """Derivative of the prediction by time, shape (n, n_channels)."""
         return np.asarray(np.gradient(self.predicted, self.time, axis=0), dtype=np.float64)
+
+
+def beside_own(gram: FloatArray, n_own: int) -> FloatArray:
+    """Products of what is left of columns once the first of them are fitted out of the others.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (q + n, q + n)
+        Products of all columns of a run.
+    n_own : int
+        q, parameters of the run alone.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        Schur complement.
+    """
+    own, crossed = gram[:n_own, :n_own], gram[:n_own, n_own:]
+    return np.asarray(gram[n_own:, n_own:] - crossed.T @ normal_inverse(own) @ crossed)
 
 
 def unit_columns(sums: FloatArray) -> tuple[FloatArray, FloatArray]:

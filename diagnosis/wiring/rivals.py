@@ -94,6 +94,8 @@ class WiringChecks:
     late : callable
         ``() -> drifts``: first guesses of how late all signals, or those of one run, are, where the
         records tell it without a fit; none elsewhere.
+    unchecked : str
+        Why `predictions` are empty though the baseline is the model's; empty where they are not.
     """
 
     rivals: Callable[[], tuple[WiringRival, ...]]
@@ -101,3 +103,4 @@ class WiringChecks:
     refitted: Callable[[Campaign], float]
     linear: Callable[[FloatArray], Iterable[LinearRecord]] = lambda theta: ()
     late: Callable[[], Sequence[ClockDrift]] = lambda: ()
+    unchecked: str = ""

@@ -11,6 +11,8 @@ from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
+from carrierflex.diagnosis.carrier import wiring as carrier_wiring
+from carrierflex.diagnosis.carrier.wiring import carrier_predictions
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
@@ -134,6 +136,16 @@ def test_a_delay_of_a_mounting_below_the_gap_is_told():
     assert checked(campaign).warnings == ()
     found = checked(replace(campaign, runs=tuple(late(run) for run in campaign.runs)))
     assert "delay" in {warning.check for warning in found.warnings} or found.rivals
+
+
+def test_records_that_would_fill_the_memory_are_said_to_be_unchecked(monkeypatch):
+    campaign = explained("carrier")
+    problem, _ = problem_of(campaign, curve_set())
+    assert wiring_of(problem, campaign).unchecked == ""
+    assert len(carrier_predictions(problem)) == len(campaign.runs)
+    monkeypatch.setattr(carrier_wiring, "_MOST_RECORDS", 1000)
+    assert wiring_of(problem, campaign).unchecked.startswith("records and prediction")
+    assert carrier_predictions(problem) == ()
 
 
 @pytest.mark.parametrize("column", ["s047", "s137"])

@@ -1,5 +1,7 @@
 """A gain below the gap's limit is measured beside what the baseline gives way, with its error."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,19 @@ def test_nothing_is_told_of_true_gains_nor_below_what_a_calibration_gives():
     assert off_gain(off, (0.0, 0.045, 0.0)) is None
     # The limit of another channel is none of this one's.
     assert off_gain(off, (0.045, 0.0, 0.045)) is not None
+
+
+def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
+    runs = [record(seed, gain=0.04) for seed in range(2)]
+    own = [replace(run, columns=np.roll(run.columns, -1, axis=0), n_own=3) for run in runs]
+    shared = []
+    for k, run in enumerate(runs):
+        offsets = np.zeros((6, *run.residual.shape))
+        offsets[3 * k : 3 * k + 3] = run.columns[1:]
+        shared.append(replace(run, columns=np.concatenate([run.columns[:1], offsets])))
+    for found, expected in zip(channel_gains(own), channel_gains(shared), strict=True):
+        assert found.gain == pytest.approx(expected.gain, rel=1e-9)
+        assert found.std == pytest.approx(expected.std, rel=1e-2)
 
 
 def test_one_channel_alone_has_no_gain_of_its_own():

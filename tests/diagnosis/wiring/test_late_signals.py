@@ -1,5 +1,7 @@
 """Delays below the gap's limit are measured with an honest error, and told only where they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,25 @@ def test_a_drift_of_one_run_is_told_of_that_run_alone():
     (late,) = late_signals([*records, record(9, name="slow", drift=0.02)])
     assert late.run == "slow"
     assert late.seconds == pytest.approx(0.02, abs=4.0 * late.std)
+
+
+def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
+    """Offsets of three runs as columns of their own, or as three columns that all runs share."""
+    offsets = [0.005, -0.002, 0.001]
+    own, shared = [], []
+    for k, offset in enumerate(offsets):
+        run = record(k, name=str(k), delay=0.01)
+        moved = replace(run, residual=run.residual + offset)
+        one = np.ones((1, *run.residual.shape))
+        zeros = np.zeros((len(offsets), *run.residual.shape))
+        zeros[k] = 1.0
+        size = run.columns[:1]
+        own.append(replace(moved, columns=np.concatenate([one, size]), n_own=1))
+        shared.append(replace(moved, columns=np.concatenate([zeros, size])))
+    (found,), (expected,) = late_signals(own), late_signals(shared)
+    assert found.seconds == pytest.approx(expected.seconds, rel=1e-9)
+    # The shared fit's scatter holds the offsets themselves.
+    assert found.std == pytest.approx(expected.std, rel=0.05)
 
 
 def test_what_a_drift_explains_is_no_scatter_about_it():

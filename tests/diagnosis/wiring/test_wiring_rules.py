@@ -257,6 +257,16 @@ def test_a_delay_that_no_fit_finds_its_way_back_from_is_told_where_it_explains_t
     assert found(0.0301, np.inf, "A").rivals == ()
 
 
+def test_what_was_not_looked_for_is_told_where_there_is_a_gap():
+    checks = WiringChecks(
+        lambda: (), lambda theta: (), lambda again: np.inf, unchecked="records take 2000 MB"
+    )
+    (warning,) = checked_baseline(PROBLEM, campaign(), checks, fit_leaving(2.0)).warnings
+    assert (warning.check, warning.about) == ("unchecked", "all runs")
+    assert warning.text.endswith("were not looked for: records take 2000 MB")
+    assert checked_baseline(PROBLEM, campaign(), checks, fit_leaving(1.0)).warnings == ()
+
+
 def gained_record(gain, noise=0.05):
     """Three channels whose size the baseline fits; the first reads too much."""
     time = TIMES["A"]
