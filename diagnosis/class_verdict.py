@@ -3,6 +3,7 @@
 Columns of the table: class, law, what is left; see docs/diagnosis.md.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -288,15 +289,27 @@ def _named_in_pair(answer: ClassAnswer, laws: Effects) -> Effects:
 
 
 def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReduction:
-    """How far the class model shrinks the gap; ratios in force space, RMS in the channel's unit."""
+    """How far the class model shrinks the gap.
+
+    Its share of the square above the floor is that of its comparison (an element's in force space);
+    what such a share leaves of the gap in the channel's unit never lies below the floor.
+    """
+    before, floor = reduction.rms_before, reduction.noise_floor
+    phi = min(answer.share, 1.0)
+    low, high = (min(end, 1.0) for end in answer.share_ci95)
+
+    def left(share: float) -> float:
+        """RMS left where a share is explained."""
+        return min(math.sqrt(floor**2 + (1.0 - share) * max(before**2 - floor**2, 0.0)), before)
+
     return replace(
         reduction,
-        rms_after=answer.rho * reduction.rms_before,
-        rho=answer.rho,
-        rho_ci95=answer.rho_ci95,
-        phi=min(answer.share, 1.0),
-        phi_ci95=(min(answer.share_ci95[0], 1.0), min(answer.share_ci95[1], 1.0)),
-        floor_multiple=answer.floor_multiple,
+        rms_after=left(phi),
+        rho=left(phi) / before,
+        rho_ci95=(left(high) / before, left(low) / before),
+        phi=phi,
+        phi_ci95=(low, high),
+        floor_multiple=left(phi) / floor if floor > 0.0 else math.inf,
     )
 
 

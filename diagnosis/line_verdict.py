@@ -99,9 +99,6 @@ def line_verdict(
         learnable=share,
         learnt_by=(),
         law_share=max(share - explained / gap, 0.0),
-        rho=whole.rho,
-        rho_ci95=whole.rho_ci95,
-        floor_multiple=whole.floor_multiple,
         classes_of_law={},
     )
     names = ", ".join(f"{own.label} ({_where(own)})" for _, own in large)

@@ -117,7 +117,7 @@ def answer_of(
     """
     table, constants = scores.table, scores.constants
     if decision.state == NOTHING:
-        return _nothing(scores, decision, shares, table)
+        return _nothing(decision, table)
     findings, laws = [], []
     for own in decision.classes:
         finding, law = _finding(scores, shares, decision, own, shape_of)
@@ -126,7 +126,6 @@ def answer_of(
     held = decision.held
     learnable = max(shares.of(scores.ceiling()), shares.of(scores.of(decision.best_pair)))
     pair_gains = shares.gain(scores.of(decision.best_pair), held) > constants.least_gain
-    floor = float(table.floor.sum())
     is_class = decision.state != NO_CLASS
     return ClassAnswer(
         state=decision.state,
@@ -142,9 +141,6 @@ def answer_of(
         learnable=at_most_one(learnable),
         learnt_by=tuple(set(decision.best_pair) - set(decision.classes)) if pair_gains else (),
         law_share=_law_share(scores, shares, laws),
-        rho=float(np.sqrt(held.total / scores.of(()).total)),
-        rho_ci95=shares.ratio_interval(held),
-        floor_multiple=float(np.sqrt(held.total / floor)) if floor > 0.0 else float("inf"),
         classes_of_law=classes_of_law(table),
         note=note,
     )
@@ -165,11 +161,7 @@ def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
     return found
 
 
-def _nothing(
-    scores: ClassScores, decision: Decision, shares: Shares, table: GramTable
-) -> ClassAnswer:
-    before = scores.of(()).total
-    floor = float(table.floor.sum())
+def _nothing(decision: Decision, table: GramTable) -> ClassAnswer:
     nan = float("nan")
     return ClassAnswer(
         state=decision.state,
@@ -181,9 +173,6 @@ def _nothing(
         learnable=nan,
         learnt_by=(),
         law_share=nan,
-        rho=1.0,
-        rho_ci95=(nan, nan),
-        floor_multiple=float(np.sqrt(before / floor)) if floor > 0.0 else float("inf"),
         classes_of_law=classes_of_law(table),
         note=decision.note,
     )

@@ -142,10 +142,6 @@ class ClassAnswer:
         Classes of the best pair beside the answer; empty where none adds to it.
     law_share : float
         Share that the nearest laws explain together.
-    rho, rho_ci95 : float, tuple of float
-        Held-out RMS after over before, in force space.
-    floor_multiple : float
-        RMS that the answer leaves over the floor; NaN where the floor is not known.
     classes_of_law : mapping of str to tuple of str
         Classes that hold each law, the narrowest first.
     note : str
@@ -164,9 +160,6 @@ class ClassAnswer:
     learnable: float
     learnt_by: tuple[str, ...]
     law_share: float
-    rho: float
-    rho_ci95: Interval
-    floor_multiple: float
     classes_of_law: Mapping[str, tuple[str, ...]]
     note: str = ""
     same_scores: bool = False

@@ -79,12 +79,6 @@ class Shares:
         low, high = np.quantile(draws, _INTERVAL)
         return at_most_one(float(low)), at_most_one(float(high))
 
-    def ratio_interval(self, held: HeldOutSquares) -> tuple[float, float]:
-        """95 % interval of the ratio of RMS after and before."""
-        draws = np.sqrt((self._counts @ held.squares) / (self._counts @ self.before))
-        low, high = np.quantile(draws, _INTERVAL)
-        return float(low), float(high)
-
     def gain(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
         """Share of the gap by which one result is better than another."""
         return (worse.total - better.total) / self.gap

@@ -82,10 +82,6 @@ class Parameter(FitParameter):
     gain_std: float = field(default=0.0, kw_only=True)
     is_unseen_below: bool = field(default=False, kw_only=True)
 
-    def __post_init__(self) -> None:
-        # Made from cards that are checked; the bounds are equal where a baseline's value is fixed.
-        pass
-
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of parameters."""

@@ -1,5 +1,6 @@
 """The table of verdicts: class, law, what is left."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -66,9 +67,6 @@ def answer(state=NAMED_CLASS, classes=(), ties=(), share=0.99, learnable=0.99, l
         learnable=learnable,
         learnt_by=learnt_by,
         law_share=0.5,
-        rho=0.1,
-        rho_ci95=(0.08, 0.12),
-        floor_multiple=1.1,
         classes_of_law=HOLDERS,
     )
 
@@ -88,10 +86,26 @@ def test_a_law_of_the_named_class_is_named_and_how_far_is_of_the_law():
 def test_a_law_far_behind_its_class_is_the_nearest_only_and_how_far_is_of_the_class():
     found = joint(answer(classes=[finding("spring", law="cube")]), NAMED, ("cube",), phi=0.9)
     assert (found.verdict, found.effects) == (CLASS_NAMED, ())
-    assert found.reduction.rho == 0.1
-    assert found.reduction.rms_after == pytest.approx(0.2)
+    # A hundredth of the gap's square of 4 - 0.01, above the floor of 0.1.
+    assert found.reduction.rms_after == pytest.approx(math.sqrt(0.01 + 0.01 * 3.99))
+    assert found.reduction.rho == pytest.approx(found.reduction.rms_after / 2.0)
+    assert found.reduction.floor_multiple == pytest.approx(found.reduction.rms_after / 0.1)
+    low, high = (math.sqrt(0.01 + left * 3.99) / 2.0 for left in (0.0, 0.02))
+    assert found.reduction.rho_ci95 == pytest.approx((low, high))
     assert found.answer.classes[0].law == "cube"
     assert not found.answer.classes[0].law_named
+
+
+def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():
+    whole = joint(answer(classes=[finding("spring")], share=1.02), NONE_OF_THESE).reduction
+    assert (whole.rms_after, whole.floor_multiple) == pytest.approx((0.1, 1.0))
+    # A floor that is not known, or said to be above all that was measured.
+    found = answer(classes=[finding("spring")])
+    none = joint_verdict(NONE_OF_THESE, "why", (), replace(reduction(0.5), noise_floor=0.0), found)
+    assert none.reduction.rho == pytest.approx(0.1)
+    assert none.reduction.floor_multiple == math.inf
+    loud = joint_verdict(NONE_OF_THESE, "why", (), replace(reduction(0.5), noise_floor=3.0), found)
+    assert loud.reduction.rho == 1.0
 
 
 def test_a_law_of_another_class_is_not_named():

@@ -141,9 +141,6 @@ def class_answer(state, law="", *, share=0.99):
         learnable=share,
         learnt_by=(),
         law_share=share,
-        rho=0.125,
-        rho_ci95=(0.1, 0.2),
-        floor_multiple=1.1,
         classes_of_law={"a": ("spring",)},
     )
 
@@ -160,7 +157,9 @@ def test_the_class_of_the_cause_is_told_where_a_problem_has_classes():
     told = found(with_answers(unknown, class_answer=class_answer(NAMED_CLASS)))
     assert (told.verdict, told.attribution.effects) == (CLASS_NAMED, ())
     # How far is of the class, and beside it of the laws.
-    assert told.reduction.rho == 0.125
+    before, floor = told.reduction.rms_before, told.reduction.noise_floor
+    left = floor**2 + 0.01 * (before**2 - floor**2)
+    assert told.reduction.rho == pytest.approx(np.sqrt(left) / before)
     assert told.reduction_law.rho == 1.0
 
 

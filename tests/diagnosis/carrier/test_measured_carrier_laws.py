@@ -161,7 +161,7 @@ def answer(*findings, state=NAMED_CLASS):
         ClassFinding(name, share, whole, "", nan, law_named=False, carrier_law=law)
         for name, share, law in findings
     )
-    return ClassAnswer(state, classes, (), {}, 0.9, whole, 0.9, (), nan, nan, whole, nan, {})
+    return ClassAnswer(state, classes, (), {}, 0.9, whole, 0.9, (), nan, {})
 
 
 def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():

@@ -33,7 +33,6 @@ def test_a_share_is_of_the_gap_above_the_floor():
 
 def test_a_share_that_is_the_same_in_every_block_has_no_scatter():
     assert SHARES.interval(leaving(0.5)) == pytest.approx((0.5, 0.5))
-    assert SHARES.ratio_interval(held(0.25 * BEFORE)) == pytest.approx((0.5, 0.5))
     low, high = SHARES.interval(held(BEFORE - 0.5 * ABOVE[::-1]))
     assert low < 0.5 < high
 

@@ -142,14 +142,11 @@ def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path)
 
 def answer_of(*names, state=NAMED_CLASS):
     """Answer with these classes, shares falling, none with a curve."""
-    nan = float("nan")
     classes = tuple(
         ClassFinding(name, 0.9 / k, (0.0, 1.0), "backlash", 0.5, law_named=True)
         for k, name in enumerate(names, start=1)
     )
-    return ClassAnswer(
-        state, classes, (), {}, 0.9, (0.0, 1.0), 0.9, (), 0.5, nan, (nan, nan), nan, {}
-    )
+    return ClassAnswer(state, classes, (), {}, 0.9, (0.0, 1.0), 0.9, (), 0.5, {})
 
 
 @pytest.mark.parametrize(

@@ -180,10 +180,7 @@ def friction_answer(steps):
     finding = ClassFinding(
         "bushings/dissipation", 0.9, (0.8, 1.0), "", float("nan"), law_named=False, shape=shape
     )
-    nan = float("nan")
-    return ClassAnswer(
-        NAMED_CLASS, (finding,), (), {}, 0.9, (0.8, 1.0), 0.9, (), nan, nan, (nan, nan), nan, {}
-    )
+    return ClassAnswer(NAMED_CLASS, (finding,), (), {}, 0.9, (0.8, 1.0), 0.9, (), float("nan"), {})
 
 
 def test_dry_friction_is_no_table_of_a_bushing():

@@ -134,6 +134,6 @@ def _class_answer():
     """A class of the kinds that have no shapes: one line beside the orders."""
     finding = ClassFinding("nonsynchronous/0.47X", 0.97, (0.95, 0.98), "", 0.0, False)
     return ClassAnswer(
-        NAMED_CLASS, (finding,), (), {}, 0.97, (0.95, 0.98), 0.97, (), 0.0, 0.17, (0.15, 0.2), 1.4,
+        NAMED_CLASS, (finding,), (), {}, 0.97, (0.95, 0.98), 0.97, (), 0.0,
         {}, "the floor is estimated from these records",
     )  # fmt: skip
