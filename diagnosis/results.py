@@ -84,6 +84,12 @@ class Diagnosis:
     confusion: Confusion | None = None
 
     @property
+    def shrinks_by_class(self) -> bool:
+        """Whether `reduction` is what the class explains, and not what laws of the library do."""
+        law = self.reduction_law
+        return law is not None and self.reduction is not None and self.reduction is not law
+
+    @property
     def answer(self) -> Answer:
         """What is said of the cause, to be counted."""
         which = self.attribution

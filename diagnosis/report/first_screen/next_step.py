@@ -86,11 +86,13 @@ def worth(diagnosis: Diagnosis) -> str:
         return ""
     before = sized(far.rms_before, diagnosis.unit)
     floor = sized(far.noise_floor, diagnosis.unit)
-    if diagnosis.verdict == AT_NOISE_FLOOR or len(far.steps) < 2 or not math.isfinite(far.rho):
+    explains = diagnosis.shrinks_by_class or len(far.steps) > 1
+    if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):
         return f"The gap is {before} RMS, the noise floor {floor}."
     share = f", {100.0 * (1.0 - far.rho):.0f} % less" if far.rho < 1.0 - _WORTH else ""
+    what = "with all that the class explains " if diagnosis.shrinks_by_class else ""
     return (
-        f"Worth it: the gap goes from {before} to {sized(far.rms_after, diagnosis.unit)} "
+        f"Worth it: {what}the gap goes from {before} to {sized(far.rms_after, diagnosis.unit)} "
         f"RMS{share}, on records that were not fitted to; the noise floor is {floor}."
     )
 
@@ -101,10 +103,13 @@ def gists(diagnosis: Diagnosis) -> dict[str, str]:
     which = diagnosis.attribution
     tried = f"{len(which.ranking)} sets of effects tried" if which.ranking else "nothing tried"
     steps = len(far.steps) - 1 if far is not None and far.steps else 0
+    far_gist = f"RMS as effects are added, {steps} of them" if steps else "no effect was added"
+    if diagnosis.shrinks_by_class:
+        far_gist += "; what the class explains"
     return {
         "where": "maps of the gap, its growth with the conditions, what does not repeat",
         "which": f"signatures, parameters, rivals; {tried}",
-        "far": f"RMS as effects are added, {steps} of them" if steps else "no effect was added",
+        "far": far_gist,
         "remaining": "what is left, run by run" if steps else "the gap itself",
         "inputs": f"{diagnosis.campaign}: runs, channels, rig, versions",
         "words": "rho, phi, noise floor and the other words of this page",

@@ -10,7 +10,7 @@ from carrierflex.diagnosis.comparison.overlay import Overlay, SignalComparison
 from carrierflex.diagnosis.inference.results import VERDICTS, Attribution, GapReduction
 from carrierflex.diagnosis.report.first_screen.engineering import parameter_words, shown_unit
 from carrierflex.diagnosis.report.first_screen.machine_drawing import machine_figure
-from carrierflex.diagnosis.report.first_screen.next_step import next_step, worth
+from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
 from carrierflex.diagnosis.report.first_screen.signal_figure import signal_figure
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_BY_DRIVE, MOUNTING
@@ -87,6 +87,23 @@ def test_the_worth_is_the_gap_before_and_after():
     text = worth(replace(diagnosis("named"), reduction=far))
     assert "from 200 µm to 10 µm RMS, 95 % less" in text
     assert worth(diagnosis("not_diagnosable")) == ""
+
+
+def test_what_a_class_explains_is_told_where_no_law_is_added():
+    named = diagnosis("class_named")
+    fields = dict.fromkeys(GapReduction.__dataclass_fields__)
+    sizes = {"rms_before": 2e-4, "rms_after": 2e-4, "noise_floor": 5e-6, "rho": 1.0}
+    law = GapReduction(**fields | sizes | {"steps": (object(),)})
+    of_class = replace(law, rms_after=4e-5, rho=0.2)
+    told = replace(named, reduction=of_class, reduction_law=law)
+    assert told.shrinks_by_class
+    assert worth(told).startswith("Worth it: with all that the class explains the gap goes from ")
+    assert "from 200 µm to 40 µm RMS, 80 % less" in worth(told)
+    assert gists(told)["far"] == "no effect was added; what the class explains"
+    alone = replace(named, reduction=law, reduction_law=law)
+    assert not alone.shrinks_by_class
+    assert worth(alone).startswith("The gap is ")
+    assert gists(alone)["far"] == "no effect was added"
 
 
 def test_signals_are_compared_where_the_gap_is_largest():
