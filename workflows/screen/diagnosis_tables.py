@@ -52,7 +52,7 @@ def _reduction_rows(reduction: GapReduction, unit: str) -> list[tuple[str, str]]
         ("phi, 95 %", _with_interval(reduction.phi, reduction.phi_ci95)),
         (
             "rho of negative control, black box, extrapolation",
-            ", ".join(f"{value:.3f}" for value in others),
+            ", ".join(f"{value:.3f}" if np.isfinite(value) else "-" for value in others),
         ),
     ]
 

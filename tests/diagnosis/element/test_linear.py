@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.signal import cont2discrete, lfilter
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.truth.campaigns import case_campaign
@@ -108,3 +109,23 @@ def test_the_baseline_follows_sines_above_its_resonance():
     problem, _ = problem_of(case_campaign(plan)[0], None)
     left = mean_square_left(problem, fit_effects(problem, ()))
     assert left < 1.2 * problem.noise_square.sum() / problem.cell_counts.sum()
+
+
+def test_a_baseline_damped_far_beyond_critical_is_found():
+    """Its fastest exponential falls to a ten-thousandth from sample to sample."""
+    m, K1, C1, step = 8.0, 1e5, 1.14e4, 6.5e-3
+    template = force_campaign(no_law, amplitudes=(1.0, 2.0))
+    rng = np.random.default_rng(4)
+    numerator, denominator, _ = cont2discrete(([1.0], [m, C1, K1]), step, method="foh")
+    runs = []
+    for run in template.runs:
+        force = 10.0 * lfilter([0.2], [1.0, -0.8], rng.standard_normal(3000))
+        q = lfilter(np.ravel(numerator), denominator, force)
+        noisy = q + 2e-6 * rng.standard_normal(q.size)
+        time = step * np.arange(q.size)
+        runs.append(replace(run, time=time, inputs={"force": force}, signals={"q": noisy}))
+    problem = element_problem(replace(template, runs=tuple(runs)))
+    fit = fit_effects(problem, ())
+    assert mean_square_left(problem, fit) < 1.1 * (2e-6) ** 2
+    found = dict(zip([parameter.name for parameter in fit.parameters], fit.theta, strict=True))
+    assert_allclose([found["K1"], found["C1"]], [K1, C1], rtol=0.01)
