@@ -82,6 +82,9 @@ class Parameter(FitParameter):
     gain_std: float = field(default=0.0, kw_only=True)
     is_unseen_below: bool = field(default=False, kw_only=True)
 
+    def __post_init__(self) -> None:
+        """No check of the bounds: those of a baseline's fixed value are equal."""
+
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of parameters."""

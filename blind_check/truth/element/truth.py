@@ -126,7 +126,7 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     case, clean = _drawn_case(plan, rng)
     residuals = case.baseline(clean)
     gap = root_mean_square(np.array(residuals))
-    own_gaps = _own_gaps(plan, case)
+    own_gaps = _own_gaps(plan, case, gap)
     if plan.effects:
         floor = gap / plan.ratio
     else:
@@ -153,12 +153,21 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     )
 
 
-def _own_gaps(plan: CasePlan, case: _Case) -> list[float]:
-    """What each of several causes would leave alone; empty for one or none."""
+def _own_gaps(plan: CasePlan, case: _Case, gap: float) -> list[float]:
+    """What each of several causes would leave alone; empty for one or none.
+
+    As much as all together where the motion with one alone runs away, as that of a softening spring
+    does without the damper beside it.
+    """
     if len(plan.effects) < 2:
         return []
-    alone = [with_one_cause(case.element, plan.effects, k) for k in range(len(plan.effects))]
-    return [root_mean_square(np.array(case.baseline(case.signals(one)))) for one in alone]
+    own_gaps = []
+    for k in range(len(plan.effects)):
+        signals = case.signals(with_one_cause(case.element, plan.effects, k))
+        is_bounded = all(np.isfinite(signal).all() for signal in signals)
+        own = root_mean_square(np.array(case.baseline(signals))) if is_bounded else gap
+        own_gaps.append(own)
+    return own_gaps
 
 
 def _label(

@@ -92,6 +92,16 @@ def test_refit_of_a_linear_element_leaves_nothing():
         assert left.std() < 3e-3 * np.array(signals).std()
 
 
+@pytest.mark.long
+def test_a_cause_whose_motion_runs_away_alone_leaves_as_much_as_both():
+    """A softening spring under a random force, without the damper that drifts beside it."""
+    effects = ("drifting_damper", "quadratic_spring")
+    plan = CasePlan("element", 752, 8461, PAIR, effects, 2.3737153142663034, MULTISINE)
+    _, label = case_campaign(plan)
+    assert label.own_gaps[1] == pytest.approx(label.gap_over_floor)
+    assert np.isfinite(label.own_gaps).all()
+
+
 def test_refit_of_linear_decays_leaves_nothing():
     time = 0.01 * np.arange(500.0)
     swings = [
