@@ -18,7 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     NAMING,
 )
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.channel_gains import off_gain
+from carrierflex.diagnosis.wiring.channel_gains import off_gains
 from carrierflex.diagnosis.wiring.clock import (
     SMALLEST_DRIFT,
     clock_rival,
@@ -50,9 +50,10 @@ _AS_GOOD = 0.03
 _QUIETER = 0.5
 #: Steps of time that a delay of all signals has at least; a smaller one is an effect.
 _FEWEST_STEPS = 3.0
-#: Gain error of a channel that is told without a gap: no calibration is that far off, and where one
-#: is declared not so many of its standard deviations.
-_SMALLEST_GAIN, _OF_CALIBRATION = 0.02, 3.0
+#: Gain error of a channel from which it is told without a gap: a calibrated sensor is not 2 % off.
+_SMALLEST_GAIN = 0.02
+#: The same in standard deviations of the calibration, where the channel declares `gain_std`.
+_OF_CALIBRATION = 3.0
 #: Distance from a bound in scales of the parameter that is on it.
 _ON_BOUND = 1e-6
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
@@ -103,23 +104,21 @@ def checked_baseline(
         return BaselineCheck(tuple(warnings), ())
     tried = list(wiring.rivals())
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
+    clocks = [*_drifting(wiring, fit, campaign, before)] if np.isfinite(before) else []
     if wiring.unchecked:
         warnings.append(_unchecked(wiring.unchecked))
     # None of another simulator's prediction: it stands as it is.
     if records:
         enough = floor + _AS_GOOD * (before - floor)
         late = [refitted_clock(campaign, own, wiring.refitted, enough) for own in wiring.late()]
-        clocks = (
-            *_drifting(wiring, fit, campaign, before),
-            *drifting_clocks(records, campaign, wiring.refitted),
-            *_drifting_by_steps(late, campaign),
-        )
-        # The better of two looks at one run.
-        by_run = sorted(clocks, key=lambda rival: -rival.mean_square)
-        tried += {rival.about: rival for rival in by_run}.values()
+        clocks += drifting_clocks(records, campaign, wiring.refitted)
+        clocks += _drifting_by_steps(late, campaign)
         tried += exchanged_runs(records, campaign, wiring.refitted)
         warnings += left_over_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
+    # The better of two looks at one run.
+    by_run = sorted(clocks, key=lambda rival: -rival.mean_square)
+    tried += {rival.about: rival for rival in by_run}.values()
     # A baseline that runs away is explained in full by a wiring with which it does not.
     shares = [
         (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
@@ -209,8 +208,8 @@ def _unchecked(why: str) -> CampaignWarning:
     return CampaignWarning(
         "unchecked",
         "all runs",
-        "large drifts of a clock, exchanged runs, lone samples and tones beside the prediction "
-        f"were not looked for: {why}",
+        "clocks that drift by more than a fit finds, exchanged runs, lone samples and tones beside "
+        f"the prediction were not looked for: {why}",
         "run carrierflex check on a copy of the folder with fewer [[runs]]",
         1.0,
         key_of("[[runs]]", "file"),
@@ -252,23 +251,30 @@ def _off_gain(
 ) -> Iterator[CampaignWarning]:
     """A channel that reads too much or too little without a gap: the parameters make up for it."""
     channels = campaign.channels
+    if len(channels) < 2:
+        # The gain of a channel alone is the size of all that is predicted.
+        return
     smallest = [
         max(_SMALLEST_GAIN, _OF_CALIBRATION * (channel.gain_std or 0.0)) for channel in channels
     ]
-    found = off_gain(wiring.linear(theta), smallest)
-    if found is None:
+    suspects = off_gains(wiring.linear(theta), smallest)
+    if not suspects:
         return
-    name = channels[found.channel].name
-    size = f"{abs(found.gain):.1%} too {'much' if found.gain > 0.0 else 'little'}"
+    surest = suspects[0]
+    names = [channels[suspect.channel].name for suspect in suspects]
+    readings = ", or ".join(
+        f"{name} reads {abs(suspect.gain):.1%} too {'much' if suspect.gain > 0.0 else 'little'}"
+        for name, suspect in zip(names, suspects, strict=True)
+    )
     yield CampaignWarning(
         "gain",
-        name,
-        f"{name} reads {size} beside the other channels, "
-        f"{abs(found.gain) / found.std:.0f} standard deviations",
+        ", ".join(names),
+        f"{readings} beside the other channels, {abs(surest.gain) / surest.std:.0f} standard "
+        "deviations",
         "calibrate this sensor again, or look for its amplifier and its place: the baseline's "
         "parameters make up for it",
-        found.gain,
-        key_of("[[channels]]", name),
+        surest.gain,
+        key_of("[[channels]]", names[0]),
     )
 
 

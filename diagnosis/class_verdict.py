@@ -292,24 +292,28 @@ def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReducti
     """How far the class model shrinks the gap.
 
     Its share of the square above the floor is that of its comparison (an element's in force space);
-    what such a share leaves of the gap in the channel's unit never lies below the floor.
+    what such a share leaves of the gap in the channel's unit never lies below the floor. A baseline
+    that runs away leaves no such gap.
     """
     before, floor = reduction.rms_before, reduction.noise_floor
     phi = min(answer.share, 1.0)
     low, high = (min(end, 1.0) for end in answer.share_ci95)
+    shares = replace(reduction, phi=phi, phi_ci95=(low, high))
+    if not (math.isfinite(before) and before > 0.0):
+        return shares
+    at_floor = min(floor / before, 1.0)
 
-    def left(share: float) -> float:
-        """RMS left where a share is explained."""
-        return min(math.sqrt(floor**2 + (1.0 - share) * max(before**2 - floor**2, 0.0)), before)
+    def ratio(share: float) -> float:
+        """RMS after over before where a share is explained."""
+        return math.sqrt(at_floor**2 + (1.0 - share) * (1.0 - at_floor**2))
 
+    after = ratio(phi)
     return replace(
-        reduction,
-        rms_after=left(phi),
-        rho=left(phi) / before,
-        rho_ci95=(left(high) / before, left(low) / before),
-        phi=phi,
-        phi_ci95=(low, high),
-        floor_multiple=left(phi) / floor if floor > 0.0 else math.inf,
+        shares,
+        rms_after=after * before,
+        rho=after,
+        rho_ci95=(ratio(high), ratio(low)),
+        floor_multiple=after * before / floor if floor > 0.0 else math.inf,
     )
 
 

@@ -85,9 +85,10 @@ class Diagnosis:
 
     @property
     def shrinks_by_class(self) -> bool:
-        """Whether `reduction` is what the class explains, and not what laws of the library do."""
+        """Whether `reduction` is what the answer by class explains, not what laws alone do."""
+        is_answered = self.classes is not None and bool(self.classes.classes)
         law = self.reduction_law
-        return law is not None and self.reduction is not None and self.reduction is not law
+        return is_answered and law is not None and self.reduction is not law
 
     @property
     def answer(self) -> Answer:

@@ -35,8 +35,9 @@ IntArray = NDArray[np.int64]
 #: Sensors whose order is tried in full; of more only neighbours and places moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
-#: Bytes of all records beside their prediction.
+#: Bytes of all records beside their prediction, and of the columns of one run.
 _MOST_RECORDS = 300_000_000
+_MOST_COLUMNS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,23 +159,34 @@ def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[Line
     is_linear = len(effects) == len(problem.model.contained)
     if not effects or not is_linear or problem.campaign.baseline.source != "model":
         return
-    is_own = np.concatenate([[effect.per_run] * len(effect.parameters) for effect in effects])
     # Columns of the run itself first.
-    order = np.argsort(~is_own, kind="stable")
-    for number, run in enumerate(runs):
+    ordered = sorted(effects, key=lambda effect: not effect.per_run)
+    n_of_run = sum(len(effect.parameters) for effect in ordered if effect.per_run)
+    n_columns = sum(len(effect.parameters) for effect in ordered)
+    is_of_run = np.concatenate([[effect.per_run] * len(effect.parameters) for effect in effects])
+    order = np.argsort(~is_of_run, kind="stable")
+    for number, whole in enumerate(runs):
+        run = _thinned(whole, _MOST_COLUMNS // (8 * n_columns * len(channels)))
         columns = np.stack(
-            [_columns(problem, effects, run, c, _Wiring()) for c in channels], axis=2
+            [_columns(problem, ordered, run, c, _Wiring()) for c in channels], axis=2
         )
-        predicted = np.einsum("p,pnc->nc", theta[_numbers(problem, effects, number)], columns)
+        own_theta = theta[_numbers(problem, effects, number)[order]]
+        predicted = np.einsum("p,pnc->nc", own_theta, columns)
         measured = np.array([run.signals[channel.name] for channel in channels]).T
-        yield LinearRecord(
-            run.name,
-            run.time,
-            measured - predicted,
-            predicted,
-            columns[order],
-            int(is_own.sum()),
-        )
+        yield LinearRecord(run.name, run.time, measured - predicted, predicted, columns, n_of_run)
+
+
+def _thinned(run: Run, most: int) -> Run:
+    """Every so manieth sample of a run longer than `most`: delay and gain are of the whole run."""
+    every = -(-run.time.size // max(most, 1))
+    if every == 1:
+        return run
+    return replace(
+        run,
+        time=run.time[::every],
+        inputs={name: values[::every] for name, values in run.inputs.items()},
+        signals={name: values[::every] for name, values in run.signals.items()},
+    )
 
 
 def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:

@@ -11,7 +11,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Effects,
     FloatArray,
 )
-from carrierflex.diagnosis.element.model import ElementModel, substeps_for
+from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord, prepared_record
 
 _AMPLITUDES = (0.25, 0.5, 2.0)
@@ -95,7 +95,7 @@ def _builder(
         by_force = model.by_force
         counts = np.arange(drive.size) >= drive.size // 4
         blank = np.linspace(0.0, model.scale.deflection, drive.size)
-        stepped = replace(model, substeps=substeps_for(model.scale, step))
+        stepped = replace(model, substeps=model.scale.substeps(step))
         record = prepared_record(
             ("trial", "trial"), step, drive, blank, by_force=by_force, counts=counts
         )

@@ -15,6 +15,7 @@ from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited, half_step_values
 from carrierflex.simulation.effect_parameters import EffectParameter, unit_of_powers
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.element.integration_steps import integration_substeps
 from carrierflex.simulation.element.kernels import (
     driven_motion,
     element_values,
@@ -26,13 +27,6 @@ from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.sensing import delayed
 
-#: Largest phase of the natural frequency in one step [rad]; the relative error in frequency is its
-#: fourth power over 120.
-_STEP_PHASE = 0.25
-#: Largest decay of the fastest exponential in one step, which an integrator of fourth order carries
-#: up to 2.8; a fit may go to half as much damping again.
-_STEP_DECAY = 1.8
-_MOST_SUBSTEPS = 64
 #: Prior standard deviation of an effect's parameter, in its scale.
 _PRIOR = 10.0
 #: Speed below which the sign of a measured motion is uncertain, as a share of its RMS.
@@ -70,6 +64,10 @@ class ElementScale:
             * self.deflection ** powers[1]
             * (self.deflection / self.speed) ** powers[2]
         )
+
+    def substeps(self, step: float) -> int:
+        """Steps of integration between two samples `step` [s] apart."""
+        return integration_substeps(self.m, self.K1, self.C1, step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -394,18 +392,3 @@ def _fine_drive(record: ElementRecord, substeps: int, negative_control: int) -> 
     if record.in_steady_state:
         drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
     return half_step_values(drive, substeps, periodic=record.in_steady_state)
-
-
-def substeps_for(scale: ElementScale, step: float) -> int:
-    """Steps of integration a sample for a small phase of the natural frequency and a stable decay.
-
-    The fastest exponential of an element damped beyond critical, ``d + sqrt(d² - w²)`` with
-    ``d = C1 / (2 m)`` and ``w² = K1 / m``, is far faster than its natural frequency.
-    """
-    if not scale.m > 0.0:
-        return 1
-    natural_square = max(scale.K1, 0.0) / scale.m
-    decay = max(scale.C1, 0.0) / (2.0 * scale.m)
-    fastest = decay + np.sqrt(max(decay**2 - natural_square, 0.0))
-    least = max(np.sqrt(natural_square) / _STEP_PHASE, fastest / _STEP_DECAY) * step
-    return int(np.clip(np.ceil(least), 1, _MOST_SUBSTEPS))

@@ -50,7 +50,7 @@ from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
 from carrierflex.diagnosis.element.linear import element_scale
-from carrierflex.diagnosis.element.model import ElementModel, ElementScale, substeps_for
+from carrierflex.diagnosis.element.model import ElementModel, ElementScale
 from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import (
     ElementRecord,
@@ -365,7 +365,7 @@ def element_problem(
     )
     scale = element_scale(unscaled, records)
     model = replace(
-        unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records))
+        unscaled, scale=scale, substeps=scale.substeps(max(record.step for record in records))
     )
     carried = [carried_noise(model, record) for record in records]
     noise = noise + np.array(carried)

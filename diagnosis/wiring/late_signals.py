@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.wiring.linear_records import (
     LinearRecord,
-    beside_own,
     correlation,
     inverse_of_unit_columns,
     last_factor,
+    shared_products,
     unit_columns,
 )
 
@@ -128,7 +128,7 @@ def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
         late = -slope[known]
         drifting = (-slope * along[:, None])[known]
         rows = np.array([*record.columns[:, known], late, drifting, record.residual[known]])
-        products[record.run] = beside_own(rows @ rows.T, record.n_own)
+        products[record.run] = shared_products(rows @ rows.T, record.n_of_run)
         correlations.append(correlation(record.residual))
         counts.append(int(known.sum()))
     if not products:

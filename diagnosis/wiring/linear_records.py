@@ -39,7 +39,7 @@ class LinearRecord:
         Measured less predicted, NaN where missing; what the baseline predicts.
     columns : ndarray, shape (q + p, n, n_channels)
         Derivatives of the prediction by the baseline's parameters: q of this run alone, p of all.
-    n_own : int
+    n_of_run : int
         q.
     """
 
@@ -48,7 +48,7 @@ class LinearRecord:
     residual: FloatArray
     predicted: FloatArray
     columns: FloatArray
-    n_own: int = 0
+    n_of_run: int = 0
 
     @property
     def slope(self) -> FloatArray:
@@ -56,34 +56,37 @@ class LinearRecord:
         return np.asarray(np.gradient(self.predicted, self.time, axis=0), dtype=np.float64)
 
 
-def beside_own(gram: FloatArray, n_own: int) -> FloatArray:
-    """Products of what is left of columns once the first of them are fitted out of the others.
+def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
+    """Products of what is left of columns once the parameters of the run alone are fitted out.
 
     Parameters
     ----------
     gram : ndarray, shape (q + n, q + n)
         Products of all columns of a run.
-    n_own : int
-        q, parameters of the run alone.
+    n_of_run : int
+        q, columns of parameters of the run alone, the first.
 
     Returns
     -------
     ndarray, shape (n, n)
         Schur complement.
     """
-    own, crossed = gram[:n_own, :n_own], gram[:n_own, n_own:]
-    return np.asarray(gram[n_own:, n_own:] - crossed.T @ normal_inverse(own) @ crossed)
+    of_run, crossed = gram[:n_of_run, :n_of_run], gram[:n_of_run, n_of_run:]
+    return np.asarray(
+        gram[n_of_run:, n_of_run:] - crossed.T @ normal_inverse(of_run) @ crossed,
+        dtype=np.float64,
+    )
 
 
 def unit_columns(sums: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Products of columns of unit length, and the lengths."""
+    """Products of columns of unit length, shape (n, n), and the lengths, shape (n,)."""
     # Columns of very different units: the pseudo-inverse judges them by their own size.
     scale = column_lengths(sums)
     return sums / np.outer(scale, scale), scale
 
 
 def inverse_of_unit_columns(scaled: FloatArray) -> FloatArray:
-    """Inverse of products of columns of unit length, without the directions that are rounding."""
+    """Inverse of products of unit columns, shape (n, n), without the directions of rounding."""
     return np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
 
 
@@ -114,7 +117,13 @@ def last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
 
 
 def correlation(residual: FloatArray) -> float:
-    """Factor by which correlated samples raise a variance, mean over the channels; one at least."""
+    """Factor by which correlated samples raise a variance, mean over the channels; one at least.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n, n_channels)
+        Residual; NaN where missing.
+    """
     values = np.where(np.isfinite(residual), residual, 0.0)
     values = values - values.mean(axis=0)
     n = len(values)

@@ -108,6 +108,15 @@ def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():
     assert loud.reduction.rho == 1.0
 
 
+@pytest.mark.parametrize("before", [0.0, math.inf])
+def test_without_a_gap_that_is_a_number_a_class_tells_its_share_alone(before):
+    found = answer(classes=[finding("spring")])
+    plain = replace(reduction(0.5), rms_before=before)
+    told = joint_verdict(NONE_OF_THESE, "why", (), plain, found).reduction
+    assert told.phi == 0.99
+    assert (told.rms_after, told.rho) == (plain.rms_after, plain.rho)
+
+
 def test_a_law_of_another_class_is_not_named():
     found = joint(answer(classes=[finding("friction", law="coulomb")]), NAMED, ("cube",))
     assert (found.verdict, found.effects) == (CLASS_NAMED, ())

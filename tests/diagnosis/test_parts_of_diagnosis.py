@@ -190,6 +190,8 @@ def test_motion_beside_the_orders_is_put_together_with_the_effects():
     # Where neither explains the gap no effect is named.
     none = found(with_answers(known, off_order_motions=(line(64.0, 0.2),)))
     assert (none.verdict, none.attribution.effects) == (NONE_OF_THESE, ())
+    assert both.shrinks_by_class
+    assert not none.shrinks_by_class
     quiet = found(with_answers(linear_problem({}), off_order_motions=(line(16.0),)))
     assert quiet.verdict == CLASS_NAMED
     assert found(linear_problem({})).verdict == AT_NOISE_FLOOR

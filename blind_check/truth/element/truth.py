@@ -164,8 +164,9 @@ def _own_gaps(plan: CasePlan, case: _Case, gap: float) -> list[float]:
     own_gaps = []
     for k in range(len(plan.effects)):
         signals = case.signals(with_one_cause(case.element, plan.effects, k))
-        is_bounded = all(np.isfinite(signal).all() for signal in signals)
-        own = root_mean_square(np.array(case.baseline(signals))) if is_bounded else gap
+        own = gap
+        if _is_bounded(case, signals):
+            own = root_mean_square(np.array(case.baseline(signals)))
         own_gaps.append(own)
     return own_gaps
 
@@ -258,14 +259,19 @@ def _leaking(
     return _bounded(replace(case, element=tried))
 
 
+def _is_bounded(case: _Case, signals: Sequence[FloatArray]) -> bool:
+    """Whether a motion under a force stays within some times that of the plain element."""
+    values = np.array(signals)
+    largest = _LARGEST_MOTION * case.reference.scale[0]
+    bounded = not case.plain.by_force or np.abs(values).max() <= largest
+    return bool(np.isfinite(values).all() and bounded)
+
+
 def _bounded(case: _Case) -> tuple[_Case, list[FloatArray]]:
     """The case, its causes smaller until no motion runs away, and its signals."""
-    largest = _LARGEST_MOTION * case.reference.scale[0]
     for _ in range(_TRIALS):
         signals = case.signals(case.element)
-        values = np.array(signals)
-        bounded = not case.plain.by_force or np.abs(values).max() <= largest
-        if np.isfinite(values).all() and bounded:
+        if _is_bounded(case, signals):
             return case, signals
         case = replace(case, element=smaller(case.element, _SMALLER))
     raise ArithmeticError(

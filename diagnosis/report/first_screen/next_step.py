@@ -90,7 +90,7 @@ def worth(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):
         return f"The gap is {before} RMS, the noise floor {floor}."
     share = f", {100.0 * (1.0 - far.rho):.0f} % less" if far.rho < 1.0 - _WORTH else ""
-    what = "with all that the class explains " if diagnosis.shrinks_by_class else ""
+    what = "with all that the answer by class explains " if diagnosis.shrinks_by_class else ""
     return (
         f"Worth it: {what}the gap goes from {before} to {sized(far.rms_after, diagnosis.unit)} "
         f"RMS{share}, on records that were not fitted to; the noise floor is {floor}."
@@ -105,7 +105,7 @@ def gists(diagnosis: Diagnosis) -> dict[str, str]:
     steps = len(far.steps) - 1 if far is not None and far.steps else 0
     far_gist = f"RMS as effects are added, {steps} of them" if steps else "no effect was added"
     if diagnosis.shrinks_by_class:
-        far_gist += "; what the class explains"
+        far_gist += "; what the answer by class explains"
     return {
         "where": "maps of the gap, its growth with the conditions, what does not repeat",
         "which": f"signatures, parameters, rivals; {tried}",

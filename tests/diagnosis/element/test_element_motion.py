@@ -10,6 +10,7 @@ from carrierflex.identification.campaign.signals import (
     half_step_values,
     trusted_frequency,
 )
+from carrierflex.simulation.element.integration_steps import integration_substeps
 from carrierflex.simulation.element.kernels import (
     driven_motion,
     element_values,
@@ -25,6 +26,25 @@ DAMPING = 12.0
 
 def flat(**values):
     return element_values({"m": MASS, "K1": STIFFNESS, "C1": DAMPING, **values})
+
+
+@pytest.mark.parametrize(
+    ("m", "K1", "C1", "expected"),
+    [
+        # A natural frequency of 100 rad/s turns by 1 rad in a step.
+        (1.0, 1e4, 2.0, 4),
+        # Critical damping: its exponential falls no faster.
+        (1.0, 1e4, 200.0, 4),
+        # Far beyond: the fastest exponential is all but C1/m, 1990/s.
+        (1.0, 1e4, 2000.0, 12),
+        (1.0, 1e4, 1e9, 64),
+        (0.0, 1e4, 2.0, 1),
+    ],
+)
+def test_steps_of_integration_follow_the_natural_frequency_or_the_fastest_exponential(
+    m, K1, C1, expected
+):
+    assert integration_substeps(m, K1, C1, 0.01) == expected
 
 
 def motion(force, p, *, step, n, substeps=4, state=(0.0, 0.0)):

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 
 from carrierflex.blind_check.case_plans import case_plans
@@ -12,8 +13,9 @@ from carrierflex.blind_check.labels import NOTHING
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.carrier import wiring as carrier_wiring
-from carrierflex.diagnosis.carrier.wiring import carrier_predictions
+from carrierflex.diagnosis.carrier.wiring import carrier_predictions, carrier_records
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.report.words import alias_sentence
@@ -155,6 +157,20 @@ def test_a_gain_of_a_carriers_sensor_below_the_gap_is_told(column):
     assert checked(campaign).warnings == ()
     (told,) = checked(changed(campaign, column, lambda values: 1.025 * values)).warnings
     assert (told.check, told.about) == ("gain", column)
+    assert told.figure == pytest.approx(0.025, rel=0.1)
+
+
+def test_of_a_long_run_every_second_sample_tells_the_gain(monkeypatch):
+    campaign = changed(explained("carrier"), "s047", lambda values: 1.025 * values)
+    problem, _ = problem_of(campaign, curve_set())
+    theta = fit_effects(problem, ()).theta
+    (whole, _) = carrier_records(problem, theta)
+    monkeypatch.setattr(carrier_wiring, "_MOST_COLUMNS", whole.columns.nbytes - 1)
+    (half, _) = carrier_records(problem, theta)
+    assert_allclose(half.time, whole.time[::2])
+    assert_allclose(half.columns, whole.columns[:, ::2])
+    (told,) = checked(campaign).warnings
+    assert (told.check, told.about) == ("gain", "s047")
     assert told.figure == pytest.approx(0.025, rel=0.1)
 
 

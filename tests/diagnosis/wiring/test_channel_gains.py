@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.wiring.channel_gains import channel_gains, off_gain
+from carrierflex.diagnosis.wiring.channel_gains import channel_gains, off_gains
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 
 STEP = 0.05
@@ -32,38 +32,57 @@ def record(seed, *, speed=20.0, gain=0.0, channel=1, n_channels=3, memory=0.0):
 
 @pytest.mark.parametrize("gain", [0.04, -0.03])
 def test_the_gain_of_one_channel_is_measured_and_told_of_that_one(gain):
-    found = off_gain([record(seed, gain=gain) for seed in range(3)], NONE)
+    (found,) = off_gains([record(seed, gain=gain) for seed in range(3)], NONE)
     assert found.channel == 1
     assert found.gain == pytest.approx(gain, abs=4.0 * found.std)
     assert found.std < 0.004
 
 
 def test_nothing_is_told_of_true_gains_nor_below_what_a_calibration_gives():
-    assert off_gain([record(seed) for seed in range(3)], NONE) is None
-    assert off_gain([], NONE) is None
+    assert off_gains([record(seed) for seed in range(3)], NONE) == ()
+    assert off_gains([], NONE) == ()
     off = [record(seed, gain=0.04) for seed in range(3)]
-    assert off_gain(off, (0.0, 0.035, 0.0)) is not None
-    assert off_gain(off, (0.0, 0.045, 0.0)) is None
+    assert [gain.channel for gain in off_gains(off, (0.0, 0.035, 0.0))] == [1]
+    assert off_gains(off, (0.0, 0.045, 0.0)) == ()
     # The limit of another channel is none of this one's.
-    assert off_gain(off, (0.045, 0.0, 0.045)) is not None
+    assert [gain.channel for gain in off_gains(off, (0.045, 0.0, 0.045))] == [1]
+
+
+def test_of_two_channels_either_may_be_the_one():
+    """The baseline fits their common size: one too much is the other too little."""
+    too_much = record(3, gain=0.1, n_channels=2)
+    first, second = off_gains([too_much], NONE[:2])
+    assert {first.channel, second.channel} == {0, 1}
+    assert first.gain == pytest.approx(-second.gain, rel=0.1)
+
+
+def test_a_noisy_channel_takes_no_sureness_from_the_others():
+    """Of 60 runs with one channel 20 times as noisy every gain scatters by its own deviation."""
+    scatter = []
+    for seed in range(60):
+        plain = record(seed, speed=2.0, n_channels=4)
+        loud = plain.residual * np.array([20.0, 1.0, 1.0, 1.0])
+        gains = channel_gains([replace(plain, residual=loud)])
+        scatter.append([gain.gain / gain.std for gain in gains])
+    assert np.std(scatter, axis=0) == pytest.approx(np.ones(4), abs=0.35)
 
 
 def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
     runs = [record(seed, gain=0.04) for seed in range(2)]
-    own = [replace(run, columns=np.roll(run.columns, -1, axis=0), n_own=3) for run in runs]
+    of_run = [replace(run, columns=np.roll(run.columns, -1, axis=0), n_of_run=3) for run in runs]
     shared = []
     for k, run in enumerate(runs):
         offsets = np.zeros((6, *run.residual.shape))
         offsets[3 * k : 3 * k + 3] = run.columns[1:]
         shared.append(replace(run, columns=np.concatenate([run.columns[:1], offsets])))
-    for found, expected in zip(channel_gains(own), channel_gains(shared), strict=True):
+    for found, expected in zip(channel_gains(of_run), channel_gains(shared), strict=True):
         assert found.gain == pytest.approx(expected.gain, rel=1e-9)
         assert found.std == pytest.approx(expected.std, rel=1e-2)
 
 
 def test_one_channel_alone_has_no_gain_of_its_own():
     """Its gain is the size of all that the baseline predicts."""
-    assert off_gain([record(1, gain=0.3, channel=0, n_channels=1)], NONE[:1]) is None
+    assert off_gains([record(1, gain=0.3, channel=0, n_channels=1)], NONE[:1]) == ()
 
 
 def test_missing_samples_take_no_part():
@@ -71,7 +90,9 @@ def test_missing_samples_take_no_part():
     holed = whole.residual.copy()
     holed[::7, 1] = np.nan
     holed[3::11, 0] = np.nan
-    found = off_gain([LinearRecord("a", whole.time, holed, whole.predicted, whole.columns)], NONE)
+    (found,) = off_gains(
+        [LinearRecord("a", whole.time, holed, whole.predicted, whole.columns)], NONE
+    )
     assert found.gain == pytest.approx(0.1, abs=4.0 * found.std)
 
 

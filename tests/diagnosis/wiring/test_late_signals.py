@@ -68,7 +68,7 @@ def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
         zeros = np.zeros((len(offsets), *run.residual.shape))
         zeros[k] = 1.0
         size = run.columns[:1]
-        own.append(replace(moved, columns=np.concatenate([one, size]), n_own=1))
+        own.append(replace(moved, columns=np.concatenate([one, size]), n_of_run=1))
         shared.append(replace(moved, columns=np.concatenate([zeros, size])))
     (found,), (expected,) = late_signals(own), late_signals(shared)
     assert found.seconds == pytest.approx(expected.seconds, rel=1e-9)

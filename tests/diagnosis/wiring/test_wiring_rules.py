@@ -267,43 +267,10 @@ def test_what_was_not_looked_for_is_told_where_there_is_a_gap():
     assert checked_baseline(PROBLEM, campaign(), checks, fit_leaving(1.0)).warnings == ()
 
 
-def gained_record(gain, noise=0.05):
-    """Three channels whose size the baseline fits; the first reads too much."""
-    time = TIMES["A"]
-    predicted = np.array([np.sin(100.0 * time + phase) for phase in (0.0, 2.0, 4.0)]).T
-    scatter = noise * np.random.default_rng(5).standard_normal(predicted.shape)
-    residual = scatter + np.array([gain, 0.0, 0.0]) * predicted
-    return LinearRecord("A", time, residual, predicted, predicted[None])
-
-
-def test_a_gain_without_a_gap_is_told_beyond_what_calibrations_give():
-    def found(gain, before=1.0, **options):
-        linear = [gained_record(gain, **options)]
-        return told(checked(before, linear=linear, noise_std=(1.0, 1.0, 1.0))[0])
-
-    (key, text), *others = found(0.05).items()
-    assert key == ("gain", "q0")
-    assert text.startswith("q0 reads 4.8% too much beside the other channels, ")
-    assert others == []
-    assert "too little" in found(-0.05)["gain", "q0"]
-    assert found(0.025) != {}
-    assert found(0.015) == {}
-    # Not beyond doubt.
-    assert found(0.025, noise=1.0) == {}
-    # With a gap it is an effect of the library.
-    assert ("gain", "q0") not in found(0.05, before=2.0)
-
-
-def test_a_gain_within_three_deviations_of_a_declared_calibration_is_not_told():
-    three = campaign(noise_std=(1.0, 1.0, 1.0))
-    checks = WiringChecks(
-        lambda: (), lambda theta: (), lambda again: np.inf, lambda theta: [gained_record(0.05)]
-    )
-    for declared, is_told in ((0.014, True), (0.018, False)):
-        channels = (replace(three.channels[0], gain_std=declared), *three.channels[1:])
-        own = replace(three, channels=channels)
-        check = checked_baseline(PROBLEM, own, checks, fit_leaving(1.0))
-        assert bool(check.warnings) == is_told
+def test_a_clock_that_drifts_is_found_in_records_too_large_to_lie_beside_their_prediction():
+    linear = [late_record("A"), late_record("B", drift=0.02)]
+    check, _ = checked(9.0, linear=linear, records="")
+    assert [(rival.id, rival.about) for rival, _ in check.rivals] == [("wiring/clock", "B")]
 
 
 def parameter(name, lower=0.0, upper=np.inf, effect=BASELINE, **options):
