@@ -90,16 +90,18 @@ def test_the_worth_is_the_gap_before_and_after():
 
 
 def test_what_a_class_explains_is_told_where_no_law_is_added():
-    named = diagnosis("class_named")
+    named = with_verdict(diagnosis("named"), "class_named")
     fields = dict.fromkeys(GapReduction.__dataclass_fields__)
     sizes = {"rms_before": 2e-4, "rms_after": 2e-4, "noise_floor": 5e-6, "rho": 1.0}
     law = GapReduction(**fields | sizes | {"steps": (object(),)})
     of_class = replace(law, rms_after=4e-5, rho=0.2)
     told = replace(named, reduction=of_class, reduction_law=law)
     assert told.shrinks_by_class
-    assert worth(told).startswith("Worth it: with all that the class explains the gap goes from ")
+    assert worth(told).startswith(
+        "Worth it: with all that the answer by class explains the gap goes from "
+    )
     assert "from 200 µm to 40 µm RMS, 80 % less" in worth(told)
-    assert gists(told)["far"] == "no effect was added; what the class explains"
+    assert gists(told)["far"] == "no effect was added; what the answer by class explains"
     alone = replace(named, reduction=law, reduction_law=law)
     assert not alone.shrinks_by_class
     assert worth(alone).startswith("The gap is ")
