@@ -70,7 +70,14 @@ def read_json(path: Path, expected: str, most_bytes: int = 100_000_000) -> Any:
 
 def save_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write `content` as indented JSON."""
-    save_text(path, json.dumps(plain(content), indent=2, ensure_ascii=False) + "\n")
+    save_plain_json(path, plain(content))
+
+
+def save_plain_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write what :func:`plain` made as indented JSON, piece by piece, no text of it in memory."""
+    with whole_file(path) as file, file.open("w", encoding="utf-8") as text:
+        json.dump(content, text, indent=2, ensure_ascii=False)
+        text.write("\n")
 
 
 def save_text(path: Path, text: str) -> None:

@@ -16,7 +16,7 @@ from carrierflex.diagnosis.inference.confusion.document import confusion_documen
 from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.files.json_files import plain, read_json, save_json, save_text
+from carrierflex.files.json_files import plain, read_json, save_plain_json, save_text
 from carrierflex.files.shown_values import shown
 from carrierflex.files.versions import software_name
 
@@ -101,7 +101,7 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     diagnosis : Diagnosis
         Result of :func:`carrierflex.diagnosis.diagnose.diagnose`.
     """
-    save_json(path, diagnosis_document(diagnosis))
+    save_plain_json(path, diagnosis_document(diagnosis))
 
 
 def write_report(path: Path, page: str) -> None:
