@@ -65,27 +65,26 @@ def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     is_equal = behind <= max(limits.law_named, error) and _explains(shares, held)
     # A surface takes up whatever a law beside it leaves.
     is_equal = is_equal and scores.table.surface not in beside
-    is_equal = is_equal and not _is_curved(scores, shares, (own, *beside))
+    is_equal = is_equal and not _is_curved(scores, shares, own, beside)
     return NearestLaw(name, columns, held, is_equal)
 
 
-def _is_curved(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
-    """Whether a class of the answer would be curved.
+def _is_curved(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> bool:
+    """Whether the class would be curved: by no small part, or where nothing else explains as much.
 
-    By no small part, or where nothing else explains as much: a spring in series with a dashpot is
-    all but a Maxwell branch, and the branch, alone or beside a damper, leaves little.
+    A spring in series with a dashpot is all but a Maxwell branch, and the branch leaves little.
     """
     table, limits = scores.table, scores.constants
-    held = scores.of(answer)
-    for group in (table.beyond_laws[own] for own in answer if own in table.beyond_laws):
-        curved = scores.beyond_laws(answer, group)
-        error = limits.standard_errors * shares.gain_error(curved, held)
-        if shares.gain(curved, held) > max(limits.least_curved, error):
-            return True
-        others = [scores.of((*answer, name)).total for name in table.classes if name not in answer]
-        if curved.total < min([held.total, *others]):
-            return True
-    return False
+    group = table.beyond_laws.get(own)
+    if group is None:
+        return False
+    answer = (own, *beside)
+    held, curved = scores.of(answer), scores.beyond_laws(answer, group)
+    error = limits.standard_errors * shares.gain_error(curved, held)
+    if shares.gain(curved, held) > max(limits.least_curved, error):
+        return True
+    others = [scores.of((*answer, name)).total for name in table.classes if name not in answer]
+    return curved.total < min([held.total, *others])
 
 
 def _explains(shares: Shares, held: HeldOutSquares) -> bool:

@@ -76,8 +76,8 @@ def test_a_class_is_curved_by_no_small_part_or_where_nothing_else_explains_as_mu
 ):
     table = replace(toy_table(signal, COLUMNS, noise=noise), surface="", beyond_laws={"a": "more"})
     table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
-    assert _is_curved(*scored(table), ("a",)) is is_curved
-    assert not _is_curved(*scored(replace(table, beyond_laws={})), ("a",))
+    assert _is_curved(*scored(table), "a", ()) is is_curved
+    assert not _is_curved(*scored(replace(table, beyond_laws={})), "a", ())
 
 
 def test_no_law_is_named_beside_a_surface():
@@ -94,12 +94,3 @@ def test_a_curved_class_has_no_law():
     assert nearest_law(*scored(table), "a", ()).is_equal
     curved = replace(table, beyond_laws={"a": "more"})
     assert not nearest_law(*scored(curved), "a", ()).is_equal
-
-
-def test_beside_a_curved_class_no_law_is_named():
-    """A damper and a branch that is curved are one spring in series with a dashpot."""
-    table = replace(toy_table(A + B + 0.1 * MORE, COLUMNS, laws={"a": A}), surface="")
-    table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
-    assert nearest_law(*scored(table), "a", ("b",)).is_equal
-    curved = replace(table, beyond_laws={"b": "more"})
-    assert not nearest_law(*scored(curved), "a", ("b",)).is_equal
