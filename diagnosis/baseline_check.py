@@ -269,8 +269,7 @@ def _off_gain(
     yield CampaignWarning(
         "gain",
         ", ".join(names),
-        f"{readings} beside the other channels, {abs(surest.gain) / surest.std:.0f} standard "
-        "deviations",
+        f"{readings} beside the other channels, {surest.sureness:.0f} standard deviations",
         "calibrate this sensor again, or look for its amplifier and its place: the baseline's "
         "parameters make up for it",
         surest.gain,

@@ -68,12 +68,12 @@ def read_json(path: Path, expected: str, most_bytes: int = 100_000_000) -> Any:
         raise ValueError(f"{path}: not JSON ({error}); expected {expected}") from error
 
 
-def save_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write `content` as indented JSON."""
+def save_json(path: Path, content: object) -> None:
+    """Write `content`, made plain, as indented JSON."""
     save_plain_json(path, plain(content))
 
 
-def save_plain_json(path: Path, content: Mapping[str, Any]) -> None:
+def save_plain_json(path: Path, content: object) -> None:
     """Write what :func:`plain` made as indented JSON, piece by piece, no text of it in memory."""
     with whole_file(path) as file, file.open("w", encoding="utf-8") as text:
         json.dump(content, text, indent=2, ensure_ascii=False)

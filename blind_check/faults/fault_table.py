@@ -343,21 +343,7 @@ def _with_signals_of(run: Run, other: Run) -> Run:
 
 def _thinned(campaign: Campaign, rng: np.random.Generator, *, every: int) -> Campaign:
     """One sample of every `every` of each run."""
-
-    def thin(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Columns without the samples between."""
-        return {name: values[::every] for name, values in columns.items()}
-
-    return _runs(
-        campaign,
-        lambda run: replace(
-            run,
-            time=run.time[::every],
-            inputs=thin(run.inputs),
-            signals=thin(run.signals),
-            predictions=thin(run.predictions),
-        ),
-    )
+    return _runs(campaign, lambda run: run.thinned(every))
 
 
 def _two_sensors_exchanged(campaign: Campaign, rng: np.random.Generator) -> Campaign:

@@ -161,32 +161,21 @@ def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[Line
         return
     # Columns of the run itself first.
     ordered = sorted(effects, key=lambda effect: not effect.per_run)
-    n_of_run = sum(len(effect.parameters) for effect in ordered if effect.per_run)
-    n_columns = sum(len(effect.parameters) for effect in ordered)
     is_of_run = np.concatenate([[effect.per_run] * len(effect.parameters) for effect in effects])
     order = np.argsort(~is_of_run, kind="stable")
+    most = _MOST_COLUMNS // (8 * is_of_run.size * len(channels))
     for number, whole in enumerate(runs):
-        run = _thinned(whole, _MOST_COLUMNS // (8 * n_columns * len(channels)))
+        # Delay and gain are of the whole run: every second sample of a long one tells them too.
+        run = whole.thinned(-(-whole.time.size // max(most, 1)))
         columns = np.stack(
             [_columns(problem, ordered, run, c, _Wiring()) for c in channels], axis=2
         )
         own_theta = theta[_numbers(problem, effects, number)[order]]
         predicted = np.einsum("p,pnc->nc", own_theta, columns)
         measured = np.array([run.signals[channel.name] for channel in channels]).T
-        yield LinearRecord(run.name, run.time, measured - predicted, predicted, columns, n_of_run)
-
-
-def _thinned(run: Run, most: int) -> Run:
-    """Every so manieth sample of a run longer than `most`: delay and gain are of the whole run."""
-    every = -(-run.time.size // max(most, 1))
-    if every == 1:
-        return run
-    return replace(
-        run,
-        time=run.time[::every],
-        inputs={name: values[::every] for name, values in run.inputs.items()},
-        signals={name: values[::every] for name, values in run.signals.items()},
-    )
+        yield LinearRecord(
+            run.name, run.time, measured - predicted, predicted, columns, int(is_of_run.sum())
+        )
 
 
 def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:

@@ -15,6 +15,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     LinearRecord,
     correlation,
     last_factor,
+    residual_variance,
     shared_products,
 )
 
@@ -65,16 +66,17 @@ def channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:
         In the order of the channels; empty where there is no record, or one channel alone.
     """
     total: FloatArray | None = None
-    factors, counts = [], []
+    residuals = []
     for record in records:
-        products = _products(record)
+        scale = _residual_rms(record)
+        products = _products(record, scale)
         total = products if total is None else total + products
-        factors.append(correlation(record.residual / _residual_rms(record)))
-        counts.append(int(np.isfinite(record.residual).sum()))
+        known = int(np.isfinite(record.residual).sum())
+        residuals.append((correlation(record.residual / scale), known))
         n_channels = record.residual.shape[1]
     if total is None or n_channels < 2:
         return ()
-    variance = float(np.average(factors, weights=counts) * total[-1, -1] / sum(counts))
+    variance = residual_variance(float(total[-1, -1]), residuals)
     n_shared = len(total) - n_channels - 1
     gains = []
     for k in range(n_channels):
@@ -106,19 +108,20 @@ def off_gains(
     gains = sorted(channel_gains(records), key=lambda gain: -gain.sureness)
     if not gains or gains[0].sureness <= _SURE:
         return ()
-    as_sure = [gain for gain in gains if gain.sureness >= gains[0].sureness - _AS_SURE]
+    beyond = [gain for gain in gains if abs(gain.gain) > smallest[gain.channel]]
     # What shows in other channels beside one within its calibration is that one's.
-    is_told = abs(gains[0].gain) > smallest[gains[0].channel]
-    return tuple(gain for gain in as_sure if is_told and abs(gain.gain) > smallest[gain.channel])
+    if gains[0] not in beyond:
+        return ()
+    return tuple(gain for gain in beyond if gain.sureness >= gains[0].sureness - _AS_SURE)
 
 
-def _products(record: LinearRecord) -> FloatArray:
+def _products(record: LinearRecord, scale: FloatArray) -> FloatArray:
     """Products of the p shared columns, the prediction of each channel and the residual.
 
-    Shape (p + n_channels + 1, p + n_channels + 1); parameters of the run alone are fitted out.
+    Each channel over its `scale`. Shape (p + n_channels + 1, p + n_channels + 1); parameters of the
+    run alone are fitted out.
     """
     known = np.isfinite(record.residual) & np.isfinite(record.predicted)
-    scale = _residual_rms(record)
     n_columns, n_channels = len(record.columns), known.shape[1]
     gram = np.zeros((n_columns + n_channels + 1,) * 2)
     of_baseline = np.array([*range(n_columns), n_columns + n_channels])

@@ -19,6 +19,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     correlation,
     inverse_of_unit_columns,
     last_factor,
+    residual_variance,
     shared_products,
     unit_columns,
 )
@@ -118,8 +119,7 @@ def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | Non
 def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
     """Products of all runs; None where there is no record."""
     products = {}
-    correlations = []
-    counts = []
+    residuals = []
     for record in records:
         slope = record.slope
         known = np.isfinite(record.residual) & np.isfinite(slope)
@@ -129,13 +129,11 @@ def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
         drifting = (-slope * along[:, None])[known]
         rows = np.array([*record.columns[:, known], late, drifting, record.residual[known]])
         products[record.run] = shared_products(rows @ rows.T, record.n_of_run)
-        correlations.append(correlation(record.residual))
-        counts.append(int(known.sum()))
+        residuals.append((correlation(record.residual), int(known.sum())))
     if not products:
         return None
     total = np.sum(list(products.values()), axis=0)
-    variance = float(np.average(correlations, weights=counts) * total[-1, -1] / sum(counts))
-    return _LateSums(products, total, variance)
+    return _LateSums(products, total, residual_variance(float(total[-1, -1]), residuals))
 
 
 def _explained(sums: FloatArray, n_baseline: int) -> float:

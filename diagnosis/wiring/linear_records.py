@@ -7,6 +7,7 @@ that of least squares times the correlation of the residual from sample to sampl
 ``1 + 2 (rho_1 + rho_2 + ...)``.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,6 +115,20 @@ def last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
     along = float(scaled[-2, -1] - absorbed @ scaled[others, -1])
     factor = along / left * float(scale[-1] / scale[-2])
     return factor, float(np.sqrt(variance / left) / scale[-2])
+
+
+def residual_variance(square: float, residuals: Sequence[tuple[float, int]]) -> float:
+    """Variance of the residual of all runs, the correlation of its samples included.
+
+    Parameters
+    ----------
+    square : float
+        Sum of the residual's squares.
+    residuals : sequence of (float, int)
+        :func:`correlation` and samples of each run.
+    """
+    factors, counts = zip(*residuals, strict=True)
+    return float(np.average(factors, weights=counts) * square / sum(counts))
 
 
 def correlation(residual: FloatArray) -> float:

@@ -94,6 +94,23 @@ class Run:
         }
         return replace(self, predictions=predictions).with_signals(signals)
 
+    def thinned(self, every: int) -> "Run":
+        """Copy with one sample of every `every` of all columns."""
+
+        def thin(columns: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+            """Columns without the samples between."""
+            return {name: values[::every] for name, values in columns.items()}
+
+        if every == 1:
+            return self
+        return replace(
+            self,
+            time=self.time[::every],
+            inputs=thin(self.inputs),
+            signals=thin(self.signals),
+            predictions=thin(self.predictions),
+        )
+
     def of_channels(self, names: Collection[str]) -> "Run":
         """Copy with some of its channels."""
         return replace(

@@ -34,7 +34,7 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT, VERSION, class_keys
-from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.json_files import read_json, save_json
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
@@ -154,7 +154,7 @@ def _classify(campaign: Path, out: Path) -> None:
     keys = {"verdict": NOT_DIAGNOSABLE} if answer is None else _verdict_keys(answer)
     out.mkdir(parents=True, exist_ok=True)
     document = {"format": FORMAT, "version": VERSION, **keys, **class_keys(answer)}
-    save_json(out / DIAGNOSIS_FILE, plain(document))
+    save_json(out / DIAGNOSIS_FILE, document)
 
 
 def _verdict_keys(answer: ClassAnswer) -> dict[str, Any]:

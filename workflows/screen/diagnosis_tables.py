@@ -14,7 +14,7 @@ from carrierflex.diagnosis.report.compared.words import (
     first_sentence,
 )
 from carrierflex.diagnosis.report.gap_words import where_text
-from carrierflex.diagnosis.report.words import sized
+from carrierflex.diagnosis.report.words import ratio, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.workflows.screen.titled_table import titled_table
 
@@ -52,7 +52,7 @@ def _reduction_rows(reduction: GapReduction, unit: str) -> list[tuple[str, str]]
         ("phi, 95 %", _with_interval(reduction.phi, reduction.phi_ci95)),
         (
             "rho of negative control, black box, extrapolation",
-            ", ".join(f"{value:.3f}" if np.isfinite(value) else "-" for value in others),
+            ", ".join(map(ratio, others)),
         ),
     ]
 

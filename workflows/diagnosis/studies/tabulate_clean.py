@@ -16,7 +16,7 @@ from carrierflex.blind_check.faults.clean_campaigns import (
     clean_cases,
     clean_outcome,
 )
-from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.json_files import read_json, save_json
 from carrierflex.files.whole_files import whole_file
 from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
 from carrierflex.workflows.support.default_curves import default_curves
@@ -62,7 +62,7 @@ def _write_outcome(case: CleanCase, path: Path) -> None:
     curves = default_curves() if case.plan.kind == "carrier" else None
     with threadpool_limits(limits=1):
         outcome = clean_outcome(case, curves)
-    save_json(path, plain(outcome))
+    save_json(path, outcome)
 
 
 def _read_outcome(path: Path) -> CleanOutcome:

@@ -17,7 +17,7 @@ from carrierflex.blind_check.faults.fault_table import faults_of
 from carrierflex.blind_check.faults.outcomes import HARMLESS, OUTCOMES, Outcome, fault_outcomes
 from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.json_files import read_json, save_json
 from carrierflex.files.whole_files import whole_file
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.executors import work_executor
@@ -96,7 +96,7 @@ def _write_outcomes(kind: str, seed: int, path: Path) -> None:
         clean = case_campaign(_without_effect(kind, seed))[0]
         for outcome in fault_outcomes(clean, faults, seed, curves, first=len(outcomes)):
             outcomes.append(outcome)
-            save_json(path, plain(outcomes))
+            save_json(path, outcomes)
 
 
 def _read_outcomes(path: Path) -> list[Outcome]:

@@ -24,7 +24,7 @@ from carrierflex.blind_check.truth.element.families import CAUSES
 from carrierflex.diagnosis.diagnose import verdict_alone
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
-from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.json_files import read_json, save_json
 from carrierflex.files.whole_files import whole_file
 from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
 from carrierflex.workflows.support.executors import work_executor
@@ -114,7 +114,7 @@ def _write_case(plan: CasePlan, path: Path) -> None:
             if (document["parameters"].get(effect, {}).get(name) or {"std": 0.0})["std"] is None
         )
         result = CaseIntervals(tuple(hits), unknown)
-    save_json(path, plain(result))
+    save_json(path, result)
 
 
 def _read_case(path: Path) -> CaseIntervals:

@@ -23,7 +23,7 @@ from carrierflex.blind_check.added_measurements import (
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
 from carrierflex.diagnosis.carrier.planned.additions import CarrierPool
-from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.json_files import read_json, save_json
 from carrierflex.files.whole_files import whole_file
 from carrierflex.workflows.diagnosis.plan_campaign import PlanSettings, plan_of
 from carrierflex.workflows.support.default_curves import default_curves
@@ -93,7 +93,7 @@ def _outcome_in(folder: Path, seed: int, number: int, gaps: tuple[float, float])
     path = folder / f"{seed}-{number:03d}.json"
     if not path.is_file():
         with threadpool_limits(limits=1):
-            save_json(path, plain(addition_outcome(seed, number, gaps)))
+            save_json(path, addition_outcome(seed, number, gaps))
     row = read_json(path, "the outcome of a case")
     try:
         before, after = _answer(row.pop("before")), row.pop("after")
