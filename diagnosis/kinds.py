@@ -50,14 +50,16 @@ from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import MeasuredLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
 Curves = Mapping[str, DeflectionCurve]
-Law = TypeVar("Law", TabulatedLaw | MemoryLaw, BushingLaw, CarrierLaw)
+Law = TypeVar("Law", TabulatedLaw | MemoryLaw, BushingLaw | BushingMemoryLaw, CarrierLaw)
 #: What a law of a file belongs to.
 _LAW_OF: Mapping[type, str] = {
     TabulatedLaw: "one element",
     MemoryLaw: "one element",
     BushingLaw: "bushings",
+    BushingMemoryLaw: "bushings",
     CarrierLaw: "a carrier",
 }
 
@@ -144,7 +146,7 @@ def _carrier(
 def _mounting(
     campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
 ) -> tuple[ComparisonProblem, bool]:
-    problem = mounting_problem(campaign, _own_laws(campaign, laws, (BushingLaw,)))
+    problem = mounting_problem(campaign, _own_laws(campaign, laws, (BushingLaw, BushingMemoryLaw)))
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = mounting_beside_prediction(problem, campaign)
@@ -218,7 +220,7 @@ def law_findings(
     for law in laws:
         if isinstance(problem, ElementProblem) and isinstance(law, TabulatedLaw | MemoryLaw):
             found += beyond_visited(law, problem.records)
-        if isinstance(problem, MountingProblem) and isinstance(law, BushingLaw):
+        if isinstance(problem, MountingProblem) and isinstance(law, BushingLaw | BushingMemoryLaw):
             found += problem.beyond_visited(law)
         if isinstance(problem, CarrierProblem) and isinstance(law, CarrierLaw):
             found += beyond_loads(law, problem.records, problem.model.runs)

@@ -32,6 +32,12 @@ BUSHING_LAW_FILE = TomlKind(
     most_bytes=1_000_000,
     format="carrierflex-bushing-law",
 )
+BUSHING_MEMORY_LAW_FILE = TomlKind(
+    "a law file of bushings with a memory",
+    holds="keys name, effect_class, visited and tables [[stop]] or [[branch]]",
+    most_bytes=1_000_000,
+    format="carrierflex-bushing-memory-law",
+)
 CARRIER_LAW_FILE = TomlKind(
     "a law file of a carrier",
     holds="keys name, frame, pattern, n_planets, sensor_radius, the table [visited] and tables "

@@ -10,6 +10,7 @@ from carrierflex.simulation.carrier.measured_laws.carrier_law_files import (
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 from carrierflex.simulation.case_kinds import (
     BUSHING_LAW_FILE,
+    BUSHING_MEMORY_LAW_FILE,
     CARRIER_LAW_FILE,
     LAW_FILE,
     MEMORY_LAW_FILE,
@@ -23,9 +24,14 @@ from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
     write_bushing_law,
 )
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_files import (
+    read_bushing_memory_law,
+    write_bushing_memory_law,
+)
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
 #: Measured shape of a class as a law.
-MeasuredLaw = TabulatedLaw | MemoryLaw | BushingLaw | CarrierLaw
+MeasuredLaw = TabulatedLaw | MemoryLaw | BushingLaw | BushingMemoryLaw | CarrierLaw
 
 
 def read_measured_law(path: Path) -> MeasuredLaw:
@@ -35,11 +41,12 @@ def read_measured_law(path: Path) -> MeasuredLaw:
     ----------
     path : Path
         File of the format ``carrierflex-law``, ``carrierflex-memory-law``,
-        ``carrierflex-bushing-law`` or ``carrierflex-carrier-law``.
+        ``carrierflex-bushing-law``, ``carrierflex-bushing-memory-law`` or
+        ``carrierflex-carrier-law``.
 
     Returns
     -------
-    TabulatedLaw, MemoryLaw, BushingLaw or CarrierLaw
+    TabulatedLaw, MemoryLaw, BushingLaw, BushingMemoryLaw or CarrierLaw
         Its tables.
 
     Raises
@@ -54,6 +61,8 @@ def read_measured_law(path: Path) -> MeasuredLaw:
         return read_memory_law(path)
     if own == BUSHING_LAW_FILE.format:
         return read_bushing_law(path)
+    if own == BUSHING_MEMORY_LAW_FILE.format:
+        return read_bushing_memory_law(path)
     if own == CARRIER_LAW_FILE.format:
         return read_carrier_law(path)
     return read_law(path)
@@ -71,6 +80,8 @@ def write_measured_law(path: Path, law: MeasuredLaw) -> None:
         write_memory_law(path, law)
     elif isinstance(law, BushingLaw):
         write_bushing_law(path, law)
+    elif isinstance(law, BushingMemoryLaw):
+        write_bushing_memory_law(path, law)
     elif isinstance(law, CarrierLaw):
         write_carrier_law(path, law)
     else:

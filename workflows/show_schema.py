@@ -18,6 +18,7 @@ Name = Literal[
     "element-law",
     "memory-law",
     "bushing-law",
+    "bushing-memory-law",
     "carrier-law",
     "diagnosis",
     "rim-motion",

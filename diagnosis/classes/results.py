@@ -7,6 +7,7 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingPart
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
 #: No gap above the noise floor.
 NOTHING = "nothing"
@@ -66,8 +67,8 @@ class MeasuredShape:
         Curves of other parts.
     parts : tuple of BushingPart
         Tables of a law of the bushings; empty for other kinds.
-    memory : MemoryLaw, optional
-        Stops or branches of a class of an element with a memory, as a law without a name.
+    memory : MemoryLaw or BushingMemoryLaw, optional
+        Stops or branches of a class with a memory, as a law without a name.
     """
 
     x: FloatArray
@@ -81,7 +82,7 @@ class MeasuredShape:
     steps: tuple[float, float]
     beside: tuple[BesideCurve, ...] = ()
     parts: tuple[BushingPart, ...] = ()
-    memory: MemoryLaw | None = None
+    memory: MemoryLaw | BushingMemoryLaw | None = None
 
 
 @dataclass(frozen=True, eq=False)

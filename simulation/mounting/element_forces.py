@@ -16,6 +16,11 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     bushing_force,
     bushing_slopes,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import (
+    FIRST_PART,
+    tried_forces,
+    try_step,
+)
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -78,6 +83,11 @@ def _laws(
     Kp = block.law[3]
     Fy = block.law[4]
     error, scale = 0.0, 1.0
+    of_parts = 0
+    if tables is not None:
+        if tables[FIRST_PART] > 0.0:
+            try_step(tables, block.u_before, block.preload, block.probe)
+            of_parts = tried_forces(tables)
     for e in range(n_e):
         before, u_before = block.friction_before[e], block.u_before[e]
         for half in range(2):
@@ -101,6 +111,8 @@ def _laws(
                     block.probe[size + row],
                     block.probe[size + across],
                 )
+                if of_parts > 0:
+                    phi += tables[of_parts + row]
             block.work[row, size] = block.force[row] - phi
             error = max(error, abs(block.work[row, size]))
             scale = max(scale, abs(phi))
@@ -120,7 +132,10 @@ def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Any, tabl
 
 @_inline
 def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any, tables: Any) -> None:
-    """Fill `work` but its last column with the derivative of ``y - phi``."""
+    """Fill `work` but its last column with the derivative of ``y - phi``.
+
+    That of parts with a memory is left out: steps that their springs allow converge without.
+    """
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3 = block.law[0]
     K5 = block.law[1]

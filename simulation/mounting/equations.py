@@ -20,6 +20,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     bushing_force,
     bushing_slopes,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import springs_of
 from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
 from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
@@ -157,10 +158,12 @@ class Block:
         )
 
     def tangent_stiffness(self, loads: Array) -> Array:
-        """Stiffness at rest under `loads` [N/m, N m/rad], elasto-plastic springs not yielded."""
+        """Stiffness at rest under `loads` [N/m, N m/rad]; nothing slips or relaxes."""
         _, _, _, Kp, Fy = self.law
         u = self.preload + self.rows @ self.static_solution(loads)[0]
         own = np.eye(len(u)) * (Kp if Fy > 0.0 else 0.0)
+        if self.tables is not None:
+            own = own + np.diag(np.tile(springs_of(self.tables), len(u) // 2))
         return self.K + self._of_elements(self._slopes_at_rest(u)[0] + own)
 
     def tangent_damping(self, loads: Array) -> Array:

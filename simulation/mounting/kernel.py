@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.mounting.block_records import BlockRecord
 from carrierflex.simulation.mounting.element_forces import solve_forces
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import (
+    FIRST_PART,
+    keep_step,
+)
 
 Array = NDArray[np.float64]
 
@@ -94,7 +98,7 @@ def march_nonlinear(
         Its parameters; an array that is handed over is counted in and out in every step.
     tables : ndarray or None
         Packed measured laws in the planes of the bushings; their elements are starboard and port in
-        z, starboard and port in y.
+        z, starboard and port in y. States of parts with a memory are updated.
 
     Returns
     -------
@@ -117,6 +121,9 @@ def march_nonlinear(
                     total += block.by_force[row, block.probe.shape[0] + i] * block.force[row]
                 block.state[i] = total
             _remember(block)
+            if tables is not None:
+                if tables[FIRST_PART] > 0.0:
+                    keep_step(tables)
         for row in range(output.shape[1]):
             if not abs(block.state[row]) < LARGEST_MOTION:
                 return sample - 1, row, DIVERGED

@@ -17,6 +17,10 @@ from carrierflex.simulation.mounting.kernel import (
     march_linear,
     march_nonlinear,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import (
+    moved_every,
+    states_of,
+)
 from carrierflex.simulation.mounting.measured_laws.joined_block import joined_block
 from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, check_parameters
 from carrierflex.simulation.mounting.propagators import Propagator, propagator
@@ -100,11 +104,22 @@ class MountingModel:
 
 @dataclass(frozen=True, eq=False)
 class MarchState:
-    """Where a march stands: time, linear states and memory of the elements, block by block."""
+    """Where a march stands, block by block.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    states, memories : tuple of ndarray
+        Linear states, and memory of the elements.
+    parts : tuple of ndarray
+        States of the parts with a memory of measured laws; empty where a block has none.
+    """
 
     time: float
     states: tuple[Array, ...]
     memories: tuple[Array, ...]
+    parts: tuple[Array, ...]
 
 
 def mounting_model(
@@ -225,7 +240,13 @@ def state_at_rest(model: MountingModel, loads: Array, time: float = 0.0) -> Marc
         phi = block.force_at_rest(u) + friction
         states.append(state)
         memories.append(np.stack([friction, u, phi, phi, phi]))
-    return MarchState(time, tuple(states), tuple(memories))
+    parts = tuple(_parts_at_rest(block) for block in model.blocks)
+    return MarchState(time, tuple(states), tuple(memories), parts)
+
+
+def _parts_at_rest(block: Block) -> Array:
+    """States of the parts of a block with a memory, relaxed."""
+    return np.zeros(0) if block.tables is None else np.zeros(states_of(block.tables).size)
 
 
 def first_signals(model: MountingModel, state: MarchState) -> Array:
@@ -262,24 +283,36 @@ def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Arra
     signals = np.zeros((len(loads), 6))
     signals[0] = first_signals(model, state)
     states, memories = [x.copy() for x in state.states], [x.copy() for x in state.memories]
+    parts = [x.copy() for x in state.parts]
     good, stopped = len(loads) - 1, None
     for place, block in enumerate(model.blocks):
         # After one block has stopped, the other one need only come as far: it may have stopped
         # before.
         reached, why = _march_block(
-            model, place, (states[place], memories[place]), loads[: good + 1], signals
+            model,
+            place,
+            (states[place], memories[place], parts[place]),
+            loads[: good + 1],
+            signals,
         )
         if why is not None:
             good, stopped = reached, (block, *why)
     if stopped is not None:
         raise _diverged(*stopped, good, state.time + good * model.interval, signals[: good + 1])
     return signals, MarchState(
-        state.time + (len(loads) - 1) * model.interval, tuple(states), tuple(memories)
+        state.time + (len(loads) - 1) * model.interval,
+        tuple(states),
+        tuple(memories),
+        tuple(parts),
     )
 
 
 def _march_block(
-    model: MountingModel, place: int, state: tuple[Array, Array], loads: Array, signals: Array
+    model: MountingModel,
+    place: int,
+    state: tuple[Array, Array, Array],
+    loads: Array,
+    signals: Array,
 ) -> tuple[int, tuple[int, int] | None]:
     """March a block, adding to `signals`.
 
@@ -287,7 +320,7 @@ def _march_block(
     """
     block = model.blocks[place]
     matrices = model.propagators[place]
-    x, memory = state
+    x, memory, parts = state
     if not (loads[:, block.G.any(axis=0)].any() or x.any() or memory.any()):
         # At rest without a load it stays there: a run with vertical loads alone saves a third of
         # its time.
@@ -297,6 +330,11 @@ def _march_block(
         return good, None if coordinate < 0 else (coordinate, DIVERGED)
     record = block_record(block, matrices, x, memory)
     law = block.user_law
+    tables = block.tables
+    if tables is not None:
+        # The march writes states among the laws, and moves parts twice a step.
+        tables = moved_every(tables, 0.5 * model.interval / model.substeps)
+        states_of(tables)[:] = parts
     good, coordinate, outcome = march_nonlinear(
         record,
         block.output,
@@ -306,9 +344,11 @@ def _march_block(
         signals,
         None if law is None else first_class(law.force),
         None if law is None else law.parameters,
-        block.tables,
+        tables,
     )
     x[:], memory[:] = standing(record, len(x))
+    if tables is not None:
+        parts[:] = states_of(tables)
     return good, None if outcome == DONE else (coordinate, outcome)
 
 

@@ -60,6 +60,10 @@ from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw, BushingPart
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
+    BushingMemoryLaw,
+    BushingStop,
+)
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.support.cache_store import CacheStore
 from carrierflex.workflows.view3d.rim_scene import rim_scene
@@ -171,6 +175,10 @@ def _documents(folder: Path) -> dict[str, Target]:
     )
     part = BushingPart("radial", "both", x, x)
     write_measured_law(folder / "bushings.toml", BushingLaw("law", "dissipation", (part,)))
+    slips = (BushingStop("radial", "both", 1e-3, 5.0),)
+    write_measured_law(
+        folder / "bushing_memory.toml", BushingMemoryLaw("law", "hysteresis", slips, 1.0)
+    )
     waves = (WaveTable("axial_displacement", 0, 1, x, x),)
     tilt = LawPart("radial_load", x, waves, "y")
     visited = {name: (0.0, 1.0) for name in ("torque", "ntl_y", "ntl_z")}
@@ -188,6 +196,7 @@ def _documents(folder: Path) -> dict[str, Target]:
         "law.toml": lambda path: read_measured_law(path / "law.toml"),
         "memory.toml": lambda path: read_measured_law(path / "memory.toml"),
         "bushings.toml": lambda path: read_measured_law(path / "bushings.toml"),
+        "bushing_memory.toml": lambda path: read_measured_law(path / "bushing_memory.toml"),
         "carrier.toml": lambda path: read_measured_law(path / "carrier.toml"),
         "seals.json": lambda path: read_seals(path / "seals.json"),
         "times.json": read_verdict,
@@ -234,7 +243,7 @@ TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
     *("curves.csv", "parameters.toml", "surfaces.toml", "law.toml"),
-    *("memory.toml", "bushings.toml", "carrier.toml", "seals.json"),
+    *("memory.toml", "bushings.toml", "bushing_memory.toml", "carrier.toml", "seals.json"),
     *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     *("mesh .msh", "mesh of hexahedra .inp"),

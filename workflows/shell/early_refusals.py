@@ -170,6 +170,7 @@ def _read_law(path: Path) -> None:
     from carrierflex.files.toml_files import toml_document
     from carrierflex.simulation.case_kinds import (
         BUSHING_LAW_FILE,
+        BUSHING_MEMORY_LAW_FILE,
         CARRIER_LAW_FILE,
         LAW_FILE,
         MEMORY_LAW_FILE,
@@ -183,6 +184,11 @@ def _read_law(path: Path) -> None:
     elif document.get("format") == BUSHING_LAW_FILE.format:
         kind = BUSHING_LAW_FILE
         table = "simulation.mounting.measured_laws.bushing_law_tables:BushingLawDocument"
+    elif document.get("format") == BUSHING_MEMORY_LAW_FILE.format:
+        kind = BUSHING_MEMORY_LAW_FILE
+        table = (
+            "simulation.mounting.measured_laws.bushing_memory_law_tables:BushingMemoryLawDocument"
+        )
     elif document.get("format") == CARRIER_LAW_FILE.format:
         kind = CARRIER_LAW_FILE
         table = "simulation.carrier.measured_laws.carrier_law_tables:CarrierLawDocument"

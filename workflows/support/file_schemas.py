@@ -35,6 +35,9 @@ from carrierflex.simulation.element.law_tables import LawDocument
 from carrierflex.simulation.element.memory_law_tables import MemoryLawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import BushingLawDocument
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_tables import (
+    BushingMemoryLawDocument,
+)
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 from carrierflex.workflows.support import result_documents as results
 from carrierflex.workflows.support import study_documents as studies
@@ -64,6 +67,7 @@ _DOCUMENTS: dict[str, Any] = {
     "element law": LawDocument,
     "memory law": MemoryLawDocument,
     "bushing law": BushingLawDocument,
+    "bushing memory law": BushingMemoryLawDocument,
     "carrier law": CarrierLawDocument,
 }
 

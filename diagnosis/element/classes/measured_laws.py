@@ -59,7 +59,7 @@ def law_of_answer(
     kept = (*TABULATED, *WITH_MEMORY)
     name, shape = kept_shape(answer, {own: own for own in kept}, wanted)
     force, length = shape.units[1], shape.units[0].removesuffix("/s")
-    if shape.memory is not None:
+    if isinstance(shape.memory, MemoryLaw):
         return replace(shape.memory, name=law_name(name, campaign), measured_on=campaign)
     if name == COUPLED_DAMPING:
         force = force.removesuffix(f" s/{length}")

@@ -8,6 +8,7 @@ from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, Int
 from carrierflex.diagnosis.classes.shape_decision import shape_of
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import (
+    BUSHINGS,
     DELAY,
     FORCE_GROUPS,
     FULL,
@@ -60,7 +61,7 @@ def assembled(
         name: tuple(
             LawColumns(law, places, len(model.cards[law].parameters))
             for law, places in layout.laws.items()
-            if law not in model.contained and shape_of(name) in shapes_of_law(law)
+            if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)
         )
         for name in classes
     }
@@ -81,8 +82,14 @@ def assembled(
     )
 
 
-def shapes_of_law(law: str) -> tuple[str, ...]:
-    """Shapes that hold a law; of a user's law those of any force of deflection and speed."""
+def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
+    """Shapes that hold a law.
+
+    Of a law of a file the class it was measured of, of a user's own law those of any force of
+    deflection and speed.
+    """
+    if law in model.measured:
+        return (f"{BUSHINGS}/{model.measured[law].effect_class}",)
     return (SHAPE_OF_LAW[law],) if law in SHAPE_OF_LAW else SHAPES_OF_USER
 
 

@@ -6,6 +6,8 @@ stiffness, loads and sensors have sparse ways, which are the effects of a rig, a
 
 from collections.abc import Container, Mapping, Sequence
 
+#: Place of the forces that follow.
+BUSHINGS = "bushings"
 FORCE = "bushings/restoring_force"
 DISSIPATION = "bushings/dissipation"
 HYSTERESIS = "bushings/hysteresis"

@@ -70,6 +70,11 @@ class BushingSize:
         """Yield deflections, shape (n,)."""
         return np.geomspace(*_YIELDS, _N_YIELDS) * self.deflection
 
+    @property
+    def radial_yields(self) -> FloatArray:
+        """Yield deflections of sliders in the plane, shape (n,)."""
+        return np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * self.radius
+
     def curved_speed(self, v: FloatArray) -> FloatArray:
         """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
         return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.speed)), dtype=np.float64)
@@ -254,7 +259,7 @@ def _stops(size: BushingSize, own: BushingMotion) -> FloatArray:
 
 def _radial_stops(size: BushingSize, own: BushingMotion) -> FloatArray:
     """Sliders that yield in the direction of their deflection."""
-    yields = np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * size.radius
+    yields = size.radial_yields
     found = np.empty((yields.size, *own.u.shape))
     for bushing in range(2):
         found[:, bushing] = _returned(np.ascontiguousarray(own.u[bushing]), yields)

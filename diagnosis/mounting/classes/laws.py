@@ -94,7 +94,8 @@ def law_forces(model: MountingModel, size: BushingSize, own: BushingMotion, law:
     if law == "elasto_plastic_friction":
         return stop_forces(own, _YIELDS * size.deflection)[:, None]
     if law in model.measured:
-        return bushing_forces(packed_laws([(model.measured[law], 1.0)]), u, v)[None, None]
+        laws = packed_laws([(model.measured[law], 1.0)])
+        return bushing_forces(laws, u, v, own.step)[None, None]
     return _user_forces(model, model.laws[law], own, law)
 
 

@@ -11,7 +11,13 @@ from carrierflex.diagnosis.classes.shapes.visited_range import visited_range_war
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.cards import KIND
-from carrierflex.diagnosis.mounting.classes.catalogue import COUPLED, DISSIPATION, FORCE
+from carrierflex.diagnosis.mounting.classes.catalogue import (
+    COUPLED,
+    DISSIPATION,
+    FORCE,
+    HYSTERESIS,
+    MEMORY,
+)
 from carrierflex.diagnosis.mounting.classes.motion import BushingMotion, bushing_motions
 from carrierflex.diagnosis.mounting.classes.rigid_body import rigid_body
 from carrierflex.diagnosis.mounting.model import MountingModel
@@ -19,21 +25,25 @@ from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    BOTH,
     PORT,
     RADIAL,
     STARBOARD,
     BushingLaw,
     BushingPart,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
-#: Classes that are kept as tables, and what tables call them.
-_TABLES: Mapping[str, str] = {
-    name: name.rpartition("/")[2] for name in (FORCE, DISSIPATION, COUPLED)
+#: Classes that are kept, and what files call them.
+_KEPT: Mapping[str, str] = {
+    name: name.rpartition("/")[2] for name in (FORCE, DISSIPATION, COUPLED, HYSTERESIS, MEMORY)
 }
 _EQUATIONS = {
-    _TABLES[FORCE]: "f(u)",
-    _TABLES[DISSIPATION]: "g(v)",
-    _TABLES[COUPLED]: "h(u) v",
+    _KEPT[FORCE]: "f(u) of measured tables",
+    _KEPT[DISSIPATION]: "g(v) of measured tables",
+    _KEPT[COUPLED]: "h(u) v of measured tables",
+    _KEPT[HYSTERESIS]: "the stops of a measured loop",
+    _KEPT[MEMORY]: "the branches of a measured relaxation",
 }
 #: Share of the largest force from which a step at rest is dry friction: what is drawn as zero.
 _FRICTION = 0.05
@@ -41,7 +51,7 @@ _FRICTION = 0.05
 
 def bushing_law_of_answer(
     answer: ClassAnswer, campaign: str, wanted: str | None = None
-) -> BushingLaw:
+) -> BushingLaw | BushingMemoryLaw:
     """Measured shape of a class of the answer.
 
     Parameters
@@ -55,8 +65,8 @@ def bushing_law_of_answer(
 
     Returns
     -------
-    BushingLaw
-        Tables without what the linear bushings take up.
+    BushingLaw or BushingMemoryLaw
+        Tables without what the linear bushings take up; stops or branches of a class with a memory.
 
     Raises
     ------
@@ -64,7 +74,9 @@ def bushing_law_of_answer(
         Where no class is named or leading, the answer has not the wanted one, it has no table, or
         holds dry friction.
     """
-    name, shape = kept_shape(answer, _TABLES, wanted)
+    name, shape = kept_shape(answer, _KEPT, wanted)
+    if isinstance(shape.memory, BushingMemoryLaw):
+        return replace(shape.memory, name=law_name(name, campaign), measured_on=campaign)
     largest = max(float(np.abs(part.y).max()) for part in shape.parts)
     if max(shape.steps) > _FRICTION * max(largest, max(shape.steps)):
         raise ValueError(
@@ -74,34 +86,37 @@ def bushing_law_of_answer(
     return BushingLaw(law_name(name, campaign), name, shape.parts, campaign)
 
 
-def law_cards(laws: Sequence[BushingLaw]) -> tuple[EffectCard, ...]:
+def law_cards(laws: Sequence[BushingLaw | BushingMemoryLaw]) -> tuple[EffectCard, ...]:
     """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
 
     Parameters
     ----------
-    laws : sequence of BushingLaw
+    laws : sequence of BushingLaw or BushingMemoryLaw
         Laws.
     """
     return tuple(
         EffectCard(
             law.name,
             KIND,
-            f"size x {_EQUATIONS[law.effect_class]} of measured tables in the bushings",
+            f"size x {_EQUATIONS[law.effect_class]} in the bushings",
             (EffectParameter("size", "1", 0.0, np.inf, scale=1.0),),
-            "that of its tables",
+            "that of its measured shape",
         )
         for law in laws
     )
 
 
 def beyond_visited(
-    law: BushingLaw, model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
+    law: BushingLaw | BushingMemoryLaw,
+    model: MountingModel,
+    records: Sequence[MountingRecord],
+    linear: FloatArray,
 ) -> tuple[CampaignWarning, ...]:
     """Warning where records leave the range in which a law was measured; empty where none does.
 
     Parameters
     ----------
-    law : BushingLaw
+    law : BushingLaw or BushingMemoryLaw
         Law.
     model : MountingModel
         Baseline and library.
@@ -116,36 +131,53 @@ def beyond_visited(
     bare = replace(model, contained=())
     predicted = [bare.predicted(record, (), linear, {}) for record in records]
     motions = bushing_motions(body, records, predicted)
-    shares = np.array([[_outside(law, part, own).mean() for own in motions] for part in law.parts])
+    parts = _ranges(law)
+    shares = np.array([[_outside(law, part, own).mean() for own in motions] for part in parts])
     sizes = np.array([own.u.shape[2] for own in motions])
     by_part = shares @ sizes / sizes.sum()
     worst = int(np.argmax(by_part))
     share = float(by_part[worst])
     if not share > 0.0:
         return ()
-    part = law.parts[worst]
+    part = parts[worst]
     warning = visited_range_warning(
         law.name,
         law.effect_class,
         share=share,
         reached=np.concatenate([_abscissa(law, part, own).ravel() for own in motions]),
         table=part.x,
-        unit="m/s" if law.along_speed else "m",
+        unit="m/s" if _is_along_speed(law) else "m",
         run=motions[int(np.argmax(shares[worst]))].record.name,
     )
     return (warning,)
 
 
-def _abscissa(law: BushingLaw, part: BushingPart, own: BushingMotion) -> FloatArray:
+def _ranges(law: BushingLaw | BushingMemoryLaw) -> tuple[BushingPart, ...]:
+    """Tables of a law; of one with a memory the deflections that were visited."""
+    if isinstance(law, BushingLaw):
+        return law.parts
+    ends = np.array([0.0, law.visited])
+    return (BushingPart(RADIAL, BOTH, ends, np.zeros(2)),)
+
+
+def _is_along_speed(law: BushingLaw | BushingMemoryLaw) -> bool:
+    return isinstance(law, BushingLaw) and law.along_speed
+
+
+def _abscissa(
+    law: BushingLaw | BushingMemoryLaw, part: BushingPart, own: BushingMotion
+) -> FloatArray:
     """Deflection or speed of the bushings of a part, shape (m, n)."""
-    motion = own.v if law.along_speed else own.u
+    motion = own.v if _is_along_speed(law) else own.u
     chosen = {STARBOARD: motion[:1], PORT: motion[1:]}.get(part.bushing, motion)
     if part.acts == RADIAL:
         return np.asarray(np.hypot(chosen[:, 0], chosen[:, 1]))
     return chosen.reshape(-1, motion.shape[2])
 
 
-def _outside(law: BushingLaw, part: BushingPart, own: BushingMotion) -> FloatArray:
+def _outside(
+    law: BushingLaw | BushingMemoryLaw, part: BushingPart, own: BushingMotion
+) -> FloatArray:
     """Whether a sample leaves the table of a part, shape (n,)."""
     values = _abscissa(law, part, own)
     return np.asarray(((values < part.x[0]) | (values > part.x[-1])).any(axis=0), dtype=np.float64)

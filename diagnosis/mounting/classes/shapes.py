@@ -42,6 +42,11 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     STARBOARD,
     BushingPart,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
+    BushingBranch,
+    BushingMemoryLaw,
+    BushingStop,
+)
 
 #: Ways of a group's force, in the order of the groups of a class.
 _ACTS = (APART, RADIAL)
@@ -147,6 +152,7 @@ def measured_shape(
         steps,
         tuple(_beside(side, *found[side]) for side in others),
         parts,
+        _law_with_memory(own, fit),
     )
 
 
@@ -326,6 +332,25 @@ def _parts(
                 steps = (max(steps[0], risen[0]), max(steps[1], risen[1]))
             parts.append(BushingPart(act, side, x, y))
     return tuple(parts), steps
+
+
+def _law_with_memory(own: MountingTable, fit: _Fit) -> BushingMemoryLaw | None:
+    """Stops or branches of the fit as a law without a name; None for a class without a memory."""
+    if fit.shape not in (HYSTERESIS, MEMORY):
+        return None
+    parts: list[BushingStop | BushingBranch] = []
+    for (side, act), drawn in fit.drawn.items():
+        weights = drawn[0].tolist()
+        if fit.shape == MEMORY:
+            taus = zip(own.size.taus.tolist(), weights, strict=True)
+            parts += [BushingBranch(side, tau, weight) for tau, weight in taus if weight > 0.0]
+            continue
+        yields = own.size.radial_yields if act == RADIAL else own.size.yields
+        slips = zip(yields.tolist(), weights, strict=True)
+        parts += [BushingStop(act, side, slip, weight) for slip, weight in slips if weight > 0.0]
+    u, _ = own.counted((0, 1))
+    effect_class = fit.shape.rpartition("/")[2]
+    return BushingMemoryLaw("", effect_class, tuple(parts), float(np.hypot(u[0], u[1]).max()))
 
 
 def _beside_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:

@@ -10,18 +10,19 @@ from carrierflex.simulation.element.law_tables import LawClass, LawName, LawPoin
 
 #: Ways of two bushings.
 _MOST_PARTS = 4
-_Acts = Annotated[Literal["apart", "radial"], Expected("one of apart, radial")]
-_Bushing = Annotated[Literal["both", "starboard", "port"], Expected("one of both, starboard, port")]
+#: Ways of a force, and the bushings that have it.
+Acts = Annotated[Literal["apart", "radial"], Expected("one of apart, radial")]
+Bushing = Annotated[Literal["both", "starboard", "port"], Expected("one of both, starboard, port")]
 
 
 class BushingPartTable(TomlTable):
     """One table; its ends are those of the visited range."""
 
-    acts: _Acts = key(
+    acts: Acts = key(
         "In y and in z apart, or along the deflection in the plane (of the class dissipation: "
         "along the speed)"
     )
-    bushing: _Bushing = key("Which bushing follows it")
+    bushing: Bushing = key("Which bushing follows it")
     x: LawPoints = key(
         "Deflection [m], increasing, of a radial part its size from zero; of the class dissipation "
         "speed [m/s]"

@@ -1,5 +1,7 @@
 """Laws of the bushings as tables: f, g with its rise at rest, h, linear between points.
 
+Laws with a memory stand behind them in the same array.
+
 A part acts in y and in z apart, ``f(u)``, ``g(v)``, ``h(u) v`` of each direction alone, or
 radially: ``f(r) u / r`` along the deflection, ``g(w) v / w`` along the speed, ``h(r) v`` with the
 sizes r and w of deflection and speed in the plane. Beyond its table a force goes on with the slope
@@ -20,6 +22,17 @@ from carrierflex.simulation.element.tabulated_laws import (
     RESTORING_FORCE,
     end_slopes,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import (
+    FIRST_PART,
+    flat_parts,
+    moved_every,
+    part_forces,
+)
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
+    BushingMemoryLaw,
+    branches_of,
+    stops_of,
+)
 
 Array = NDArray[np.float64]
 
@@ -34,6 +47,8 @@ _BUSHINGS: Mapping[str, int] = {BOTH: -1, STARBOARD: 0, PORT: 1}
 _CLASSES: Mapping[str, int] = {RESTORING_FORCE: 0, DISSIPATION: 1, COUPLED_DAMPING: 2}
 #: Numbers of a packed part before its points.
 _HEAD = 7
+#: Number of tables, and where the parts with a memory begin, before the tables.
+_FIRST = 2
 #: Step of a difference: share of the argument, and what stands in for it at rest [m, m/s].
 _SHARE, _LEAST = 1e-5, 1e-9
 
@@ -87,27 +102,41 @@ class BushingLaw:
         return self.effect_class == DISSIPATION
 
 
-def packed_laws(laws: Sequence[tuple[BushingLaw, float]]) -> Array:
-    """Tables of laws and their sizes as one array, which compiled code reads.
+def packed_laws(laws: Sequence[tuple[BushingLaw | BushingMemoryLaw, float]]) -> Array:
+    """Laws and their sizes as one array, which compiled code reads.
 
     Parameters
     ----------
-    laws : sequence of (BushingLaw, float)
-        Laws, each with the factor on its tables.
+    laws : sequence of (BushingLaw or BushingMemoryLaw, float)
+        Laws, each with the factor on its forces.
 
     Returns
     -------
     ndarray
-        Number of parts; of each its way, bushing, class, factor, slopes beyond its table, number of
-        points, x, y.
+        Number of tables, index of the parts with a memory (0 without); of each table its way,
+        bushing, class, factor, slopes beyond it, number of points, x, y; parts as of
+        :func:`carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels.flat_parts`.
     """
-    values: list[float] = [float(sum(len(law.parts) for law, _ in laws))]
+    values = [0.0, 0.0]
+    of_memory = [(law, size) for law, size in laws if isinstance(law, BushingMemoryLaw)]
     for law, size in laws:
+        if isinstance(law, BushingMemoryLaw):
+            continue
+        values[0] += len(law.parts)
         is_damping = law.effect_class == COUPLED_DAMPING
         for part in law.parts:
             low, high = (0.0, 0.0) if is_damping else end_slopes(part.x, part.y)
             values += [_ACTS[part.acts], _BUSHINGS[part.bushing], _CLASSES[law.effect_class]]
             values += [size, low, high, part.x.size, *part.x.tolist(), *part.y.tolist()]
+    if of_memory:
+        values[FIRST_PART] = float(len(values))
+        values += flat_parts(
+            [
+                ([_ACTS[stop.acts], _BUSHINGS[stop.bushing]], stop, size)
+                for stop, size in stops_of(of_memory)
+            ],
+            [(_BUSHINGS[own.bushing], own, size) for own, size in branches_of(of_memory)],
+        )
     return np.array(values, dtype=np.float64)
 
 
@@ -118,7 +147,7 @@ def bushing_force(tables, bushing, u, across, v, v_across):  # type: ignore[no-u
     Parameters
     ----------
     tables : ndarray
-        As of :func:`packed_laws`.
+        As of :func:`packed_laws`; parts with a memory are passed over.
     bushing : int
         0 starboard, 1 port.
     u, across : float
@@ -132,7 +161,7 @@ def bushing_force(tables, bushing, u, across, v, v_across):  # type: ignore[no-u
         Force [N].
     """
     total = 0.0
-    at = 1
+    at = _FIRST
     for _ in range(int(tables[0])):
         n = int(tables[at + 6])
         where = int(tables[at + 1])
@@ -201,22 +230,32 @@ def bushing_slopes(tables, bushing, u, across, v, v_across):  # type: ignore[no-
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def bushing_forces(tables, u, v):  # type: ignore[no-untyped-def]
+def bushing_forces(laws: Array, u: Array, v: Array, step: float) -> Array:
     """Forces along a run.
 
     Parameters
     ----------
-    tables : ndarray
+    laws : ndarray
         As of :func:`packed_laws`.
     u, v : ndarray, shape (2, 2, n)
         Deflection [m] and speed [m/s] of starboard and port bushing in y and in z.
+    step : float
+        Sampling interval [s].
 
     Returns
     -------
     ndarray, shape (2, 2, n)
-        Forces [N].
+        Forces [N]; parts with a memory are relaxed at the first sample.
     """
+    found = _table_forces(laws, u, v)
+    if laws[FIRST_PART]:
+        found += part_forces(moved_every(laws, step), np.ascontiguousarray(u))
+    return np.asarray(found)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _table_forces(tables, u, v):  # type: ignore[no-untyped-def]
+    """Forces of the tables along a run, shape (2, 2, n)."""
     found = np.empty(u.shape)
     for b in range(2):
         for d in range(2):

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import FORM
+from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import kept_law, law_findings, problem_of
@@ -22,6 +25,11 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     BushingLaw,
     BushingPart,
     packed_laws,
+)
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
+    BushingBranch,
+    BushingMemoryLaw,
+    BushingStop,
 )
 from tests.diagnosis.mounting.mounting_campaigns import mounting_campaign
 from tests.simulation.changed_law_files import check_refused
@@ -107,15 +115,36 @@ def test_one_curve_for_either_bushing_is_drawn_where_they_differ():
 
 
 @pytest.mark.long
-def test_a_class_with_memory_is_drawn_and_refused_as_a_law():
+def test_a_class_with_memory_is_drawn_and_kept_as_branches():
     answer = mounting_problem(mounting_campaign({"k": 1e7, "c": 5e6}, seconds=70.0)).class_answer()
     shape = answer.classes[0].shape
     assert "relaxes from" in shape.words
     # The branch is a spring of 10 MN/m: its force relaxes with c / k = 0.5 s.
     assert shape.y[0] == pytest.approx(1e7, rel=0.1)
     assert np.interp(0.5, shape.x, shape.y) == pytest.approx(1e7 / np.e, rel=0.2)
-    with pytest.raises(ValueError, match=r"class 'bushings/memory' is not kept as a law"):
-        bushing_law_of_answer(answer, "twin")
+    law = bushing_law_of_answer(answer, "twin")
+    assert (law.name, law.effect_class) == ("memory_of_twin", "memory")
+    relaxed = [branch.stiffness * np.exp(-0.5 / branch.tau) for branch in law.parts]
+    assert sum(relaxed) == pytest.approx(np.interp(0.5, shape.x, shape.y), rel=0.02)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("number", "effect_class"), [(11, "hysteresis"), (23, "memory")])
+def test_a_saved_law_with_a_memory_explains_its_class_on_new_noise(number, effect_class, tmp_path):
+    # A smooth loop and a rubber: the truth has other equations and another integrator.
+    plan = case_plans("mounting", 24, 902, (FORM,))[number - 1]
+    answer = mounting_problem(case_campaign(plan)[0]).class_answer()
+    assert answer.ids == (f"bushings/{effect_class}",)
+    write_measured_law(tmp_path / "law.toml", bushing_law_of_answer(answer, "twin"))
+    law = read_measured_law(tmp_path / "law.toml")
+    problem = mounting_problem(case_campaign(plan, repeat=1)[0], (law,))
+    found = problem.class_answer()
+    assert (found.ids, found.classes[0].law) == (answer.ids, law.name)
+    noise = problem.noise_square.sum()
+    before = fit_effects(problem, ()).sums.square.sum() - noise
+    fit = fit_effects(problem, (law.name,))
+    assert 1.0 - (fit.sums.square.sum() - noise) / before > 0.98 * found.share
+    assert fit.theta[-1] == pytest.approx(1.0, abs=0.05)
 
 
 def straight(**changes):
@@ -156,6 +185,52 @@ def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path)
     check_refused(straight(), old, new, told, tmp_path)
 
 
+def lasting(**changes):
+    """Law of two stops."""
+    stops = (BushingStop(RADIAL, BOTH, 1e-4, 3.0), BushingStop(APART, PORT, 2e-4, 5.0))
+    return replace(BushingMemoryLaw("own", "hysteresis", stops, 2e-3, 'rig "A"'), **changes)
+
+
+BRANCHES = {
+    "effect_class": "memory",
+    "parts": (BushingBranch(STARBOARD, 0.1, 5.0), BushingBranch(BOTH, 0.7, 0.0)),
+}
+
+
+@pytest.mark.parametrize("changes", [{}, BRANCHES])
+def test_a_law_with_a_memory_is_read_as_it_was_written(changes, tmp_path):
+    law = lasting(**changes)
+    write_measured_law(tmp_path / "law.toml", law)
+    read = read_measured_law(tmp_path / "law.toml")
+    for name in ("name", "effect_class", "parts", "visited", "measured_on"):
+        assert getattr(read, name) == getattr(law, name)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("version = 1", "version = 2", "written by a newer version"),
+        ('"hysteresis"', '"memory"', r"2 tables \[\[stop\]\] and 0 \[\[branch\]\]; expected 1 to"),
+        ('"hysteresis"', '"dissipation"', "one of hysteresis, memory"),
+        ('"radial"', '"around"', "one of apart, radial"),
+        ("force = 3.0", "force = -3.0", "a number >= 0"),
+        ("visited = 0.002", "visited = 0.0", "a positive number"),
+    ],
+)
+def test_a_file_with_a_memory_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
+    check_refused(lasting(), old, new, told, tmp_path)
+
+
+def test_a_law_with_a_memory_is_for_mountings_and_tells_where_it_was_measured():
+    campaign = SimpleNamespace(name="rig", kind="carrier")
+    with pytest.raises(ValueError, match="law 'own' is of bushings"):
+        problem_of(campaign, {}, (lasting(),))
+    problem = mounting_problem(mounting_campaign(seconds=40.0), (lasting(visited=1e-4),))
+    (warning,) = law_findings(problem, (lasting(visited=1e-4),))
+    assert "goes on with stops that slip as at its end" in warning.remedy
+    assert law_findings(problem, (lasting(visited=1.0),)) == ()
+
+
 def test_a_law_of_bushings_is_for_mountings():
     campaign = SimpleNamespace(name="rig", kind="element")
     with pytest.raises(ValueError, match="of kind element; law 'straight' is of bushings"):
@@ -176,7 +251,9 @@ def test_records_that_leave_the_range_of_a_law_are_told():
 def friction_answer(steps):
     """Answer by class whose dissipation rises at rest."""
     v = np.linspace(0.0, 1e-2, 11)
-    shape = SimpleNamespace(steps=steps, parts=(BushingPart(RADIAL, BOTH, v, 1e5 * v),))
+    shape = SimpleNamespace(
+        memory=None, steps=steps, parts=(BushingPart(RADIAL, BOTH, v, 1e5 * v),)
+    )
     finding = ClassFinding(
         "bushings/dissipation", 0.9, (0.8, 1.0), "", float("nan"), law_named=False, shape=shape
     )

@@ -1,0 +1,234 @@
+"""Compiled motion of the parts with a memory in the planes of both bushings.
+
+Parts stand behind the tables in one flat array, with their states and the room in which a step is
+tried. A straight motion from one state to the next is exact for branches and for stops that act in
+y and in z apart; of stops in the plane it is where they slip or stick throughout.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
+    BushingBranch,
+    BushingStop,
+)
+
+Array = NDArray[np.float64]
+
+#: Place, in the array of all laws, of the index at which the parts begin; 0 where there are none.
+FIRST_PART = 1
+#: Elements: starboard and port in z, starboard and port in y.
+_N = 4
+#: Numbers of stops and of branches, and time of one move [s], before the rows.
+_HEAD, _STRIDE = 3, 2
+#: Values of a stop (acts, bushing, yield deflection, force) and of a branch (bushing, relaxation
+#: time, stiffness, what is left of the spring after a move, and what is added per deflection).
+_STOP, _BRANCH = 4, 5
+#: Room behind the rows: moves of the elements, forces at the middle and at the end of a step.
+_MOVES, _FORCES = 0, _N
+_ROOM = 3 * _N
+#: States of a part by element: at the beginning of a step, at its middle, at its end.
+BEGIN, MIDDLE, END = 0, _N, 2 * _N
+_STATES = 3 * _N
+
+
+def flat_parts(
+    stops: list[tuple[list[float], BushingStop, float]],
+    branches: list[tuple[float, BushingBranch, float]],
+) -> list[float]:
+    """Parts, relaxed, with the room for a step.
+
+    Parameters
+    ----------
+    stops : list of (list of float, BushingStop, float)
+        Numbers of way and bushing, stop, factor on its force.
+    branches : list of (float, BushingBranch, float)
+        Number of the bushing, branch, factor on its force.
+    """
+    values = [float(len(stops)), float(len(branches)), 0.0]
+    for numbers, stop, size in stops:
+        values += [*numbers, stop.yield_deflection, size * stop.force]
+    for number, branch, size in branches:
+        values += [number, branch.tau, size * branch.stiffness, 1.0, 1.0]
+    n_parts = len(stops) + len(branches)
+    return [*values, *[0.0] * (_ROOM + n_parts * _STATES)]
+
+
+def moved_every(laws: Array, seconds: float) -> Array:
+    """Copy of packed laws whose parts move once in so many seconds.
+
+    Parameters
+    ----------
+    laws : ndarray
+        Packed laws.
+    seconds : float
+        Time of one move: half a step of the march, a step of a record.
+    """
+    found = laws.copy()
+    first = int(found[FIRST_PART])
+    if not first:
+        return found
+    found[first + _STRIDE] = seconds
+    at = first + _HEAD + _STOP * int(found[first])
+    for row in range(at, at + _BRANCH * int(found[first + 1]), _BRANCH):
+        tau = found[row + 1]
+        decay = np.exp(-seconds / tau)
+        found[row + 3] = decay
+        found[row + 4] = tau / seconds * (1.0 - decay)
+    return found
+
+
+def states_of(laws: Array) -> Array:
+    """States of the parts of packed laws, which may be written to; empty where there are none."""
+    first = int(laws[FIRST_PART])
+    if not first:
+        return laws[:0]
+    return laws[laws.size - _STATES * int(laws[first] + laws[first + 1]) :]
+
+
+def springs_of(laws: Array) -> Array:
+    """Stiffness of the parts that stick, by bushing, shape (2,) [N/m]."""
+    found = np.zeros(2)
+    first = int(laws[FIRST_PART])
+    if not first:
+        return found
+    at = first + _HEAD
+    for _ in range(int(laws[first])):
+        found[_bushings(laws[at + 1])] += laws[at + 3] / laws[at + 2]
+        at += _STOP
+    for _ in range(int(laws[first + 1])):
+        found[_bushings(laws[at])] += laws[at + 2]
+        at += _BRANCH
+    return found
+
+
+def _bushings(number: float) -> slice:
+    return slice(0, 2) if number < 0.0 else slice(int(number), int(number) + 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def move_parts(laws, source, target, forces):  # type: ignore[no-untyped-def]
+    """Move every part by the moves of the elements; set their forces.
+
+    Parameters
+    ----------
+    laws : ndarray
+        Packed laws; states and forces are changed.
+    source, target : int
+        Which states the move begins with and which it leaves.
+    forces : int
+        Which forces it sets: those of :data:`MIDDLE` or of :data:`END`.
+    """
+    first = int(laws[FIRST_PART])
+    n_stops, n_branches = int(laws[first]), int(laws[first + 1])
+    room = first + _HEAD + _STOP * n_stops + _BRANCH * n_branches
+    moves = room + _MOVES
+    out = room + _FORCES + (0 if forces == MIDDLE else _N)
+    for e in range(_N):
+        laws[out + e] = 0.0
+    row = first + _HEAD
+    state = room + _ROOM
+    for _ in range(n_stops):
+        for bushing in range(2):
+            if laws[row + 1] < 0.0 or int(laws[row + 1]) == bushing:
+                in_z = laws[state + source + bushing] + laws[moves + bushing] / laws[row + 2]
+                in_y = laws[state + source + bushing + 2]
+                in_y += laws[moves + bushing + 2] / laws[row + 2]
+                if laws[row] > 0.5:
+                    size = max(np.hypot(in_z, in_y), 1.0)
+                    in_z /= size
+                    in_y /= size
+                else:
+                    in_z = min(max(in_z, -1.0), 1.0)
+                    in_y = min(max(in_y, -1.0), 1.0)
+                laws[state + target + bushing] = in_z
+                laws[state + target + bushing + 2] = in_y
+                laws[out + bushing] += laws[row + 3] * in_z
+                laws[out + bushing + 2] += laws[row + 3] * in_y
+        row += _STOP
+        state += _STATES
+    for _ in range(n_branches):
+        for e in range(_N):
+            if laws[row] < 0.0 or int(laws[row]) == e % 2:
+                spring = laws[row + 3] * laws[state + source + e] + laws[row + 4] * laws[moves + e]
+                laws[state + target + e] = spring
+                laws[out + e] += laws[row + 2] * spring
+        row += _BRANCH
+        state += _STATES
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def try_step(laws, before, preload, probe):  # type: ignore[no-untyped-def]
+    """Move every part through the middle of a step to its end; the beginning stays as it is.
+
+    Parameters
+    ----------
+    laws : ndarray
+        Packed laws.
+    before : ndarray, shape (4,)
+        Deflections where the step begins [m].
+    preload : ndarray, shape (4,)
+        Deflections under gravity [m].
+    probe : ndarray
+        Deflections beside these at the middle of the step, then at its end, 4 each [m].
+    """
+    moves = _room(laws) + _MOVES
+    for e in range(_N):
+        laws[moves + e] = preload[e] + probe[e] - before[e]
+    move_parts(laws, BEGIN, MIDDLE, MIDDLE)
+    for e in range(_N):
+        laws[moves + e] = probe[_N + e] - probe[e]
+    move_parts(laws, MIDDLE, END, END)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tried_forces(laws):  # type: ignore[no-untyped-def]
+    """Where the forces of the step that was tried stand: 4 at its middle, 4 at its end."""
+    return _room(laws) + _FORCES
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def keep_step(laws):  # type: ignore[no-untyped-def]
+    """Take the step that was tried: the next one begins where it ends."""
+    first = int(laws[FIRST_PART])
+    state = _room(laws) + _ROOM
+    for _ in range(int(laws[first]) + int(laws[first + 1])):
+        for e in range(_N):
+            laws[state + BEGIN + e] = laws[state + END + e]
+        state += _STATES
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _room(laws):  # type: ignore[no-untyped-def]
+    first = int(laws[FIRST_PART])
+    return first + _HEAD + _STOP * int(laws[first]) + _BRANCH * int(laws[first + 1])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def part_forces(laws, u):  # type: ignore[no-untyped-def]
+    """Forces of the parts along a run that is straight between its samples.
+
+    Parameters
+    ----------
+    laws : ndarray
+        Packed laws that move every step of the run, relaxed at its first sample; states are
+        changed.
+    u : ndarray, shape (2, 2, n)
+        Deflection of starboard and port bushing in y and in z [m].
+
+    Returns
+    -------
+    ndarray, shape (2, 2, n)
+        Forces [N].
+    """
+    found = np.zeros(u.shape)
+    room = _room(laws)
+    for k in range(1, u.shape[2]):
+        for e in range(_N):
+            b, d = e % 2, 1 - e // 2
+            laws[room + _MOVES + e] = u[b, d, k] - u[b, d, k - 1]
+        move_parts(laws, BEGIN, BEGIN, END)
+        for e in range(_N):
+            found[e % 2, 1 - e // 2, k] = laws[room + _FORCES + _N + e]
+    return found
