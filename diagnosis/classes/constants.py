@@ -62,7 +62,8 @@ class ClassConstants:
         Share of the gap that curved members of a class must gain for its law to lose its name: what
         a law and its baseline may be off themselves gains a few ten-thousandths.
     law_parameter : float
-        Share that a further parameter of a law must gain among laws.
+        Share that a further parameter of a law must gain among laws, and a coupled class over the
+        class of a law for the law to lose its name.
     bootstrap_samples : int
         Draws of the blocks for standard errors and intervals.
     band_samples : int

@@ -81,6 +81,9 @@ class GramTable:
     beyond_laws : mapping of str to str
         Group of columns that a class would have if its laws were curved: no class of its own, but
         where it explains most of what a law leaves, the law is not the cause.
+    coupled_parts : frozenset of str
+        Classes that share out one coupled cause where an answer holds them all: a damping
+        ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws.
     """
 
     gram: FloatArray
@@ -94,6 +97,7 @@ class GramTable:
     folds: IntArray
     scale: FloatArray
     beyond_laws: Mapping[str, str] = field(default_factory=dict)
+    coupled_parts: frozenset[str] = frozenset()
 
     @cached_property
     def total(self) -> FloatArray:

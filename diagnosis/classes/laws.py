@@ -63,10 +63,32 @@ def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     behind = shares.gain(with_class, held)
     error = limits.standard_errors * shares.gain_error(with_class, held)
     is_equal = behind <= max(limits.law_named, error) and _explains(shares, held)
-    # A surface takes up whatever a law beside it leaves.
-    is_equal = is_equal and scores.table.surface not in beside
+    is_equal = is_equal and not _is_coupled(scores, shares, own, beside)
     is_equal = is_equal and not _is_curved(scores, shares, own, beside)
     return NearestLaw(name, columns, held, is_equal)
+
+
+def _is_coupled(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> bool:
+    """Whether a class stands for a part of a coupled cause, whose laws are not its own.
+
+    An orifice whose opening changes along the way damps by the square of the speed, and is no law
+    of the speed.
+    """
+    table = scores.table
+    if not table.surface or own == table.surface:
+        return False
+    # A surface takes up whatever a law beside it leaves.
+    if table.surface in beside:
+        return True
+    answer = (own, *beside)
+    if own in table.coupled_parts and table.coupled_parts <= set(answer):
+        return True
+    held = set(table.classes[table.surface])
+    if not set(table.classes[own]) <= held:
+        return False
+    others = [name for name in beside if not set(table.classes[name]) <= held]
+    coupled = scores.of((table.surface, *others))
+    return shares.is_clear_gain(coupled, scores.of(answer), scores.constants.law_parameter)
 
 
 def _is_curved(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> bool:

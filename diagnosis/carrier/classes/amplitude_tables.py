@@ -104,7 +104,7 @@ def law_of_class(
             parts += _parts_in_time(fitted, visited)
             continue
         columns = known[pattern].columns[dependence](visited.quantities, visited.n_planets)
-        functions, _ = load_functions(visited.n_torques)[dependence]
+        functions = load_functions(visited.n_torques)[dependence].functions
         c = fitted.reshape(len(functions), len(columns))
         parts += tabulated_parts(dependence, functions, c, columns, visited)
     kept = _without_rounding(parts)

@@ -43,6 +43,25 @@ class LoadWeights:
     means: Mapping[str, FloatArray]
 
 
+@dataclass(frozen=True, eq=False)
+class LoadFunctions:
+    """Functions of one dependence.
+
+    Parameters
+    ----------
+    functions : tuple of callable
+        Functions of the loads, those of a vector first: along y, then along z, pair by pair.
+    penalty : ndarray, shape (n,)
+        How much each is penalised.
+    n_vectors : int
+        Pairs of functions along y and z.
+    """
+
+    functions: tuple[LoadFunction, ...]
+    penalty: FloatArray
+    n_vectors: int = 0
+
+
 def load_weights(function: LoadFunction, means: FloatArray) -> LoadWeights:
     """Function of the loads, linear about the mean loads of each run.
 
@@ -74,7 +93,7 @@ def torque_levels(torque: FloatArray) -> int:
     return len(levels)
 
 
-def load_functions(n_torques: int) -> dict[str, tuple[tuple[LoadFunction, ...], FloatArray]]:
+def load_functions(n_torques: int) -> dict[str, LoadFunctions]:
     """Functions of each dependence, and how much each is penalised.
 
     The constant for what follows nothing; powers of the torque, zero without torque, as many as the
@@ -87,20 +106,23 @@ def load_functions(n_torques: int) -> dict[str, tuple[tuple[LoadFunction, ...], 
 
     Returns
     -------
-    dict
-        Functions and the diagonal of their penalty by dependence.
+    dict of str to LoadFunctions
+        By dependence.
     """
     powers = tuple(_power(k) for k in range(1, max(min(n_torques - 1, 3), 1) + 1))
     bends = tuple(_saturating(component, bend) for bend in _BENDS for component in (0, 1))
     linear = (lambda t, y, z: y, lambda t, y, z: z)
     even = (lambda t, y, z: y * z, lambda t, y, z: z * z, lambda t, y, z: y * y)
     return {
-        NONE: ((lambda t, y, z: np.ones_like(t),), np.zeros(1)),
-        BY_TORQUE: (powers, np.array([0.0, *[1.0] * (len(powers) - 1)])),
-        BY_RADIAL_LOAD: ((*linear, *bends, *even), np.array([0.0] * 2 + [1.0] * 7)),
-        BY_BOTH: (
+        NONE: LoadFunctions((lambda t, y, z: np.ones_like(t),), np.zeros(1)),
+        BY_TORQUE: LoadFunctions(powers, np.array([0.0, *[1.0] * (len(powers) - 1)])),
+        BY_RADIAL_LOAD: LoadFunctions(
+            (*linear, *bends, *even), np.array([0.0] * 2 + [1.0] * 7), n_vectors=3
+        ),
+        BY_BOTH: LoadFunctions(
             tuple(_times_torque(function) for function in (*linear, *bends)),
             np.array([0.0] * 2 + [1.0] * 4),
+            n_vectors=3,
         ),
     }
 

@@ -390,6 +390,7 @@ def _assembled(
         folds=folds,
         scale=scale,
         beyond_laws={MEMORY: "curved_prony"},
+        coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
     )
 
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.carrier.classes.catalogue import shapes
+from carrierflex.diagnosis.carrier.classes.class_rows import class_rows
 from carrierflex.diagnosis.carrier.classes.dependence import load_functions, torque_levels
 from carrierflex.diagnosis.carrier.classes.table import carrier_table
 from carrierflex.diagnosis.carrier.problem import carrier_problem
@@ -13,6 +15,8 @@ from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.report.words import verdict_heading
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import BY_BOTH, BY_RADIAL_LOAD
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import MODULATED, TILT
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, LOADS, twin_campaign
 
 AXIAL = CHANNELS[:4]
@@ -126,9 +130,9 @@ def test_a_class_beyond_the_library_is_the_verdict_and_stands_in_the_files():
 def test_functions_of_the_torque_vanish_without_torque_and_are_as_many_as_torques_tell():
     still = np.zeros(1)
     for n_torques, n_powers in ((1, 1), (3, 2), (4, 3), (6, 3)):
-        functions, penalty = load_functions(n_torques)["torque"]
-        assert len(functions) == len(penalty) == n_powers
-        assert all(function(still, still, still) == 0.0 for function in functions)
+        powers = load_functions(n_torques)["torque"]
+        assert len(powers.functions) == len(powers.penalty) == n_powers
+        assert all(function(still, still, still) == 0.0 for function in powers.functions)
     assert torque_levels(np.array([1.0, 1.01, 0.5, 0.99])) == 2
     assert torque_levels(np.array([share for share, *_ in LOADS])) == 4
 
@@ -162,3 +166,53 @@ def test_of_more_runs_than_blocks_those_of_a_condition_share_one(monkeypatch):
     found, expected = merged.gram.sum(axis=0), usual.gram.sum(axis=0)
     assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
     assert len(np.unique(merged.folds)) == len(np.unique(usual.folds))
+
+
+def late_tilt(v, run):
+    """Nothing up to a fifth of the largest load, beyond it a tilt of the housing along the load."""
+    y, z = run.inputs["ntl_y"], run.inputs["ntl_z"]
+    size = np.hypot(y, z)
+    share = np.maximum(size / 2e5 - 0.2, 0.0) / np.maximum(size, 1.0)
+    return SIZE * share * (-np.sin(v) * y + np.cos(v) * z)
+
+
+def test_a_tilt_that_begins_late_is_no_sharing_that_follows_torque_and_load():
+    answer = carrier_problem(campaign_of(late_tilt), CURVES).class_answer()
+    assert [own.id for own in answer.classes] == ["housing/tilt/radial_load"]
+
+
+@pytest.mark.parametrize(("pattern", "dependence"), [(TILT, BY_RADIAL_LOAD), (MODULATED, BY_BOTH)])
+@pytest.mark.parametrize("n_planets", [3, 4])
+def test_a_pattern_that_turns_with_the_radial_load_costs_no_more_than_its_bends(
+    pattern, dependence, n_planets
+):
+    """Turning housing angle, carrier and load by one angle changes nothing of what costs least."""
+    quantities = ("axial_displacement", "radial_displacement")
+    shape = next(own for own in shapes() if own.id == pattern)
+    columns = shape.columns[dependence](quantities, n_planets)
+    loads = load_functions(4)[dependence]
+    rows = class_rows(CHANNELS, n_planets, np.zeros((1, 3)), 4)
+    _, penalty = rows.places[f"{pattern}:{dependence}"]
+    n = 2 * loads.n_vectors * len(columns)
+    beside_bends = (penalty - np.kron(np.diag(loads.penalty), np.eye(len(columns))))[:n, :n]
+    values, vectors = np.linalg.eigh(beside_bends)
+    is_free = values < 1e-9 * values[-1]
+    assert is_free.sum() == n // 2
+
+    def signal(c, v, theta, size, direction):
+        """Of all columns at a housing angle, carrier angle and load."""
+        y, z = -size * np.sin(direction), size * np.cos(direction)
+        functions = [own(0.8, np.array(y), np.array(z)) for own in loads.functions]
+        waves = []
+        for column in columns:
+            cosine, sine = column.over(np.array([v]))
+            phase = column.order * theta
+            waves.append(float(cosine[0] * np.cos(phase) + sine[0] * np.sin(phase)))
+        return c @ np.outer(functions[: 2 * loads.n_vectors], waves).ravel()
+
+    rng = np.random.default_rng(n_planets)
+    for weights, turns in ((is_free, True), (~is_free, False)):
+        c = vectors[:, weights] @ rng.standard_normal(int(weights.sum()))
+        before = signal(c, 0.3, 0.9, 0.6, 0.5)
+        after = signal(c, 0.3 + 1.1, 0.9 + 1.1, 0.6, 0.5 + 1.1)
+        assert bool(abs(after - before) < 1e-12) is turns

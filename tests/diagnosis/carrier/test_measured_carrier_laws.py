@@ -262,7 +262,7 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
         for dependence, columns_of in shape.columns.items():
             place, _ = rows.places[f"{shape.id}:{dependence}"]
             columns = columns_of(quantities, n_planets)
-            own, _ = functions[dependence]
+            own = functions[dependence].functions
             c = rng.uniform(-1.0, 1.0, (len(own), len(columns)))
             parts = tabulated_parts(dependence, own, c, columns, visited)
             law = CarrierLaw("law", shape.id, n_planets, 0.412, tuple(parts), visited.ranges)

@@ -94,3 +94,44 @@ def test_a_curved_class_has_no_law():
     assert nearest_law(*scored(table), "a", ()).is_equal
     curved = replace(table, beyond_laws={"a": "more"})
     assert not nearest_law(*scored(curved), "a", ()).is_equal
+
+
+@pytest.mark.parametrize(
+    ("coupled", "noise", "is_named"),
+    [
+        # A fiftieth of the gap is coupled, which is most of what the class leaves.
+        (0.1 * MORE, 0.01, False),
+        # A part as small as any law leaves.
+        (0.03 * MORE, 0.01, True),
+        # A fiftieth again, of which noise hides most.
+        (0.1 * MORE, 1.0, True),
+    ],
+)
+def test_a_law_of_a_class_that_stands_for_a_part_of_a_coupled_cause_is_not_named(
+    coupled, noise, is_named
+):
+    table = toy_table(A + coupled, COLUMNS, laws={"a": A}, noise=noise)
+    assert nearest_law(*scored(table), "a", ()).is_equal is is_named
+    # Without a coupled class the records cannot say so.
+    alone = replace(table, surface="")
+    assert nearest_law(*scored(alone), "a", ()).is_equal
+
+
+def test_a_coupled_cause_beside_another_class_takes_the_name_of_its_parts_alone():
+    columns = {**COLUMNS, "d": np.random.default_rng(5).standard_normal((2, A.size))}
+    other = columns["d"].sum(axis=0)
+    signal = A + 0.12 * MORE + other
+    table = toy_table(signal, columns, laws={"a": A, "d": other}, noise=0.01)
+    table = replace(table, classes=table.classes | {"surface": ("a", "b", "c", "more")})
+    assert not nearest_law(*scored(table), "a", ("d",)).is_equal
+    assert nearest_law(*scored(table), "d", ("a",)).is_equal
+
+
+def test_parts_of_a_coupled_cause_have_no_laws_where_both_are_named():
+    table = toy_table(A + B, COLUMNS, laws={"a": A, "c": COLUMNS["c"][0]})
+    both = replace(table, coupled_parts=frozenset({"a", "b"}))
+    assert nearest_law(*scored(table), "a", ("b",)).is_equal
+    assert not nearest_law(*scored(both), "a", ("b",)).is_equal
+    # Beside a class that is no part of it a law keeps its name.
+    beside_another = replace(table, coupled_parts=frozenset({"a", "c"}))
+    assert nearest_law(*scored(beside_another), "a", ("b",)).is_equal
