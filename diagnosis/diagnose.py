@@ -89,13 +89,21 @@ def diagnose(
         diagnosis.attribution,
         discriminating_experiment=_separating_test(search, selection, classes),
     )
+    note("pictures")
+    pictures = _pictures(search, selection)
+    note("parts of the gap")
+    gap = _gap_detail(search, selection, judged.reduction)
+    note("signals")
+    signals = _signals(search, selection)
+    note("evidence")
+    evidence = evidence_of(search, selection, classes, floor_is_measured=floor_is_measured)
     return replace(
         diagnosis,
         attribution=which,
-        pictures=_pictures(search, selection),
-        gap=_gap_detail(search, selection, judged.reduction),
-        signals=_signals(search, selection),
-        evidence=evidence_of(search, selection, classes, floor_is_measured=floor_is_measured),
+        pictures=pictures,
+        gap=gap,
+        signals=signals,
+        evidence=evidence,
     )
 
 

@@ -237,8 +237,8 @@ class CarrierProblem:
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
-        columns, values = self.values(effects, theta)
-        return replace(self, records=self.records.with_target(columns, values))
+        self._parts.let_go()
+        return replace(self, records=self.records.with_target(*self.values(effects, theta)))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""

@@ -41,6 +41,10 @@ from carrierflex.simulation.law_files import (
     read_measured_law,
     write_measured_law,
 )
+from carrierflex.workflows.shell.freed_memory import (
+    return_freed_memory,
+    returning_freed_memory,
+)
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.examination import ExaminedCampaign, examined
 from carrierflex.workflows.support.executors import work_executor
@@ -218,12 +222,14 @@ def _diagnosed(
         stages.tell(note)
     with stages.stage("signals and noise floor"):
         own = examined(measured, curves, laws)
+    return_freed_memory()
     beyond = law_findings(own.problem, laws)
     for warning in beyond:
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
+    progress = returning_freed_memory(stages.note)
     with stages.stage("which effect, and how far"):
-        found = own.inference(note=stages.note, executor=executor, seed=seed)
+        found = own.inference(note=progress, executor=executor, seed=seed)
         return own, found, own.checked(found, beyond)
 
 

@@ -42,6 +42,11 @@ class _KeptProducts:
             self._n_bytes -= self._kept.popitem(last=False)[1].nbytes
         return made
 
+    def let_go(self) -> None:
+        """Keep none of them."""
+        self._kept.clear()
+        self._n_bytes = 0
+
 
 @dataclass(frozen=True, eq=False)
 class RunParts:
@@ -89,6 +94,10 @@ class RunParts:
         return self._kept.of(
             "runs", columns, part, lambda: np.add.reduceat(self.gram(columns, part), first, axis=0)
         )
+
+    def let_go(self) -> None:
+        """Keep no products, before those of another problem are made: they are made again."""
+        self._kept.let_go()
 
     def values(
         self, weights_in: Callable[[slice], tuple[IntArray, FloatArray]]
