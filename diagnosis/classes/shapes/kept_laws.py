@@ -85,7 +85,8 @@ def kept_finding(
 def named_by_law(name: str, finding: ClassFinding) -> ValueError:
     """Error of a class without a measured shape of its own."""
     return ValueError(
-        f"no law to save: '{name}' was named by its law {finding.law}, not by its shape"
+        f"no law to save: '{name}' was named by its law {finding.law}, not by its shape; add that "
+        "law to the model, its parameters are in diagnosis.json"
     )
 
 
