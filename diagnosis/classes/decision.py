@@ -88,6 +88,9 @@ def decide(
     coupled = _coupled(scores, shares, candidates)
     if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
         answer, ties = coupled, ()
+    whole = _as_one(scores, shares, answer)
+    if whole:
+        answer, ties = whole, ()
     held = scores.of(answer)
     is_single = len(answer) == 1 and answer != (scores.table.surface,)
     is_mixed = not (shows_two_causes or is_single) or any(
@@ -117,6 +120,20 @@ def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> 
     best = min(pairs, key=lambda pair: scores.of(pair).total, default=alone)
     second = shares.constants.second_cause
     return best if shares.is_clear_gain(scores.of(best), scores.of(alone), second) else alone
+
+
+def _as_one(scores: ClassScores, shares: Shares, answer: Classes) -> Classes:
+    """The coupled class in place of its parts where it is more than their sum; else empty.
+
+    Both parts are one damping already. Whether it is a product or a sum is no question of a second
+    cause, and as little decides it as what takes the name of a law whose class is curved.
+    """
+    table, limits = scores.table, scores.constants
+    if not table.coupled_parts or not table.coupled_parts <= set(answer):
+        return ()
+    whole = tuple(sorted({table.surface, *answer} - table.coupled_parts))
+    is_more = shares.is_gain(scores.of(whole), scores.of(answer), limits.least_curved)
+    return whole if is_more else ()
 
 
 def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:

@@ -83,7 +83,8 @@ class GramTable:
         where it explains most of what a law leaves, the law is not the cause.
     coupled_parts : frozenset of str
         Classes that share out one coupled cause where an answer holds them all: a damping
-        ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws.
+        ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws. The
+        coupled class takes their place where it is more than their sum.
     """
 
     gram: FloatArray

@@ -109,17 +109,28 @@ class Shares:
             and difference <= self.constants.standard_errors * error
         )
 
+    def is_gain(self, better: HeldOutSquares, worse: HeldOutSquares, least_gain: float) -> bool:
+        """Whether a richer result gains more than a least share of the gap and than its scatter.
+
+        What it learns of the noise itself is no gain: it counts down to the floor.
+        """
+        scatter = self.constants.standard_errors * self.gain_error(better, worse)
+        return self._gain_to_floor(better, worse) > max(scatter, least_gain)
+
     def is_clear_gain(
         self, better: HeldOutSquares, worse: HeldOutSquares, least_gain: float
     ) -> bool:
         """Whether a richer result gains enough over a simpler one to take its place.
 
-        What it learns of the noise itself is no gain: it counts down to the floor.
+        It takes its part of what the simpler one leaves, too.
         """
-        limits = self.constants
-        gain = (worse.total - max(better.total, float(self.floor.sum()))) / self.gap
-        least = max(limits.standard_errors * self.gain_error(better, worse), least_gain)
-        return gain > least and gain * self.gap >= limits.gain_of_left * self.left(worse)
+        taken = self._gain_to_floor(better, worse) * self.gap
+        of_left = self.constants.gain_of_left * self.left(worse)
+        return self.is_gain(better, worse, least_gain) and taken >= of_left
+
+    def _gain_to_floor(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
+        """Share of the gap gained, as if no result left less than the floor."""
+        return (worse.total - max(better.total, float(self.floor.sum()))) / self.gap
 
 
 def at_most_one(share: float) -> float:

@@ -240,3 +240,23 @@ def test_a_pair_that_holds_the_best_single_class_goes_before_an_equal_one_and_no
     assert _best_pair(shares, pairs, "c") == ("a", "c")
     assert _best_pair(shares, pairs, "b") == ("a", "b")
     assert _best_pair(shares, pairs | {("a", "c"): left(3.5)}, "c") == ("a", "b")
+
+
+@pytest.mark.parametrize(
+    ("more", "noise", "answer"),
+    [
+        # A thousandth of the gap is enough: the class that holds both is asked for no second cause.
+        (0.05, 0.01, ("surface",)),
+        # As small a part as any class may be off.
+        (0.01, 0.01, ("a", "b")),
+        # Hidden by noise.
+        (0.05, 1.0, ("a", "b")),
+    ],
+)
+def test_a_coupled_class_takes_the_place_of_its_parts_where_it_is_more_than_their_sum(
+    more, noise, answer
+):
+    table = toy_table(A + B + more * MORE, COLUMNS, noise=noise)
+    for parts, expected in ((frozenset("ab"), answer), (frozenset(), ("a", "b"))):
+        found = answer_of(replace(table, coupled_parts=parts), tuple(table.classes))
+        assert tuple(own.id for own in found.classes) == expected
