@@ -24,7 +24,7 @@ from carrierflex.workflows.support.interruption import (
     EXIT_INTERRUPTED,
     EXIT_TERMINATED,
     TerminationError,
-    interrupt_on_sigterm,
+    interruptible,
 )
 
 if TYPE_CHECKING:
@@ -48,7 +48,6 @@ def main() -> None:
     143 (asked to end by SIGTERM).
     """
     show_errors()
-    interrupt_on_sigterm()
     _print_in_any_encoding()
     _load_quickly()
     _refuse_unknown_command(sys.argv[1:])
@@ -108,6 +107,7 @@ def _refuse_unknown_command(arguments: list[str]) -> None:
     _end(f'unknown command "{name}"; {instead} (carrierflex --help)', EXIT_REFUSED)
 
 
+@interruptible()
 def _run(arguments: list[str]) -> None:
     """Run a command whose TOML files are sound as far as is seen before its options are read."""
     if arguments and arguments[0] in COMMANDS:

@@ -6,7 +6,8 @@ What is unfinished is removed, in the processes that work for this one too.
 import os
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 #: Exit codes: 128 + number of the signal, as shells count.
@@ -21,15 +22,46 @@ class TerminationError(KeyboardInterrupt):
     """The process was asked to end by SIGTERM."""
 
 
-def interrupt_on_sigterm() -> None:
-    """Let SIGTERM interrupt this process as Ctrl-C does; a second one ends it at once."""
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, _interrupt)
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM interrupt the block, whatever a library makes of the interruption.
+
+    Libraries in C may take it for an error of their own: numpy's ``tofile`` told in its place that
+    it "expected str, bytes or os.PathLike". A second SIGTERM ends the process at once.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where the block was interrupted; :class:`TerminationError` by SIGTERM.
+    """
+    heard: list[type[KeyboardInterrupt]] = []
+
+    def interrupt(number: int, frame: Any) -> None:
+        if number == signal.SIGTERM:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        heard.append(TerminationError if number == signal.SIGTERM else KeyboardInterrupt)
+        raise heard[-1]
+
+    before = _replaced_handlers(interrupt)
+    try:
+        yield
+    except Exception as error:
+        if heard:
+            raise heard[-1] from error
+        raise
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def _interrupt(number: int, frame: Any) -> None:
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    raise TerminationError
+def _replaced_handlers(handler: Callable[[int, Any], None]) -> dict[int, Any]:
+    """What handled the two signals before; Ctrl-C that a shell lets a job ignore stays ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        return {}
+    before: dict[int, Any] = {signal.SIGTERM: signal.signal(signal.SIGTERM, handler)}
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        before[signal.SIGINT] = signal.signal(signal.SIGINT, handler)
+    return before
 
 
 def end_between_calls() -> None:
@@ -48,9 +80,9 @@ def call_or_end(function: Callable[..., Any], /, *arguments: Any, **options: Any
     Otherwise it would go on with the next call.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    interrupt_on_sigterm()
     try:
-        return function(*arguments, **options)
+        with interruptible():
+            return function(*arguments, **options)
     except KeyboardInterrupt:
         os._exit(EXIT_INTERRUPTED)
     finally:
