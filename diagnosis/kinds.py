@@ -49,11 +49,14 @@ from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 from carrierflex.simulation.element.memory_laws import MemoryLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import MeasuredLaw
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    BushingLaw,
+    MeasuredBushingLaw,
+)
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
 Curves = Mapping[str, DeflectionCurve]
-Law = TypeVar("Law", TabulatedLaw | MemoryLaw, BushingLaw | BushingMemoryLaw, CarrierLaw)
+Law = TypeVar("Law", TabulatedLaw | MemoryLaw, MeasuredBushingLaw, CarrierLaw)
 #: What a law of a file belongs to.
 _LAW_OF: Mapping[type, str] = {
     TabulatedLaw: "one element",
@@ -220,7 +223,7 @@ def law_findings(
     for law in laws:
         if isinstance(problem, ElementProblem) and isinstance(law, TabulatedLaw | MemoryLaw):
             found += beyond_visited(law, problem.records)
-        if isinstance(problem, MountingProblem) and isinstance(law, BushingLaw | BushingMemoryLaw):
+        if isinstance(problem, MountingProblem) and isinstance(law, MeasuredBushingLaw):
             found += problem.beyond_visited(law)
         if isinstance(problem, CarrierProblem) and isinstance(law, CarrierLaw):
             found += beyond_loads(law, problem.records, problem.model.runs)

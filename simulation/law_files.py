@@ -1,6 +1,8 @@
 """Files of measured laws, of one element, of bushings or of a carrier, told by their format."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from carrierflex.files.toml_files import toml_document
 from carrierflex.simulation.carrier.measured_laws.carrier_law_files import (
@@ -23,7 +25,10 @@ from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
     read_bushing_law,
     write_bushing_law,
 )
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    BushingLaw,
+    MeasuredBushingLaw,
+)
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_files import (
     read_bushing_memory_law,
     write_bushing_memory_law,
@@ -31,7 +36,23 @@ from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_files impo
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
 #: Measured shape of a class as a law.
-MeasuredLaw = TabulatedLaw | MemoryLaw | BushingLaw | BushingMemoryLaw | CarrierLaw
+MeasuredLaw = TabulatedLaw | MemoryLaw | MeasuredBushingLaw | CarrierLaw
+#: Reader by format of a file.
+_READERS: Mapping[str, Callable[[Path], MeasuredLaw]] = {
+    LAW_FILE.format: read_law,
+    MEMORY_LAW_FILE.format: read_memory_law,
+    BUSHING_LAW_FILE.format: read_bushing_law,
+    BUSHING_MEMORY_LAW_FILE.format: read_bushing_memory_law,
+    CARRIER_LAW_FILE.format: read_carrier_law,
+}
+#: Writer by kind of a law.
+_WRITERS: Mapping[type, Callable[[Path, Any], None]] = {
+    TabulatedLaw: write_law,
+    MemoryLaw: write_memory_law,
+    BushingLaw: write_bushing_law,
+    BushingMemoryLaw: write_bushing_memory_law,
+    CarrierLaw: write_carrier_law,
+}
 
 
 def read_measured_law(path: Path) -> MeasuredLaw:
@@ -56,16 +77,8 @@ def read_measured_law(path: Path) -> MeasuredLaw:
     ValueError
         Where it is no such file, or holds what is no table; all that is wrong, in one line.
     """
-    own = toml_document(path, LAW_FILE).get("format")
-    if own == MEMORY_LAW_FILE.format:
-        return read_memory_law(path)
-    if own == BUSHING_LAW_FILE.format:
-        return read_bushing_law(path)
-    if own == BUSHING_MEMORY_LAW_FILE.format:
-        return read_bushing_memory_law(path)
-    if own == CARRIER_LAW_FILE.format:
-        return read_carrier_law(path)
-    return read_law(path)
+    own = str(toml_document(path, LAW_FILE).get("format"))
+    return _READERS.get(own, read_law)(path)
 
 
 def write_measured_law(path: Path, law: MeasuredLaw) -> None:
@@ -76,13 +89,4 @@ def write_measured_law(path: Path, law: MeasuredLaw) -> None:
     OSError
         Where it cannot be written.
     """
-    if isinstance(law, MemoryLaw):
-        write_memory_law(path, law)
-    elif isinstance(law, BushingLaw):
-        write_bushing_law(path, law)
-    elif isinstance(law, BushingMemoryLaw):
-        write_bushing_memory_law(path, law)
-    elif isinstance(law, CarrierLaw):
-        write_carrier_law(path, law)
-    else:
-        write_law(path, law)
+    _WRITERS[type(law)](path, law)

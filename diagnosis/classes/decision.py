@@ -113,8 +113,7 @@ def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> 
     table = scores.table
     if not table.surface:
         return ()
-    held = set(table.classes[table.surface])
-    partners = [name for name in candidates if not set(table.classes[name]) <= held]
+    partners = [name for name in candidates if not table.is_in_surface(name)]
     alone = (table.surface,)
     pairs: list[Classes] = [tuple(sorted((table.surface, name))) for name in partners]
     best = min(pairs, key=lambda pair: scores.of(pair).total, default=alone)

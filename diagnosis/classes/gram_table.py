@@ -112,6 +112,10 @@ class GramTable:
             [self.total - self.gram[self.folds == fold].sum(axis=0) for fold in self.fold_numbers]
         )
 
+    def is_in_surface(self, name: str) -> bool:
+        """Whether the coupled class holds all of a class: itself, and what it contains."""
+        return bool(self.surface) and set(self.classes[name]) <= set(self.classes[self.surface])
+
     @property
     def fold_numbers(self) -> range:
         """Numbers of the folds."""

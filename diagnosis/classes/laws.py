@@ -83,10 +83,9 @@ def _is_coupled(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     answer = (own, *beside)
     if own in table.coupled_parts and table.coupled_parts <= set(answer):
         return True
-    held = set(table.classes[table.surface])
-    if not set(table.classes[own]) <= held:
+    if not table.is_in_surface(own):
         return False
-    others = [name for name in beside if not set(table.classes[name]) <= held]
+    others = [name for name in beside if not table.is_in_surface(name)]
     coupled = scores.of((table.surface, *others))
     return shares.is_clear_gain(coupled, scores.of(answer), scores.constants.law_parameter)
 

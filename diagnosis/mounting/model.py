@@ -17,8 +17,10 @@ from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw, packed_laws
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    MeasuredBushingLaw,
+    packed_laws,
+)
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
@@ -80,7 +82,7 @@ class MountingModel:
         Values at which K1 and C1 are held; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the sensors.
-    measured : mapping of str to BushingLaw or BushingMemoryLaw
+    measured : mapping of str to MeasuredBushingLaw
         Laws of files by effect.
     """
 
@@ -93,7 +95,7 @@ class MountingModel:
     scale: MountingScale
     held: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
-    measured: Mapping[str, BushingLaw | BushingMemoryLaw] = field(default_factory=dict)
+    measured: Mapping[str, MeasuredBushingLaw] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
@@ -185,7 +187,7 @@ class MountingModel:
         delay = 0.0
         negative_control = np.zeros((record.inputs.time.size, len(SENSORS)))
         of_laws: dict[str, list[float]] = {}
-        of_files: list[tuple[BushingLaw | BushingMemoryLaw, float]] = []
+        of_files: list[tuple[MeasuredBushingLaw, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             measurement = _measurement(effect)

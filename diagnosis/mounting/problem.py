@@ -58,8 +58,7 @@ from carrierflex.diagnosis.mounting.signatures import (
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import MeasuredBushingLaw
 from carrierflex.simulation.mounting.rig import MountingRig
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -250,7 +249,7 @@ class MountingProblem:
         """Class of the missing effect."""
         return mounting_class_answer(self.model, self.records, self._bare[1])
 
-    def beyond_visited(self, law: BushingLaw | BushingMemoryLaw) -> tuple[CampaignWarning, ...]:
+    def beyond_visited(self, law: MeasuredBushingLaw) -> tuple[CampaignWarning, ...]:
         """Warning where records leave the range in which a law of a file was measured."""
         return beyond_visited(law, self.model, self.records, self._bare[1])
 
@@ -344,7 +343,7 @@ class MountingProblem:
 
 
 def mounting_problem(
-    campaign: Campaign, measured_laws: Sequence[BushingLaw | BushingMemoryLaw] = ()
+    campaign: Campaign, measured_laws: Sequence[MeasuredBushingLaw] = ()
 ) -> MountingProblem:
     """ComparisonProblem of a campaign of kind ``mounting``.
 
@@ -352,7 +351,7 @@ def mounting_problem(
     ----------
     campaign : Campaign
         Measured runs and the effects the baseline contains.
-    measured_laws : sequence of BushingLaw or BushingMemoryLaw
+    measured_laws : sequence of MeasuredBushingLaw
         Laws of files, further candidates.
 
     Returns

@@ -20,7 +20,7 @@ from carrierflex.simulation.element.memory_laws import HYSTERESIS
 
 #: Parts that a law may have.
 _MOST_PARTS = 100
-_Class = Annotated[Literal["hysteresis", "memory"], Expected("one of hysteresis, memory")]
+MemoryClass = Annotated[Literal["hysteresis", "memory"], Expected("one of hysteresis, memory")]
 
 
 class StopTable(TomlTable):
@@ -47,13 +47,34 @@ class BranchTable(TomlTable):
     stiffness: NotNegative = key("Stiffness of the spring [force_unit/deflection_unit]")
 
 
+def part_problems(effect_class: str, n_stops: int, n_branches: int) -> list[str]:
+    """What is wrong with the numbers of parts of a law: one text, or none.
+
+    Parameters
+    ----------
+    effect_class : str
+        ``hysteresis``, which has stops, or ``memory``, which has branches.
+    n_stops, n_branches : int
+        Tables of the file.
+    """
+    is_hysteresis = effect_class == HYSTERESIS
+    n_own = n_stops if is_hysteresis else n_branches
+    if 1 <= n_own <= _MOST_PARTS and n_own == n_stops + n_branches:
+        return []
+    own = "[[stop]]" if is_hysteresis else "[[branch]]"
+    return [
+        f"{n_stops} tables [[stop]] and {n_branches} [[branch]]; expected 1 to {_MOST_PARTS} "
+        f"tables {own} of a {effect_class}, and no other"
+    ]
+
+
 class MemoryLawDocument(TomlTable):
     """The measured law of a class of effect with a memory; parts add up, time is in seconds."""
 
     format: Literal["carrierflex-memory-law"] = key("Kind of the file")
     version: Literal[1] = key("Version of the format")
     name: LawName = key("Id of the effect in diagnoses")
-    effect_class: _Class = key("Class of the effect: stops, or branches")
+    effect_class: MemoryClass = key("Class of the effect: stops, or branches")
     force_unit: Text = key("Unit of force of the records")
     deflection_unit: Text = key("Unit of deflection of the records")
     visited: TwoNumbers = key("Deflections between which it was measured [deflection_unit]")
@@ -63,15 +84,7 @@ class MemoryLawDocument(TomlTable):
 
     @model_validator(mode="after")
     def _has_its_parts(self) -> Self:
-        found = []
-        is_hysteresis = self.effect_class == HYSTERESIS
-        n_own = len(self.stop) if is_hysteresis else len(self.branch)
-        own = "[[stop]]" if is_hysteresis else "[[branch]]"
-        if not 1 <= n_own <= _MOST_PARTS or n_own < len(self.stop) + len(self.branch):
-            found.append(
-                f"{len(self.stop)} tables [[stop]] and {len(self.branch)} [[branch]]; expected 1 "
-                f"to {_MOST_PARTS} tables {own} of a {self.effect_class}, and no other"
-            )
+        found = part_problems(self.effect_class, len(self.stop), len(self.branch))
         if not self.visited[0] < self.visited[1]:
             found.append(f"visited is {list(self.visited)}; expected two increasing deflections")
         refuse(found)

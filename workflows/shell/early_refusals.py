@@ -45,6 +45,29 @@ _FILES = {
         "simulation.mounting.case_tables:MountingCaseDocument",
     ),
 }
+#: Kind of a law file and its top table, by the format it states.
+_LAWS = {
+    "carrierflex-law": (
+        "simulation.case_kinds:LAW_FILE",
+        "simulation.element.law_tables:LawDocument",
+    ),
+    "carrierflex-memory-law": (
+        "simulation.case_kinds:MEMORY_LAW_FILE",
+        "simulation.element.memory_law_tables:MemoryLawDocument",
+    ),
+    "carrierflex-bushing-law": (
+        "simulation.case_kinds:BUSHING_LAW_FILE",
+        "simulation.mounting.measured_laws.bushing_law_tables:BushingLawDocument",
+    ),
+    "carrierflex-bushing-memory-law": (
+        "simulation.case_kinds:BUSHING_MEMORY_LAW_FILE",
+        "simulation.mounting.measured_laws.bushing_memory_law_tables:BushingMemoryLawDocument",
+    ),
+    "carrierflex-carrier-law": (
+        "simulation.case_kinds:CARRIER_LAW_FILE",
+        "simulation.carrier.measured_laws.carrier_law_tables:CarrierLawDocument",
+    ),
+}
 
 
 #: Options whose files are read early.
@@ -168,31 +191,11 @@ def _read_case(path: Path) -> None:
 def _read_law(path: Path) -> None:
     """Tables of a law of an element, of bushings or of a carrier."""
     from carrierflex.files.toml_files import toml_document
-    from carrierflex.simulation.case_kinds import (
-        BUSHING_LAW_FILE,
-        BUSHING_MEMORY_LAW_FILE,
-        CARRIER_LAW_FILE,
-        LAW_FILE,
-        MEMORY_LAW_FILE,
-    )
+    from carrierflex.simulation.case_kinds import LAW_FILE
 
     document = toml_document(path, LAW_FILE)
-    kind, table = LAW_FILE, "simulation.element.law_tables:LawDocument"
-    if document.get("format") == MEMORY_LAW_FILE.format:
-        kind = MEMORY_LAW_FILE
-        table = "simulation.element.memory_law_tables:MemoryLawDocument"
-    elif document.get("format") == BUSHING_LAW_FILE.format:
-        kind = BUSHING_LAW_FILE
-        table = "simulation.mounting.measured_laws.bushing_law_tables:BushingLawDocument"
-    elif document.get("format") == BUSHING_MEMORY_LAW_FILE.format:
-        kind = BUSHING_MEMORY_LAW_FILE
-        table = (
-            "simulation.mounting.measured_laws.bushing_memory_law_tables:BushingMemoryLawDocument"
-        )
-    elif document.get("format") == CARRIER_LAW_FILE.format:
-        kind = CARRIER_LAW_FILE
-        table = "simulation.carrier.measured_laws.carrier_law_tables:CarrierLawDocument"
-    _check(document, kind, table, path)
+    kind, table = _LAWS.get(str(document.get("format")), _LAWS["carrierflex-law"])
+    _check(document, _named(kind), table, path)
 
 
 def _read_campaign(folder: Path) -> None:

@@ -31,6 +31,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     STARBOARD,
     BushingLaw,
     BushingPart,
+    MeasuredBushingLaw,
 )
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
@@ -51,7 +52,7 @@ _FRICTION = 0.05
 
 def bushing_law_of_answer(
     answer: ClassAnswer, campaign: str, wanted: str | None = None
-) -> BushingLaw | BushingMemoryLaw:
+) -> MeasuredBushingLaw:
     """Measured shape of a class of the answer.
 
     Parameters
@@ -86,12 +87,12 @@ def bushing_law_of_answer(
     return BushingLaw(law_name(name, campaign), name, shape.parts, campaign)
 
 
-def law_cards(laws: Sequence[BushingLaw | BushingMemoryLaw]) -> tuple[EffectCard, ...]:
+def law_cards(laws: Sequence[MeasuredBushingLaw]) -> tuple[EffectCard, ...]:
     """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
 
     Parameters
     ----------
-    laws : sequence of BushingLaw or BushingMemoryLaw
+    laws : sequence of MeasuredBushingLaw
         Laws.
     """
     return tuple(
@@ -107,7 +108,7 @@ def law_cards(laws: Sequence[BushingLaw | BushingMemoryLaw]) -> tuple[EffectCard
 
 
 def beyond_visited(
-    law: BushingLaw | BushingMemoryLaw,
+    law: MeasuredBushingLaw,
     model: MountingModel,
     records: Sequence[MountingRecord],
     linear: FloatArray,
@@ -116,7 +117,7 @@ def beyond_visited(
 
     Parameters
     ----------
-    law : BushingLaw or BushingMemoryLaw
+    law : MeasuredBushingLaw
         Law.
     model : MountingModel
         Baseline and library.
@@ -146,13 +147,13 @@ def beyond_visited(
         share=share,
         reached=np.concatenate([_abscissa(law, part, own).ravel() for own in motions]),
         table=part.x,
-        unit="m/s" if _is_along_speed(law) else "m",
+        unit="m/s" if law.along_speed else "m",
         run=motions[int(np.argmax(shares[worst]))].record.name,
     )
     return (warning,)
 
 
-def _ranges(law: BushingLaw | BushingMemoryLaw) -> tuple[BushingPart, ...]:
+def _ranges(law: MeasuredBushingLaw) -> tuple[BushingPart, ...]:
     """Tables of a law; of one with a memory the deflections that were visited."""
     if isinstance(law, BushingLaw):
         return law.parts
@@ -160,24 +161,16 @@ def _ranges(law: BushingLaw | BushingMemoryLaw) -> tuple[BushingPart, ...]:
     return (BushingPart(RADIAL, BOTH, ends, np.zeros(2)),)
 
 
-def _is_along_speed(law: BushingLaw | BushingMemoryLaw) -> bool:
-    return isinstance(law, BushingLaw) and law.along_speed
-
-
-def _abscissa(
-    law: BushingLaw | BushingMemoryLaw, part: BushingPart, own: BushingMotion
-) -> FloatArray:
+def _abscissa(law: MeasuredBushingLaw, part: BushingPart, own: BushingMotion) -> FloatArray:
     """Deflection or speed of the bushings of a part, shape (m, n)."""
-    motion = own.v if _is_along_speed(law) else own.u
+    motion = own.v if law.along_speed else own.u
     chosen = {STARBOARD: motion[:1], PORT: motion[1:]}.get(part.bushing, motion)
     if part.acts == RADIAL:
         return np.asarray(np.hypot(chosen[:, 0], chosen[:, 1]))
     return chosen.reshape(-1, motion.shape[2])
 
 
-def _outside(
-    law: BushingLaw | BushingMemoryLaw, part: BushingPart, own: BushingMotion
-) -> FloatArray:
+def _outside(law: MeasuredBushingLaw, part: BushingPart, own: BushingMotion) -> FloatArray:
     """Whether a sample leaves the table of a part, shape (n,)."""
     values = _abscissa(law, part, own)
     return np.asarray(((values < part.x[0]) | (values > part.x[-1])).any(axis=0), dtype=np.float64)

@@ -30,8 +30,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import
 )
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
     BushingMemoryLaw,
-    branches_of,
-    stops_of,
+    BushingStop,
 )
 
 Array = NDArray[np.float64]
@@ -102,7 +101,11 @@ class BushingLaw:
         return self.effect_class == DISSIPATION
 
 
-def packed_laws(laws: Sequence[tuple[BushingLaw | BushingMemoryLaw, float]]) -> Array:
+#: Measured shape of a class of the bushings.
+MeasuredBushingLaw = BushingLaw | BushingMemoryLaw
+
+
+def packed_laws(laws: Sequence[tuple[MeasuredBushingLaw, float]]) -> Array:
     """Laws and their sizes as one array, which compiled code reads.
 
     Parameters
@@ -118,9 +121,15 @@ def packed_laws(laws: Sequence[tuple[BushingLaw | BushingMemoryLaw, float]]) -> 
         :func:`carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels.flat_parts`.
     """
     values = [0.0, 0.0]
-    of_memory = [(law, size) for law, size in laws if isinstance(law, BushingMemoryLaw)]
+    stops = []
+    branches = []
     for law, size in laws:
         if isinstance(law, BushingMemoryLaw):
+            for own in law.parts:
+                if isinstance(own, BushingStop):
+                    stops.append(([_ACTS[own.acts], _BUSHINGS[own.bushing]], own, size))
+                else:
+                    branches.append((_BUSHINGS[own.bushing], own, size))
             continue
         values[0] += len(law.parts)
         is_damping = law.effect_class == COUPLED_DAMPING
@@ -128,15 +137,9 @@ def packed_laws(laws: Sequence[tuple[BushingLaw | BushingMemoryLaw, float]]) -> 
             low, high = (0.0, 0.0) if is_damping else end_slopes(part.x, part.y)
             values += [_ACTS[part.acts], _BUSHINGS[part.bushing], _CLASSES[law.effect_class]]
             values += [size, low, high, part.x.size, *part.x.tolist(), *part.y.tolist()]
-    if of_memory:
+    if stops or branches:
         values[FIRST_PART] = float(len(values))
-        values += flat_parts(
-            [
-                ([_ACTS[stop.acts], _BUSHINGS[stop.bushing]], stop, size)
-                for stop, size in stops_of(of_memory)
-            ],
-            [(_BUSHINGS[own.bushing], own, size) for own, size in branches_of(of_memory)],
-        )
+        values += flat_parts(stops, branches)
     return np.array(values, dtype=np.float64)
 
 

@@ -5,6 +5,8 @@ tried. A straight motion from one state to the next is exact for branches and fo
 y and in z apart; of stops in the plane it is where they slip or stick throughout.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -29,21 +31,23 @@ _STOP, _BRANCH = 4, 5
 _MOVES, _FORCES = 0, _N
 _ROOM = 3 * _N
 #: States of a part by element: at the beginning of a step, at its middle, at its end.
-BEGIN, MIDDLE, END = 0, _N, 2 * _N
+BEGIN = 0
+MIDDLE = _N
+END = 2 * _N
 _STATES = 3 * _N
 
 
 def flat_parts(
-    stops: list[tuple[list[float], BushingStop, float]],
-    branches: list[tuple[float, BushingBranch, float]],
+    stops: Sequence[tuple[Sequence[float], BushingStop, float]],
+    branches: Sequence[tuple[float, BushingBranch, float]],
 ) -> list[float]:
     """Parts, relaxed, with the room for a step.
 
     Parameters
     ----------
-    stops : list of (list of float, BushingStop, float)
+    stops : sequence of (sequence of float, BushingStop, float)
         Numbers of way and bushing, stop, factor on its force.
-    branches : list of (float, BushingBranch, float)
+    branches : sequence of (float, BushingBranch, float)
         Number of the bushing, branch, factor on its force.
     """
     values = [float(len(stops)), float(len(branches)), 0.0]
@@ -122,7 +126,7 @@ def move_parts(laws, source, target, forces):  # type: ignore[no-untyped-def]
     """
     first = int(laws[FIRST_PART])
     n_stops, n_branches = int(laws[first]), int(laws[first + 1])
-    room = first + _HEAD + _STOP * n_stops + _BRANCH * n_branches
+    room = _room(laws)
     moves = room + _MOVES
     out = room + _FORCES + (0 if forces == MIDDLE else _N)
     for e in range(_N):

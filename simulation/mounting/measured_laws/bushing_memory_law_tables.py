@@ -1,18 +1,14 @@
 """What a law file of bushings with a memory holds: class, and the parts whose forces add up."""
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
 from carrierflex.files.problems import refuse
-from carrierflex.files.toml_values import Expected, NotNegative, Positive, Text, TomlTable, key
+from carrierflex.files.toml_values import NotNegative, Positive, Text, TomlTable, key
 from carrierflex.simulation.element.law_tables import LawName
-from carrierflex.simulation.element.memory_laws import HYSTERESIS
+from carrierflex.simulation.element.memory_law_tables import MemoryClass, part_problems
 from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import Acts, Bushing
-
-#: Parts that a law may have.
-_MOST_PARTS = 100
-_Class = Annotated[Literal["hysteresis", "memory"], Expected("one of hysteresis, memory")]
 
 
 class BushingStopTable(TomlTable):
@@ -38,7 +34,7 @@ class BushingMemoryLawDocument(TomlTable):
     format: Literal["carrierflex-bushing-memory-law"] = key("Kind of the file")
     version: Literal[1] = key("Version of the format")
     name: LawName = key("Id of the effect in diagnoses")
-    effect_class: _Class = key("Class of the effect: stops, or branches")
+    effect_class: MemoryClass = key("Class of the effect: stops, or branches")
     visited: Positive = key("Largest deflection in the plane at which it was measured [m]")
     measured_on: Text | None = key("Campaign whose records gave it", default=None)
     stop: list[BushingStopTable] = Field(
@@ -50,14 +46,5 @@ class BushingMemoryLawDocument(TomlTable):
 
     @model_validator(mode="after")
     def _has_its_parts(self) -> Self:
-        is_hysteresis = self.effect_class == HYSTERESIS
-        n_own = len(self.stop) if is_hysteresis else len(self.branch)
-        own = "[[stop]]" if is_hysteresis else "[[branch]]"
-        if not 1 <= n_own <= _MOST_PARTS or n_own < len(self.stop) + len(self.branch):
-            refuse(
-                [
-                    f"{len(self.stop)} tables [[stop]] and {len(self.branch)} [[branch]]; expected "
-                    f"1 to {_MOST_PARTS} tables {own} of a {self.effect_class}, and no other"
-                ]
-            )
+        refuse(part_problems(self.effect_class, len(self.stop), len(self.branch)))
         return self

@@ -8,7 +8,6 @@ Parts are relaxed where a record begins. Forces are internal ones, positive agai
 deflection.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,11 +37,6 @@ class BushingStop:
     yield_deflection: float
     force: float
 
-    @property
-    def spring(self) -> float:
-        """Stiffness where it does not slip [N/m]."""
-        return self.force / self.yield_deflection
-
 
 @dataclass(frozen=True)
 class BushingBranch:
@@ -61,11 +55,6 @@ class BushingBranch:
     bushing: str
     tau: float
     stiffness: float
-
-    @property
-    def spring(self) -> float:
-        """Stiffness of quick motions [N/m]."""
-        return self.stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,16 +81,7 @@ class BushingMemoryLaw:
     visited: float
     measured_on: str = ""
 
-
-def stops_of(laws: Sequence[tuple[BushingMemoryLaw, float]]) -> list[tuple[BushingStop, float]]:
-    """Stops of laws, each with the factor on its force."""
-    parts = [(part, size) for law, size in laws for part in law.parts]
-    return [(part, size) for part, size in parts if isinstance(part, BushingStop)]
-
-
-def branches_of(
-    laws: Sequence[tuple[BushingMemoryLaw, float]],
-) -> list[tuple[BushingBranch, float]]:
-    """Branches of laws, each with the factor on its force."""
-    parts = [(part, size) for law, size in laws for part in law.parts]
-    return [(part, size) for part, size in parts if isinstance(part, BushingBranch)]
+    @property
+    def along_speed(self) -> bool:
+        """Whether it was measured along a speed: never, parts follow the deflection."""
+        return False
