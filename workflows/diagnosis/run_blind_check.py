@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from rich.console import Console
+from threadpoolctl import threadpool_limits
 
 from carrierflex.blind_check.case_plans import (
     DECLARED,
@@ -158,7 +159,7 @@ def main(
     # Cases are counted; how long they take to write tells nothing of their diagnoses.
     stages = Stages(3, quiet, (0.1, 1.0, 0.0), timed_from=1) if export is None else Stages(1, quiet)
     with stages.stage("writing and sealing the cases"), _processes(workers, scheduler) as executor:
-        sealed = sealed_check(plans, folder, write_case, executor, check=request, note=stages.note)
+        sealed = sealed_check(plans, folder, _write_case, executor, check=request, note=stages.note)
     Console(quiet=quiet, highlight=False).print(
         f"digest of {len(plans)} seals: {sealed.published.digest}", soft_wrap=True
     )
@@ -246,9 +247,25 @@ def _beside(
     return found
 
 
+def _write_case(plan: CasePlan, folder: Path) -> Label:
+    """Write the campaign of a case, on one thread.
+
+    Its matrices are small: threads wait for one another a thousand times longer than they work
+    where other processes have the cores.
+    """
+    with threadpool_limits(limits=1):
+        return write_case(plan, folder)
+
+
+def _label(plan: CasePlan) -> Label:
+    """Label of a case, made once more."""
+    with threadpool_limits(limits=1):
+        return case_campaign(plan)[1]
+
+
 def _scored_answers(answers: Path, out: Path) -> BlindCheck:
     """Score of the answers of any tool to an exported check."""
-    labels, published = remade(out, _plans, lambda plan: case_campaign(plan)[1])
+    labels, published = remade(out, _plans, _label)
     read = read_answers(answers, labels)
     result, rows = scored(labels, read.cases, published.digest)
     folder = out / "scores" / answers.stem

@@ -41,7 +41,7 @@ class MountingRefit:
         """What a refit to all runs leaves of the signals, each shape (n, 6)."""
         every = list(range(len(signals)))
         theta = self._fitted(signals, every, np.ones(2))
-        return [signals[run] - self._predicted(run, theta) for run in every]
+        return self._left(signals, every, theta)
 
     def held_out(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
         """What is left of each run after a refit to the other runs.
@@ -54,7 +54,7 @@ class MountingRefit:
         start = self._fitted(signals, every, np.ones(2))
         for run in every:
             theta = self._fitted(signals, [other for other in every if other != run], start)
-            residuals.append(signals[run] - self._predicted(run, theta))
+            residuals += self._left(signals, [run], theta)
         return residuals
 
     def _fitted(
@@ -66,12 +66,8 @@ class MountingRefit:
         def residual(logarithms: FloatArray) -> FloatArray:
             """Misfit of the runs over their scatter."""
             theta = np.exp(logarithms)
-            return (
-                np.concatenate(
-                    [(signals[run] - self._predicted(run, theta)).reshape(-1) for run in runs]
-                )
-                / scale
-            )
+            left = self._left(signals, runs, theta)
+            return np.concatenate([own.reshape(-1) for own in left]) / scale
 
         # Logarithms need no bounds; damping hardly moves a slow record, so that a smaller
         # difference drowns in rounding.
@@ -80,8 +76,15 @@ class MountingRefit:
         )
         return np.asarray(np.exp(fitted.x))
 
-    def _predicted(self, run: int, theta: FloatArray) -> FloatArray:
-        """Zeroed signals of the baseline."""
+    def _left(
+        self, signals: Sequence[FloatArray], runs: Sequence[int], theta: FloatArray
+    ) -> list[FloatArray]:
+        """What the baseline leaves of some runs."""
+        predicted = self._predicted(runs, theta)
+        return [signals[run] - own for run, own in zip(runs, predicted, strict=True)]
+
+    def _filters(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Numerator and denominator of the three oscillators, the same in every run."""
         radial, axial = (
             np.sum(rows[:, :3] ** 2, axis=0) for rows in (self.bodies.radial, self.bodies.axial)
         )
@@ -90,13 +93,24 @@ class MountingRefit:
             + RIG["bushing_axial_stiffness"] * axial
         )
         C = theta[1] * RIG["bushing_radial_damping"] * radial + RIG["bushing_axial_damping"] * axial
-        forces = self.loads[run] @ self.bodies.loads[:3].T
-        q = np.empty_like(forces)
+        found = []
         for i in range(3):
             system = ([1.0], [self.bodies.M[i, i], C[i], K[i]])
             numerator, denominator, _ = cont2discrete(system, self.step, method="foh")
-            q[:, i] = lfilter(numerator.reshape(-1), denominator, forces[:, i])
-        return zeroed(q @ self.bodies.sensors[:, :3].T)
+            found.append((numerator.reshape(-1), denominator))
+        return found
+
+    def _predicted(self, runs: Sequence[int], theta: FloatArray) -> list[FloatArray]:
+        """Zeroed signals of the baseline in some runs."""
+        filters = self._filters(theta)
+        found = []
+        for run in runs:
+            forces = self.loads[run] @ self.bodies.loads[:3].T
+            q = np.empty_like(forces)
+            for i, (numerator, denominator) in enumerate(filters):
+                q[:, i] = lfilter(numerator, denominator, forces[:, i])
+            found.append(zeroed(q @ self.bodies.sensors[:, :3].T))
+        return found
 
 
 def zeroed(signals: FloatArray) -> FloatArray:
