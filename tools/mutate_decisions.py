@@ -50,10 +50,6 @@ TESTS = {
 #: What changes no answer, by file name, and why.
 EQUIVALENT: dict[tuple[str, str], str] = {
     (
-        "decision.py",
-        "set(table.classes[name]) <= held -> set(table.classes[name]) > held",
-    ): "a class that the surface holds adds no column to it: the pair leaves what it leaves alone",
-    (
         "forward_selection.py",
         "_SEED + self.thresholds.seed -> _SEED - self.thresholds.seed",
     ): "numbers a stream of draws: another stream has another number too, and none decides",
@@ -234,7 +230,7 @@ def load_unchanged(folder: Path) -> None:
 
 def main() -> int:
     """Try every mutant and print the survivors."""
-    chosen = [name for name in TESTS if not sys.argv[1:] or Path(name).name in sys.argv[1:]]
+    chosen = list(_chosen(sys.argv[1:]))
     os.chdir(ROOT)
     counts = {}
     survivors = []
@@ -251,6 +247,17 @@ def main() -> int:
             counts[module] = (len(found), len(alive))
             survivors += alive
     return _printed(counts, survivors)
+
+
+def _chosen(names: list[str]) -> Iterator[str]:
+    """Modules of some file names; all of them without names."""
+    if not names:
+        yield from TESTS
+    for name in names:
+        found = [module for module in TESTS if name in (module, Path(module).name)]
+        if len(found) != 1:
+            raise SystemExit(f"'{name}' names {len(found)} modules; expected one of {list(TESTS)}")
+        yield from found
 
 
 def _printed(counts: dict[str, tuple[int, int]], survivors: list[Mutant]) -> int:

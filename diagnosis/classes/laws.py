@@ -75,8 +75,6 @@ def _is_coupled(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     of the speed.
     """
     table = scores.table
-    if not table.surface or own == table.surface:
-        return False
     # A surface takes up whatever a law beside it leaves.
     if table.surface in beside:
         return True
