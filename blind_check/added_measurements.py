@@ -10,12 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.blind_check.labels import ALIASED, CasePlan, Label
-from carrierflex.blind_check.truth.alias_table import CONSTANT_LOAD
+from carrierflex.blind_check.truth.alias_table import CONSTANT_LOAD, SINGLES
 from carrierflex.blind_check.truth.carrier.rig import AddedRun
+from carrierflex.blind_check.truth.carrier.truth import carrier_case
+from carrierflex.blind_check.truth.mounting.loads import MountingRecord, asked_record
+from carrierflex.blind_check.truth.mounting.truth import mounting_case
+from carrierflex.diagnosis.carrier.planned.additions import CarrierPool
+from carrierflex.diagnosis.inference.planning.results import Addition
 from carrierflex.diagnosis.inference.results import NAMED, NAMED_WITH_REMAINDER
+from carrierflex.diagnosis.mounting.planned.additions import MountingPool
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 
+#: Causes by kind: those that one load leaves alike, and all that a single record may.
+_CAUSES: Mapping[str, tuple[str, ...]] = {
+    "carrier": CONSTANT_LOAD["carrier"],
+    "mounting": SINGLES["mounting"],
+}
 #: Causes that hold another as a limit, whatever is measured: a clearance that is closed from the
 #: start is no clearance, and the simpler cause is named.
 HELD_BY: Mapping[str, tuple[str, ...]] = {"stiff_pins": ("pin_clearance",)}
@@ -83,8 +94,10 @@ class AdditionOutcome:
         return self.after is not None and self.after.is_alone
 
 
-def alias_case(seed: int, number: int, gaps: tuple[float, float]) -> CasePlan:
-    """One case of the draw.
+def alias_case(
+    seed: int, number: int, gaps: tuple[float, float], *, kind: str = "carrier"
+) -> CasePlan:
+    """One case of the draw: a carrier at one load, a mounting with a single record.
 
     Parameters
     ----------
@@ -92,11 +105,13 @@ def alias_case(seed: int, number: int, gaps: tuple[float, float]) -> CasePlan:
         Seed of the draw and place in it, from 1.
     gaps : tuple of float
         Smallest and largest gap over the floor; uniform in its logarithm.
+    kind : str
+        Carrier or mounting.
     """
     rng = np.random.default_rng([seed, number])
-    names = CONSTANT_LOAD["carrier"]
+    names = _CAUSES[kind]
     gap = float(gaps[0] * (gaps[1] / gaps[0]) ** rng.uniform())
-    return CasePlan("carrier", number, seed, ALIASED, (names[number % len(names)],), gap)
+    return CasePlan(kind, number, seed, ALIASED, (names[number % len(names)],), gap)
 
 
 def answer_of(diagnosis: Diagnosis, label: Label) -> Answer:
@@ -110,6 +125,55 @@ def answer_of(diagnosis: Diagnosis, label: Label) -> Answer:
     } - {cause}
     is_alone = is_right and members <= set(HELD_BY.get(cause, ()))
     return Answer(diagnosis.verdict, effects, tuple(sorted(members)), is_right, is_alone)
+
+
+def enlarged_case(
+    case: CasePlan, addition: Addition, pool: CarrierPool | MountingPool, planned: int
+) -> Campaign | None:
+    """Campaign of a case with what a proposal adds, measured on the same machine.
+
+    Parameters
+    ----------
+    case : CasePlan
+        Case.
+    addition : Addition
+        What is proposed.
+    pool : CarrierPool or MountingPool
+        Planned runs and those that could be added.
+    planned : int
+        How many runs were planned.
+
+    Returns
+    -------
+    Campaign or None
+        None where it is a sensor more, or longer runs: the truth's simulator adds runs alone.
+    """
+    if isinstance(pool, CarrierPool):
+        runs = added_runs(pool.campaign, addition.minutes, planned)
+        return carrier_case(case, added=runs)[0] if runs else None
+    records = added_records(pool, addition.minutes)
+    return mounting_case(case, added=records)[0] if records else None
+
+
+def added_records(pool: MountingPool, minutes: Mapping[str, float]) -> tuple[MountingRecord, ...]:
+    """Records of a mounting that a proposal adds, as the truth makes them.
+
+    Parameters
+    ----------
+    pool : MountingPool
+        Planned records and those that could be added.
+    minutes : mapping of str to float
+        Length of every record over that in the pool.
+    """
+    return tuple(
+        asked_record(
+            record.name,
+            record.inputs.time,
+            np.array([record.inputs.torque, record.inputs.ntl_y, record.inputs.ntl_z]).T,
+        )
+        for record in pool.records[pool.n_planned :]
+        if record.name in minutes
+    )
 
 
 def added_runs(pool: Campaign, minutes: Mapping[str, float], planned: int) -> tuple[AddedRun, ...]:

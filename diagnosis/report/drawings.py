@@ -150,11 +150,12 @@ def _signals(diagnosis: Diagnosis) -> Drawing | None:
     draw = partial(signal_figure, before, after, diagnosis.unit)
     size = sized(before.rms, diagnosis.unit)
     left = f", with the effects {sized(after.rms, diagnosis.unit)}" if after else ""
-    span = "mean of the revolutions" if before.x_unit == "deg" else "where the gap is largest"
+    is_turn = before.x_unit == "deg"
+    span = "the mean of the revolutions" if is_turn else "the stretch of time where it is largest"
     title = f"Measured and simulated, {before.channel} in run {before.run}: gap {size}{left}"
     return Drawing(
         inline_svg(draw, "signals", title),
-        f"Run {before.run}, {before.channel}, {span}: the largest gap. RMS {size}{left}.",
+        f"The largest gap: {before.channel} in run {before.run}, RMS {size}{left}. Drawn: {span}.",
     )
 
 

@@ -38,6 +38,8 @@ CONDITIONS = (
 )
 #: The one record of a case with a single condition.
 ALONE = 3
+#: Those with a radial load: without one, what turns or carries it leaves nothing.
+LOADED = (0, 2, 3, 4)
 _QUICK = (0.3, 3.0)  # Hz
 _N_QUICK = 12
 _LARGEST_TORQUE = 3.6e5
@@ -140,6 +142,23 @@ def gusty_record(rng: np.random.Generator, number: int) -> MountingRecord:
         radial.append(load + rng.uniform(0.0, 5e4) * _quick_changes(rng, time))
     loads = np.array([torque, *radial]).T
     return MountingRecord(f"gusts {number + 1}", time, speed, turned, loads)
+
+
+def asked_record(condition: str, time: FloatArray, loads: FloatArray) -> MountingRecord:
+    """Record under loads that were asked for, at standstill: the motion does not depend on speed.
+
+    Parameters
+    ----------
+    condition : str
+        Its name.
+    time : ndarray, shape (n,)
+        Times [s], increasing.
+    loads : ndarray, shape (n, 3)
+        Torque, ntl_y, ntl_z, straight between them.
+    """
+    samples = np.arange(int((time[-1] - time[0]) * RATE)) / RATE
+    own = np.array([np.interp(samples, time - time[0], load) for load in loads.T]).T
+    return MountingRecord(condition, samples, np.zeros_like(samples), np.zeros_like(samples), own)
 
 
 def _gust(time: FloatArray, start: float, seconds: float) -> FloatArray:

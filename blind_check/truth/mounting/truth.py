@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import (
+    ALIASED,
     FORM,
     NOTHING,
     ONE_CONDITION,
@@ -25,6 +26,7 @@ from carrierflex.blind_check.truth.alias_table import same_class
 from carrierflex.blind_check.truth.mounting.loads import (
     ALONE,
     CONDITIONS,
+    LOADED,
     RATE,
     MountingRecord,
     drawn_record,
@@ -58,7 +60,9 @@ _GAIN, _TORQUE = 0.03, 0.01
 _MASS = 0.03
 
 
-def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
+def mounting_case(
+    plan: CasePlan, repeat: int = 0, *, added: Sequence[MountingRecord] = ()
+) -> tuple[Campaign, Label]:
     """Campaign and label of one case.
 
     Parameters
@@ -67,6 +71,9 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         What to withhold and how large its gap shall be.
     repeat : int
         Number of the noise: the truth and the loads of a case are the same in all.
+    added : sequence of MountingRecord
+        Loads measured after those of the case, on the same rig: truth, earlier records and label
+        stay what they are without them.
 
     Returns
     -------
@@ -74,11 +81,10 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         Records with noise, and the truth.
     """
     rng, rig = case_rng(plan), bodies()
-    numbers = (ALONE,) if plan.family == ONE_CONDITION else range(len(CONDITIONS))
     is_form = plan.family == FORM
     has_gusts = is_form and bool(rng.uniform() < 0.5)
     make_record = gusty_record if has_gusts else drawn_record
-    records = [make_record(rng, number) for number in numbers]
+    records = [make_record(rng, number) for number in _conditions(plan)]
     truth = _other_masses(rig, rng) if is_form else rig
     stiffness, damping = RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"]
     known = MountingState(
@@ -103,19 +109,19 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     floor = (
         gap / plan.ratio if plan.effects else _size(plain) * 10.0 ** float(rng.uniform(-3.0, -2.0))
     )
-    declared, errors = _errors(plan, rng, records, clean, (refit, residuals, floor))
+    factors, errors = _errors(plan, rng, records, clean, (refit, residuals, floor))
+    every = [*records, *added]
+    declared = [record.loads * factors for record in every]
     own_noise = noise_rng(plan, repeat)
-    noise = [
-        zeroed(floor * coloured_noise(own_noise, signal.T.shape, memory=_MEMORY).T)
-        for signal in clean
-    ]
-    measured = [signal * (1.0 + errors) + more for signal, more in zip(clean, noise, strict=True)]
+    measured = []
+    for signal in [*clean, *state.read(truth, added)]:
+        noise = floor * coloured_noise(own_noise, signal.T.shape, memory=_MEMORY).T
+        measured.append(signal * (1.0 + errors) + zeroed(noise))
     effect = [signal - other for signal, other in zip(clean, plain, strict=True)]
-    again = MountingRefit(rig, declared, 1.0 / RATE)
-    after = _size(
-        again.held_out([signal - more for signal, more in zip(measured, effect, strict=True)])
-    )
-    rho = after / _size(again.held_out(measured)) if plan.effects else 1.0
+    again = MountingRefit(rig, declared[: len(records)], 1.0 / RATE)
+    own = measured[: len(records)]
+    after = _size(again.held_out([signal - more for signal, more in zip(own, effect, strict=True)]))
+    rho = after / _size(again.held_out(own)) if plan.effects else 1.0
     run = f"run{1 + int(np.argmax([root_mean_square(residual) for residual in residuals]))}"
     label = _label(plan, state, (gap, floor, rho), run)
     if is_form:
@@ -123,7 +129,16 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     if len(alone) > 1:
         own_gaps = [_size(refit.residuals(one.read(truth, records))) / floor for one in alone]
         label = replace(label, own_gaps=tuple(own_gaps))
-    return _campaign(plan, records, declared, measured, floor), label
+    return _campaign(plan, every, declared, measured, floor), label
+
+
+def _conditions(plan: CasePlan) -> Sequence[int]:
+    """Numbers of the conditions of a case."""
+    if plan.family == ONE_CONDITION:
+        return (ALONE,)
+    if plan.family == ALIASED:
+        return (LOADED[plan.number % len(LOADED)],)
+    return range(len(CONDITIONS))
 
 
 def _other_masses(rig: Bodies, rng: np.random.Generator) -> Bodies:
@@ -170,8 +185,8 @@ def _errors(
     records: Sequence[MountingRecord],
     clean: Sequence[FloatArray],
     gap: tuple[MountingRefit, list[FloatArray], float],
-) -> tuple[list[FloatArray], FloatArray]:
-    """Loads as they are recorded and gain errors of the sensors.
+) -> tuple[FloatArray, FloatArray]:
+    """Factors of the loads as they are recorded, and gain errors of the sensors.
 
     The errors are smaller where they alone would leave too large a gap.
     """
@@ -184,7 +199,7 @@ def _errors(
         _size([residual - other for residual, other in zip(biased, residuals, strict=True)]) / floor
     )
     share = min(1.0, largest_leak(plan) / leak)
-    return [record.loads * (1.0 + share * (torque - 1.0)) for record in records], share * gains
+    return 1.0 + share * (torque - 1.0), share * gains
 
 
 def _label(

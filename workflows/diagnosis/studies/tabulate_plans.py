@@ -1,28 +1,28 @@
 """How often the measurement that a plan proposes parts causes that a campaign leaves alike.
 
-Draws carrier campaigns at one load whose cause passes for another, plans, measures the first
-proposal on the same machine and diagnoses the enlarged campaign. Writes NUMBER.json for every case,
-which a later call takes up, and plans.md. A good answer: at least nine of ten parted, Wilson's
-interval beside it.
+Draws carrier campaigns at one load, or mountings with a single record, whose cause passes for
+another, plans, measures the first proposal on the same machine and diagnoses the enlarged campaign.
+Writes KIND-SEED-NUMBER.json for every case, which a later call takes up, and plans.md. A good
+answer: at least nine of ten parted, Wilson's interval beside it.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
 from carrierflex.blind_check.added_measurements import (
     AdditionOutcome,
     Answer,
-    added_runs,
     alias_case,
     answer_of,
+    enlarged_case,
 )
 from carrierflex.blind_check.scoring.scoring import wilson
-from carrierflex.blind_check.truth.carrier.truth import carrier_case
-from carrierflex.diagnosis.carrier.planned.additions import CarrierPool
+from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.files.json_files import read_json, save_json
 from carrierflex.files.whole_files import whole_file
 from carrierflex.workflows.diagnosis.plan_campaign import PlanSettings, plan_of
@@ -36,6 +36,7 @@ from carrierflex.workflows.support.progress import Stages
 def main(
     *,
     out: Path,
+    kind: Literal["carrier", "mounting"] = "carrier",
     seed: int = 1,
     cases: int = 24,
     least_gap: float = 5.0,
@@ -49,6 +50,8 @@ def main(
     ----------
     out : Path
         Folder for the outcomes and the table; cases that stand there are not done again.
+    kind : str
+        Carrier or mounting.
     seed : int
         Seed of the draw.
     cases : int
@@ -74,7 +77,7 @@ def main(
         while len(counted) < cases:
             batch = [next(numbers) for _ in range(max(1, workers))]
             tasks = [
-                executor.submit(_outcome_in, folder, seed, number, (least_gap, largest_gap))
+                executor.submit(_outcome_in, folder, kind, seed, number, (least_gap, largest_gap))
                 for number in batch
             ]
             for task in tasks:
@@ -88,12 +91,14 @@ def main(
     return tuple(counted)
 
 
-def _outcome_in(folder: Path, seed: int, number: int, gaps: tuple[float, float]) -> AdditionOutcome:
+def _outcome_in(
+    folder: Path, kind: str, seed: int, number: int, gaps: tuple[float, float]
+) -> AdditionOutcome:
     """Outcome of one case, from its file where there is one."""
-    path = folder / f"{seed}-{number:03d}.json"
+    path = folder / f"{kind}-{seed}-{number:03d}.json"
     if not path.is_file():
         with threadpool_limits(limits=1):
-            save_json(path, addition_outcome(seed, number, gaps))
+            save_json(path, addition_outcome(seed, number, gaps, kind=kind))
     row = read_json(path, "the outcome of a case")
     try:
         before, after = _answer(row.pop("before")), row.pop("after")
@@ -109,7 +114,9 @@ def _answer(row: dict) -> Answer:
     return Answer(**{**row, "effects": tuple(row["effects"]), "aliases": tuple(row["aliases"])})
 
 
-def addition_outcome(seed: int, number: int, gaps: tuple[float, float]) -> AdditionOutcome:
+def addition_outcome(
+    seed: int, number: int, gaps: tuple[float, float], *, kind: str = "carrier"
+) -> AdditionOutcome:
     """One case before and after the first proposal.
 
     Parameters
@@ -118,17 +125,19 @@ def addition_outcome(seed: int, number: int, gaps: tuple[float, float]) -> Addit
         Seed of the draw and place in it.
     gaps : tuple of float
         Smallest and largest gap over the floor.
+    kind : str
+        Carrier or mounting.
     """
-    case = alias_case(seed, number, gaps)
-    curves = default_curves()
-    given, label = carrier_case(case)
+    case = alias_case(seed, number, gaps, kind=kind)
+    curves = default_curves() if kind == "carrier" else None
+    given, label = case_campaign(case)
     before = answer_of(examined(given, curves).diagnosis(), label)
     outcome = AdditionOutcome(case.name, case.effects[0], label.gap_over_floor, before)
     if before.is_alone:
         return outcome
     planned = plan_of(given, curves, PlanSettings(), is_measured=True)
-    proposal, pool = planned.plan.proposal, planned.pool
-    if proposal is None or not isinstance(pool, CarrierPool):
+    proposal = planned.plan.proposal
+    if proposal is None:
         return outcome
     addition = proposal.addition
     told = replace(
@@ -137,11 +146,9 @@ def addition_outcome(seed: int, number: int, gaps: tuple[float, float]) -> Addit
         cost=addition.cost,
         is_sufficient=proposal.is_sufficient,
     )
-    runs = added_runs(pool.campaign, addition.minutes, len(given.runs))
-    if not runs:
-        # A sensor more, or longer runs, are no runs that the truth's simulator adds.
+    enlarged = enlarged_case(case, addition, planned.pool, len(given.runs))
+    if enlarged is None:
         return told
-    enlarged, _ = carrier_case(case, added=runs)
     return replace(told, after=answer_of(examined(enlarged, curves).diagnosis(), label))
 
 
