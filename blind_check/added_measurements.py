@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.blind_check.labels import ALIASED, CasePlan, Label
-from carrierflex.blind_check.truth.alias_table import CONSTANT_LOAD, SINGLES
+from carrierflex.blind_check.truth.alias_table import CONSTANT_LOAD
 from carrierflex.blind_check.truth.carrier.rig import AddedRun
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
 from carrierflex.blind_check.truth.mounting.loads import MountingRecord, asked_record
@@ -22,10 +22,10 @@ from carrierflex.diagnosis.mounting.planned.additions import MountingPool
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 
-#: Causes by kind: those that one load leaves alike, and all that a single record may.
+#: Causes by kind that one load, or a single record, leaves alike.
 _CAUSES: Mapping[str, tuple[str, ...]] = {
     "carrier": CONSTANT_LOAD["carrier"],
-    "mounting": SINGLES["mounting"],
+    "mounting": ("cubic_stiffness", "quintic_stiffness"),
 }
 #: Causes that hold another as a limit, whatever is measured: a clearance that is closed from the
 #: start is no clearance, and the simpler cause is named.

@@ -65,6 +65,7 @@ def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     is_equal = behind <= max(limits.law_named, error) and _explains(shares, held)
     is_equal = is_equal and not _is_coupled(scores, shares, own, beside)
     is_equal = is_equal and not _is_curved(scores, shares, own, beside)
+    is_equal = is_equal and not _is_in_curved(scores, own, beside)
     return NearestLaw(name, columns, held, is_equal)
 
 
@@ -104,6 +105,16 @@ def _is_curved(scores: ClassScores, shares: Shares, own: str, beside: Classes) -
         return True
     others = [scores.of((*answer, name)).total for name in table.classes if name not in answer]
     return curved.total < min([held.total, *others])
+
+
+def _is_in_curved(scores: ClassScores, own: str, beside: Classes) -> bool:
+    """Whether a class beside the law leaves no more without it where its own laws are curved.
+
+    A nonlinear spring in series with a dashpot leaves to a linear memory what looks like a damper.
+    """
+    held = scores.of((own, *beside))
+    groups = [group for name, group in scores.table.beyond_laws.items() if name in beside]
+    return any(scores.beyond_laws(beside, group).total <= held.total for group in groups)
 
 
 def _explains(shares: Shares, held: HeldOutSquares) -> bool:

@@ -137,7 +137,7 @@ def _conditions(plan: CasePlan) -> Sequence[int]:
     if plan.family == ONE_CONDITION:
         return (ALONE,)
     if plan.family == ALIASED:
-        return (LOADED[plan.number % len(LOADED)],)
+        return (LOADED[plan.number // 2 % len(LOADED)],)
     return range(len(CONDITIONS))
 
 

@@ -21,7 +21,7 @@ def campaigns():
 
 def test_a_case_is_one_record_of_one_cause(campaigns):
     case, (given, label), _ = campaigns
-    assert [run.condition for run in given.runs] == [CONDITIONS[LOADED[2]][0]]
+    assert [run.condition for run in given.runs] == [CONDITIONS[LOADED[1]][0]]
     assert label.effects == case.effects
 
 

@@ -135,3 +135,19 @@ def test_parts_of_a_coupled_cause_have_no_laws_where_both_are_named():
     # Beside a class that is no part of it a law keeps its name.
     beside_another = replace(table, coupled_parts=frozenset({"a", "c"}))
     assert nearest_law(*scored(beside_another), "a", ("b",)).is_equal
+
+
+@pytest.mark.parametrize(("is_of_curved", "is_named"), [(True, False), (False, True)])
+def test_no_law_is_named_beside_a_class_that_explains_as_much_where_its_laws_are_curved(
+    is_of_curved, is_named
+):
+    # Class d is nearly what b leaves where its laws are curved.
+    near = MORE + 0.1 * np.random.default_rng(7).standard_normal(MORE.size)
+    signal = B + (MORE if is_of_curved else near)
+    table = toy_table(signal, {**COLUMNS, "d": near[None]}, laws={"d": near}, noise=0.01)
+    table = replace(table, surface="", classes={name: (name,) for name in ("a", "b", "c", "d")})
+    assert nearest_law(*scored(table), "d", ("b",)).is_equal
+    curved = replace(table, beyond_laws={"b": "more"})
+    assert nearest_law(*scored(curved), "d", ("b",)).is_equal is is_named
+    # Of no other class of the answer.
+    assert nearest_law(*scored(replace(table, beyond_laws={"c": "more"})), "d", ("b",)).is_equal
