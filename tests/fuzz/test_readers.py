@@ -175,7 +175,10 @@ def _documents(folder: Path) -> dict[str, Target]:
     )
     part = BushingPart("radial", "both", x, x)
     write_measured_law(folder / "bushings.toml", BushingLaw("law", "dissipation", (part,)))
-    slips = (BushingStop("radial", "both", 1e-3, 5.0),)
+    slips = (
+        BushingStop("radial", "both", 1e-3, 5.0),
+        BushingStop("smooth", "port", 1e-3, 5.0),
+    )
     write_measured_law(
         folder / "bushing_memory.toml", BushingMemoryLaw("law", "hysteresis", slips, 1.0)
     )

@@ -27,7 +27,7 @@ FULL = "full"
 FORCE_GROUPS: Mapping[str, tuple[str, ...]] = {
     FORCE: ("f", "radial_f"),
     DISSIPATION: ("g", "radial_g"),
-    HYSTERESIS: ("stops", "radial_stops"),
+    HYSTERESIS: ("stops", "radial_stops", "smooth_stops"),
     MEMORY: ("prony",),
     COUPLED: ("h", "radial_h"),
     CHANGE: ("time",),

@@ -148,6 +148,12 @@ def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
             True,
         ),
         ForceGroup(
+            "smooth_stops",
+            lambda own: _smooth_stops(size, own),
+            np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS)),
+            True,
+        ),
+        ForceGroup(
             "prony",
             lambda own: branches(own, size.taus),
             np.zeros((_N_PRONY, _N_PRONY)),
@@ -280,4 +286,28 @@ def _returned(u, yields):  # type: ignore[no-untyped-def]
             if size > yields[i]:
                 state[i] *= yields[i] / size
             found[i, :, k] = state[i]
+    return found
+
+
+def _smooth_stops(size: BushingSize, own: BushingMotion) -> FloatArray:
+    """Sliders that give way along their path: what small loops left, they lose in the next ones."""
+    yields = size.radial_yields
+    found = np.empty((yields.size, *own.u.shape))
+    for bushing in range(2):
+        found[:, bushing] = _given_way(np.ascontiguousarray(own.u[bushing]), yields)
+    return found
+
+
+@njit(cache=True)
+def _given_way(u, yields):  # type: ignore[no-untyped-def]
+    """Share of the force at slip: ``dz = (du - |du| z) / yield`` on a straight way (Dahl, 1968)."""
+    n = u.shape[1]
+    found = np.zeros((yields.size, 2, n))
+    for i in range(yields.size):
+        for k in range(1, n):
+            way = np.hypot(u[0, k] - u[0, k - 1], u[1, k] - u[1, k - 1])
+            kept = np.exp(-way / yields[i])
+            for d in range(2):
+                along = (u[d, k] - u[d, k - 1]) / way if way > 0.0 else 0.0
+                found[i, d, k] = kept * found[i, d, k - 1] + (1.0 - kept) * along
     return found

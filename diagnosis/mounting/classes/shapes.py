@@ -39,6 +39,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     BOTH,
     PORT,
     RADIAL,
+    SMOOTH,
     STARBOARD,
     BushingPart,
 )
@@ -49,8 +50,12 @@ from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
 )
 
 #: Ways of a group's force, in the order of the groups of a class.
-_ACTS = (APART, RADIAL)
-_IN_WORDS = {APART: "in y and in z apart", RADIAL: "along its direction in the plane"}
+_ACTS = (APART, RADIAL, SMOOTH)
+_IN_WORDS = {
+    APART: "in y and in z apart",
+    RADIAL: "along its direction in the plane",
+    SMOOTH: "giving way along its path in the plane",
+}
 #: What x and y are, and their units.
 _AXES: Mapping[str, tuple[tuple[str, str], tuple[str, str]]] = {
     FORCE: (("deflection", "restoring force"), ("m", "N")),
@@ -183,7 +188,7 @@ def _fit(
     acts: tuple[str, ...] = _ACTS[: len(groups)]
     words = ""
     if len(groups) > 1:
-        variants = {act: _named(group, sides) for act, group in zip(_ACTS, groups, strict=True)}
+        variants = {act: _named(group, sides) for act, group in zip(acts, groups, strict=True)}
         table = replace(
             scores.table,
             classes={
@@ -204,10 +209,10 @@ def _fit(
             held, acts = results[best], (best,)
             words = _IN_WORDS[best]
             if len(as_good) > 1:
-                (other,) = set(as_good) - {best}
-                words += f" ({_IN_WORDS[other]} leaves as much)"
+                others = " or ".join(_IN_WORDS[act] for act in as_good if act != best)
+                words += f" ({others} leaves as much)"
         else:
-            words = f"{_IN_WORDS[APART]} and {_IN_WORDS[RADIAL]}"
+            words = "; ".join(_IN_WORDS[act] for act in acts)
     named = {
         (side, act): _named(groups[_ACTS.index(act)], (side,))[0] for side in sides for act in acts
     }
@@ -345,7 +350,7 @@ def _law_with_memory(own: MountingTable, fit: _Fit) -> BushingMemoryLaw | None:
             taus = zip(own.size.taus.tolist(), weights, strict=True)
             parts += [BushingBranch(side, tau, weight) for tau, weight in taus if weight > 0.0]
             continue
-        yields = own.size.radial_yields if act == RADIAL else own.size.yields
+        yields = own.size.yields if act == APART else own.size.radial_yields
         slips = zip(yields.tolist(), weights, strict=True)
         parts += [BushingStop(act, side, slip, weight) for slip, weight in slips if weight > 0.0]
     u, _ = own.counted((0, 1))

@@ -37,11 +37,13 @@ Array = NDArray[np.float64]
 
 #: In y and in z apart, or along deflection or speed in the plane.
 APART, RADIAL = "apart", "radial"
+#: Of a stop: in the plane, giving way along its path.
+SMOOTH = "smooth"
 BOTH = "both"
 STARBOARD = "starboard"
 PORT = "port"
 #: Numbers that stand for them in the packed tables.
-_ACTS: Mapping[str, int] = {APART: 0, RADIAL: 1}
+_ACTS: Mapping[str, int] = {APART: 0, RADIAL: 1, SMOOTH: 2}
 _BUSHINGS: Mapping[str, int] = {BOTH: -1, STARBOARD: 0, PORT: 1}
 _CLASSES: Mapping[str, int] = {RESTORING_FORCE: 0, DISSIPATION: 1, COUPLED_DAMPING: 2}
 #: Numbers of a packed part before its points.

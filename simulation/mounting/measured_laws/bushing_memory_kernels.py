@@ -2,7 +2,8 @@
 
 Parts stand behind the tables in one flat array, with their states and the room in which a step is
 tried. A straight motion from one state to the next is exact for branches and for stops that act in
-y and in z apart; of stops in the plane it is where they slip or stick throughout.
+y and in z apart or give way smoothly; of stops in the plane that do not it is where they slip or
+stick throughout.
 """
 
 from collections.abc import Sequence
@@ -139,7 +140,16 @@ def move_parts(laws, source, target, forces):  # type: ignore[no-untyped-def]
                 in_z = laws[state + source + bushing] + laws[moves + bushing] / laws[row + 2]
                 in_y = laws[state + source + bushing + 2]
                 in_y += laws[moves + bushing + 2] / laws[row + 2]
-                if laws[row] > 0.5:
+                if laws[row] > 1.5:
+                    move_z = laws[moves + bushing] / laws[row + 2]
+                    move_y = laws[moves + bushing + 2] / laws[row + 2]
+                    way = np.hypot(move_z, move_y)
+                    kept = np.exp(-way)
+                    # Of what it held a share stays; the rest is now along the move.
+                    gone = (1.0 - kept) / way if way > 0.0 else 0.0
+                    in_z = kept * (in_z - move_z) + gone * move_z
+                    in_y = kept * (in_y - move_y) + gone * move_y
+                elif laws[row] > 0.5:
                     size = max(np.hypot(in_z, in_y), 1.0)
                     in_z /= size
                     in_y /= size

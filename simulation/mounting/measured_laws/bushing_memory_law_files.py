@@ -13,8 +13,9 @@ from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
 
 _HEADING = (
     "# Measured force with a memory that the bushings lack, a candidate of `diagnose --law FILE`.",
-    "# Forces of its parts add up: stops (a spring that slips, in y and in z apart or radially in",
-    "# the plane) or branches (a spring in series with a damper). Units: m, s, N, N/m.",
+    "# Forces of its parts add up: stops (a spring that slips, in y and in z apart, radially in",
+    "# the plane or smoothly along its path) or branches (a spring in series with a damper).",
+    "# Units: m, s, N, N/m.",
 )
 
 

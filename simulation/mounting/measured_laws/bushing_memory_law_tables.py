@@ -1,20 +1,25 @@
 """What a law file of bushings with a memory holds: class, and the parts whose forces add up."""
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from carrierflex.files.problems import refuse
-from carrierflex.files.toml_values import NotNegative, Positive, Text, TomlTable, key
+from carrierflex.files.toml_values import Expected, NotNegative, Positive, Text, TomlTable, key
 from carrierflex.simulation.element.law_tables import LawName
 from carrierflex.simulation.element.memory_law_tables import MemoryClass, part_problems
-from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import Acts, Bushing
+from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import Bushing
+
+#: Ways of a stop.
+StopActs = Annotated[Literal["apart", "radial", "smooth"], Expected("one of apart, radial, smooth")]
 
 
 class BushingStopTable(TomlTable):
     """A spring in series with dry friction."""
 
-    acts: Acts = key("In y and in z apart, or along its own deflection in the plane")
+    acts: StopActs = key(
+        "In y and in z apart, in the plane along its own deflection, or smoothly along its path"
+    )
     bushing: Bushing = key("Which bushing has it")
     yield_deflection: Positive = key("Deflection at which it slips [m]")
     force: NotNegative = key("Force at slip [N]")

@@ -2,7 +2,9 @@
 
 A stop is a spring in series with dry friction (Jenkins element; Iwan, J. Appl. Mech. 33 (1966)
 893). It acts in y and in z apart, ``force clip(z, -1, 1)`` of each direction alone, or radially: z
-is a vector in the plane, which returns along its own direction where it is longer than 1. A branch
+is a vector in the plane, which returns along its own direction where it is longer than 1. Or it
+gives way smoothly along its path, ``dz = (du - |du| z) / yield deflection`` (Dahl, 1968), so that
+it forgets in small loops what it held. A branch
 is a spring in series with a damper (Maxwell), ``dq/dt = du/dt - q / tau``, the same in y and in z.
 Parts are relaxed where a record begins. Forces are internal ones, positive against a positive
 deflection.
@@ -23,7 +25,7 @@ class BushingStop:
     Parameters
     ----------
     acts : str
-        In y and in z apart, or radially, in the plane.
+        In y and in z apart, radially in the plane, or smoothly along its path in the plane.
     bushing : str
         Both, starboard or port.
     yield_deflection : float

@@ -21,6 +21,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     BOTH,
     PORT,
     RADIAL,
+    SMOOTH,
     STARBOARD,
     BushingLaw,
     BushingPart,
@@ -186,8 +187,12 @@ def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path)
 
 
 def lasting(**changes):
-    """Law of two stops."""
-    stops = (BushingStop(RADIAL, BOTH, 1e-4, 3.0), BushingStop(APART, PORT, 2e-4, 5.0))
+    """Law of three stops."""
+    stops = (
+        BushingStop(RADIAL, BOTH, 1e-4, 3.0),
+        BushingStop(APART, PORT, 2e-4, 5.0),
+        BushingStop(SMOOTH, STARBOARD, 3e-4, 1.0),
+    )
     return replace(BushingMemoryLaw("own", "hysteresis", stops, 2e-3, 'rig "A"'), **changes)
 
 
@@ -210,9 +215,9 @@ def test_a_law_with_a_memory_is_read_as_it_was_written(changes, tmp_path):
     ("old", "new", "told"),
     [
         ("version = 1", "version = 2", "written by a newer version"),
-        ('"hysteresis"', '"memory"', r"2 tables \[\[stop\]\] and 0 \[\[branch\]\]; expected 1 to"),
+        ('"hysteresis"', '"memory"', r"3 tables \[\[stop\]\] and 0 \[\[branch\]\]; expected 1 to"),
         ('"hysteresis"', '"dissipation"', "one of hysteresis, memory"),
-        ('"radial"', '"around"', "one of apart, radial"),
+        ('"radial"', '"around"', "one of apart, radial, smooth"),
         ("force = 3.0", "force = -3.0", "a number >= 0"),
         ("visited = 0.002", "visited = 0.0", "a positive number"),
     ],

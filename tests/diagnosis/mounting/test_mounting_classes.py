@@ -10,10 +10,23 @@ from carrierflex.diagnosis.mounting.classes.contract_ids import (
     STIFFNESS_MAP,
     contract_id,
 )
+from carrierflex.diagnosis.mounting.classes.forces import bushing_size, force_groups
 from carrierflex.diagnosis.mounting.classes.maps import held_forces
 from carrierflex.diagnosis.mounting.classes.motion import bushing_motions
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE, rigid_body
 from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    APART,
+    BOTH,
+    RADIAL,
+    SMOOTH,
+    bushing_forces,
+    packed_laws,
+)
+from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
+    BushingMemoryLaw,
+    BushingStop,
+)
 from carrierflex.simulation.mounting.rig import MountingRig
 from tests.diagnosis.mounting.mounting_campaigns import NOISE, RIG, TRUE_LINEAR, mounting_campaign
 from tests.diagnosis.mounting.test_problem import TRUTH
@@ -90,6 +103,27 @@ def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():
     load = own.loads[:, 2]
     reaction = held_forces(body, own)[0]
     np.testing.assert_allclose(reaction, load + bushings - inertia, atol=1e-6 * np.abs(load).max())
+
+
+@pytest.mark.parametrize(
+    ("group", "acts"), [("stops", APART), ("radial_stops", RADIAL), ("smooth_stops", SMOOTH)]
+)
+def test_a_slider_of_the_classes_is_that_of_the_simulator(group, acts):
+    """A column is the force, over that at slip, of the part that a law file keeps."""
+    problem = mounting_problem(mounting_campaign(noise=0.0, seconds=40.0))
+    body = rigid_body(RIG, problem.model.sensors, TRUE_LINEAR["K1"], TRUE_LINEAR["C1"])
+    theta = np.array([TRUE_LINEAR["K1"], TRUE_LINEAR["C1"]])
+    predicted = [problem.model.predicted(record, (), theta, {}) for record in problem.records]
+    motions = bushing_motions(body, problem.records, predicted)
+    own = motions[2]
+    size = bushing_size(motions)
+    (columns,) = (each.columns(own) for each in force_groups(size) if each.id == group)
+    yields = size.yields if acts == APART else size.radial_yields
+    for column, yield_deflection in zip(columns, yields, strict=True):
+        part = BushingStop(acts, BOTH, float(yield_deflection), 1.0)
+        laws = packed_laws([(BushingMemoryLaw("own", "hysteresis", (part,), 1.0), 1.0)])
+        force = bushing_forces(laws, own.u, own.v, own.step)
+        np.testing.assert_allclose(column, force, atol=1e-9)
 
 
 def test_response_of_the_housing_is_that_of_the_simulator():

@@ -10,6 +10,7 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     BOTH,
     PORT,
     RADIAL,
+    SMOOTH,
     STARBOARD,
     bushing_forces,
     packed_laws,
@@ -78,7 +79,11 @@ def test_stiff_parts_move_alike_at_long_steps(step, tolerance):
 
 
 def test_a_record_in_pieces_is_the_whole_record():
-    laws = laws_of(BushingStop(RADIAL, STARBOARD, YIELD, SLIP), BushingBranch(BOTH, 0.3, 1e7))
+    laws = laws_of(
+        BushingStop(RADIAL, STARBOARD, YIELD, SLIP),
+        BushingStop(SMOOTH, PORT, YIELD, SLIP),
+        BushingBranch(BOTH, 0.3, 1e7),
+    )
     inputs = from_rest()
     model = mounting_model(
         RIG, parameter_array(RIG, LINEAR), inputs.loads, inputs.step, tables=laws
@@ -136,3 +141,30 @@ def test_a_branch_relaxes_with_its_time():
     assert_allclose(own[0, 0, 1:], own[0, 0, 1] * decay, rtol=1e-9)
     # A ramp of one step leaves tau / step (1 - exp(-step / tau)) of the spring's force.
     assert own[0, 0, 1] == pytest.approx(1e4 * tau / step * -np.expm1(-step / tau))
+
+
+def test_a_smooth_stop_gives_way_along_its_path():
+    # dz/du = (1 - z) / yield on the way out and (1 + z) / yield on the way back.
+    out = np.linspace(0.0, 3.0 * YIELD, 200)
+    back = np.linspace(3.0 * YIELD, YIELD, 150)[1:]
+    u = np.zeros((2, 2, 349))
+    u[:, 1] = np.concatenate([out, back])
+    force = bushing_forces(laws_of(BushingStop(SMOOTH, BOTH, YIELD, SLIP)), u, 0.0 * u, 1e-3)
+    rising = -np.expm1(-out / YIELD)
+    falling = (1.0 + rising[-1]) * np.exp((back - out[-1]) / YIELD) - 1.0
+    assert_allclose(force[0, 1], SLIP * np.concatenate([rising, falling]), atol=1e-9 * SLIP)
+    assert_allclose(force[:, 0], 0.0)
+
+
+def test_a_smooth_stop_follows_its_path_round_a_circle():
+    """In the steady state the force lags by an angle whose tangent is yield over radius."""
+    angle = np.linspace(0.0, 8.0 * np.pi, 40_001)
+    circle = 2.0 * YIELD * np.array([np.cos(angle), np.sin(angle)])
+    u = np.stack([circle, np.zeros_like(circle)])
+    force = bushing_forces(laws_of(BushingStop(SMOOTH, BOTH, YIELD, SLIP)), u, 0.0 * u, 1e-3)
+    late = slice(30_000, None)
+    # z' = t - z / l along the path, t turning once in 2 pi R: |z| = 1 / sqrt(1 + (l / R)^2), behind
+    # the tangent by atan(l / R).
+    assert_allclose(np.hypot(*force[0])[late], SLIP / np.hypot(1.0, 0.5), rtol=1e-6)
+    along = force[0][:, late] * np.array([-np.sin(angle), np.cos(angle)])[:, late]
+    assert_allclose(along.sum(axis=0), SLIP / (1.0 + 0.25), rtol=1e-3)
