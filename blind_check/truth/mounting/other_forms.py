@@ -79,7 +79,9 @@ CLASSES_OF_LAW: Mapping[str, tuple[str, ...]] = {
 #: Static matrices between three loads and six signals: slow loads leave the same signals of each.
 _MAPS = tuple(_IDS[name] for name in (_STIFFNESS, _LOADS, _GAIN))
 
-_Change = Callable[[MountingState, np.random.Generator, FloatArray], tuple[MountingState, float]]
+_Change = Callable[
+    [MountingState, np.random.Generator, FloatArray, float], tuple[MountingState, float]
+]
 
 
 @dataclass(frozen=True)
@@ -91,8 +93,8 @@ class MountingForm:
     shape : str
         What it is; pairs are of two of these.
     change : callable
-        State with the cause from state, random numbers and size of the motion, and its change of
-        form.
+        State with the cause from state, random numbers, size of the motion and share of the drawn
+        size, and its change of form.
     """
 
     shape: str
@@ -120,7 +122,7 @@ def _bushing(
     """A form in the bushings, in both alike or not."""
 
     def change(
-        state: MountingState, rng: np.random.Generator, size: FloatArray
+        state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
     ) -> tuple[MountingState, float]:
         """State with one more form."""
         p = np.zeros(N_PARAMETERS)
@@ -134,8 +136,8 @@ def _bushing(
         waves = rng.standard_normal(N_WAVES)
         p[WAVES : WAVES + N_WAVES] = waves * np.sqrt(2.0 / np.sum(waves**2))
         p[WAVES + N_WAVES :] = rng.uniform(0.0, 2.0 * np.pi, N_WAVES)
-        share = _SHARE[0] * (_SHARE[1] / _SHARE[0]) ** rng.uniform()
-        p[AMOUNT] = share * state.bushings.K1 * _unit(p, size)
+        force = _SHARE[0] * (_SHARE[1] / _SHARE[0]) ** rng.uniform()
+        p[AMOUNT] = share * force * state.bushings.K1 * _unit(p, size)
         bushings = replace(state.bushings, forms=(*state.bushings.forms, p))
         return replace(state, bushings=bushings), float(p[CHANGE])
 
@@ -159,75 +161,77 @@ def _unit(p: FloatArray, size: FloatArray) -> float:
 
 
 def _axial(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """Axial stiffness and damping of the bushings."""
-    factor = 1.0 + rng.uniform(4.0, 14.0)
+    stiffer = 1.0 + share * rng.uniform(4.0, 14.0)
+    damped = 1.0 + share * (rng.uniform(0.5, 3.0) - 1.0)
     bushings = replace(
         state.bushings,
-        k_x=RIG["bushing_axial_stiffness"] * factor,
-        c_x=RIG["bushing_axial_damping"] * rng.uniform(0.5, 3.0),
+        k_x=RIG["bushing_axial_stiffness"] * stiffer,
+        c_x=RIG["bushing_axial_damping"] * damped,
     )
     return replace(state, bushings=bushings), 0.0
 
 
 def _bearing(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """Bearing that gives way."""
-    compliance = 2e-10 * 10.0 ** rng.uniform()
+    compliance = share * 2e-10 * 10.0 ** rng.uniform()
     return replace(state, bushings=replace(state.bushings, compliance=compliance)), 0.0
 
 
 def _excess(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """One bushing stiffer than the other."""
-    excess = rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 0.25)
+    excess = share * rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 0.25)
     return replace(state, bushings=replace(state.bushings, excess=float(excess))), 0.0
 
 
 def _turned(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """Radial load in another direction, with a torque of its own."""
     sign = rng.choice((-1.0, 1.0))
-    turned = replace(state, turned=float(sign * rng.uniform(0.03, 0.2)))
-    return replace(turned, P_T=float(rng.uniform(-0.03, 0.03))), 0.0
+    turned = replace(state, turned=float(share * sign * rng.uniform(0.03, 0.2)))
+    return replace(turned, P_T=float(share * rng.uniform(-0.03, 0.03))), 0.0
 
 
 def _lever(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """Radial load off the axis."""
-    return replace(state, P_T=float(rng.choice((-1.0, 1.0)) * rng.uniform(0.02, 0.12))), 0.0
+    arm = share * rng.choice((-1.0, 1.0)) * rng.uniform(0.02, 0.12)
+    return replace(state, P_T=float(arm)), 0.0
 
 
 def _gains(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """One or two sensors too large or too small."""
     gain = state.gain.copy()
     for place in rng.choice(len(SENSORS), int(rng.integers(1, 3)), replace=False):
-        gain[place] += rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 0.2)
+        gain[place] += share * rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 0.2)
     return replace(state, gain=gain), 0.0
 
 
 def _zeros(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """One or two sensors off from the beginning."""
     zero = state.zero.copy()
     for place in rng.choice(len(SENSORS), int(rng.integers(1, 3)), replace=False):
-        zero[place] += rng.choice((-1.0, 1.0)) * rng.uniform(1e-4, 3e-4)
+        zero[place] += share * rng.choice((-1.0, 1.0)) * rng.uniform(1e-4, 3e-4)
     return replace(state, zero=zero), 0.0
 
 
 def _late(
-    state: MountingState, rng: np.random.Generator, size: FloatArray
+    state: MountingState, rng: np.random.Generator, size: FloatArray, share: float
 ) -> tuple[MountingState, float]:
     """All sensors late."""
-    return replace(state, delay=float(rng.uniform(0.02, 0.15))), 0.0
+    return replace(state, delay=float(share * rng.uniform(0.02, 0.15))), 0.0
 
 
 MOUNTING_FORMS: dict[str, MountingForm] = {
@@ -254,7 +258,11 @@ MOUNTING_FORMS: dict[str, MountingForm] = {
 
 
 def with_form(
-    state: MountingState, name: str, rng: np.random.Generator, size: FloatArray
+    state: MountingState,
+    name: str,
+    rng: np.random.Generator,
+    size: FloatArray,
+    share: float = 1.0,
 ) -> tuple[MountingState, float]:
     """State with one more cause, and its change of form.
 
@@ -268,5 +276,7 @@ def with_form(
         Random numbers.
     size : ndarray, shape (2,)
         Largest radial deflection [m] and its speed [m/s] without the cause.
+    share : float
+        Share of the size that is drawn.
     """
-    return MOUNTING_FORMS[name].change(state, rng, size)
+    return MOUNTING_FORMS[name].change(state, rng, size, share)
