@@ -4,9 +4,9 @@ Columns of the table: class, law, what is left; see docs/diagnosis.md.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations
+from itertools import pairwise, permutations
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import (
@@ -236,8 +236,16 @@ def _of_laws(
     if not held:
         return answer
     share, interval = min(reduction.phi, 1.0), reduction.phi_ci95
+    parts = _parts(held, answer, reduction)
     findings = tuple(
-        ClassFinding(name, share, interval, law, share, law_named=True)
+        ClassFinding(
+            name,
+            share * parts[name],
+            (interval[0] * parts[name], interval[1] * parts[name]),
+            law,
+            share * parts[name],
+            law_named=True,
+        )
         for name, law in held.items()
     )
     return replace(
@@ -249,6 +257,25 @@ def _of_laws(
         share_ci95=interval,
         law_share=share,
     )
+
+
+def _parts(
+    classes: Mapping[str, str], answer: ClassAnswer, reduction: GapReduction
+) -> dict[str, float]:
+    """Part of each class in what the laws explain together; all parts add up to one.
+
+    A law's part is the mean square that goes as it is added to those before it, largest first.
+    Laws of one class add up.
+    """
+    gone = dict.fromkeys(classes, 0.0)
+    for before, after in pairwise(reduction.steps):
+        holders = [name for name in answer.classes_of_law.get(after.added, ()) if name in classes]
+        for name in holders[:1]:
+            gone[name] += max(before.rms**2 - after.rms**2, 0.0)
+    total = sum(gone.values())
+    if total > 0.0:
+        return {name: square / total for name, square in gone.items()}
+    return {name: 1.0 / len(classes) for name in classes}
 
 
 def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> JointVerdict:

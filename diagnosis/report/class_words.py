@@ -53,8 +53,8 @@ def class_sentence(answer: ClassAnswer | None) -> str:
             f"No class of effect explains the gap: the best {share_words(answer.share)}, all "
             f"together {share_words(max(answer.learnable, answer.share))}."
         )
-    texts = [_finding_words(finding, answer) for finding in answer.classes]
-    text = ". ".join(texts)
+    first, *others = (_finding_words(finding, answer) for finding in answer.classes)
+    text = ". ".join([first, *(text[:1].upper() + text[1:] for text in others)])
     if answer.state == LEADING_CLASS:
         text = f"Leading, incomplete: {text}"
     text = text[:1].upper() + text[1:] + "."

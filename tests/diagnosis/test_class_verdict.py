@@ -22,6 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
     GapReduction,
+    SelectionStep,
 )
 
 HOLDERS = {
@@ -281,3 +282,18 @@ def test_the_reason_against_a_law_tells_what_classes_explain_and_could_learn():
     reason = joint(worse, NAMED, ("cube",), phi=0.9).reason
     assert reason.startswith("the best class explains 0% of the gap")
     assert reason.endswith("all classes together learn 0%")
+
+
+def test_classes_of_laws_that_stand_together_share_out_what_went_as_each_was_added():
+    nothing = answer(NOTHING)
+    steps = [("baseline", 2.0), ("cube", 1.0), ("coulomb", 0.6), ("quintic", 0.5)]
+    far = replace(
+        reduction(0.98),
+        steps=tuple(SelectionStep(name, rms, rms / 2.0, (0.0, 1.0)) for name, rms in steps),
+    )
+    laws = ("cube", "coulomb", "quintic")
+    found = joint_verdict(NAMED_WITH_REMAINDER, "why", laws, far, nothing).answer.classes
+    # Of 4 - 0.25 = 3.75 both springs take 3 and 0.11, the friction 0.64.
+    shares = {own.id: own.share for own in found}
+    assert shares == pytest.approx({"spring": 0.98 * 3.11 / 3.75, "friction": 0.98 * 0.64 / 3.75})
+    assert sum(own.share_ci95[0] for own in found) == pytest.approx(far.phi_ci95[0])

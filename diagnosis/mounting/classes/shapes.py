@@ -209,8 +209,8 @@ def _fit(
             held, acts = results[best], (best,)
             words = _IN_WORDS[best]
             if len(as_good) > 1:
-                others = " or ".join(_IN_WORDS[act] for act in as_good if act != best)
-                words += f" ({others} leaves as much)"
+                as_well = " or ".join(_IN_WORDS[act] for act in as_good if act != best)
+                words += f" ({as_well} leaves as much)"
         else:
             words = "; ".join(_IN_WORDS[act] for act in acts)
     named = {
