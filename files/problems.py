@@ -26,6 +26,11 @@ class ProblemsError(ValueError):
         where = f" in {about}" if about else ""
         super().__init__(f"{len(problems)} problems{where}: {'; '.join(listed)}{tail}")
         self.problems = problems
+        self.about = about
+
+    def __reduce__(self) -> tuple[type["ProblemsError"], tuple[tuple[str, ...], str]]:
+        """What another process makes the error of: by default it would be given the message."""
+        return type(self), (self.problems, self.about)
 
 
 def problems_of(error: ValueError) -> tuple[str, ...]:

@@ -56,6 +56,8 @@ FloatArray = NDArray[np.float64]
 
 _MEMORY = 0.5
 _GAIN, _TORQUE = 0.03, 0.01
+#: Signals beyond so many times those without a cause are a motion that runs away.
+_RUNAWAY = 10.0
 #: Error of the declared masses where causes have other forms.
 _MASS = 0.03
 
@@ -94,15 +96,20 @@ def mounting_case(
     size = _deflection(rig, plain)
     state = known
     changes, alone = [], []
+    clean = plain
     for name in plan.effects:
         if is_form:
             # The same random numbers: each cause alone as large as beside the others.
-            alone.append(with_form(known, name, deepcopy(rng), size)[0])
-            state, change = with_form(state, name, rng, size)
+            drawn = deepcopy(rng)
+            state, change, share, clean = _with_bounded_form(
+                state, name, rng, size, (truth, plain, records)
+            )
+            alone.append(with_form(known, name, drawn, size, share)[0])
             changes.append(change)
         else:
             state = with_effect(state, name, rng, size)
-    clean = state.read(truth, records) if plan.effects else plain
+    if plan.effects and not is_form:
+        clean = state.read(truth, records)
     refit = MountingRefit(rig, [record.loads for record in records], 1.0 / RATE)
     residuals = refit.residuals(clean)
     gap = _size(residuals) if plan.effects else 0.0
@@ -130,6 +137,31 @@ def mounting_case(
         own_gaps = [_size(refit.residuals(one.read(truth, records))) / floor for one in alone]
         label = replace(label, own_gaps=tuple(own_gaps))
     return _campaign(plan, every, declared, measured, floor), label
+
+
+def _with_bounded_form(
+    state: MountingState,
+    name: str,
+    rng: np.random.Generator,
+    size: FloatArray,
+    motion: tuple[Bodies, Sequence[FloatArray], Sequence[MountingRecord]],
+) -> tuple[MountingState, float, float, list[FloatArray]]:
+    """State with one more form, its change, its share of the drawn size, and what it reads.
+
+    A form that takes the stiffness away (warming, softening rubber) has no bounded motion at the
+    size that is drawn for every form, or none beside the others: it is halved until it has one.
+    """
+    truth, plain, records = motion
+    drawn = deepcopy(rng)
+    larger, change = with_form(state, name, rng, size)
+    share = 1.0
+    most = _RUNAWAY * max(float(np.abs(signal).max()) for signal in plain)
+    while True:
+        read = larger.read(truth, records)
+        if all(float(np.abs(signal).max()) < most for signal in read):
+            return larger, change, share, read
+        share *= 0.5
+        larger, change = with_form(state, name, deepcopy(drawn), size, share)
 
 
 def _conditions(plan: CasePlan) -> Sequence[int]:

@@ -147,3 +147,14 @@ def test_each_of_two_causes_has_a_gap_of_its_own():
     assert min(first, second) > 1.0
     _, alone = case_campaign(replace(plan, effects=("hyperbolic_bushing",)))
     assert alone.own_gaps == ()
+
+
+@pytest.mark.long
+def test_a_form_whose_motion_would_run_away_is_drawn_smaller():
+    """Warming that takes the whole stiffness away moved a housing by 1e30 m."""
+    plan = case_plans("mounting", 380, 12007, (FORM,))[199]
+    assert plan.effects == ("warming",)
+    campaign, label = case_campaign(plan)
+    largest = max(float(np.abs(own).max()) for run in campaign.runs for own in run.signals.values())
+    assert largest < 0.05
+    assert label.gap_over_floor == pytest.approx(plan.ratio)
