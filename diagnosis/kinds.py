@@ -46,7 +46,9 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
+from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
 from carrierflex.simulation.element.memory_laws import MemoryLaw
+from carrierflex.simulation.element.surface_laws import SurfaceLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import MeasuredLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
@@ -56,11 +58,12 @@ from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
 Curves = Mapping[str, DeflectionCurve]
-Law = TypeVar("Law", TabulatedLaw | MemoryLaw, MeasuredBushingLaw, CarrierLaw)
+Law = TypeVar("Law", MeasuredElementLaw, MeasuredBushingLaw, CarrierLaw)
 #: What a law of a file belongs to.
 _LAW_OF: Mapping[type, str] = {
     TabulatedLaw: "one element",
     MemoryLaw: "one element",
+    SurfaceLaw: "one element",
     BushingLaw: "bushings",
     BushingMemoryLaw: "bushings",
     CarrierLaw: "a carrier",
@@ -119,7 +122,9 @@ def _own_laws(
 def _element(
     campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
 ) -> tuple[ComparisonProblem, bool]:
-    problem = element_problem(campaign, _own_laws(campaign, laws, (TabulatedLaw, MemoryLaw)))
+    problem = element_problem(
+        campaign, _own_laws(campaign, laws, (TabulatedLaw, MemoryLaw, SurfaceLaw))
+    )
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = element_beside_prediction(problem, campaign)
@@ -221,7 +226,7 @@ def law_findings(
     """
     found: list[CampaignWarning] = []
     for law in laws:
-        if isinstance(problem, ElementProblem) and isinstance(law, TabulatedLaw | MemoryLaw):
+        if isinstance(problem, ElementProblem) and isinstance(law, MeasuredElementLaw):
             found += beyond_visited(law, problem.records)
         if isinstance(problem, MountingProblem) and isinstance(law, MeasuredBushingLaw):
             found += problem.beyond_visited(law)

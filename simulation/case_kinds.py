@@ -26,6 +26,13 @@ MEMORY_LAW_FILE = TomlKind(
     most_bytes=1_000_000,
     format="carrierflex-memory-law",
 )
+SURFACE_LAW_FILE = TomlKind(
+    "a law file of a surface",
+    holds="keys name, force_unit, deflection_unit, the table [table] with x, v, y and tables "
+    "[[stop]]",
+    most_bytes=1_000_000,
+    format="carrierflex-surface-law",
+)
 BUSHING_LAW_FILE = TomlKind(
     "a law file of bushings",
     holds="keys name, effect_class and tables [[part]] with acts, bushing, x, y",

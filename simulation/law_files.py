@@ -16,10 +16,17 @@ from carrierflex.simulation.case_kinds import (
     CARRIER_LAW_FILE,
     LAW_FILE,
     MEMORY_LAW_FILE,
+    SURFACE_LAW_FILE,
 )
 from carrierflex.simulation.element.law_files import read_law, write_law
+from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
 from carrierflex.simulation.element.memory_law_files import read_memory_law, write_memory_law
 from carrierflex.simulation.element.memory_laws import MemoryLaw
+from carrierflex.simulation.element.surface_law_files import (
+    read_surface_law,
+    write_surface_law,
+)
+from carrierflex.simulation.element.surface_laws import SurfaceLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
     read_bushing_law,
@@ -36,11 +43,12 @@ from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_files impo
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
 #: Measured shape of a class as a law.
-MeasuredLaw = TabulatedLaw | MemoryLaw | MeasuredBushingLaw | CarrierLaw
+MeasuredLaw = MeasuredElementLaw | MeasuredBushingLaw | CarrierLaw
 #: Reader by format of a file.
 _READERS: Mapping[str, Callable[[Path], MeasuredLaw]] = {
     LAW_FILE.format: read_law,
     MEMORY_LAW_FILE.format: read_memory_law,
+    SURFACE_LAW_FILE.format: read_surface_law,
     BUSHING_LAW_FILE.format: read_bushing_law,
     BUSHING_MEMORY_LAW_FILE.format: read_bushing_memory_law,
     CARRIER_LAW_FILE.format: read_carrier_law,
@@ -49,6 +57,7 @@ _READERS: Mapping[str, Callable[[Path], MeasuredLaw]] = {
 _WRITERS: Mapping[type, Callable[[Path, Any], None]] = {
     TabulatedLaw: write_law,
     MemoryLaw: write_memory_law,
+    SurfaceLaw: write_surface_law,
     BushingLaw: write_bushing_law,
     BushingMemoryLaw: write_bushing_memory_law,
     CarrierLaw: write_carrier_law,
@@ -62,12 +71,12 @@ def read_measured_law(path: Path) -> MeasuredLaw:
     ----------
     path : Path
         File of the format ``carrierflex-law``, ``carrierflex-memory-law``,
-        ``carrierflex-bushing-law``, ``carrierflex-bushing-memory-law`` or
-        ``carrierflex-carrier-law``.
+        ``carrierflex-surface-law``, ``carrierflex-bushing-law``,
+        ``carrierflex-bushing-memory-law`` or ``carrierflex-carrier-law``.
 
     Returns
     -------
-    TabulatedLaw, MemoryLaw, BushingLaw, BushingMemoryLaw or CarrierLaw
+    TabulatedLaw, MemoryLaw, SurfaceLaw, BushingLaw, BushingMemoryLaw or CarrierLaw
         Its tables.
 
     Raises

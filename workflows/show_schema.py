@@ -17,6 +17,7 @@ Name = Literal[
     "stage-case",
     "element-law",
     "memory-law",
+    "surface-law",
     "bushing-law",
     "bushing-memory-law",
     "carrier-law",

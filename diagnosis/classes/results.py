@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 from carrierflex.simulation.element.memory_laws import MemoryLaw
+from carrierflex.simulation.element.surface_laws import SurfaceLaw
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingPart
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
 
@@ -69,6 +70,8 @@ class MeasuredShape:
         Tables of a law of the bushings; empty for other kinds.
     memory : MemoryLaw or BushingMemoryLaw, optional
         Stops or branches of a class with a memory, as a law without a name.
+    surface : SurfaceLaw, optional
+        Table and dry friction of a force_surface, as a law without a name.
     """
 
     x: FloatArray
@@ -83,6 +86,7 @@ class MeasuredShape:
     beside: tuple[BesideCurve, ...] = ()
     parts: tuple[BushingPart, ...] = ()
     memory: MemoryLaw | BushingMemoryLaw | None = None
+    surface: SurfaceLaw | None = None
 
 
 @dataclass(frozen=True, eq=False)

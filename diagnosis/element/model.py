@@ -107,7 +107,8 @@ class ElementModel:
         Dry friction at positive and at negative speed that a law holds beside its force, for a size
         of one: the motion sticks in it.
     memory : mapping of str to MemoryLaw
-        Measured laws with a memory by effect; their one parameter is their size.
+        Measured laws with a memory by effect, and what stands beside the table of measured
+        surfaces; their one parameter is their size.
     """
 
     by_force: bool
@@ -293,12 +294,15 @@ class ElementModel:
             effect = parameter.effect
             if parameter.run is not None:
                 states.setdefault(parameter.run, []).append(float(value))
-            elif effect in self.memory:
+                continue
+            if effect in self.memory:
                 sizes.append((self.memory[effect], float(value)))
-            elif effect in self.laws:
+            if effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
                 for name, level in self._friction_of(effect, float(value)).items():
                     simulated[name] = simulated.get(name, 0.0) + level
+            elif effect in self.memory:
+                continue
             elif effect in _CONTROLS:
                 controls[_CONTROLS.index(effect)] += value
             elif is_delay(effect):
@@ -325,11 +329,11 @@ class ElementModel:
         sizes: list[tuple[MemoryLaw, float]] = []
         if effect in self.memory:
             sizes.append((self.memory[effect], next(iter(values.values()))))
-        elif effect in self.laws:
+        if effect in self.laws:
             parameters = [values[p.name] for p in self.cards[effect].parameters]
             law = ForceLaw(self.laws[effect], np.array(parameters))
             simulated |= self._friction_of(effect, parameters[0])
-        else:
+        elif effect not in self.memory:
             for name, value in values.items():
                 simulated |= dict.fromkeys(_simulated_names(effect, name), value)
         force = self._force(record, _flat(simulated, sizes), law, _NO_LAW)

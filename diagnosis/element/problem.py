@@ -65,7 +65,9 @@ from carrierflex.diagnosis.element.wiring.one_frequency import delay_words
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
+from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
 from carrierflex.simulation.element.memory_laws import MemoryLaw
+from carrierflex.simulation.element.surface_laws import SurfaceLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -314,7 +316,7 @@ class ElementProblem:
 
 
 def element_problem(
-    campaign: Campaign, measured_laws: Sequence[TabulatedLaw | MemoryLaw] = ()
+    campaign: Campaign, measured_laws: Sequence[MeasuredElementLaw] = ()
 ) -> ElementProblem:
     """ComparisonProblem of a campaign of kind ``element``.
 
@@ -322,7 +324,7 @@ def element_problem(
     ----------
     campaign : Campaign
         Measured runs and the effects the baseline contains.
-    measured_laws : sequence of TabulatedLaw or MemoryLaw
+    measured_laws : sequence of TabulatedLaw, MemoryLaw or SurfaceLaw
         Laws of files, further candidates.
 
     Returns
@@ -361,7 +363,7 @@ def element_problem(
         per_mass=per_mass,
         gains=declared_gains(campaign),
         friction={law.name: law.friction for law in measured_laws if isinstance(law, TabulatedLaw)},
-        memory={law.name: law for law in measured_laws if isinstance(law, MemoryLaw)},
+        memory=_with_memory(measured_laws),
     )
     scale = element_scale(unscaled, records)
     model = replace(
@@ -391,3 +393,9 @@ def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
         return (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
     input_unit = next(iter(campaign.input_units.values()))
     return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
+
+
+def _with_memory(laws: Sequence[MeasuredElementLaw]) -> dict[str, MemoryLaw]:
+    """Parts with a memory of measured laws by effect: of a surface what stands beside its table."""
+    parts = {law.name: law for law in laws if isinstance(law, MemoryLaw)}
+    return parts | {law.name: law.beside_table for law in laws if isinstance(law, SurfaceLaw)}

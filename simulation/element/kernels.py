@@ -12,7 +12,12 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from carrierflex.simulation.element.memory_kernels import memory_force, remember
+from carrierflex.simulation.element.memory_kernels import (
+    friction_by_place,
+    memory_force,
+    remember,
+    rubs_by_place,
+)
 from carrierflex.simulation.force_laws import LAW_SIGNATURE, Force
 
 Array = NDArray[np.float64]
@@ -87,11 +92,14 @@ def _smooth_force(q: float, v: float, p: Array) -> float:
 
 
 @njit(cache=True, inline="always")
-def _friction_level(v: float, p: Array) -> float:
-    """Rise of the dry friction towards rest (Stribeck)."""
-    return (
-        p[SLOT.F_stribeck] * np.exp(-((v / p[SLOT.v_s]) ** 2)) if p[SLOT.F_stribeck] > 0.0 else 0.0
-    )
+def _friction_level(q: float, v: float, sign: float, p: Array) -> float:
+    """Dry friction in one direction at some deflection and speed, with its rise towards rest."""
+    level = p[SLOT.F_plus] if sign > 0.0 else p[SLOT.F_minus]
+    if p[SLOT.F_stribeck] > 0.0:
+        level += p[SLOT.F_stribeck] * np.exp(-((v / p[SLOT.v_s]) ** 2))
+    if p.size > N_SLOTS:
+        level += friction_by_place(q, p, N_SLOTS)
+    return level
 
 
 @njit(cache=True, inline="always")
@@ -121,7 +129,6 @@ def _runge_kutta(
 
     The direction of dry friction is held. Returns q, v and the branch's force.
     """
-    level = p[SLOT.F_plus] if sign > 0.0 else p[SLOT.F_minus]
     rate = 1.0 / p[SLOT.tau] if p[SLOT.k] > 0.0 else 0.0
     dq = 0.0
     dv = 0.0
@@ -140,7 +147,7 @@ def _runge_kutta(
             stage_q, stage_v, stage_q - q, c * h, slider, p, law_1, law_2, p_1, p_2
         )
         if sign != 0.0:
-            force += sign * (level + _friction_level(stage_v, p))
+            force += sign * _friction_level(stage_q, stage_v, sign, p)
         dq = stage_v
         dv = (u - force) / p[SLOT.m]
         db = p[SLOT.k] * stage_v - rate * stage_b
@@ -206,14 +213,14 @@ def _drive_of_step(force: Array, j: int, place: float, length: float, drive: Arr
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _breaks_loose(net: float, p: Array) -> float:
-    """Direction in which a net force moves a body at rest against dry friction.
+def _breaks_loose(net: float, q: float, p: Array) -> float:
+    """Direction in which a net force moves a body at rest at q against dry friction.
 
     0 where it sticks.
     """
-    if net > p[SLOT.F_plus] + p[SLOT.F_stribeck]:
+    if net > _friction_level(q, 0.0, 1.0, p):
         return 1.0
-    return -1.0 if net < -(p[SLOT.F_minus] + p[SLOT.F_stribeck]) else 0.0
+    return -1.0 if net < -_friction_level(q, 0.0, -1.0, p) else 0.0
 
 
 @njit(
@@ -254,6 +261,7 @@ def driven_motion(
     n = (force.size - 1) // (2 * substeps)
     deflection, speed = np.full(n, np.inf), np.full(n, np.inf)
     rubs = p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] > 0.0
+    rubs = rubs or rubs_by_place(p, N_SLOTS)
     n_further = p_1.size + p_2.size + p.size - N_SLOTS
     if not rubs and p[SLOT.Kp] == 0.0 and n_further == 0:
         _smooth_motion(force, state, substeps, p, h, size, deflection, speed)
@@ -277,7 +285,7 @@ def driven_motion(
                     net = drive[0] - branch - _stage_forces(
                         q, v, 0.0, 0.0, slider, p, law_1, law_2, p_1, p_2
                     )  # fmt: skip
-                    sign = _breaks_loose(net, p)
+                    sign = _breaks_loose(net, q, p)
                     if sign == 0.0:
                         branch *= np.exp(-left / p[SLOT.tau])
                         if p.size > N_SLOTS:
@@ -348,8 +356,7 @@ def restoring_force(
         if p_2.size:
             total += law_2(q[i], v[i], p_2)
         sign = np.tanh(v[i] / v_rest)
-        level = p[SLOT.F_plus] if v[i] > 0.0 else p[SLOT.F_minus]
-        total += sign * (level + _friction_level(v[i], p))
+        total += sign * _friction_level(q[i], v[i], sign, p)
         moved = q[i] - q[i - 1] if i else 0.0
         slider = min(max(slider + p[SLOT.Kp] * moved, -p[SLOT.Fy]), p[SLOT.Fy])
         branch = decay * branch + gain * moved

@@ -80,9 +80,11 @@ def misplaced(place: str, x: list[float], y: list[float]) -> list[str]:
     return found + unordered(place, x)
 
 
-def unordered(place: str, x: list[float]) -> list[str]:
-    """Message where an abscissa does not increase; `place` is named."""
+def unordered(place: str, x: list[float], name: str = "x") -> list[str]:
+    """Message where an abscissa does not increase; `place` and `name` are told."""
     at = next((k for k in range(len(x) - 1) if not x[k] < x[k + 1]), None)
     if at is None:
         return []
-    return [f"{place}: x[{at + 1}] is {x[at + 1]:g} after {x[at]:g}; expected increasing values"]
+    return [
+        f"{place}: {name}[{at + 1}] is {x[at + 1]:g} after {x[at]:g}; expected increasing values"
+    ]

@@ -2,19 +2,26 @@
 
 A straight motion from one state to the next is exact for stops and branches alike. Parts and their
 states are one flat array: their numbers, rows of stops each with z behind it, rows of branches each
-with its force behind it.
+with its force behind it, rows of the nodes of dry friction.
 """
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from carrierflex.simulation.element.memory_laws import AT, N_HEAD, STIFFNESS, TAU
+from carrierflex.simulation.element.memory_laws import (
+    AT,
+    LEVEL,
+    N_HEAD,
+    NODE,
+    STIFFNESS,
+    TAU,
+)
 
 Array = NDArray[np.float64]
 
-#: Values of a stop and of a branch, their states among them.
-_STOP, _BRANCH = len(AT) + 1, 3
+#: Values of a stop and of a branch, their states among them, and of a node.
+_STOP, _BRANCH, _LEVEL = len(AT) + 1, 3, 2
 
 
 @njit(cache=True, inline="always")
@@ -90,6 +97,41 @@ def remember(moved: float, elapsed: float, parts: Array, first: int) -> None:
         parts[at + len(AT)] = _moved_stop(moved, at, parts)
     for at in range(branches, branches + _BRANCH * int(parts[first + 1]), _BRANCH):
         parts[at + 2] = _moved_branch(moved, elapsed, at, parts)
+
+
+@njit(cache=True, inline="always")
+def rubs_by_place(parts: Array, first: int) -> bool:
+    """Whether dry friction that depends on the deflection is among the parts."""
+    return bool(parts.size > first and parts[first + 2] > 0.0)
+
+
+@njit(cache=True)
+def friction_by_place(q: float, parts: Array, first: int) -> float:
+    """Dry friction at a deflection, between two nodes or as at the last.
+
+    Parameters
+    ----------
+    q : float
+        Deflection.
+    parts, first
+        As of :func:`memory_force`.
+    """
+    if not rubs_by_place(parts, first):
+        return 0.0
+    low = first + N_HEAD + _STOP * int(parts[first]) + _BRANCH * int(parts[first + 1])
+    last = low + _LEVEL * (int(parts[first + 2]) - 1)
+    if q <= parts[low + NODE]:
+        return float(parts[low + LEVEL])
+    if q >= parts[last + NODE]:
+        return float(parts[last + LEVEL])
+    while last - low > _LEVEL:
+        middle = low + _LEVEL * ((last - low) // (2 * _LEVEL))
+        if parts[middle + NODE] <= q:
+            low = middle
+        else:
+            last = middle
+    share = (q - parts[low + NODE]) / (parts[last + NODE] - parts[low + NODE])
+    return float(parts[low + LEVEL] + share * (parts[last + LEVEL] - parts[low + LEVEL]))
 
 
 @njit(cache=True)

@@ -1,13 +1,18 @@
 """The file law.toml of a measured law with a memory."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.files.toml_files import read_toml, write_toml
 from carrierflex.simulation.case_kinds import MEMORY_LAW_FILE
 from carrierflex.simulation.element.memory_laws import AT, MemoryLaw, StopPlaces
+
+if TYPE_CHECKING:
+    from carrierflex.simulation.element.memory_law_tables import StopTable
 
 _HEADING = (
     "# Measured law with a memory, taken as a candidate by `diagnose --law FILE`. Forces of its",
@@ -39,12 +44,11 @@ def read_memory_law(path: Path) -> MemoryLaw:
     from carrierflex.simulation.element.memory_law_tables import MemoryLawDocument
 
     document = read_toml(path, MEMORY_LAW_FILE, MemoryLawDocument)
-    stops = [[getattr(stop, name) for name in StopPlaces._fields] for stop in document.stop]
     branches = [[branch.tau, branch.stiffness] for branch in document.branch]
     return MemoryLaw(
         document.name,
         document.effect_class,
-        np.array(stops, dtype=np.float64).reshape(-1, len(AT)),
+        stop_rows(document.stop),
         np.array(branches, dtype=np.float64).reshape(-1, 2),
         (document.force_unit, document.deflection_unit),
         document.visited,
@@ -76,13 +80,23 @@ def write_memory_law(path: Path, law: MemoryLaw) -> None:
         "measured_on": law.measured_on or None,
     }
     if law.stops.size:
-        rows = [dict(zip(StopPlaces._fields, row, strict=True)) for row in law.stops.tolist()]
-        document["stop"] = [
-            {name: value for name, value in row.items() if value or name == "middle"}
-            for row in rows
-        ]
+        document["stop"] = stop_tables(law.stops)
     if law.branches.size:
         document["branch"] = [
             {"tau": tau, "stiffness": stiffness} for tau, stiffness in law.branches.tolist()
         ]
     write_toml(path, MEMORY_LAW_FILE, _HEADING, document)
+
+
+def stop_rows(tables: "Sequence[StopTable]") -> NDArray[np.float64]:
+    """Rows of the stops of a file, shape (n_stops, 10)."""
+    rows = [[getattr(stop, name) for name in StopPlaces._fields] for stop in tables]
+    return np.array(rows, dtype=np.float64).reshape(-1, len(AT))
+
+
+def stop_tables(stops: NDArray[np.float64]) -> list[dict[str, float]]:
+    """Tables of stops for a file, without the forces that are zero."""
+    rows = [dict(zip(StopPlaces._fields, row, strict=True)) for row in stops.tolist()]
+    return [
+        {name: value for name, value in row.items() if value or name == "middle"} for row in rows
+    ]

@@ -1,5 +1,7 @@
 """Laws of one element with a memory, as parallel parts: stops that slip, branches that relax.
 
+Dry friction whose level depends on the deflection stands beside them: the motion sticks in it.
+
 A stop is a spring in series with dry friction (Jenkins element; Iwan, J. Appl. Mech. 33 (1966)
 893): ``z`` follows the deflection over the yield deflection and stays within -1 and 1. Its force is
 
@@ -12,7 +14,7 @@ side to side, or turn along a curved line. A branch is a spring in series with a
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -46,8 +48,10 @@ AT = StopPlaces(*range(len(StopPlaces._fields)))
 FIRST_FORCE = AT.slip
 #: Places in the row of a branch.
 TAU, STIFFNESS = 0, 1
-#: Values before the parts in their flat array: how many stops, how many branches.
-N_HEAD = 2
+#: Places in the row of a node of dry friction: deflection, level.
+NODE, LEVEL = 0, 1
+#: Values before the parts in their flat array: how many stops, branches, nodes of dry friction.
+N_HEAD = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +74,9 @@ class MemoryLaw:
         Deflections between which it was measured.
     measured_on : str
         Campaign whose records gave it; empty where unknown.
+    levels : ndarray, shape (n_nodes, 2), optional
+        Dry friction over the deflection, which increases: its level, linear between the nodes and
+        constant beyond; of a surface alone.
     """
 
     name: str
@@ -79,6 +86,7 @@ class MemoryLaw:
     units: tuple[str, str]
     visited: tuple[float, float]
     measured_on: str = ""
+    levels: Array = field(default_factory=lambda: np.empty((0, 2)))
 
     @property
     def x(self) -> Array:
@@ -106,13 +114,16 @@ class MemoryParts:
         Rows of all stops.
     branches : ndarray, shape (n_branches, 2)
         Rows of all branches.
+    levels : ndarray, shape (n_nodes, 2)
+        Dry friction over the deflection, of all laws together.
     """
 
     stops: Array
     branches: Array
+    levels: Array
 
 
-NO_PARTS = MemoryParts(np.empty((0, len(AT))), np.empty((0, 2)))
+NO_PARTS = MemoryParts(np.empty((0, len(AT))), np.empty((0, 2)), np.empty((0, 2)))
 
 
 def joined_parts(laws: Sequence[tuple[MemoryLaw, float]]) -> MemoryParts:
@@ -133,17 +144,27 @@ def joined_parts(laws: Sequence[tuple[MemoryLaw, float]]) -> MemoryParts:
         own = law.branches.copy()
         own[:, STIFFNESS] *= size
         branches.append(own)
-    return MemoryParts(np.concatenate(stops), np.concatenate(branches))
+    levels = [(law.levels, size) for law, size in laws if law.levels.size]
+    return MemoryParts(np.concatenate(stops), np.concatenate(branches), _joined_levels(levels))
+
+
+def _joined_levels(levels: Sequence[tuple[Array, float]]) -> Array:
+    """Sum of tables of dry friction, each times a factor, at the nodes of all."""
+    if not levels:
+        return NO_PARTS.levels
+    nodes = np.unique(np.concatenate([own[:, NODE] for own, _ in levels]))
+    sums = [size * np.interp(nodes, own[:, NODE], own[:, LEVEL]) for own, size in levels]
+    return np.column_stack([nodes, np.sum(sums, axis=0)])
 
 
 def flat_parts(parts: MemoryParts) -> Array:
     """Parts as one array for the compiled code, at rest: empty where there is none.
 
-    Numbers of stops and branches, the row of each stop and its state, the row of each branch and
-    its force.
+    Numbers of stops, branches and nodes of dry friction, the row of each stop and its state, the
+    row of each branch and its force, the row of each node.
     """
-    if not parts.stops.size + parts.branches.size:
+    if not parts.stops.size + parts.branches.size + parts.levels.size:
         return np.empty(0)
-    counts = np.array([len(parts.stops), len(parts.branches)], dtype=np.float64)
+    counts = [len(parts.stops), len(parts.branches), len(parts.levels)]
     rows = [np.append(row, 0.0) for own in (parts.stops, parts.branches) for row in own]
-    return np.concatenate([counts, *rows])
+    return np.concatenate([np.array(counts, dtype=np.float64), *rows, parts.levels.ravel()])

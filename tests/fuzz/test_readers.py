@@ -56,6 +56,7 @@ from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
     WaveTable,
 )
 from carrierflex.simulation.element.memory_laws import MemoryLaw
+from carrierflex.simulation.element.surface_laws import SurfaceLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
@@ -173,6 +174,9 @@ def _documents(folder: Path) -> dict[str, Target]:
         folder / "memory.toml",
         MemoryLaw("law", "hysteresis", stops, np.empty((0, 2)), ("N", "m"), (-1.0, 1.0)),
     )
+    write_measured_law(
+        folder / "surface.toml", SurfaceLaw("law", x, x, np.outer(x, x), x, stops, ("N", "m"))
+    )
     part = BushingPart("radial", "both", x, x)
     write_measured_law(folder / "bushings.toml", BushingLaw("law", "dissipation", (part,)))
     slips = (
@@ -198,6 +202,7 @@ def _documents(folder: Path) -> dict[str, Target]:
         "surfaces.toml": lambda path: read_cad_statements(path / "surfaces.toml"),
         "law.toml": lambda path: read_measured_law(path / "law.toml"),
         "memory.toml": lambda path: read_measured_law(path / "memory.toml"),
+        "surface.toml": lambda path: read_measured_law(path / "surface.toml"),
         "bushings.toml": lambda path: read_measured_law(path / "bushings.toml"),
         "bushing_memory.toml": lambda path: read_measured_law(path / "bushing_memory.toml"),
         "carrier.toml": lambda path: read_measured_law(path / "carrier.toml"),

@@ -55,6 +55,10 @@ _LAWS = {
         "simulation.case_kinds:MEMORY_LAW_FILE",
         "simulation.element.memory_law_tables:MemoryLawDocument",
     ),
+    "carrierflex-surface-law": (
+        "simulation.case_kinds:SURFACE_LAW_FILE",
+        "simulation.element.surface_law_tables:SurfaceLawDocument",
+    ),
     "carrierflex-bushing-law": (
         "simulation.case_kinds:BUSHING_LAW_FILE",
         "simulation.mounting.measured_laws.bushing_law_tables:BushingLawDocument",

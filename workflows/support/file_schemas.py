@@ -33,6 +33,7 @@ from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.carrier.measured_laws.carrier_law_tables import CarrierLawDocument
 from carrierflex.simulation.element.law_tables import LawDocument
 from carrierflex.simulation.element.memory_law_tables import MemoryLawDocument
+from carrierflex.simulation.element.surface_law_tables import SurfaceLawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import BushingLawDocument
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_tables import (
@@ -66,6 +67,7 @@ _DOCUMENTS: dict[str, Any] = {
     "stage case": StageCaseDocument,
     "element law": LawDocument,
     "memory law": MemoryLawDocument,
+    "surface law": SurfaceLawDocument,
     "bushing law": BushingLawDocument,
     "bushing memory law": BushingMemoryLawDocument,
     "carrier law": CarrierLawDocument,

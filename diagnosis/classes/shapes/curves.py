@@ -17,7 +17,7 @@ _STRAIGHT = 0.25
 #: What a quarter far from rest must be straighter by, as a share of the curve's size.
 _NEAR_REST = 0.02
 #: Speeds over that of rest from which the sign of the speed is certain: tanh is 0.995.
-_CERTAIN_SIGN = 3.0
+CERTAIN_SIGN = 3.0
 
 
 def drawn_coefficients(scores: ClassScores, held: HeldOutSquares, places: IntArray) -> FloatArray:
@@ -103,7 +103,7 @@ def without_steps(
     tuple of (ndarray, tuple of float)
         Curve, shape (n,), and steps at positive and at negative speed, >= 0.
     """
-    certain = _CERTAIN_SIGN * rest_speed
+    certain = CERTAIN_SIGN * rest_speed
     edges = np.array([min(certain, v[-1]), max(-certain, v[0])])
     first, second = np.interp(edges, v, y)
     steps = (max(float(first), 0.0), max(-float(second), 0.0))

@@ -22,7 +22,8 @@ def is_kept(finding: ClassFinding) -> bool:
     shape = finding.shape
     if shape is None:
         return False
-    return bool(shape.parts) or shape.memory is not None or finding.id in TABULATED
+    is_law = shape.memory is not None or shape.surface is not None
+    return bool(shape.parts) or is_law or finding.id in TABULATED
 
 
 def kept_shape(

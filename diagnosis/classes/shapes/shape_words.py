@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.results import BesideCurve
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.element.tabulated_laws import (
     COUPLED_DAMPING,
@@ -55,6 +56,35 @@ def shape_words(
     if name == COUPLED_DAMPING:
         return _coupled_words(x, y, units)
     return f"changes by {_sized(float(np.ptp(y)), units[1])}"
+
+
+def length_words(value: float, unit: str) -> str:
+    """A deflection with its unit, in millimetres below a tenth of a metre."""
+    return _sized(value, unit)
+
+
+def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]) -> str:
+    """How the force over the speed differs from one deflection to another.
+
+    Parameters
+    ----------
+    lower, upper : BesideCurve
+        Force over the same speeds at two deflections, each named by its place.
+    units : tuple of str
+        Units of speed and force.
+
+    Returns
+    -------
+    str
+        For example ``loss at 0.2 m/s of 3 N at -1 mm and of 9 N at 1 mm``.
+    """
+    top = min(float(lower.x[-1]), -float(lower.x[0]))
+    losses = [
+        0.5 * float(np.interp(top, own.x, own.y) - np.interp(-top, own.x, own.y))
+        for own in (lower, upper)
+    ]
+    first, second = (_sized(loss, units[1]) for loss in losses)
+    return f"loss at {_sized(top, units[0])} of {first} {lower.name} and of {second} {upper.name}"
 
 
 def _sized(value: float, unit: str) -> str:

@@ -3,6 +3,7 @@
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY
+from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
 from carrierflex.simulation.element.tabulated_laws import COUPLED_DAMPING
 
 #: How a law goes on that does not with the slope of its end.
@@ -10,6 +11,7 @@ _CONTINUED = {
     COUPLED_DAMPING: "its end value",
     HYSTERESIS: "stops that slip as at its end",
     MEMORY: "branches that stay linear",
+    FORCE_SURFACE: "the slopes of its edge",
 }
 
 

@@ -79,6 +79,11 @@ def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:
     return _ONE_FREQUENCY_NOTE if _has_one_frequency(own) else ""
 
 
+def is_one_curve(own: ElementTable) -> bool:
+    """Whether all runs go round one curve of deflection and speed: one frequency at one level."""
+    return _has_one_frequency(own) and has_one_level(own)
+
+
 def _has_one_frequency(own: ElementTable) -> bool:
     return has_one_frequency([(one.record.drive[one.counts], one.step) for one in own.records])
 

@@ -109,15 +109,6 @@ def group_columns(
     n_plain = yields(size).size
     n_varying = yields(size)[_COUPLED_YIELDS].size + yields(size)[_CURVED_YIELDS].size
 
-    def jump(own: ForceRecord) -> FloatArray:
-        sign = np.tanh(own.v / size.rest_speed)
-        return np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
-
-    def surface(own: ForceRecord) -> FloatArray:
-        along_x = bases.surface_x(own.x)
-        along_v = np.concatenate([bases.surface_v(own.v / size.speed), jump(own)])
-        return (along_x[:, None] * along_v[None]).reshape(-1, own.x.size)
-
     def in_time(own: ForceRecord) -> FloatArray:
         splines = bases.time(own.step * np.arange(own.x.size, dtype=np.float64))
         rows = (own.x / size.half_range, own.v / size.speed, np.ones(own.x.size))
@@ -133,7 +124,7 @@ def group_columns(
             lambda own: bases.speed(bases.curved_speed(own.v)),
             difference_penalty(_N_SPEED, 2),
         ),
-        GroupColumns("jump", jump, np.zeros((2, 2))),
+        GroupColumns("jump", lambda own: step_at_rest(own.v, size), np.zeros((2, 2))),
         GroupColumns(
             "presliding",
             lambda own: stops(own.x, size.presliding, from_rest=own.from_rest),
@@ -154,10 +145,27 @@ def group_columns(
             lambda own: bases.coupled(own.x) * own.v,
             difference_penalty(_N_COUPLED, 2),
         ),
-        GroupColumns("surface", surface, np.eye(_N_SURFACE * (_N_SURFACE + 2))),
+        GroupColumns(
+            "surface",
+            lambda own: surface_products(bases, own.x, own.v),
+            np.eye(_N_SURFACE * (_N_SURFACE + 2)),
+        ),
         GroupColumns("time", in_time, _three_times(difference_penalty(bases.time.n, 1))),
         GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
     )
+
+
+def step_at_rest(v: FloatArray, size: MotionSize) -> FloatArray:
+    """Signs of positive and of negative speed, smooth where they are uncertain, shape (2, n)."""
+    sign = np.tanh(v / size.rest_speed)
+    return np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
+
+
+def surface_products(bases: ElementBases, x: FloatArray, v: FloatArray) -> FloatArray:
+    """Splines of x times splines of v and the step at rest, shape (n_columns, n)."""
+    along_x = bases.surface_x(x)
+    along_v = np.concatenate([bases.surface_v(v / bases.size.speed), step_at_rest(v, bases.size)])
+    return (along_x[:, None] * along_v[None]).reshape(-1, x.size)
 
 
 def _three_times(penalty: FloatArray) -> FloatArray:

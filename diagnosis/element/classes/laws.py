@@ -14,13 +14,15 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.memory_parts import memory_law_force
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, MemoryLaw
+from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
+from carrierflex.simulation.force_laws import Force
 
 RESTORING_FORCE = "restoring_force"
 DISSIPATION = "dissipation"
 DELAY = "delay"
 COUPLED_DAMPING = "coupled_damping"
-FORCE_SURFACE = "force_surface"
 TIME_VARIATION = "time_variation"
 DRIVE_SIDE = "drive_side"
 
@@ -128,7 +130,11 @@ def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSiz
         Force for unit amplitude.
     """
     if law in model.memory:
-        return memory_law_force(model.memory[law], own)[None, None]
+        force = memory_law_force(model.memory[law], own)
+        if law in model.laws:
+            force = force + _force_along(model.laws[law], own)
+            force = force + _friction(model.memory[law], own, size)
+        return force[None, None]
     if law == "sensor_delay":
         return _delayed(own, is_force=model.by_force)[None]
     if law == "maxwell_branch":
@@ -203,6 +209,33 @@ def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> Floa
         speeds = shapes_of(law, size)
         return np.array([[sign, sign * np.exp(-((v / own) ** 2))] for own in speeds])
     return None
+
+
+def _friction(law: MemoryLaw, own: ForceRecord, size: MotionSize) -> FloatArray:
+    """Dry friction of a surface along the motion of a run, shape (n,)."""
+    if not law.levels.size:
+        return np.zeros(own.x.size)
+    nodes, levels = law.levels.T
+    return np.asarray(np.interp(own.x, nodes, levels) * _sign(own.v, size))
+
+
+def _force_along(force: Force, own: ForceRecord) -> FloatArray:
+    """Force of a law of size one along the motion of a run, shape (n,)."""
+    none = np.empty(0)
+    # The kernel of the displacement drive, with no element but this law.
+    return np.asarray(
+        restoring_force(
+            np.ascontiguousarray(own.x),
+            np.ascontiguousarray(own.v),
+            np.zeros(own.x.size),
+            element_values({}),
+            np.ones(2),
+            force,
+            no_law,
+            np.ones(1),
+            none,
+        )
+    )
 
 
 def _user_law(model: ElementModel, own: ForceRecord, law: str) -> FloatArray:

@@ -14,7 +14,13 @@ from carrierflex.diagnosis.element.cards import KIND
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
 from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, WITH_MEMORY, MemoryLaw
+from carrierflex.simulation.element.surface_laws import (
+    FORCE_SURFACE,
+    SurfaceLaw,
+    surface_force,
+)
 from carrierflex.simulation.element.tabulated_laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -22,18 +28,20 @@ from carrierflex.simulation.element.tabulated_laws import (
     TabulatedLaw,
     tabulated_force,
 )
+from carrierflex.simulation.force_laws import Force
 
 _EQUATIONS = {
     DISSIPATION: "g(v)",
     COUPLED_DAMPING: "h(q) v",
     HYSTERESIS: "stops that slip",
     MEMORY: "branches that relax",
+    FORCE_SURFACE: "f(q, v)",
 }
 
 
 def law_of_answer(
     answer: ClassAnswer, campaign: str, wanted: str | None = None
-) -> TabulatedLaw | MemoryLaw:
+) -> MeasuredElementLaw:
     """Measured shape of a class of the answer.
 
     Parameters
@@ -47,20 +55,28 @@ def law_of_answer(
 
     Returns
     -------
-    TabulatedLaw or MemoryLaw
+    TabulatedLaw, MemoryLaw or SurfaceLaw
         The shape without what the baseline takes up; of hysteresis its stops, of memory its
-        branches.
+        branches, of a force_surface its table with dry friction beside it.
 
     Raises
     ------
     ValueError
         Where no class is named or leading, the answer has not the wanted one, or it has no table.
     """
-    kept = (*TABULATED, *WITH_MEMORY)
+    kept = (*TABULATED, *WITH_MEMORY, FORCE_SURFACE)
     name, shape = kept_shape(answer, {own: own for own in kept}, wanted)
     force, length = shape.units[1], shape.units[0].removesuffix("/s")
     if isinstance(shape.memory, MemoryLaw):
         return replace(shape.memory, name=law_name(name, campaign), measured_on=campaign)
+    if name == FORCE_SURFACE:
+        if shape.surface is None:
+            raise ValueError(
+                "no law to save: the records go round one curve of deflection and speed (one "
+                "frequency at one level), off which a surface is not known; measure another level "
+                "or frequency"
+            )
+        return replace(shape.surface, name=law_name(name, campaign), measured_on=campaign)
     if name == COUPLED_DAMPING:
         force = force.removesuffix(f" s/{length}")
     return TabulatedLaw(
@@ -74,14 +90,12 @@ def law_of_answer(
     )
 
 
-def law_cards(
-    laws: Sequence[TabulatedLaw | MemoryLaw], units: tuple[str, str]
-) -> tuple[EffectCard, ...]:
+def law_cards(laws: Sequence[MeasuredElementLaw], units: tuple[str, str]) -> tuple[EffectCard, ...]:
     """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
 
     Parameters
     ----------
-    laws : sequence of TabulatedLaw or MemoryLaw
+    laws : sequence of TabulatedLaw, MemoryLaw or SurfaceLaw
         Laws.
     units : tuple of str
         Units of force and deflection of the records.
@@ -104,44 +118,66 @@ def law_cards(
             f"size x {_EQUATIONS.get(law.effect_class, 'f(q)')} as it was measured",
             (EffectParameter("size", "1", 0.0, np.inf, scale=1.0),),
             "that of its shape",
-            # Parts with a memory are the simulator's own.
-            law=tabulated_force(law) if isinstance(law, TabulatedLaw) else None,
+            law=_force(law),
         )
         for law in laws
     )
 
 
+def _force(law: MeasuredElementLaw) -> Force | None:
+    """Force of a law without parts with a memory, which are the simulator's own."""
+    if isinstance(law, SurfaceLaw):
+        return surface_force(law)
+    return tabulated_force(law) if isinstance(law, TabulatedLaw) else None
+
+
 def beyond_visited(
-    law: TabulatedLaw | MemoryLaw, records: Sequence[ElementRecord]
+    law: MeasuredElementLaw, records: Sequence[ElementRecord]
 ) -> tuple[CampaignWarning, ...]:
-    """Warning where records leave the range in which a law was measured; empty where none does.
+    """Warnings where records leave the range in which a law was measured; empty where none does.
 
     Parameters
     ----------
-    law : TabulatedLaw or MemoryLaw
-        Law.
+    law : TabulatedLaw, MemoryLaw or SurfaceLaw
+        Law; of a surface deflection and speed are looked at.
     records : sequence of ElementRecord
         Runs.
     """
-    own = [_abscissa(law, record) for record in records]
+    if isinstance(law, SurfaceLaw):
+        length = law.units[1]
+        over_x = _beyond(law, records, law.x, length, along_speed=False)
+        return over_x + _beyond(law, records, law.v, f"{length}/s", along_speed=True)
+    return _beyond(law, records, law.x, law.x_unit, along_speed=law.along_speed)
+
+
+def _beyond(
+    law: MeasuredElementLaw,
+    records: Sequence[ElementRecord],
+    table: FloatArray,
+    unit: str,
+    *,
+    along_speed: bool,
+) -> tuple[CampaignWarning, ...]:
+    """Warning where deflection or speed of the records leaves a table."""
+    own = [_abscissa(record, along_speed=along_speed) for record in records]
     values = np.concatenate(own)
-    outside = (values < law.x[0]) | (values > law.x[-1])
+    outside = (values < table[0]) | (values > table[-1])
     if not outside.any():
         return ()
-    farthest = int(np.argmax([max(law.x[0] - one.min(), one.max() - law.x[-1]) for one in own]))
+    farthest = int(np.argmax([max(table[0] - one.min(), one.max() - table[-1]) for one in own]))
     warning = visited_range_warning(
         law.name,
         law.effect_class,
         share=float(np.mean(outside)),
         reached=values,
-        table=law.x,
-        unit=law.x_unit,
+        table=table,
+        unit=unit,
         run=records[farthest].name,
     )
     return (warning,)
 
 
-def _abscissa(law: TabulatedLaw | MemoryLaw, record: ElementRecord) -> FloatArray:
+def _abscissa(record: ElementRecord, *, along_speed: bool) -> FloatArray:
     """Deflection or speed where samples count; the measured motion may hold a run-in."""
-    motion = record.motion[1 if law.along_speed else 0]
+    motion = record.motion[1 if along_speed else 0]
     return np.asarray(motion[record.block >= 0], dtype=np.float64)

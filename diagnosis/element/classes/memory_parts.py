@@ -45,18 +45,21 @@ def parts_of_stops(
     for name, (own, weights) in forces.items():
         place = StopPlaces._fields.index(name)
         rows[np.searchsorted(yields, own), place] = np.maximum(weights, 0.0)
-    return MemoryParts(rows[rows[:, FIRST_FORCE:].any(axis=1)], NO_PARTS.branches)
+    return MemoryParts(rows[rows[:, FIRST_FORCE:].any(axis=1)], NO_PARTS.branches, NO_PARTS.levels)
 
 
 def parts_of_branches(taus: FloatArray, weights: FloatArray) -> MemoryParts:
     """Branches by relaxation time [s] and stiffness; those without stiffness are left out."""
     rows = np.column_stack([taus, np.maximum(weights, 0.0)])
-    return MemoryParts(NO_PARTS.stops, rows[rows[:, STIFFNESS] > 0.0])
+    return MemoryParts(NO_PARTS.stops, rows[rows[:, STIFFNESS] > 0.0], NO_PARTS.levels)
 
 
 def memory_law_force(law: MemoryLaw, own: ForceRecord) -> FloatArray:
-    """Force of a law along the motion of a run, begun as the class's columns are, shape (n,)."""
-    parts = flat_parts(MemoryParts(law.stops, law.branches))
+    """Force of a law's parts along the motion of a run, begun as the class's columns are.
+
+    Shape (n,); dry friction, which has no memory, is not in it.
+    """
+    parts = flat_parts(MemoryParts(law.stops, law.branches, NO_PARTS.levels))
     x = np.ascontiguousarray(own.x)
     if not own.from_rest:
         forces_along(x[::-1].copy(), own.step, parts)

@@ -1,6 +1,6 @@
 """The measured shape of a class: its curve over the visited range with a band over the blocks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,11 +18,13 @@ from carrierflex.diagnosis.classes.shapes.curves import (
 )
 from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.answer import is_one_curve
 from carrierflex.diagnosis.element.classes.columns import ElementBases, stops_columns, stops_of
 from carrierflex.diagnosis.element.classes.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
     DRIVE_SIDE,
+    FORCE_SURFACE,
     HYSTERESIS,
     MEMORY,
     RESTORING_FORCE,
@@ -30,6 +32,7 @@ from carrierflex.diagnosis.element.classes.laws import (
     static_law,
 )
 from carrierflex.diagnosis.element.classes.memory_parts import parts_of_branches
+from carrierflex.diagnosis.element.classes.surface_shape import surface_shape
 from carrierflex.diagnosis.element.classes.table import ElementTable
 from carrierflex.simulation.element.memory_laws import WITH_MEMORY, MemoryLaw
 
@@ -85,6 +88,10 @@ def measured_shape(
     MeasuredShape or None
         None for a class without a curve.
     """
+    if name == FORCE_SURFACE:
+        found = surface_shape(own.bases, units, scores, held)
+        # Off the one curve that the records go round a surface is anything.
+        return replace(found, surface=None) if is_one_curve(own) else found
     if name not in _GROUPS:
         return None
     curve = _curve(own.bases, name, units)

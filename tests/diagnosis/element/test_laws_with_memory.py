@@ -29,7 +29,6 @@ from carrierflex.simulation.element.memory_laws import (
     AT,
     NO_PARTS,
     MemoryLaw,
-    MemoryParts,
     flat_parts,
     joined_parts,
 )
@@ -50,10 +49,10 @@ def stop(**forces):
     values = {"yield_deflection": SLIP / STIFFNESS, "half_range": 1e-3, **forces}
     for name, value in values.items():
         row[getattr(AT, name)] = value
-    return MemoryParts(row[None], NO_PARTS.branches)
+    return replace(NO_PARTS, stops=row[None])
 
 
-BRANCH = MemoryParts(NO_PARTS.stops, np.array([[TAU, STIFFNESS]]))
+BRANCH = replace(NO_PARTS, branches=np.array([[TAU, STIFFNESS]]))
 
 
 def force_of(q, parts, step=1e-3, **values):

@@ -154,7 +154,7 @@ def answer_of(*names, state=NAMED_CLASS):
     [
         (answer_of(state=NOTHING), None, "answer by class is 'nothing'"),
         (answer_of("delay", "dissipation"), None, "class 'delay' is not kept as a law"),
-        (answer_of("force_surface"), None, "class 'force_surface' is not kept as a law"),
+        (answer_of("time_variation"), None, "class 'time_variation' is not kept as a law"),
         (answer_of("hysteresis"), None, "was named by its law backlash, not by its shape"),
         (answer_of("delay"), "dissipation", "'dissipation' is not in the answer; expected delay"),
         (answer_of("restoring_force"), None, "was named by its law backlash, not by its shape"),
