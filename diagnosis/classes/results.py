@@ -72,6 +72,8 @@ class MeasuredShape:
         Stops or branches of a class with a memory, as a law without a name.
     surface : SurfaceLaw, optional
         Table and dry friction of a force_surface, as a law without a name.
+    name : str
+        What the curve is beside others, in words.
     """
 
     x: FloatArray
@@ -87,6 +89,7 @@ class MeasuredShape:
     parts: tuple[BushingPart, ...] = ()
     memory: MemoryLaw | BushingMemoryLaw | None = None
     surface: SurfaceLaw | None = None
+    name: str = "measured"
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
     is_curve = bool((x[1:] >= x[:-1]).all())
     if is_curve:
         panel.fill_between(x, low, high, color=BLUE, alpha=0.25, linewidth=0.0, label="95 % band")
-    panel.plot(x, y_factor * shape.y, color=BLUE, linewidth=1.6, label="measured")
+    panel.plot(x, y_factor * shape.y, color=BLUE, linewidth=1.6, label=shape.name)
     for other in shape.beside:
         low, high = y_factor * other.band.T
         own = x_factor * other.x

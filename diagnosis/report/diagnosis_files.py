@@ -210,6 +210,7 @@ def _shape(shape: MeasuredShape | None) -> dict[str, Any] | None:
         "labels": shape.labels,
         "units": shape.units,
         "words": shape.words,
+        "name": shape.name,
         "beside": [
             {"name": other.name, "x": other.x, "y": other.y, "band": other.band}
             for other in shape.beside

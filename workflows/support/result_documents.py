@@ -107,7 +107,11 @@ class Shape(TypedDict):
     labels: Annotated[Sequence[str], "Names of both axes"]
     units: Annotated[Sequence[str], "Units of both axes"]
     words: Annotated[str, "The shape in words"]
-    beside: Annotated[Sequence[BesideShape], "The other bushing, where it has a law of its own"]
+    name: Annotated[str, "What the curve is beside others"]
+    beside: Annotated[
+        Sequence[BesideShape],
+        "The other bushing, where it has a law of its own; a surface at another deflection",
+    ]
 
 
 class FoundClass(TypedDict):

@@ -73,15 +73,15 @@ def surface_shape(
     draws = drawn_coefficients(scores, held, places)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
-    grid = _grid(bases)
-    law, plane = _law(grid, bases, smooth[0], slips[0], units)
+    grid, size = _grid(bases), bases.size
+    law = _law(grid, bases, smooth[0], slips[0], units)
+    places_x = [size.low + share * (size.high - size.low) for share in _DRAWN_AT]
+    friction = np.sum(np.maximum(slips, 0.0), axis=1)[:, None]
+    at_rest = friction * np.tanh(grid.v / size.rest_speed)
+    along_v = [_columns(bases, np.full(grid.v.size, x), grid.v) for x in places_x]
+    drawn = _without_lines(grid.v, smooth @ np.array(along_v) + at_rest, size.rest_speed)
     curves = []
-    for share in _DRAWN_AT:
-        x = bases.size.low + share * (bases.size.high - bases.size.low)
-        along = _columns(bases, np.full(grid.v.size, x), grid.v)
-        friction = np.sum(np.maximum(slips, 0.0), axis=1)[:, None]
-        values = smooth @ along + friction * np.tanh(grid.v / bases.size.rest_speed)
-        values = values - (plane[0] * x + plane[1] + plane[2] * grid.v)
+    for x, values in zip(places_x, drawn, strict=True):
         name = f"at {length_words(x, length)}"
         curves.append(BesideCurve(name, grid.v, values[0], band_of(values[0], values[1:])))
     lower, upper = curves
@@ -90,14 +90,33 @@ def surface_shape(
         lower.y,
         lower.band,
         np.empty(0),
-        ("speed", f"force {lower.name}"),
+        ("speed", "force beyond that at rest"),
         (f"{length}/s", force),
         surface_words(lower, upper, (f"{length}/s", force)),
         lower.y,
         (0.0, 0.0),
         beside=(upper,),
         surface=law,
+        name=lower.name,
     )
+
+
+def _without_lines(v: FloatArray, values: FloatArray, rest_speed: float) -> FloatArray:
+    """Curves over the speed, shape (n_curves, n_draws, n), without what the baseline takes up.
+
+    That is the middle of the step at rest of each, and of every draw the mean slope beside rest.
+    """
+    slopes = np.array([[slope_beside_rest(v, row) for row in curve] for curve in values])
+    values = values - slopes.mean(axis=0)[:, None] * v
+    ends = _beside_rest(v, rest_speed)
+    middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in values]
+    return np.asarray(values - np.array(middles)[..., None])
+
+
+def _beside_rest(v: FloatArray, rest_speed: float) -> FloatArray:
+    """Speeds on both sides of rest from which the sign of the speed is certain, shape (2,)."""
+    certain = CERTAIN_SIGN * rest_speed
+    return np.array([max(-certain, v[0]), min(certain, v[-1])])
 
 
 def _columns(bases: ElementBases, x: FloatArray, v: FloatArray) -> FloatArray:
@@ -129,14 +148,13 @@ def _law(
     weights: FloatArray,
     slips: FloatArray,
     units: tuple[str, str],
-) -> tuple[SurfaceLaw, FloatArray]:
-    """Surface without its steps at rest, dry friction beside it, and the plane taken out of it.
+) -> SurfaceLaw:
+    """Surface without its steps at rest, dry friction beside it.
 
-    The plane is slope over x, constant, slope over v.
+    Without the plane of x and v too, which the baseline takes up.
     """
     size = bases.size
-    certain = CERTAIN_SIGN * size.rest_speed
-    edges = np.array([max(-certain, grid.v[0]), min(certain, grid.v[-1])])
+    edges = _beside_rest(grid.v, size.rest_speed)
     inner = (grid.v > edges[0]) & (grid.v < edges[1])
     rows, levels = [], []
     for values in grid.values(weights):
@@ -154,5 +172,4 @@ def _law(
     damping = slope_beside_rest(grid.v, middle)
     y -= slope * grid.x[:, None] + constant + damping * grid.v
     turning = parts_of_stops({"slip": (size.presliding, slips)}, 0.0, size.half_range)
-    law = SurfaceLaw("", grid.x, grid.v, y, np.array(levels), turning.stops, units)
-    return law, np.array([slope, constant, damping])
+    return SurfaceLaw("", grid.x, grid.v, y, np.array(levels), turning.stops, units)
