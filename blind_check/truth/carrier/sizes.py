@@ -42,7 +42,8 @@ def sized_state(
     Parameters
     ----------
     plan : CasePlan
-        Effects and wanted gap over the noise; every effect of a pair leaves the same gap by itself.
+        Effects and wanted gap over the noise; every effect of a pair leaves the same gap by itself,
+        each of several what is drawn for it.
     rng : Generator
         Random numbers.
     known : CarrierState
@@ -59,13 +60,13 @@ def sized_state(
     """
     floor = float(np.exp(rng.uniform(*np.log(_NOISE))))
     units = [_unit_effect(plan.family, name, rng, n_runs) for name in plan.effects]
-    share = plan.ratio / np.sqrt(max(len(units), 1))
-    for name, unit in zip(plan.effects, units, strict=True):
+    ratios = plan.own_ratios or (plan.ratio / np.sqrt(max(len(units), 1)),) * len(units)
+    for name, unit, share in zip(plan.effects, units, ratios, strict=True):
         if name in _LARGEST:
             floor = min(floor, gap(_with(known, unit, _LARGEST[name])) / share)
     floor = max(floor, _LEAST_NOISE)
     state = known
-    for name, unit in zip(plan.effects, units, strict=True):
+    for name, unit, share in zip(plan.effects, units, ratios, strict=True):
         state = _with(
             state, unit, _factor(known, unit, share * floor, _LARGEST.get(name, np.inf), gap)
         )
