@@ -16,13 +16,19 @@ from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS, S
 _NUMBERS = (3, 4, 5)
 #: Gap of one cause alone over the floor.
 SMALLEST_OWN, LARGEST_OWN = 0.7, 10.0
-#: Causes of one word are never together. Slow loads do not tell one static map from another.
-_APART: Mapping[str, Mapping[str, str]] = {
+_CLASSES: Mapping[str, Mapping[str, str]] = {
     "carrier": {name: form.shape for name, form in OTHER_FORMS.items()},
-    "mounting": {
-        name: "static map" if form.class_id in STATIC_MAPS else form.class_id
-        for name, form in MOUNTING_FORMS.items()
-    },
+    "mounting": {name: form.class_id for name, form in MOUNTING_FORMS.items()},
+}
+#: Causes of other classes that these records do not tell apart by the truth's own equations; one of
+#: each set at most is in a case. Waves of as many lobes as planets are a tilt at the planets' order
+#: to four sensors a quarter turn apart, and so are planets that pass; slow loads leave the same
+#: signals of every static map.
+_ALIKE: Mapping[str, frozenset[str]] = {
+    "carrier": frozenset({"bounded_lobes", "stiffening_lobes", "torque_power_pass", "steady_pass"}),
+    "mounting": frozenset(
+        name for name, form in MOUNTING_FORMS.items() if form.class_id in STATIC_MAPS
+    ),
 }
 
 
@@ -43,17 +49,28 @@ def several_causes(
     rng : Generator
         Random numbers.
     """
-    apart = _APART[kind]
-    names = tuple(apart)
+    names = tuple(_CLASSES[kind])
     start = int(rng.integers(len(names)))
     drawn = []
     for k in range(count):
-        first = names[(start + k) % len(names)]
-        words = sorted({*apart.values()} - {apart[first]})
-        chosen = rng.choice(words, _NUMBERS[k % len(_NUMBERS)] - 1, replace=False)
-        others = [str(rng.choice([n for n in names if apart[n] == word])) for word in chosen]
-        causes = tuple(sorted((first, *others)))
+        causes = [names[(start + k) % len(names)]]
+        while len(causes) < _NUMBERS[k % len(_NUMBERS)]:
+            causes.append(_further(kind, causes, rng))
         exponents = rng.uniform(size=len(causes))
         ratios = SMALLEST_OWN * (LARGEST_OWN / SMALLEST_OWN) ** exponents
-        drawn.append((causes, tuple(float(ratio) for ratio in ratios)))
+        drawn.append((tuple(sorted(causes)), tuple(float(ratio) for ratio in ratios)))
     return [drawn[k] for k in rng.permutation(count)]
+
+
+def _further(kind: str, causes: list[str], rng: np.random.Generator) -> str:
+    """A cause of another class than those so far, that the records can tell from them."""
+    classes = _CLASSES[kind]
+    taken = {classes[name] for name in causes}
+    is_told = _ALIKE[kind].isdisjoint(causes)
+    free = [
+        name
+        for name, own in classes.items()
+        if own not in taken and (is_told or name not in _ALIKE[kind])
+    ]
+    chosen = rng.choice(sorted({classes[name] for name in free}))
+    return str(rng.choice([name for name in free if classes[name] == chosen]))

@@ -53,6 +53,9 @@ def test_plans_hold_three_to_five_causes_of_classes_of_their_own(kind):
         ]
         assert len(set(classes)) == len(classes)
         assert len(set(classes) & set(STATIC_MAPS)) <= 1
+        # Three lobes and planets that pass are the same tilt at order 3 to four sensors.
+        has_lobes = not {"bounded_lobes", "stiffening_lobes"}.isdisjoint(plan.effects)
+        assert not (has_lobes and "housing/planet_pass" in classes)
         assert plan.ratio == pytest.approx(np.hypot.reduce(plan.own_ratios))
 
 
@@ -85,6 +88,17 @@ def test_every_cause_of_a_carrier_leaves_alone_what_was_drawn():
     )
     _, other = case_campaign(replace(plan, own_ratios=(1.3, 6.0, 2.0)))
     assert other.own_gaps == pytest.approx((1.3, 6.0, 2.0), rel=1e-3)
+
+
+def test_a_form_that_the_loads_do_not_show_is_drawn_anew():
+    # Every run has more torque than this tilt's first limit: it would be a constant one.
+    causes = ("bounded_torque_tilt", "rooted_drift", "torque_saddle")
+    limits = []
+    for number in range(1, 9):
+        plan = CasePlan("carrier", number, 941, SEVERAL, causes, 4.0, own_ratios=(2.0, 2.0, 3.0))
+        _, label = case_campaign(plan)
+        limits.append(label.own_gaps)
+    np.testing.assert_allclose(limits, [[2.0, 2.0, 3.0]] * 8, rtol=1e-3)
 
 
 @pytest.mark.long
