@@ -26,10 +26,12 @@ from carrierflex.blind_check.labels import (
     ONE_CONDITION,
     OUTSIDE,
     PAIR,
+    SEVERAL,
     SINGLE,
     STAGE,
     CasePlan,
 )
+from carrierflex.blind_check.several_plans import several_causes
 from carrierflex.blind_check.truth.alias_table import (
     CONSTANT_LOAD,
     ONE_CONDITION_EFFECTS,
@@ -47,6 +49,8 @@ _WEIGHTS = {PAIR: 24, NOTHING: 24, OUTSIDE: 24, ALIASED: 12, ONE_CONDITION: 12, 
 _PER_EFFECT = 12
 #: Causes of another form: of six cases one holds nothing and one two causes.
 _FORMS, _FORM_CYCLE = 200, 6
+#: Several causes at once.
+_SEVERAL = 200
 _SHAPES_OF_FORMS = {
     "carrier": {name: form.shape for name, form in OTHER_FORMS.items()},
     "mounting": {name: form.shape for name, form in MOUNTING_FORMS.items()},
@@ -113,13 +117,33 @@ def case_plans(
         )
     drawn = []
     for family, count in _counts(weights, cases).items():
-        for k, effects in enumerate(_effects(kind, family, count, rng)):
-            # Even strata of the logarithm: a small check covers the range too.
-            fraction = (k + rng.uniform()) / count
-            ratio = SMALLEST_RATIO * (LARGEST_RATIO / SMALLEST_RATIO) ** fraction
-            drawn.append((family, effects, float(ratio) if effects else 0.0))
+        plans = _several_plans if family == SEVERAL else _plans_of_family
+        drawn += plans(kind, family, count, seed, rng)
     order = rng.permutation(len(drawn))
-    return tuple(CasePlan(kind, index + 1, seed, *drawn[k]) for index, k in enumerate(order))
+    return tuple(replace(drawn[k], number=index + 1) for index, k in enumerate(order))
+
+
+def _plans_of_family(
+    kind: str, family: str, count: int, seed: int, rng: np.random.Generator
+) -> list[CasePlan]:
+    """Plans without their numbers, of one gap each."""
+    drawn = []
+    for k, effects in enumerate(_effects(kind, family, count, rng)):
+        # Even strata of the logarithm: a small check covers the range too.
+        fraction = (k + rng.uniform()) / count
+        ratio = SMALLEST_RATIO * (LARGEST_RATIO / SMALLEST_RATIO) ** fraction
+        drawn.append(CasePlan(kind, 0, seed, family, effects, float(ratio) if effects else 0.0))
+    return drawn
+
+
+def _several_plans(
+    kind: str, family: str, count: int, seed: int, rng: np.random.Generator
+) -> list[CasePlan]:
+    """Plans without their numbers, of several causes with a gap of its own each."""
+    return [
+        CasePlan(kind, 0, seed, family, causes, math.hypot(*ratios), own_ratios=ratios)
+        for causes, ratios in several_causes(kind, count, rng)
+    ]
 
 
 #: Whether the campaigns of a check declare the noise of their channels: all, none, every other one.
@@ -165,7 +189,7 @@ def _weights(kind: str) -> dict[str, int]:
     # own yet.
     absent = (ALIASED, STAGE) if kind == "mounting" else ()
     drawn = {family: weights[family] for family in FAMILIES if family not in absent}
-    return {**drawn, FORM: _FORMS}
+    return {**drawn, FORM: _FORMS, SEVERAL: _SEVERAL}
 
 
 def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:

@@ -11,6 +11,10 @@ SINGLE, PAIR, NOTHING, OUTSIDE, ALIASED, ONE_CONDITION, STAGE = FAMILIES
 #: Causes of the carrier in forms of no law, alone, in pairs and none: judged by class, and drawn
 #: only where it is asked for.
 FORM = "form"
+#: Three to five such causes at once, each of a size of its own; drawn only where it is asked for.
+SEVERAL = "several"
+#: Families whose causes have forms of no law.
+FORM_FAMILIES = (FORM, SEVERAL)
 #: Free decays of an element, which a smaller check holds only where they are asked for.
 DECAYS = "decay"
 
@@ -35,11 +39,13 @@ class CasePlan:
         Effects to withhold; for the family "outside" the name of a disturbance that no library
         holds. For kind element causes of the truth.
     ratio : float
-        Wanted gap over the floor.
+        Wanted gap over the floor. Of several causes as if their signals had nothing in common.
     drive : str
         How an element is driven; empty for the other kinds.
     declares_noise : bool
         Whether the campaign declares the noise of its channels.
+    own_ratios : tuple of float
+        Of several causes, wanted gap over the floor of each alone.
     """
 
     kind: str
@@ -50,6 +56,7 @@ class CasePlan:
     ratio: float
     drive: str = ""
     declares_noise: bool = True
+    own_ratios: tuple[float, ...] = ()
 
     @property
     def name(self) -> str:

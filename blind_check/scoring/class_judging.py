@@ -18,6 +18,10 @@ abstained, silent
 Kind carrier compares frame and pattern; what a class follows is judged apart. A class of an error
 that the sensors really have may stand beside the truth's.
 
+Several causes at once are judged one by one
+(:mod:`carrierflex.blind_check.scoring.several_judging`): right where every cause of two floors is
+found and none is false, else wrong.
+
 A named law is false where none of its classes is the truth's or in its alias table.
 """
 
@@ -25,12 +29,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carrierflex.blind_check.labels import NOTHING, OUTSIDE, Label
+from carrierflex.blind_check.labels import NOTHING, OUTSIDE, SEVERAL, Label
+from carrierflex.blind_check.scoring.several_judging import JudgedCauses, judge_causes
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.carrier.other_forms import CLASSES_OF_LAW as CARRIER_LAWS
 from carrierflex.blind_check.truth.element.families import CLASSES_OF_LAW as ELEMENT_LAWS
 from carrierflex.blind_check.truth.mounting.other_forms import CLASSES_OF_LAW as MOUNTING_LAWS
 
+#: Gap over the floor from which a class has to be found.
+CLEAR_CLASS_GAP = 2.0
 #: Classes of each law by kind.
 CLASSES_OF_LAW: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "carrier": CARRIER_LAWS,
@@ -68,6 +75,8 @@ class ClassJudged:
         Laws that are named.
     false_laws : tuple of str
         Those whose class is wrong.
+    causes : JudgedCauses, optional
+        Of several causes at once, each by itself.
     """
 
     label: Label
@@ -76,6 +85,7 @@ class ClassJudged:
     outcome: str
     laws: tuple[str, ...]
     false_laws: tuple[str, ...]
+    causes: JudgedCauses | None = None
 
     @property
     def has_class(self) -> bool:
@@ -138,8 +148,13 @@ def judge_by_class(label: Label, verdict: Verdict) -> ClassJudged:
     else:
         answer = _sorted({_class_of_law(law, label) for law in laws})
     false = tuple(law for law in laws if not _is_of_truth(law, label))
-    outcome = _outcome(label, document, answer, bool(laws))
-    return ClassJudged(label, verdict, answer, outcome, laws, false)
+    sets = {_compared(ids, label) for ids in (answer, *_ties(document))}
+    causes = judge_causes(label, sets) if label.family == SEVERAL else None
+    outcome = _outcome(label, document, answer, sets, names_law=bool(laws))
+    if causes is not None and outcome in (RIGHT, TIE, WRONG):
+        is_right = causes.finds_all(CLEAR_CLASS_GAP) and not causes.false
+        outcome = RIGHT if is_right else WRONG
+    return ClassJudged(label, verdict, answer, outcome, laws, false, causes)
 
 
 def is_judged_by_class(label: Label) -> bool:
@@ -159,7 +174,12 @@ def cases_judged_by_class(
 
 
 def _outcome(
-    label: Label, document: Mapping[str, Any], answer: tuple[str, ...], names_law: bool
+    label: Label,
+    document: Mapping[str, Any],
+    answer: tuple[str, ...],
+    sets: set[tuple[str, ...]],
+    *,
+    names_law: bool,
 ) -> str:
     if document["verdict"] == ERROR:
         return FAILED
@@ -168,7 +188,6 @@ def _outcome(
     if not answer:
         return SILENT if document["verdict"] in _SEES_NOTHING else ABSTAINED
     true = _compared(label.classes, label)
-    sets = {_compared(ids, label) for ids in (answer, *_ties(document))}
     if true not in sets:
         return WRONG
     others = sets - {true}

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE
+from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE, SEVERAL
 from carrierflex.blind_check.scoring.class_coverage import covered_parameters
 from carrierflex.blind_check.scoring.class_judging import (
     ABSTAINED,
     CLASS_KINDS,
+    CLEAR_CLASS_GAP,
     FAILED,
     RIGHT,
     SILENT,
@@ -32,11 +33,10 @@ from carrierflex.blind_check.scoring.scoring import (
     time_figures,
     wilson,
 )
+from carrierflex.blind_check.scoring.several_score import several_figures, several_rows
 from carrierflex.blind_check.truth.element.drives import DECAY, STRATUM
 from carrierflex.blind_check.truth.element.families import CAUSES
 
-#: Gap over the floor from which a class has to be found.
-CLEAR_CLASS_GAP = 2.0
 #: Right of those answered at least, and not answered at most, by stratum.
 _WANTED = {
     "wide_band": (0.95, 0.10),
@@ -125,9 +125,10 @@ def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
         if own:
             for head, part in by_noise(own):
                 figures += named_after(head, _figures(part))
-            clear = [case for case in own if is_clear(case)]
+            several = [case for case in own if case.label.family == SEVERAL]
+            clear = [case for case in own if is_clear(case) and case not in several]
             rows = [(case.truth, case.answered, case.outcome == RIGHT) for case in clear]
-            confusion += confusion_rows(kind, rows)
+            confusion += confusion_rows(kind, rows) + several_rows(kind, several)
     elements = [case for case in cases if case.label.kind in CLASS_KINDS]
     return ClassScore(
         figures=tuple(figures),
@@ -149,7 +150,17 @@ def shows_every_cause(case: ClassJudged) -> bool:
 
 
 def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
+    """Figures of one kind; several causes at once have their own."""
     kind = cases[0].label.kind
+    several = [case for case in cases if case.label.family == SEVERAL]
+    others = [case for case in cases if case.label.family != SEVERAL]
+    figures = several_figures(kind, several)
+    if others:
+        figures += _figures_of_strata(kind, others)
+    return figures + time_figures(kind, [case.verdict.seconds for case in cases])
+
+
+def _figures_of_strata(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
     figures: list[Figure] = []
     for stratum in STRATA:
         figures += _stratum_figures(kind, stratum, cases)
@@ -162,13 +173,13 @@ def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
         follows = [case.follows_right for case in aimed if case.has_class and is_clear(case)]
         told = [own for own in follows if own is not None]
         figures.append(share_figure(kind, "what a right class follows is right", told))
-        return figures + time_figures(kind, [case.verdict.seconds for case in cases])
+        return figures
     hits = [hit for case in aimed for hit in covered_parameters(case)]
     for name, of in (("m and K1", True), ("textbook laws' parameters", False)):
         inside_own = [hit.is_covered for hit in hits if hit.is_baseline is of]
         text = f"{name} inside their 95 % interval"
         figures.append(share_figure(kind, text, inside_own, "90 to 99 %", is_nominal))
-    return figures + time_figures(kind, [case.verdict.seconds for case in cases])
+    return figures
 
 
 def _stratum(case: ClassJudged) -> str:

@@ -2,8 +2,8 @@
 
 A class is ``shape/way``: frame and pattern of a carrier and what it follows, a force of bushings
 and whether both have the same. Sets of classes of different shapes grow by the one that leaves
-least, as long as that is a clear gain; then every member is replaced by the simplest way that the
-records cannot tell from it.
+least, as long as each is a gain and together they are a clear one; then every member is replaced by
+the simplest way that the records cannot tell from it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -15,8 +15,8 @@ from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOut
 from carrierflex.diagnosis.classes.results import NOTHING
 from carrierflex.diagnosis.classes.shares import Shares
 
-#: Classes of an answer at most.
-_MOST_CLASSES = 4
+#: Classes of an answer at most: five causes and an error of the sensors.
+_MOST_CLASSES = 6
 
 
 #: Whether a simpler result may stand for the best one.
@@ -105,17 +105,24 @@ def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
 def _grown(
     scores: ClassScores, shares: Shares, single: Classes, pair: Classes, first: Sequence[str]
 ) -> Classes:
-    """Set that further shapes do not clearly improve."""
-    answer, larger = single, pair
+    """Set that further shapes do not clearly improve, one or several together.
+
+    Of four causes of like size none takes half of what the first one leaves, all three together do.
+    Every one must gain what a second cause has to; the answer is the last set that takes its part
+    of what the answer before it leaves.
+    """
+    answer, grown, larger = single, single, pair
     least = shares.constants.second_cause
-    while not _fits_all(scores, shares, answer) and shares.is_clear_gain(
-        scores.of(larger), scores.of(answer), least
+    while not _fits_all(scores, shares, grown) and shares.is_gain(
+        scores.of(larger), scores.of(grown), least
     ):
-        answer = larger
-        further = [name for name in first if name not in answer]
-        if len(answer) == _MOST_CLASSES or not further:
+        grown = larger
+        if shares.is_clear_gain(scores.of(grown), scores.of(answer), least):
+            answer = grown
+        further = [name for name in first if name not in grown]
+        if len(grown) == _MOST_CLASSES or not further:
             break
-        larger = _best(scores, [tuple(sorted((*answer, name))) for name in further])
+        larger = _best(scores, [tuple(sorted((*grown, name))) for name in further])
     return answer
 
 

@@ -51,7 +51,16 @@ from carrierflex.workflows.support.progress import Stages
 
 Kind = Literal["carrier", "mounting", "element", "all"]
 Family = Literal[
-    "single", "pair", "nothing", "outside", "aliased", "one_condition", "stage", "form", "decay"
+    "single",
+    "pair",
+    "nothing",
+    "outside",
+    "aliased",
+    "one_condition",
+    "stage",
+    "form",
+    "several",
+    "decay",
 ]
 Noise = Literal["declared", "undeclared", "half"]
 
@@ -99,8 +108,8 @@ def main(
         Seed of the cases.
     family : sequence of str
         Only these families of cases; may be repeated. All without, but "form": causes of a carrier
-        or mounting in forms of no law, judged by class. Of kind element only "decay", free decays,
-        which else end a full check.
+        or mounting in forms of no law, judged by class, and "several": three to five of these at
+        once. Of kind element only "decay", free decays, which else end a full check.
     noise : str
         Whether the campaigns declare the noise of their channels (kinds carrier and mounting): all,
         none, or every other one; figures of those that do not stand apart.
@@ -113,7 +122,7 @@ def main(
         Keep the campaigns and draw the reports.
     classes_only : bool
         Answer by class alone, without the search for laws (kind element; kinds carrier and
-        mounting with --family form).
+        mounting with --family form or several).
     references : bool
         Answer every case by two plain methods too, best single law by BIC and sparse regression
         over the library, and set their figures beside those of the diagnosis.

@@ -105,7 +105,7 @@ def _class_row(case: ClassJudged) -> dict[str, Any]:
         *("classes", "drive", "changes"),
     )
     document = case.verdict.document
-    return {
+    row = {
         **{name: getattr(case.label, name) for name in names},
         **_answer(case.verdict),
         "named": case.laws,
@@ -115,6 +115,10 @@ def _class_row(case: ClassJudged) -> dict[str, Any]:
         "outcome": case.outcome,
         "false_laws": case.false_laws,
     }
+    if case.causes is not None:
+        row["causes"] = plain(case.causes.causes)
+        row["false_classes"] = case.causes.false
+    return row
 
 
 def _answer(verdict: Verdict) -> dict[str, Any]:

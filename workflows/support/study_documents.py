@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
 from carrierflex.blind_check.scoring.class_score import ChangeRow
 from carrierflex.blind_check.scoring.scoring import ClassRow, Figure
+from carrierflex.blind_check.scoring.several_judging import JudgedCause
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
 from carrierflex.simulation.mounting.torsional_train import TorsionalTrain
 from carrierflex.workflows.simulation.estimate_gear_life import GearLife as GearLifeResult
@@ -208,6 +209,8 @@ class BlindCase(TypedDict):
     rivals: NotRequired[Annotated[ByName, "Share by rival class"]]
     outcome: NotRequired[Annotated[str, "Right, wrong, tied, abstained or silent"]]
     false_laws: NotRequired[Annotated[Sequence[str], "Laws that are wrong"]]
+    causes: NotRequired[Annotated[Sequence[JudgedCause], "Of several causes, each by itself"]]
+    false_classes: NotRequired[Annotated[Sequence[str], "Classes that are no cause's"]]
 
 
 class BlindCheckDocument(TypedDict):

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.blind_check.labels import OUTSIDE, CasePlan
+from carrierflex.blind_check.labels import OUTSIDE, SEVERAL, CasePlan
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS, drawn_form
 from carrierflex.blind_check.truth.carrier.rig import N_SENSORS, CarrierState
 from carrierflex.blind_check.truth.carrier.signals import drawn_values, scaled_values
@@ -28,6 +28,8 @@ _LARGEST = {
 #: Noise of a case [m], drawn between the first two; down to the last where an effect cannot grow to
 #: the wanted gap.
 _NOISE, _LEAST_NOISE = (2e-6, 5e-6), 0.3e-6
+#: Forms that are drawn until the loads show one.
+_REDRAWS = 50
 #: Errors of the sensors.
 _GAIN, _ANGLE = 0.03, np.deg2rad(0.5)
 
@@ -42,7 +44,8 @@ def sized_state(
     Parameters
     ----------
     plan : CasePlan
-        Effects and wanted gap over the noise; every effect of a pair leaves the same gap by itself.
+        Effects and wanted gap over the noise; every effect of a pair leaves the same gap by itself,
+        each of several what is drawn for it.
     rng : Generator
         Random numbers.
     known : CarrierState
@@ -59,13 +62,18 @@ def sized_state(
     """
     floor = float(np.exp(rng.uniform(*np.log(_NOISE))))
     units = [_unit_effect(plan.family, name, rng, n_runs) for name in plan.effects]
-    share = plan.ratio / np.sqrt(max(len(units), 1))
-    for name, unit in zip(plan.effects, units, strict=True):
+    if plan.family == SEVERAL:
+        units = [
+            _shown(unit, name, rng, known, gap)
+            for name, unit in zip(plan.effects, units, strict=True)
+        ]
+    ratios = plan.own_ratios or (plan.ratio / np.sqrt(max(len(units), 1)),) * len(units)
+    for name, unit, share in zip(plan.effects, units, ratios, strict=True):
         if name in _LARGEST:
             floor = min(floor, gap(_with(known, unit, _LARGEST[name])) / share)
     floor = max(floor, _LEAST_NOISE)
     state = known
-    for name, unit in zip(plan.effects, units, strict=True):
+    for name, unit, share in zip(plan.effects, units, ratios, strict=True):
         state = _with(
             state, unit, _factor(known, unit, share * floor, _LARGEST.get(name, np.inf), gap)
         )
@@ -138,6 +146,20 @@ def _unit_effect(family: str, name: str, rng: np.random.Generator, n_runs: int) 
     if name == "sensor_delay":
         return CarrierState({}, delay=0.03 * float(gains.sum()))
     return CarrierState({name: drawn_values(name, rng, n_runs)})
+
+
+def _shown(
+    unit: CarrierState, name: str, rng: np.random.Generator, known: CarrierState, gap: Gap
+) -> CarrierState:
+    """Unit effect of a form that these loads show, drawn anew until they do.
+
+    A tilt that grows up to half the torque is a constant one where every run has more.
+    """
+    for _ in range(_REDRAWS):
+        if gap(_with(known, unit, 1.0)) > _LEAST_NOISE:
+            return unit
+        unit = CarrierState({name: drawn_form(name, rng)})
+    raise ArithmeticError(f"no form of {name} shows under the drawn loads")
 
 
 def _with(state: CarrierState, effect: CarrierState, factor: float) -> CarrierState:

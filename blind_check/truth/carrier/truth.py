@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import (
     ALIASED,
-    FORM,
+    FORM_FAMILIES,
     NOTHING,
     ONE_CONDITION,
     OUTSIDE,
@@ -109,7 +109,7 @@ def carrier_case(
     loads: Sequence[Sequence[float]] = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(
         plan.family, _LOADS
     )
-    if plan.family == FORM:
+    if plan.family in FORM_FAMILIES:
         loads = _form_loads(rng)
     records = [
         drawn_record(rng, k, load, _SECONDS_ALONE if alone else _SECONDS)
@@ -149,7 +149,7 @@ def carrier_case(
     effect = _differences(ideal.read(records), known.read(records))
     rho = _rho(baseline, measured[: len(records)], effect)
     label = _label(plan, state, floor, _size(residuals(ideal)) if plan.effects else 0.0, rho)
-    if plan.family == FORM:
+    if plan.family in FORM_FAMILIES:
         own_gaps = [_size(residuals(one)) / floor for one in _each_alone(plan, ideal)]
         label = _form_label(plan, label, loads, own_gaps)
     # What is outside the library, and a drift, have no place among the orders.
@@ -197,7 +197,7 @@ def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: f
         floor=floor,
         rho=rho,
         parameters={name: named_parameters(name, state) for name in inside}
-        if plan.family != FORM
+        if plan.family not in FORM_FAMILIES
         else {},
         where={},
     )
@@ -224,7 +224,7 @@ def _form_label(
     causes = [OTHER_FORMS[name] for name in plan.effects]
     return replace(
         label,
-        family=FORM if causes else NOTHING,
+        family=plan.family if causes else NOTHING,
         classes=tuple(sorted(f"{own.shape}/{own.follows}" for own in causes)),
         drive="six_loads" if len(loads) == len(_LOADS) else "eight_loads",
         own_gaps=tuple(own_gaps),

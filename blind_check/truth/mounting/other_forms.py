@@ -77,7 +77,7 @@ CLASSES_OF_LAW: Mapping[str, tuple[str, ...]] = {
     "sensor_delay": (_IDS[_DELAY],),
 }
 #: Static matrices between three loads and six signals: slow loads leave the same signals of each.
-_MAPS = tuple(_IDS[name] for name in (_STIFFNESS, _LOADS, _GAIN))
+STATIC_MAPS = tuple(_IDS[name] for name in (_STIFFNESS, _LOADS, _GAIN))
 
 _Change = Callable[
     [MountingState, np.random.Generator, FloatArray, float], tuple[MountingState, float]
@@ -110,7 +110,7 @@ def form_aliases(classes: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
     """Sets that slow loads may not tell from the truth's: one static map for another."""
     found = set()
     for place, name in enumerate(classes):
-        for other in _MAPS if name in _MAPS else ():
+        for other in STATIC_MAPS if name in STATIC_MAPS else ():
             changed = (*classes[:place], other, *classes[place + 1 :])
             found.add(tuple(sorted(set(changed))))
     return tuple(sorted(found - {classes}))

@@ -14,7 +14,12 @@ from carrierflex.blind_check.truth.mounting.laws import LAWS
 from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord
 from carrierflex.blind_check.truth.mounting.refit import zeroed
 from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies
-from carrierflex.blind_check.truth.mounting.time_integration import LEAVES, Bushings, housing_motion
+from carrierflex.blind_check.truth.mounting.time_integration import (
+    FINE,
+    LEAVES,
+    Bushings,
+    housing_motion,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -58,19 +63,20 @@ class MountingState:
     outside: tuple[str, float] = ("", 0.0)
     parameters: dict[str, dict[str, float]] = field(default_factory=dict)
 
-    def read(self, bodies: Bodies, records: Sequence[MountingRecord]) -> list[FloatArray]:
+    def read(
+        self, bodies: Bodies, records: Sequence[MountingRecord], *, fine: int = FINE
+    ) -> list[FloatArray]:
         """Zeroed signals of every run without noise, each shape (n, 6)."""
-        return [self._read(bodies, record) for record in records]
+        return [self._read(bodies, record, fine) for record in records]
 
-    def _read(self, bodies: Bodies, record: MountingRecord) -> FloatArray:
+    def _read(self, bodies: Bodies, record: MountingRecord, fine: int) -> FloatArray:
         torque, y, z = record.loads.T
         turned = np.exp(1j * self.turned) * (y + 1j * z)
         # What acts on the housing: the parasitic torque follows the load that is meant, not the one
         # that is turned.
         loads = np.array([torque + self.P_T * z, turned.real, turned.imag]).T
-        signals = housing_motion(bodies, self.bushings, loads, 1.0 / RATE) + _outside(
-            *self.outside, record.time
-        )
+        signals = housing_motion(bodies, self.bushings, loads, 1.0 / RATE, fine=fine)
+        signals += _outside(*self.outside, record.time)
         if self.delay:
             late = np.clip(record.time - self.delay, record.time[0], record.time[-1])
             signals = CubicSpline(record.time, signals)(late)

@@ -27,8 +27,10 @@ FloatArray = NDArray[np.float64]
 #: Laws of leaves, beside those of element_laws: power of the deflection.
 LEAVES = {"cubic_stiffness": 103, "quintic_stiffness": 105}
 _LEAF = 0.125  # of the deflection's size
-#: Integration steps in a sample of the record.
-FINE = 20
+#: Integration steps in a sample of the record, and where only sizes are sought.
+FINE, COARSE = 20, 8
+#: Largest step of a bearing that gives way, times its circular frequency (Runge-Kutta: below 2.8).
+_BEARING_STEP = 2.0
 _BEARING_DAMPING = 0.03
 
 
@@ -73,7 +75,7 @@ def leaf_force(stiffness: float, size: float, power: int, u: float) -> float:
 
 
 def housing_motion(
-    bodies: Bodies, bushings: Bushings, loads: FloatArray, step: float
+    bodies: Bodies, bushings: Bushings, loads: FloatArray, step: float, *, fine: int = FINE
 ) -> FloatArray:
     """Sensor signals of a run from rest, not zeroed.
 
@@ -87,6 +89,8 @@ def housing_motion(
         True torque, ntl_y, ntl_z, straight between samples.
     step : float
         Sampling interval [s].
+    fine : int
+        Integration steps in a sample at least; more where the bearing is stiff.
 
     Returns
     -------
@@ -107,6 +111,8 @@ def housing_motion(
     for i in range(N_FREE - 2, free):
         K[i, i] += 1.0 / bushings.compliance
         C[i, i] += 2.0 * _BEARING_DAMPING * np.sqrt(bodies.M[i, i] / bushings.compliance)
+        fastest = 1.0 / np.sqrt(bodies.M[i, i] * bushings.compliance)
+        fine = max(fine, int(np.ceil(fastest * step / _BEARING_STEP)))
     inverse = np.linalg.inv(bodies.M[:free, :free])
     names = np.array([law for law, _, _ in bushings.laws], dtype=np.float64)
     p = np.array([parameters for _, parameters, _ in bushings.laws]).reshape(-1, 4)
@@ -114,10 +120,10 @@ def housing_motion(
     forces = np.ascontiguousarray(loads @ bodies.loads[:free].T)
     system = (inverse, K, C, np.ascontiguousarray(radial), weights)
     forms = np.array(bushings.forms).reshape(-1, N_PARAMETERS)
-    q = _march(system, forces, step, names, p, size, forms, FINE)
+    q = _march(system, forces, step, names, p, size, forms, fine)
     if not np.isfinite(q).all():
         raise ArithmeticError(
-            f"the housing's motion grows without bound at {FINE} steps a sample; expected a softer "
+            f"the housing's motion grows without bound at {fine} steps a sample; expected a softer "
             "force"
         )
     return np.asarray(q @ bodies.sensors[:, :free].T)

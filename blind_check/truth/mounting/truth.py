@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from carrierflex.blind_check.labels import (
     ALIASED,
     FORM,
+    FORM_FAMILIES,
     NOTHING,
     ONE_CONDITION,
     OUTSIDE,
+    SEVERAL,
     CasePlan,
     Label,
 )
@@ -35,11 +37,11 @@ from carrierflex.blind_check.truth.mounting.loads import (
 from carrierflex.blind_check.truth.mounting.other_forms import (
     MOUNTING_FORMS,
     form_aliases,
-    with_form,
 )
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit, zeroed
 from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies, bodies
-from carrierflex.blind_check.truth.mounting.state import MountingState, with_effect
+from carrierflex.blind_check.truth.mounting.sizes import several, withheld
+from carrierflex.blind_check.truth.mounting.state import MountingState
 from carrierflex.blind_check.truth.mounting.time_integration import Bushings
 from carrierflex.blind_check.truth.noise import (
     case_rng,
@@ -83,7 +85,7 @@ def mounting_case(
         Records with noise, and the truth.
     """
     rng, rig = case_rng(plan), bodies()
-    is_form = plan.family == FORM
+    is_form = plan.family in FORM_FAMILIES
     has_gusts = is_form and bool(rng.uniform() < 0.5)
     make_record = gusty_record if has_gusts else drawn_record
     records = [make_record(rng, number) for number in _conditions(plan)]
@@ -94,26 +96,27 @@ def mounting_case(
     )
     plain = known.read(truth, records)
     size = _deflection(rig, plain)
-    state = known
-    changes, alone = [], []
-    clean = plain
-    for name in plan.effects:
-        if is_form:
-            # The same random numbers: each cause alone as large as beside the others.
-            drawn = deepcopy(rng)
-            state, change, share, clean = _with_bounded_form(
-                state, name, rng, size, (truth, plain, records)
-            )
-            alone.append(with_form(known, name, drawn, size, share)[0])
-            changes.append(change)
-        else:
-            state = with_effect(state, name, rng, size)
-    if plan.effects and not is_form:
-        clean = state.read(truth, records)
     refit = MountingRefit(rig, [record.loads for record in records], 1.0 / RATE)
+
+    def gap_of(one: MountingState, fine: int) -> float:
+        """RMS of what a state leaves after the baseline's refit."""
+        return _size(refit.residuals(one.read(truth, records, fine=fine)))
+
+    drawn = deepcopy(rng)
+    sized = several if plan.family == SEVERAL else withheld
+    causes = sized(plan, rng, known, size, gap=gap_of)
+    clean = causes.state.read(truth, records) if plan.effects else plain
+    share = 1.0
+    # A form that takes the stiffness away (warming, softening rubber) may have no bounded motion at
+    # the size that is drawn, alone or beside others: it is halved until it has one.
+    while plan.family == FORM and not _is_bounded(clean, plain):
+        share *= 0.5
+        causes = withheld(plan, deepcopy(drawn), known, size, gap=gap_of, share=share)
+        clean = causes.state.read(truth, records)
+    state = causes.state
     residuals = refit.residuals(clean)
     gap = _size(residuals) if plan.effects else 0.0
-    floor = (
+    floor = causes.floor or (
         gap / plan.ratio if plan.effects else _size(plain) * 10.0 ** float(rng.uniform(-3.0, -2.0))
     )
     factors, errors = _errors(plan, rng, records, clean, (refit, residuals, floor))
@@ -132,36 +135,16 @@ def mounting_case(
     run = f"run{1 + int(np.argmax([root_mean_square(residual) for residual in residuals]))}"
     label = _label(plan, state, (gap, floor, rho), run)
     if is_form:
-        label = _form_label(plan, label, changes, drive="gusts" if has_gusts else "levels")
-    if len(alone) > 1:
-        own_gaps = [_size(refit.residuals(one.read(truth, records))) / floor for one in alone]
-        label = replace(label, own_gaps=tuple(own_gaps))
+        drive = "gusts" if has_gusts else "levels"
+        label = _form_label(plan, label, causes.changes, drive=drive)
+    label = replace(label, own_gaps=tuple(own / floor for own in causes.own_gaps))
     return _campaign(plan, every, declared, measured, floor), label
 
 
-def _with_bounded_form(
-    state: MountingState,
-    name: str,
-    rng: np.random.Generator,
-    size: FloatArray,
-    motion: tuple[Bodies, Sequence[FloatArray], Sequence[MountingRecord]],
-) -> tuple[MountingState, float, float, list[FloatArray]]:
-    """State with one more form, its change, its share of the drawn size, and what it reads.
-
-    A form that takes the stiffness away (warming, softening rubber) has no bounded motion at the
-    size that is drawn for every form, or none beside the others: it is halved until it has one.
-    """
-    truth, plain, records = motion
-    drawn = deepcopy(rng)
-    larger, change = with_form(state, name, rng, size)
-    share = 1.0
+def _is_bounded(signals: Sequence[FloatArray], plain: Sequence[FloatArray]) -> bool:
+    """Whether a motion stays within ten times that without a cause."""
     most = _RUNAWAY * max(float(np.abs(signal).max()) for signal in plain)
-    while True:
-        read = larger.read(truth, records)
-        if all(float(np.abs(signal).max()) < most for signal in read):
-            return larger, change, share, read
-        share *= 0.5
-        larger, change = with_form(state, name, deepcopy(drawn), size, share)
+    return all(float(np.abs(signal).max()) < most for signal in signals)
 
 
 def _conditions(plan: CasePlan) -> Sequence[int]:
@@ -185,7 +168,7 @@ def _form_label(plan: CasePlan, label: Label, changes: Sequence[float], *, drive
     is_sensor = "sensor_map" in classes
     return replace(
         label,
-        family=FORM if plan.effects else NOTHING,
+        family=plan.family if plan.effects else NOTHING,
         present=() if is_sensor else label.present,
         classes=classes,
         class_aliases=form_aliases(classes),

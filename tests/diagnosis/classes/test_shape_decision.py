@@ -75,10 +75,30 @@ def test_every_shape_may_be_in_the_answer():
     assert decided(causes, shown(causes)).classes == ("tilt/one", "wear/one")
 
 
-def test_an_answer_has_four_classes_at_most():
-    found = decided(HALVES, shown(HALVES))
-    assert found.classes == ("heat/one", "play/one", "tilt/one", "wear/one")
-    assert found.held.total == pytest.approx(5.0)
+def test_causes_of_like_size_are_named_together_where_none_alone_takes_half_of_the_rest():
+    causes = {"tilt": 30.0, "wear": 25.0, "play": 24.0, "heat": 23.0, "oil": 22.0}
+    found = decided(causes, shown(causes))
+    assert found.classes == ("heat/one", "oil/one", "play/one", "tilt/one", "wear/one")
+    assert found.held.total == pytest.approx(1.0)
+    # Where what nothing shows is larger than all further ones together, there are none.
+    assert decided(causes | {"rest": 120.0}, shown(causes)).classes == ("tilt/one",)
+    # Two of three that are too small by themselves to be second causes (below 2.5 %) add none.
+    small = {"tilt": 100.0, "wear": 2.0, "play": 2.0, "heat": 2.0}
+    assert decided(small, shown(small)).classes == ("tilt/one",)
+
+
+def test_the_last_of_several_must_take_its_part_too():
+    # All three take half of what the first leaves, the last one less than half of what two leave.
+    causes = {"tilt": 60.0, "wear": 30.0, "play": 5.0, "rest": 12.0}
+    assert decided(causes, shown(("tilt", "wear", "play"))).classes == ("tilt/one", "wear/one")
+
+
+def test_an_answer_has_six_classes_at_most():
+    names = ("tilt", "wear", "play", "heat", "oil", "rust", "wind")
+    causes = {name: 30.0 - k for k, name in enumerate(names)}
+    found = decided(causes, shown(causes))
+    assert set(found.classes) == {f"{name}/one" for name in names[:6]}
+    assert found.held.total == pytest.approx(1.0 + causes["wind"])
 
 
 def test_a_shape_that_leaves_nothing_of_the_records_it_is_fitted_to_lacks_no_cause():

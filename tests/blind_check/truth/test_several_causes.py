@@ -1,0 +1,133 @@
+"""Several causes at once: their plans, and what each leaves alone."""
+
+import hashlib
+from dataclasses import astuple, replace
+
+import numpy as np
+import pytest
+
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import FORM, SEVERAL, CasePlan
+from carrierflex.blind_check.several_plans import LARGEST_OWN, SMALLEST_OWN
+from carrierflex.blind_check.truth.campaigns import case_campaign
+from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
+from carrierflex.blind_check.truth.mounting.loads import drawn_record
+from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS, STATIC_MAPS
+from carrierflex.blind_check.truth.mounting.rig import RIG, bodies
+from carrierflex.blind_check.truth.mounting.state import MountingState
+from carrierflex.blind_check.truth.mounting.time_integration import COARSE, FINE, Bushings
+
+
+def digest(plans):
+    """Digest of what every plan held before several causes had sizes of their own."""
+    text = "\n".join(repr(astuple(plan)[:8]) for plan in plans)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@pytest.mark.parametrize(
+    ("kind", "families", "expected"),
+    [
+        ("carrier", None, "3245523361659701"),
+        ("carrier", (FORM,), "3de002ed67451007"),
+        ("mounting", None, "70d78dd2b87f0278"),
+        ("mounting", (FORM,), "4d9c5ed1768463a7"),
+    ],
+)
+def test_plans_of_every_earlier_seed_stay_what_they_were(kind, families, expected):
+    plans = case_plans(kind, 40, 9041, *([families] if families else []))
+    assert all(plan.family != SEVERAL and not plan.own_ratios for plan in plans)
+    assert digest(plans) == expected
+
+
+@pytest.mark.parametrize("kind", ["carrier", "mounting"])
+def test_plans_hold_three_to_five_causes_of_classes_of_their_own(kind):
+    plans = case_plans(kind, 90, 3, (SEVERAL,))
+    assert plans == case_plans(kind, 90, 3, (SEVERAL,))
+    assert [sum(len(plan.effects) == n for plan in plans) for n in (3, 4, 5)] == [30, 30, 30]
+    forms = OTHER_FORMS if kind == "carrier" else MOUNTING_FORMS
+    assert {name for plan in plans for name in plan.effects} == set(forms)
+    for plan in plans:
+        classes = [
+            OTHER_FORMS[name].shape if kind == "carrier" else MOUNTING_FORMS[name].class_id
+            for name in plan.effects
+        ]
+        assert len(set(classes)) == len(classes)
+        assert len(set(classes) & set(STATIC_MAPS)) <= 1
+        # Three lobes and planets that pass are the same tilt at order 3 to four sensors.
+        has_lobes = not {"bounded_lobes", "stiffening_lobes"}.isdisjoint(plan.effects)
+        assert not (has_lobes and "housing/planet_pass" in classes)
+        assert plan.ratio == pytest.approx(np.hypot.reduce(plan.own_ratios))
+
+
+def test_sizes_have_a_uniform_logarithm_and_know_nothing_of_one_another():
+    plans = case_plans("carrier", 600, 4, (SEVERAL,))
+    places = [
+        np.log(np.array(plan.own_ratios) / SMALLEST_OWN) / np.log(LARGEST_OWN / SMALLEST_OWN)
+        for plan in plans
+    ]
+    every = np.concatenate(places)
+    counts, _ = np.histogram(every, bins=5, range=(0.0, 1.0))
+    assert counts.sum() == every.size
+    # Five standard deviations of a share of a fifth.
+    np.testing.assert_allclose(counts / every.size, 0.2, atol=5.0 * np.sqrt(0.16 / every.size))
+    first, second = np.array([own[:2] for own in places]).T
+    assert abs(np.corrcoef(first, second)[0, 1]) < 5.0 / np.sqrt(len(plans))
+
+
+def test_every_cause_of_a_carrier_leaves_alone_what_was_drawn():
+    causes = ("bent_drift", "bounded_lobes", "torque_saddle")
+    plan = CasePlan("carrier", 4, 77, SEVERAL, causes, 4.0, own_ratios=(1.3, 3.0, 2.0))
+    _, label = case_campaign(plan)
+    assert label.own_gaps == pytest.approx(plan.own_ratios, rel=1e-3)
+    assert label.family == SEVERAL
+    assert label.drive
+    assert label.classes == (
+        "carrier/waves/torque",
+        "housing/offset/time",
+        "housing/saddle/torque",
+    )
+    _, other = case_campaign(replace(plan, own_ratios=(1.3, 6.0, 2.0)))
+    assert other.own_gaps == pytest.approx((1.3, 6.0, 2.0), rel=1e-3)
+
+
+def test_a_form_that_the_loads_do_not_show_is_drawn_anew():
+    # Every run has more torque than this tilt's first limit: it would be a constant one.
+    causes = ("bounded_torque_tilt", "rooted_drift", "torque_saddle")
+    limits = []
+    for number in range(1, 9):
+        plan = CasePlan("carrier", number, 941, SEVERAL, causes, 4.0, own_ratios=(2.0, 2.0, 3.0))
+        _, label = case_campaign(plan)
+        limits.append(label.own_gaps)
+    np.testing.assert_allclose(limits, [[2.0, 2.0, 3.0]] * 8, rtol=1e-3)
+
+
+@pytest.mark.long
+def test_every_cause_of_a_mounting_leaves_alone_what_was_drawn_and_none_exceeds_its_form():
+    causes = ("one_sided_stop", "turned_load", "warming")
+    plan = CasePlan("mounting", 4, 77, SEVERAL, causes, 4.0, own_ratios=(5.0, 0.8, 2.0))
+    _, label = case_campaign(plan)
+    # What is said of the sizing: within 7 %, in coarser steps of time.
+    assert label.own_gaps == pytest.approx(plan.own_ratios, rel=0.08)
+    assert label.classes == ("bushings/restoring_force", "input_map", "time_variation")
+    assert len(label.changes) == len(causes)
+    # The gap of all together: longer than any side, shorter than all.
+    assert max(label.own_gaps) < label.gap_over_floor < 1.05 * sum(label.own_gaps)
+
+
+@pytest.mark.long
+def test_coarser_steps_leave_the_signals_of_a_small_cause_as_they_are():
+    record = drawn_record(np.random.default_rng(2), 0)
+    bushings = Bushings(RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"])
+    state = MountingState(replace(bushings, excess=0.05))
+    fine, coarse = (state.read(bodies(), [record], fine=n)[0] for n in (FINE, COARSE))
+    assert np.abs(coarse - fine).max() < 1e-4 * np.abs(fine).max()
+
+
+@pytest.mark.long
+def test_a_main_bearing_that_hardly_gives_way_is_integrated_in_steps_that_it_bears():
+    record = drawn_record(np.random.default_rng(2), 0)
+    bushings = Bushings(RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"])
+    stiff = MountingState(replace(bushings, compliance=2e-12))
+    rigid = MountingState(bushings)
+    signals, held = (state.read(bodies(), [record])[0] for state in (stiff, rigid))
+    assert np.abs(signals - held).max() < 0.01 * np.abs(held).max()
