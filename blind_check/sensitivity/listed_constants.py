@@ -31,6 +31,7 @@ MODULES = (
     "diagnosis.element.classes.drive_in_time",
     "diagnosis.element.classes.floor",
     "diagnosis.element.classes.laws",
+    "diagnosis.element.classes.limits",
     "diagnosis.classes.memory_columns",
     "diagnosis.element.classes.motion",
     "diagnosis.element.classes.nearest_motion",

@@ -10,6 +10,7 @@ from carrierflex.diagnosis.classes.decision import Decision, decide
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import NearestLaw, nearest_law
+from carrierflex.diagnosis.classes.paired_shares import PairedShares
 from carrierflex.diagnosis.classes.results import (
     NO_CLASS,
     NOTHING,
@@ -72,7 +73,7 @@ def class_answer(
     """
     table, constants = scores.table, scores.constants
     floor_of_shares = table.floor if floor_is_known else np.zeros_like(table.floor)
-    shares = Shares(scores.of(()).squares, floor_of_shares, constants)
+    shares = PairedShares(scores.of(()).squares, floor_of_shares, constants)
     plain = [name for name in candidates if name != table.surface]
     decision = decide(
         scores,

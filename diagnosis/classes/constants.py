@@ -46,6 +46,9 @@ class ClassConstants:
         Share of the gap that a second class must gain to be a cause beside the first: less than a
         sixth of the gap's amplitude is what the first class has in second order (the servo axis of
         EMPS, whose friction is known, gains 0.020 by a delay).
+    beside_bent : float
+        The same beside a class that needs the members that bend its law: what such a class leaves
+        of its own (loops of Bouc and Wen leave 3 to 16 % of their gap to sliders).
     gain_of_left : float
         Share of what the first answer leaves that a richer one must take.
     separable_from_drive : float
@@ -89,6 +92,7 @@ class ClassConstants:
     floor_error: float = 0.05
     least_gain: float = 0.01
     second_cause: float = 0.025
+    beside_bent: float = 0.05
     gain_of_left: float = 0.5
     separable_from_drive: float = 0.3
     law_named: float = 0.01

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.plain_parts import plain_first
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
@@ -91,6 +92,9 @@ def decide(
     whole = _as_one(scores, shares, answer)
     if whole:
         answer, ties = whole, ()
+    plain = plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
+    if plain != answer:
+        answer, ties = plain, ()
     held = scores.of(answer)
     is_single = len(answer) == 1 and answer != (scores.table.surface,)
     is_mixed = not (shows_two_causes or is_single) or any(

@@ -1,7 +1,8 @@
 """What sets of classes leave on blocks that they were not fitted to."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -72,6 +73,15 @@ class ClassScores:
         if key not in self.known:
             self.known[key] = self._scored(key)
         return self.known[key]
+
+    @cached_property
+    def plain(self) -> "ClassScores":
+        """Scores of the same classes without the members that bend their laws."""
+        table = replace(self.table, classes={**self.table.classes, **self.table.plain})
+        shared = {
+            key: held for key, held in self.known.items() if set(self.table.plain).isdisjoint(key)
+        }
+        return ClassScores(table, self.constants, shared)
 
     def ceiling(self) -> HeldOutSquares:
         """Held-out squares of the union of all classes."""

@@ -102,20 +102,26 @@ class Shares:
         ratio = high / max(low, 1e-300)
         if ratio <= self.constants.equal_left:
             return True
-        difference = abs(self.gain(first, second))
-        error = self.gain_error(first, second)
-        return (
-            ratio <= self.constants.most_equal_left
-            and difference <= self.constants.standard_errors * error
+        better, worse = sorted((first, second), key=lambda held: held.total)
+        return ratio <= self.constants.most_equal_left and not self.is_beyond_scatter(
+            self.gain(better, worse), better, worse
         )
+
+    def leaves_less(self, first: HeldOutSquares, second: HeldOutSquares) -> bool:
+        """Whether a result leaves less than another, and the blocks can tell."""
+        return first.total < second.total and not self.are_equal(first, second)
+
+    def is_beyond_scatter(self, gain: float, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
+        """Whether a gain is more than its scatter over the blocks."""
+        return gain > self.constants.standard_errors * self.gain_error(better, worse)
 
     def is_gain(self, better: HeldOutSquares, worse: HeldOutSquares, least_gain: float) -> bool:
         """Whether a richer result gains more than a least share of the gap and than its scatter.
 
         What it learns of the noise itself is no gain: it counts down to the floor.
         """
-        scatter = self.constants.standard_errors * self.gain_error(better, worse)
-        return self._gain_to_floor(better, worse) > max(scatter, least_gain)
+        gain = self._gain_to_floor(better, worse)
+        return gain > least_gain and self.is_beyond_scatter(gain, better, worse)
 
     def is_clear_gain(
         self, better: HeldOutSquares, worse: HeldOutSquares, least_gain: float

@@ -10,7 +10,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -43,6 +42,7 @@ from carrierflex.diagnosis.element.classes.answer import answer_of_table
 from carrierflex.diagnosis.element.classes.drive_in_time import has_one_frequency
 from carrierflex.diagnosis.element.classes.fitted_force import parameter_shift
 from carrierflex.diagnosis.element.classes.floor import believable_noise
+from carrierflex.diagnosis.element.classes.limits import element_limits
 from carrierflex.diagnosis.element.classes.measured_laws import law_cards
 from carrierflex.diagnosis.element.classes.shapes import measured_shape
 from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
@@ -257,7 +257,7 @@ class ElementProblem:
         """Table of the classes; None where the records are too short for it."""
         if self.table is not None:
             return self.table
-        return element_table(self.model, self.records, self.noise, ClassConstants())
+        return element_table(self.model, self.records, self.noise, element_limits())
 
     @property
     def signal_square(self) -> float:

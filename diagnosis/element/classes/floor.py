@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.limits import element_limits
 from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -44,7 +44,7 @@ def believable_noise(
         Variances; what the records cannot say, empty where the plateau is believed; then also the
         table of the classes, which holds for these variances.
     """
-    own = element_table(model, records, noise, ClassConstants())
+    own = element_table(model, records, noise, element_limits())
     if own is None:
         return noise, "", None
     scores = own.scores

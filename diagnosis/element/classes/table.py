@@ -32,6 +32,7 @@ from carrierflex.diagnosis.element.classes.laws import (
     classes_of,
     law_columns,
     presliding_columns,
+    yields,
 )
 from carrierflex.diagnosis.element.classes.motion import (
     IN_TIME,
@@ -61,6 +62,8 @@ CLASS_GROUPS: dict[str, tuple[str, ...]] = {
     TIME_VARIATION: ("time",),
     DRIVE_SIDE: ("side",),
 }
+#: Hysteresis of one strength and one straight spring: sliders alike in both directions (Masing).
+PLAIN_GROUPS: dict[str, tuple[str, ...]] = {HYSTERESIS: ("plain_stops",)}
 CEILING = (*CLASS_GROUPS[FORCE_SURFACE], "stops", "prony", "delay", "time", "side")
 PRESLIDING = "dahl_friction"
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
@@ -215,6 +218,7 @@ def table_of(model: ElementModel, runs: ElementRuns, constants: ClassConstants) 
             folds.append(int(fold[chosen][0]))
     assert layout is not None
     table = _assembled(gram, np.array(floors), np.array(folds), layout, model)
+    table = _with_plain_stops(table, yields(bases.size).size)
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
         table = replace(table, ceiling=CLASS_GROUPS[FORCE_SURFACE] + CLASS_GROUPS[HYSTERESIS])
@@ -392,6 +396,13 @@ def _assembled(
         beyond_laws={MEMORY: "curved_prony"},
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
     )
+
+
+def _with_plain_stops(table: GramTable, n_plain: int) -> GramTable:
+    """Table whose first sliders, which do not bend, are a group of their own too."""
+    columns = table.groups["stops"].columns[:n_plain]
+    plain = ColumnGroup(columns, np.zeros((n_plain, n_plain)), is_nonnegative=True)
+    return replace(table, groups={**table.groups, "plain_stops": plain}, plain=PLAIN_GROUPS)
 
 
 def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ import pytest
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
+from carrierflex.diagnosis.classes.paired_shares import PairedShares
 from carrierflex.diagnosis.classes.shares import Shares
 
 N_BLOCKS = 24
@@ -76,3 +77,44 @@ def test_a_clear_gain_is_both_a_part_of_the_gap_and_half_of_what_is_left():
     # Within the scatter over the blocks there is none.
     scatter = 30.0 * np.resize([1.0, -1.0], N_BLOCKS)
     assert not SHARES.is_clear_gain(held(2.0 + scatter), held(4.0 - scatter), 0.1)
+
+
+def test_of_two_results_the_one_of_the_smaller_total_leaves_less_unless_they_are_equal():
+    assert SHARES.leaves_less(held(3.0), held(3.7))
+    assert not SHARES.leaves_less(held(3.7), held(3.0))
+    assert not SHARES.leaves_less(held(3.0), held(3.1))
+
+
+PAIRED = PairedShares(BEFORE, FLOOR, LIMITS)
+
+
+def test_a_gain_in_every_block_is_one_though_one_block_holds_most_of_it():
+    one_block = np.where(np.arange(N_BLOCKS) == 7, 400.0, 4.0)
+    worse, better = held(one_block), held(2.0)
+    # The difference scatters as much as it is: a block of a hundred times the others.
+    assert not SHARES.is_gain(better, worse, 0.01)
+    assert PAIRED.is_gain(better, worse, 0.01)
+    assert PAIRED.is_clear_gain(better, worse, 0.01)
+    assert not PAIRED.is_gain(worse, better, 0.0)
+
+
+def test_a_gain_in_one_block_alone_is_none_however_large():
+    one_block = np.where(np.arange(N_BLOCKS) == 7, 400.0, 2.0)
+    assert not PAIRED.is_gain(held(2.0), held(one_block), 0.01)
+
+
+def test_results_are_equal_where_the_ratio_of_their_blocks_scatters():
+    scatter = 1.5 * np.resize([1.0, -1.0], N_BLOCKS)
+    assert PAIRED.are_equal(held(3.0), held(3.1))
+    assert not PAIRED.are_equal(held(3.0), held(3.7))
+    assert PAIRED.are_equal(held(3.0 + scatter), held(3.7 - scatter))
+    # Of blocks of 2, 20 and 200 the ratios tell a tenth, the differences do not.
+    blocks = np.resize([2.0, 20.0, 200.0], N_BLOCKS)
+    large = PairedShares(100.0 * blocks, FLOOR, LIMITS)
+    assert not large.are_equal(held(blocks), held(1.2 * blocks))
+
+
+def test_without_a_floor_and_without_noise_a_ratio_is_a_number():
+    silent = PairedShares(BEFORE, np.zeros(N_BLOCKS), LIMITS)
+    assert silent.is_gain(held(0.0), held(1.0), 0.01)
+    assert not silent.is_gain(held(1e-14 * BEFORE), held(1e-13 * BEFORE), 0.0)
