@@ -154,9 +154,8 @@ class CarrierProblem:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
-        right_side = np.zeros((len(self.segments), theta.size))
         square = np.zeros(len(self.segments))
-        matrices, unknowns = [], []
+        matrices, right_sides, unknowns = [], [], []
         for part in self._parts.slices:
             table = self._weights(effects, theta, part)
             own = self._parts.segments(part)
@@ -168,13 +167,19 @@ class CarrierProblem:
             residual, slopes = table.residual[run], table.slopes[run]
             products = slopes @ gram
             matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
-            right_side[own.start + some[:, None], of_segment[some]] = (
-                products @ residual[..., None]
-            )[..., 0].sum(axis=1)
+            right_side = np.zeros(of_segment.shape)
+            right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
             square[own.start + some] = segment_squares(residual, gram).sum(axis=1)
             matrices.append(matrix)
+            right_sides.append(right_side)
             unknowns.append(of_segment)
-        return SegmentSums(np.concatenate(matrices), right_side, square, np.concatenate(unknowns))
+        return SegmentSums(
+            matrix=np.concatenate(matrices),
+            right_side=np.concatenate(right_sides),
+            square=square,
+            unknowns=np.concatenate(unknowns),
+            n_unknowns=theta.size,
+        )
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""

@@ -86,7 +86,7 @@ def test_derivatives_are_those_of_the_prediction(effect):
         if parameter.effect == effect:
             theta[k] = max(theta[k], 0.6 * parameter.scale) + 0.013 * (k + 1) * parameter.scale
     chosen = np.ones(len(problem.segments), dtype=bool)
-    slope = -2.0 * problem.sums((effect,), theta, chosen).right_side.sum(axis=0)
+    slope = -2.0 * problem.sums((effect,), theta, chosen).full_right_side().sum(axis=0)
     for k, parameter in enumerate(problem.parameters((effect,))):
         step = 1e-4 * parameter.scale * np.eye(theta.size)[k]
         cost = [problem.squares((effect,), theta + sign * step, chosen).sum() for sign in (1, -1)]
@@ -102,6 +102,11 @@ def test_unknowns_of_other_runs_are_left_out_and_count_in_the_total():
     sums = problem.sums(("thermal_drift",), theta, np.ones(len(problem.segments), dtype=bool))
     # Offset and three drifts of one run, five that all runs share; not those of the two others.
     assert sums.matrix.shape[1:] == (9, 9)
+    assert sums.right_side.shape[1:] == (9,)
+    full = sums.full_right_side()
+    for segment, own, row in zip(sums.unknowns, sums.right_side, full, strict=True):
+        assert np.array_equal(row[segment], own)
+        assert not np.delete(row, segment).any()
     total = sums.total_matrix()
     assert total.shape == (17, 17) == (len(names), len(names))
     run_of = [run for _, run in names]
