@@ -20,7 +20,11 @@ from carrierflex.diagnosis.carrier.library import carrier_library, carrier_rig
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
-from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
+from carrierflex.diagnosis.carrier.pictures import (
+    carrier_overlays,
+    carrier_pictures,
+    mean_turns,
+)
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
 from carrierflex.diagnosis.carrier.records.combinations import orders_of, residual_weights
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
@@ -59,7 +63,7 @@ from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 
 #: Residuals whose order amplitudes are kept.
-_KEPT_ORDERS = 4
+_KEPT_ORDERS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,13 +236,16 @@ class CarrierProblem:
         for k, parameter in enumerate(self.parameters(effects)):
             if parameter.effect in effects and not parameter.shape:
                 without[k] = 0.0
-        gap, left = self._residual_orders(effects, without), self._residual_orders(effects, theta)
+        left = self._residual_orders(effects, theta)
+        # Nothing else asks for these: they are not kept.
+        gap = self._orders_left(effects, without) if effects else left
         angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
         return carrier_pictures(self.model, self.records, effects, gap, left, sensor_angles=angles)
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
-        return carrier_overlays(self.model, self.records, self._residual_orders(effects, theta))
+        gaps = self._mean_turns(self._residual_orders(effects, theta))
+        return carrier_overlays(self.model, self._measured_turns, gaps)
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
@@ -285,12 +292,24 @@ class CarrierProblem:
         """Orders of the last residuals: map, findings, scalars and pictures are of two models."""
 
         def orders_left(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
-            """Order amplitudes of one residual, from a pass over the records."""
-            columns, values = self.values(effects, np.array(theta))
-            weights = residual_weights(values)
-            return orders_of(self.records, self.campaign, self.model.source, columns, weights)
+            """Order amplitudes of one residual."""
+            return self._orders_left(effects, np.array(theta))
 
         return lru_cache(maxsize=_KEPT_ORDERS)(orders_left)
+
+    def _orders_left(self, effects: Effects, theta: FloatArray) -> ComplexArray:
+        """Order amplitudes of one residual, from a pass over the records."""
+        columns, values = self.values(effects, theta)
+        weights = residual_weights(values)
+        return orders_of(self.records, self.campaign, self.model.source, columns, weights)
+
+    @cached_property
+    def _measured_turns(self) -> FloatArray:
+        """Measured signals over one turn, by run and channel."""
+        return self._mean_turns(self.records.orders)
+
+    def _mean_turns(self, orders: ComplexArray) -> FloatArray:
+        return mean_turns(orders, self.records.run_of_revolution, len(self.campaign.runs))
 
     def _weights(self, effects: Effects, theta: FloatArray, part: slice) -> WeightTable:
         return self.model.weights(effects, self._choice(effects), theta, part)
