@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.carrier.signature_rows import effect_rows
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
@@ -115,6 +116,20 @@ def test_unknowns_of_other_runs_are_left_out_and_count_in_the_total():
         assert (total[i, j] == 0.0) or not apart
     drifts = [k for k, own in enumerate(names) if own == ("thermal_drift", "run2")]
     assert (np.diag(total)[drifts] > 0.0).all()
+
+
+def test_rows_that_all_runs_share_are_held_once():
+    problem = twin_problem(loads=LOADS[:3], turns=3)
+    base = problem.starts((), {})[-1]
+    _, *of_effects = effect_rows(problem.model, tuple(problem.cards), base).groups
+    assert len(of_effects) > len(problem.cards)
+    for rows in of_effects:
+        assert rows.weights.any()
+        is_shared = np.array_equal(
+            rows.weights, np.broadcast_to(rows.weights[:1], rows.weights.shape)
+        )
+        assert is_shared == (rows.weights.strides[0] == 0)
+    assert sum(rows.weights.strides[0] == 0 for rows in of_effects) > 0.8 * len(of_effects)
 
 
 def test_flexible_features_grow_with_the_channels_and_not_with_their_square():
