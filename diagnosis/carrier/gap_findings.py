@@ -118,21 +118,20 @@ class CarrierGap:
         trends: list[DriftTable] = []
         scattered: list[ScatterTable] = []
         off_orders: list[NonSynchronousCell] = []
-        split = pattern_split(self.campaign.channels, self.residual)
-        measured = pattern_split(self.campaign.channels, self.records.orders)
         for r, run in enumerate(self.campaign.runs):
             revolutions = self._complete(r)
             if not revolutions.size:
                 continue
+            split, measured = self._splits(revolutions)
             samples = whole_revolutions(run).samples
             first = int(np.argmax(self.records.run_of_revolution == r))
             time = np.array([run.time[samples[k - first]].mean() for k in revolutions])
             moments += sliding_rms(run.name, time, self._mean_squares(revolutions))
-            trends.append(_drifts(run.name, time, split, revolutions))
-            scattered += self._scatter(r, split, measured, revolutions)
+            trends.append(_drifts(run.name, time, split))
+            scattered += self._scatter(r, split, measured)
             off_orders += self._off_orders(r)
         rows = significant_non_synchronous(scattered, off_orders)
-        repeated = significant_non_synchronous(self._repeats(split, measured))
+        repeated = significant_non_synchronous(self._repeats())
         coherent = sum(cell.coherent for cell in self.cells)
         n_planets = int(self.campaign.rig["n_planets"])
         where = (
@@ -198,10 +197,25 @@ class CarrierGap:
         """Unknowns of the orders of one revolution."""
         return 2 * self.residual.shape[-1] - 1
 
+    @cached_property
+    def _is_complete(self) -> BoolArray:
+        """Revolutions in which every channel was measured, shape (R,)."""
+        return np.asarray(np.isfinite(self.residual).all(axis=(1, 2)))
+
     def _complete(self, run: int) -> NDArray[np.int64]:
         """Revolutions of a run in which every channel was measured."""
-        is_complete = np.isfinite(self.residual).all(axis=(1, 2))
-        return np.flatnonzero((self.records.run_of_revolution == run) & is_complete)
+        return np.flatnonzero((self.records.run_of_revolution == run) & self._is_complete)
+
+    def _splits(self, revolutions: NDArray[np.int64]) -> tuple[PatternSplit, PatternSplit]:
+        """Patterns of the residual and of what was measured in some revolutions.
+
+        Those of all runs would take four times as much as their order amplitudes.
+        """
+        channels = self.campaign.channels
+        return (
+            pattern_split(channels, self.residual[revolutions]),
+            pattern_split(channels, self.records.orders[revolutions]),
+        )
 
     def _mean_squares(self, revolutions: NDArray[np.int64]) -> FloatArray:
         """Mean square over the channels by revolution, orders and what lies off them [m²]."""
@@ -211,21 +225,20 @@ class CarrierGap:
         off_orders = square / np.maximum(degrees + self._n_fitted, 1.0)
         return np.asarray((of_orders + off_orders).mean(axis=1), dtype=np.float64)
 
-    def _scatter(
-        self, run: int, split: PatternSplit, measured: PatternSplit, revolutions: NDArray[np.int64]
-    ) -> list[ScatterTable]:
+    def _scatter(self, run: int, split: PatternSplit, measured: PatternSplit) -> list[ScatterTable]:
         """Scatter of one run against the noise that is declared, or found off the orders."""
-        if revolutions.size < 2:
+        gap_amplitudes = split.amplitudes
+        amplitudes = measured.amplitudes
+        n_revolutions = len(amplitudes)
+        if n_revolutions < 2:
             return []
-        gap_amplitudes = split.amplitudes[revolutions]
-        amplitudes = measured.amplitudes[revolutions]
         is_declared = all(channel.noise_std is not None for channel in self.campaign.channels)
         variance, degrees_off = self._off_variance(run)
         by_channel = self.noise if is_declared else variance
         by_pattern = np.array([by_channel[list(members)].mean() for members in split.members])
         noise = split.noise * by_pattern[:, None] / self._samples[run]
         gap = split.weights * gap_amplitudes.var(axis=0, ddof=1)
-        degrees = degrees_of(gap_amplitudes) * (revolutions.size - 1)
+        degrees = degrees_of(gap_amplitudes) * (n_revolutions - 1)
         if is_declared:
             p_value = scatter_p_values(gap, noise, degrees)
         else:
@@ -243,7 +256,7 @@ class CarrierGap:
         )
         return [table]
 
-    def _repeats(self, split: PatternSplit, measured: PatternSplit) -> list[ScatterTable]:
+    def _repeats(self) -> list[ScatterTable]:
         """Runs of one condition: scatter of their means against that of their revolutions.
 
         ``F = var(mean of the run) / mean(s² / R)``; `noise` is the denominator.
@@ -252,36 +265,37 @@ class CarrierGap:
         for r, run in enumerate(self.campaign.runs):
             if self._complete(r).size > 1:
                 groups.setdefault(run.condition, []).append(r)
-        return [
-            self._repeats_of(runs, split, measured) for runs in groups.values() if len(runs) > 1
-        ]
+        return [self._repeats_of(runs) for runs in groups.values() if len(runs) > 1]
 
-    def _repeats_of(
-        self, runs: list[int], split: PatternSplit, measured: PatternSplit
-    ) -> ScatterTable:
+    def _repeats_of(self, runs: list[int]) -> ScatterTable:
         """Scatter of runs of one condition."""
         revolutions = [self._complete(r) for r in runs]
-
-        def scatter_of_means(amplitudes: ComplexArray) -> FloatArray:
-            """Variance between the means of the conditions' revolutions, by cell."""
-            means = [amplitudes[rows].mean(axis=0) for rows in revolutions]
-            return np.asarray(split.weights * np.var(means, axis=0, ddof=1), dtype=np.float64)
-
-        within = [split.amplitudes[rows].var(axis=0, ddof=1) / rows.size for rows in revolutions]
+        means: dict[str, list[ComplexArray]] = {"gap": [], "measured": [], "simulated": []}
+        within = []
+        degrees_of_runs = []
+        for rows in revolutions:
+            split, measured = self._splits(rows)
+            means["gap"].append(split.amplitudes.mean(axis=0))
+            means["measured"].append(measured.amplitudes.mean(axis=0))
+            means["simulated"].append((measured.amplitudes - split.amplitudes).mean(axis=0))
+            within.append(split.amplitudes.var(axis=0, ddof=1) / rows.size)
+            degrees_of_runs.append(degrees_of(split.amplitudes))
+        # Variance between the means of the runs, by cell.
+        scatter = {
+            name: np.asarray(split.weights * np.var(own, axis=0, ddof=1), dtype=np.float64)
+            for name, own in means.items()
+        }
         noise = split.weights * np.mean(within, axis=0)
-        gap = scatter_of_means(split.amplitudes)
-        degrees = degrees_of(split.amplitudes[np.concatenate(revolutions)])
+        degrees = np.max(degrees_of_runs, axis=0)
         noise_degrees = degrees * sum(rows.size - 1 for rows in revolutions)
         return ScatterTable(
             run=" and ".join(self.campaign.runs[r].name for r in runs),
             patterns=split.names,
             orders=signed_orders(split.amplitudes),
-            measured=scatter_of_means(measured.amplitudes),
-            simulated=scatter_of_means(measured.amplitudes - split.amplitudes),
-            gap=gap,
+            **scatter,
             noise=noise,
             p_value=scatter_p_values_estimated(
-                gap, noise, degrees * (len(runs) - 1), noise_degrees
+                scatter["gap"], noise, degrees * (len(runs) - 1), noise_degrees
             ),
             used=_single_cells(split),
         )
@@ -322,11 +336,9 @@ def _single_cells(split: PatternSplit) -> BoolArray:
     return used
 
 
-def _drifts(
-    run: str, time: FloatArray, split: PatternSplit, revolutions: NDArray[np.int64]
-) -> DriftTable:
+def _drifts(run: str, time: FloatArray, split: PatternSplit) -> DriftTable:
     """Trends of every cell of a run, with their share of the cell's mean square."""
-    amplitudes = split.amplitudes[revolutions]
+    amplitudes = split.amplitudes
     over_run = trend(time, amplitudes)
     mean_square = np.mean(np.abs(amplitudes) ** 2, axis=0)
     return DriftTable(

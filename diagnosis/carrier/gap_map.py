@@ -3,7 +3,8 @@
 Residual by run, sensor pattern and shaft order, against its scatter over the revolutions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,15 +60,19 @@ def carrier_gap_cells(
     tuple of GapCell
         Every cell of every run that has a complete revolution.
     """
-    split = pattern_split(channels, residual_orders)
-    complete = np.isfinite(split.amplitudes).all(axis=(1, 2))
+    complete = np.isfinite(residual_orders).all(axis=(1, 2))
     revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
     tables = [
-        _run_table(run, rows, split, noise)
+        _run_table(run, partial(_split_of, channels, residual_orders, rows), noise)
         for run, rows, noise in zip(runs, revolutions, noise_of_mean.tolist(), strict=True)
         if rows.size
     ]
     return gap_cells([*tables, *beside])
+
+
+def _split_of(channels: Sequence[Channel], orders: ComplexArray, rows: IntArray) -> PatternSplit:
+    """Patterns of some revolutions: those of all runs would take four times as much as `orders`."""
+    return pattern_split(channels, orders[rows])
 
 
 def signed_orders(amplitudes: ComplexArray) -> FloatArray:
@@ -84,9 +89,11 @@ def degrees_of(amplitudes: ComplexArray) -> FloatArray:
     return np.where(np.abs(amplitudes.imag).max(axis=0) == 0.0, 1.0, 2.0)
 
 
-def _run_table(run: str, rows: IntArray, split: PatternSplit, noise: float) -> CellTable:
-    """Cells of one run, whose R revolutions are these rows of the amplitudes."""
-    amplitudes = split.amplitudes[rows]
+def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float) -> CellTable:
+    """Cells of one run with the patterns of its R revolutions."""
+    split = split_of_run()
+    weights = split.weights
+    amplitudes = split.amplitudes
     n = len(amplitudes)
     mean = amplitudes.mean(axis=0)
     degrees = degrees_of(amplitudes)
@@ -95,17 +102,17 @@ def _run_table(run: str, rows: IntArray, split: PatternSplit, noise: float) -> C
         ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
         p_value = fisher_f.sf(ratio, degrees, degrees * (n - 1))
     else:
-        scatter = noise * split.noise / np.maximum(split.weights, np.finfo(float).tiny)
+        scatter = noise * split.noise / np.maximum(weights, np.finfo(float).tiny)
         ratio = np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
         p_value = chi2.sf(degrees * ratio, degrees)
-    mean_square = split.weights * np.abs(mean) ** 2
-    noise_square = split.weights * scatter / n
+    mean_square = weights * np.abs(mean) ** 2
+    noise_square = weights * scatter / n
 
     def draws() -> FloatArray:
-        """Coherent part of every draw; the amplitudes of all runs are not kept twice for it."""
-        weights = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
-        drawn = np.einsum("dr,rmn->dmn", weights, split.amplitudes[rows])
-        return np.asarray(split.weights * np.abs(drawn) ** 2 - noise_square)[:, None]
+        """Coherent part of every draw; the amplitudes of the run are not kept for it."""
+        counts = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
+        drawn = np.einsum("dr,rmn->dmn", counts, split_of_run().amplitudes)
+        return np.asarray(weights * np.abs(drawn) ** 2 - noise_square)[:, None]
 
     return CellTable(
         runs=(run,),
@@ -115,5 +122,5 @@ def _run_table(run: str, rows: IntArray, split: PatternSplit, noise: float) -> C
         coherent=(mean_square - noise_square)[None],
         p_value=p_value[None],
         draws=draws,
-        used=split.weights > 0.0,
+        used=weights > 0.0,
     )

@@ -87,7 +87,7 @@ def pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
 
 
 def carrier_overlays(
-    model: CarrierModel, records: CarrierSums, left: ComplexArray
+    model: CarrierModel, measured: FloatArray, gaps: FloatArray
 ) -> tuple[Overlay, ...]:
     """Measured and simulated mean turn of every sensor in every run.
 
@@ -95,33 +95,29 @@ def carrier_overlays(
     ----------
     model : CarrierModel
         Runs and channels.
-    records : CarrierSums
-        Order amplitudes of the measured signals.
-    left : ndarray of complex, shape (R, C, n + 1)
-        Order amplitudes of measured less simulated.
+    measured, gaps : ndarray, shape (n_runs, C, 181)
+        Measured signals over one turn, and the same less the simulated ones, :func:`mean_turns`;
+        the overlays of two models share what was measured.
 
     Returns
     -------
     tuple of Overlay
         Runs without a complete revolution are left out.
     """
-    turns, gaps = (
-        mean_turns(orders, records.run_of_revolution, len(model.runs))
-        for orders in (records.orders, left)
-    )
+    angles = np.rad2deg(_ANGLES)
     return tuple(
         Overlay(
             run,
             channel,
-            np.rad2deg(_ANGLES),
+            angles,
             "carrier angle",
             "deg",
-            turns[r, c],
-            turns[r, c] - gaps[r, c],
+            measured[r, c],
+            measured[r, c] - gaps[r, c],
         )
         for r, run in enumerate(model.runs)
         for c, channel in enumerate(model.channels)
-        if np.isfinite(turns[r, c]).all()
+        if np.isfinite(measured[r, c]).all()
     )
 
 
@@ -230,9 +226,10 @@ def _picture(
 ) -> Picture:
     panels = []
     for name, gap, law, passing in rows[:_MOST_PANELS]:
-        traces = [Trace(GAP, _ANGLES, gap)]
+        # Copies: a view would keep the turns of all sensors in all runs.
+        traces = [Trace(GAP, _ANGLES, gap.copy())]
         if effects:
-            traces += [Trace(LAW, _ANGLES, law), Trace(LEFT, _ANGLES, gap - law)]
+            traces += [Trace(LAW, _ANGLES, law.copy()), Trace(LEFT, _ANGLES, gap - law)]
         panels.append(Panel(name, tuple(traces), passing))
     return Picture(
         title=title,

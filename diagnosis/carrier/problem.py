@@ -20,7 +20,11 @@ from carrierflex.diagnosis.carrier.library import carrier_library, carrier_rig
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
-from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
+from carrierflex.diagnosis.carrier.pictures import (
+    carrier_overlays,
+    carrier_pictures,
+    mean_turns,
+)
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
 from carrierflex.diagnosis.carrier.records.combinations import orders_of, residual_weights
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
@@ -59,7 +63,7 @@ from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 
 #: Residuals whose order amplitudes are kept.
-_KEPT_ORDERS = 4
+_KEPT_ORDERS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,9 +158,8 @@ class CarrierProblem:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
-        right_side = np.zeros((len(self.segments), theta.size))
         square = np.zeros(len(self.segments))
-        matrices, unknowns = [], []
+        matrices, right_sides, unknowns = [], [], []
         for part in self._parts.slices:
             table = self._weights(effects, theta, part)
             own = self._parts.segments(part)
@@ -168,13 +171,19 @@ class CarrierProblem:
             residual, slopes = table.residual[run], table.slopes[run]
             products = slopes @ gram
             matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
-            right_side[own.start + some[:, None], of_segment[some]] = (
-                products @ residual[..., None]
-            )[..., 0].sum(axis=1)
+            right_side = np.zeros(of_segment.shape)
+            right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
             square[own.start + some] = segment_squares(residual, gram).sum(axis=1)
             matrices.append(matrix)
+            right_sides.append(right_side)
             unknowns.append(of_segment)
-        return SegmentSums(np.concatenate(matrices), right_side, square, np.concatenate(unknowns))
+        return SegmentSums(
+            matrix=np.concatenate(matrices),
+            right_side=np.concatenate(right_sides),
+            square=square,
+            unknowns=np.concatenate(unknowns),
+            n_unknowns=theta.size,
+        )
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
@@ -227,13 +236,16 @@ class CarrierProblem:
         for k, parameter in enumerate(self.parameters(effects)):
             if parameter.effect in effects and not parameter.shape:
                 without[k] = 0.0
-        gap, left = self._residual_orders(effects, without), self._residual_orders(effects, theta)
+        left = self._residual_orders(effects, theta)
+        # Nothing else asks for these: they are not kept.
+        gap = self._orders_left(effects, without) if effects else left
         angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
         return carrier_pictures(self.model, self.records, effects, gap, left, sensor_angles=angles)
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
-        return carrier_overlays(self.model, self.records, self._residual_orders(effects, theta))
+        gaps = self._mean_turns(self._residual_orders(effects, theta))
+        return carrier_overlays(self.model, self._measured_turns, gaps)
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
@@ -280,12 +292,24 @@ class CarrierProblem:
         """Orders of the last residuals: map, findings, scalars and pictures are of two models."""
 
         def orders_left(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
-            """Order amplitudes of one residual, from a pass over the records."""
-            columns, values = self.values(effects, np.array(theta))
-            weights = residual_weights(values)
-            return orders_of(self.records, self.campaign, self.model.source, columns, weights)
+            """Order amplitudes of one residual."""
+            return self._orders_left(effects, np.array(theta))
 
         return lru_cache(maxsize=_KEPT_ORDERS)(orders_left)
+
+    def _orders_left(self, effects: Effects, theta: FloatArray) -> ComplexArray:
+        """Order amplitudes of one residual, from a pass over the records."""
+        columns, values = self.values(effects, theta)
+        weights = residual_weights(values)
+        return orders_of(self.records, self.campaign, self.model.source, columns, weights)
+
+    @cached_property
+    def _measured_turns(self) -> FloatArray:
+        """Measured signals over one turn, by run and channel."""
+        return self._mean_turns(self.records.orders)
+
+    def _mean_turns(self, orders: ComplexArray) -> FloatArray:
+        return mean_turns(orders, self.records.run_of_revolution, len(self.campaign.runs))
 
     def _weights(self, effects: Effects, theta: FloatArray, part: slice) -> WeightTable:
         return self.model.weights(effects, self._choice(effects), theta, part)

@@ -103,27 +103,41 @@ class SegmentSums:
     ----------
     matrix : ndarray, shape (n_segments, q, q)
         ``J.T J``; q is p where `unknowns` is not given.
-    right_side : ndarray, shape (n_segments, p)
+    right_side : ndarray, shape (n_segments, q)
         ``J.T r``.
     square : ndarray, shape (n_segments,)
         ``r.T r``.
     unknowns : ndarray of int, shape (n_segments, q), optional
         Numbers of the unknowns that act in every segment; without, all do. Where runs have unknowns
         of their own, the other runs' are left out.
+    n_unknowns : int
+        p, where `unknowns` is given.
     """
 
     matrix: FloatArray
     right_side: FloatArray
     square: FloatArray
     unknowns: NDArray[np.int64] | None = None
+    n_unknowns: int = 0
+
+    def full_right_side(self) -> FloatArray:
+        """``J.T r`` of all unknowns, shape (n_segments, p).
+
+        Of hundreds of runs with unknowns of their own it holds zeros, a hundred sets of effects
+        0.2 GB of them.
+        """
+        if self.unknowns is None:
+            return self.right_side
+        full = np.zeros((len(self.right_side), self.n_unknowns))
+        np.put_along_axis(full, self.unknowns, self.right_side, axis=1)
+        return full
 
     def total_matrix(self, chosen: BoolArray | None = None) -> FloatArray:
         """``J.T J`` over the chosen segments, or all, shape (p, p)."""
         which = slice(None) if chosen is None else chosen
         if self.unknowns is None:
             return np.asarray(self.matrix[which].sum(axis=0))
-        n_unknowns = self.right_side.shape[1]
-        total = np.zeros((n_unknowns, n_unknowns))
+        total = np.zeros((self.n_unknowns, self.n_unknowns))
         own = self.unknowns[which]
         np.add.at(total, (own[:, :, None], own[:, None, :]), self.matrix[which])
         return total

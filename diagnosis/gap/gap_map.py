@@ -127,6 +127,11 @@ class GapMap(Sequence[GapCell]):
         """Some of the cells, in their order."""
         return replace(self, places=self.places[which], values=self.values[which])
 
+    def sorted_by(self, values: FloatArray) -> "GapMap":
+        """The same cells by ascending values, one of each."""
+        places = np.argsort(values, kind="stable")
+        return replace(self, places=self.places[places], values=self.values[places])
+
     def on_orders(self) -> "GapMap":
         """Cells without a band: those of the shaft's orders."""
         return self.chosen(np.isnan(self.bands_hz[:, 0]))

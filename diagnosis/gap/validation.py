@@ -7,7 +7,10 @@ from scipy.stats import wasserstein_distance
 
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import CellValidation, Scalar, ScalarGap
-from carrierflex.diagnosis.gap.significance import significant
+from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
+
+#: Cells of hundreds of runs are some hundred thousand, and the first 200 are written.
+_MOST_CELLS = 1000
 
 
 def cell_validations(
@@ -27,30 +30,43 @@ def cell_validations(
     Returns
     -------
     tuple of CellValidation
-        Largest error before first.
+        Largest error before first, a thousand at most.
     """
-    shown = significant(before)
-    sought = {(cell.run, cell.channel_pattern, cell.order) for cell in shown}
-    places = ((cell.run, cell.channel_pattern, cell.order) for cell in after)
-    later = {place: after[number] for number, place in enumerate(places) if place in sought}
-    result = []
-    for cell in shown:
-        same = later[cell.run, cell.channel_pattern, cell.order]
-        error = float(np.sqrt(cell.mean_square))
-        noise_square = max(cell.mean_square - cell.coherent, 0.0)
-        u_val = float(np.sqrt(numerical**2 + noise_square))
-        result.append(
-            CellValidation(
-                channel_pattern=cell.channel_pattern,
-                order=cell.order,
-                run=cell.run,
-                error_before=error,
-                error_after=float(np.sqrt(max(same.mean_square, 0.0))),
-                u_val=u_val,
-                is_beyond=error > u_val,
-            )
+    every = map_of(before)
+    significant = every.chosen(every.are_significant)
+    shown = significant.sorted_by(-np.sqrt(significant.mean_squares))[:_MOST_CELLS]
+    rows = zip(
+        shown,
+        np.sqrt(shown.mean_squares).tolist(),
+        np.sqrt(np.maximum(_mean_squares_after(shown, map_of(after)), 0.0)).tolist(),
+        np.sqrt(numerical**2 + shown.noise).tolist(),
+        strict=True,
+    )
+    return tuple(
+        CellValidation(
+            channel_pattern=cell.channel_pattern,
+            order=cell.order,
+            run=cell.run,
+            error_before=error_before,
+            error_after=error_after,
+            u_val=u_val,
+            is_beyond=error_before > u_val,
         )
-    return tuple(sorted(result, key=lambda row: -row.error_before))
+        for cell, error_before, error_after, u_val in rows
+    )
+
+
+def _mean_squares_after(shown: GapMap, after: GapMap) -> list[float]:
+    """Mean squares of the same cells in another map, which may hold a million."""
+    sought = [(cell.run, cell.channel_pattern, cell.order) for cell in shown]
+    wanted = set(sought)
+    found = {}
+    rows = zip(after.places, after.orders, after.mean_squares, strict=True)
+    for (run, pattern), order, mean_square in rows:
+        place = (after.runs[run], after.patterns[pattern], float(order))
+        if place in wanted:
+            found[place] = float(mean_square)
+    return [found[place] for place in sought]
 
 
 def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[ScalarGap, ...]:

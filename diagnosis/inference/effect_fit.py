@@ -124,7 +124,8 @@ class EffectFit:
         """
         matrix = self.sums.total_matrix() + np.diag(self.prior.weight)
         inverse = normal_inverse(matrix)
-        scores = self.sums.right_side - self.sums.right_side.mean(axis=0)
+        scores = self.sums.full_right_side()
+        scores = scores - scores.mean(axis=0)
         segments = max(len(scores), 2)
         covariance = inverse @ (scores.T @ scores) @ inverse * segments / (segments - 1.0)
         unseen = np.diag(matrix) <= 0.0
@@ -249,7 +250,7 @@ def minimised(
         return CostSums(
             cost=float(sums.square[chosen].sum()) + prior.cost(theta),
             matrix=sums.total_matrix(chosen) + np.diag(prior.weight),
-            slope=sums.right_side[chosen].sum(axis=0) + prior.slope(theta),
+            slope=sums.full_right_side()[chosen].sum(axis=0) + prior.slope(theta),
             detail=sums,
         )
 

@@ -156,7 +156,8 @@ def known_combination(
     matrix = fit.sums.total_matrix()
     inverse = full_inverse((matrix + np.diag(fit.prior.weight))[np.ix_(others, others)])
     factor = -float((inverse @ matrix[others, second])[place])
-    scores = fit.sums.right_side - fit.sums.right_side.mean(axis=0)
+    scores = fit.sums.full_right_side()
+    scores = scores - scores.mean(axis=0)
     n_blocks = max(len(scores), 2)
     own = scores[:, others] @ inverse[place]
     noise = float(own @ own) * n_blocks / (n_blocks - 1.0) * small_sample_factor(fit) ** 2

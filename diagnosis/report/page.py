@@ -10,7 +10,7 @@ from markupsafe import Markup
 from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.significance import significant
+from carrierflex.diagnosis.gap.gap_map import map_of
 from carrierflex.diagnosis.inference.confusion import words as weighing
 from carrierflex.diagnosis.report import class_words, gap_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
@@ -142,5 +142,5 @@ def _markup(drawing: Drawing | None) -> dict[str, Any] | None:
 
 def _largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
     """Cells beyond chance that hold a part of the gap worth a row."""
-    large = [cell for cell in significant(cells) if cell.share >= _SMALLEST_SHARE]
-    return large[:_MOST_CELLS]
+    own = map_of(cells)
+    return list(own.chosen(own.are_significant & (own.shares >= _SMALLEST_SHARE))[:_MOST_CELLS])

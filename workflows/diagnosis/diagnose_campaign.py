@@ -9,6 +9,7 @@ near the noise floor; "none of these" and "not diagnosable" are answers too.
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -176,13 +177,17 @@ def main(
             own, found, diagnosis = _diagnosed(
                 measured, curves, brought, out, stages, executor, seed
             )
+            drawn = partial(_confused, own=own, found=found) if confusion else None
+            # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
+            del own, found
+            return_freed_memory()
             diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
             motion = rim_motion(diagnosis, measured) if report else None
             if view and motion is None:
                 stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
             _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
-            if confusion:
-                diagnosis = _confused(diagnosis, own, found, stages, executor, seed)
+            if drawn is not None:
+                diagnosis = drawn(diagnosis, stages=stages, executor=executor, seed=seed)
                 _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
         if view and motion is not None:
             with stages.stage(f"writing {out / VIEW_FILE}"):
@@ -235,6 +240,7 @@ def _diagnosed(
 
 def _confused(
     diagnosis: Diagnosis,
+    *,
     own: ExaminedCampaign,
     found: Diagnosis,
     stages: Stages,

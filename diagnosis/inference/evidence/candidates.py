@@ -173,7 +173,8 @@ def samples_per_independent(fit: EffectFit, variance: float) -> float:
     """
     sums = fit.sums
     inverse = normal_inverse(sums.total_matrix())
-    scatter = float(np.einsum("kp,pq,kq->", sums.right_side, inverse, sums.right_side))
+    right_side = sums.full_right_side()
+    scatter = float(np.einsum("kp,pq,kq->", right_side, inverse, right_side))
     n_parameters = inverse.shape[0]
     every = np.arange(n_parameters)
     used = degrees = 0.0
@@ -212,7 +213,7 @@ def _expanded(
     is_free = np.array([own.lower < own.upper for own in fit.parameters], dtype=bool)
     has_prior = np.array([_has_prior(own, fit.effects) for own in fit.parameters], dtype=bool)
     matrix = fit.sums.total_matrix()[np.ix_(is_free, is_free)]
-    slope = fit.sums.right_side.sum(axis=0)[is_free]
+    slope = fit.sums.full_right_side().sum(axis=0)[is_free]
     kept = [
         (own, value)
         for own, value, wanted in zip(fit.parameters, fit.theta, is_free & has_prior, strict=True)

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.carrier.signature_rows import effect_rows
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
@@ -86,7 +87,7 @@ def test_derivatives_are_those_of_the_prediction(effect):
         if parameter.effect == effect:
             theta[k] = max(theta[k], 0.6 * parameter.scale) + 0.013 * (k + 1) * parameter.scale
     chosen = np.ones(len(problem.segments), dtype=bool)
-    slope = -2.0 * problem.sums((effect,), theta, chosen).right_side.sum(axis=0)
+    slope = -2.0 * problem.sums((effect,), theta, chosen).full_right_side().sum(axis=0)
     for k, parameter in enumerate(problem.parameters((effect,))):
         step = 1e-4 * parameter.scale * np.eye(theta.size)[k]
         cost = [problem.squares((effect,), theta + sign * step, chosen).sum() for sign in (1, -1)]
@@ -102,6 +103,11 @@ def test_unknowns_of_other_runs_are_left_out_and_count_in_the_total():
     sums = problem.sums(("thermal_drift",), theta, np.ones(len(problem.segments), dtype=bool))
     # Offset and three drifts of one run, five that all runs share; not those of the two others.
     assert sums.matrix.shape[1:] == (9, 9)
+    assert sums.right_side.shape[1:] == (9,)
+    full = sums.full_right_side()
+    for segment, own, row in zip(sums.unknowns, sums.right_side, full, strict=True):
+        assert np.array_equal(row[segment], own)
+        assert not np.delete(row, segment).any()
     total = sums.total_matrix()
     assert total.shape == (17, 17) == (len(names), len(names))
     run_of = [run for _, run in names]
@@ -110,6 +116,20 @@ def test_unknowns_of_other_runs_are_left_out_and_count_in_the_total():
         assert (total[i, j] == 0.0) or not apart
     drifts = [k for k, own in enumerate(names) if own == ("thermal_drift", "run2")]
     assert (np.diag(total)[drifts] > 0.0).all()
+
+
+def test_rows_that_all_runs_share_are_held_once():
+    problem = twin_problem(loads=LOADS[:3], turns=3)
+    base = problem.starts((), {})[-1]
+    _, *of_effects = effect_rows(problem.model, tuple(problem.cards), base).groups
+    assert len(of_effects) > len(problem.cards)
+    for rows in of_effects:
+        assert rows.weights.any()
+        is_shared = np.array_equal(
+            rows.weights, np.broadcast_to(rows.weights[:1], rows.weights.shape)
+        )
+        assert is_shared == (rows.weights.strides[0] == 0)
+    assert sum(rows.weights.strides[0] == 0 for rows in of_effects) > 0.8 * len(of_effects)
 
 
 def test_flexible_features_grow_with_the_channels_and_not_with_their_square():

@@ -12,6 +12,7 @@ from carrierflex.diagnosis.gap.significance import (
     largest_cells,
     significant,
 )
+from carrierflex.diagnosis.gap.validation import cell_validations
 from carrierflex.identification.estimation.resampling import multinomial_counts
 
 
@@ -84,3 +85,19 @@ def test_every_draw_holds_as_many_repetitions_as_there_are():
     assert counts.shape == (N_DRAWS, 7)
     assert (counts.sum(axis=1) == 7.0).all()
     assert_allclose(counts.mean(axis=0), 1.0, atol=0.3)
+
+
+def test_comparison_errors_of_many_cells_are_the_largest_thousand_with_those_of_the_other_map():
+    rng = np.random.default_rng(5)
+    before, after = (
+        gap_cells([table(f"R{k}", 1.0 + rng.random((2, 2))) for k in range(400)]) for _ in range(2)
+    )
+    found = cell_validations(before, after, 0.0)
+    by_place = {(c.run, c.channel_pattern, c.order): c for c in after}
+    largest = sorted(significant(before), key=lambda c: -c.mean_square)[: len(found)]
+    assert len(found) == 1000
+    for row, cell in zip(found, largest, strict=True):
+        place = (row.run, row.channel_pattern, row.order)
+        assert place == (cell.run, cell.channel_pattern, cell.order)
+        assert row.error_before == np.sqrt(cell.mean_square)
+        assert row.error_after == np.sqrt(by_place[place].mean_square)

@@ -35,7 +35,7 @@ def test_derivatives_predict_the_change_of_the_residual(cubic_problem):
             step = np.zeros(fit.theta.size)
             step[k] = size * max(abs(fit.theta[k]), 0.1 * fit.parameters[k].scale)
             moved = cubic_problem.squares(fit.effects, fit.theta + step, everything).sum()
-            slope = -2.0 * fit.sums.right_side.sum(axis=0) @ step
+            slope = -2.0 * fit.sums.full_right_side().sum(axis=0) @ step
             curve = step @ fit.sums.matrix.sum(axis=0) @ step
             errors.append(abs(moved - fit.sums.square.sum() - slope - curve) / curve)
         # Third order in the step: halving it halves the relative error.

@@ -204,3 +204,18 @@ def test_bad_traces_are_refused():
         Trace("measured", np.zeros(2), np.zeros(2))
     with pytest.raises(ValueError, match="expected one length n"):
         Trace(GAP, np.zeros(2), np.zeros(3))
+
+
+def test_pictures_and_overlays_of_a_carrier_keep_no_turns_twice():
+    problem = twin_problem("carrier_tilt", loads=((1.0, 0, 0), (0.5, 0, 0)), turns=3)
+    fit = fit_effects(problem, ("carrier_tilt",))
+    # A view would keep the turns of all sensors in all runs, which are many more than six.
+    for picture in problem.pictures(fit.effects, fit.theta):
+        assert all(trace.y.base is None for panel in picture.panels for trace in panel.traces)
+    before, after = (
+        problem.overlays(effects, fit_effects(problem, effects).theta)
+        for effects in ((), fit.effects)
+    )
+    assert len({id(overlay.x) for overlay in before}) == 1
+    for old, new in zip(before, after, strict=True):
+        assert np.shares_memory(old.measured, new.measured)

@@ -1,0 +1,33 @@
+"""What a diagnosis was found with is let go before it is written."""
+
+import gc
+import weakref
+
+import pytest
+
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.workflows.diagnosis import diagnose_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+
+pytestmark = pytest.mark.long
+
+
+def test_the_problem_and_its_sums_are_gone_when_the_page_is_drawn(tmp_path, monkeypatch):
+    write_campaign(displacement_campaign(lambda q, v: 5e8 * q**3, n=1500), tmp_path / "campaign")
+    examined, report_page = diagnose_campaign.examined, diagnose_campaign.report_page
+    problems, alive = [], []
+
+    def remembered(*given):
+        found = examined(*given)
+        problems.append(weakref.ref(found.problem))
+        return found
+
+    def drawn(*given):
+        gc.collect()
+        alive.extend(problem() is not None for problem in problems)
+        return report_page(*given)
+
+    monkeypatch.setattr(diagnose_campaign, "examined", remembered)
+    monkeypatch.setattr(diagnose_campaign, "report_page", drawn)
+    diagnose_campaign.main(tmp_path / "campaign", out=tmp_path / "out", quiet=True)
+    assert alive == [False]
