@@ -117,8 +117,8 @@ def case_plans(
         )
     drawn = []
     for family, count in _counts(weights, cases).items():
-        plans = _several_plans if family == SEVERAL else _plans_of_family
-        drawn += plans(kind, family, count, seed, rng)
+        make = _several_plans if family == SEVERAL else _plans_of_family
+        drawn += make(kind, family, count, seed, rng)
     order = rng.permutation(len(drawn))
     return tuple(replace(drawn[k], number=index + 1) for index, k in enumerate(order))
 
