@@ -21,12 +21,13 @@ from carrierflex.blind_check.sensitivity.listed_constants import (
     replacement,
 )
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.diagnosis.classes import constants as class_constants
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.answer import answer_of_table
+from carrierflex.diagnosis.element.classes.limits import element_limits
 from carrierflex.diagnosis.element.classes.table import (
     ElementRuns,
     ElementTable,
@@ -49,6 +50,8 @@ _OF_RUNS = ("fewest_blocks", "separable_from_drive")
 _CLASSES = "diagnosis.element.classes."
 #: Read once the table stands.
 _AFTER_TABLE = (_CLASSES + "answer",)
+#: Holds weights of the penalties, as the first of `OF_SCORES` does.
+_LIMITS = _CLASSES + "limits"
 #: Read until the runs stand, and by no column of theirs.
 _BEFORE_COLUMNS = (
     "diagnosis.element.records",
@@ -134,11 +137,13 @@ class UsualCase:
         """Answer while a constant is moved; what it does not reach is not made again."""
         if self.problem is None or self.runs is None or self.table is None:
             return plain_answer(self.campaign)
-        limits = class_constants.ClassConstants()
+        limits = element_limits()
         if constant.module in _AFTER_TABLE:
             return _in_words(self.problem, self.table)
-        if constant.is_field and constant.name not in OF_TABLE:
-            known = {} if constant.name in OF_SCORES else self.table.scores.known
+        is_weight = constant.module == _LIMITS
+        if is_weight or (constant.is_field and constant.name not in OF_TABLE):
+            is_of_scores = is_weight or constant.name in OF_SCORES
+            known = {} if is_of_scores else self.table.scores.known
             return _in_words(self.problem, _scored(self.table, limits, known))
         try:
             problem = self._problem_beside(constant)
@@ -178,7 +183,7 @@ class UsualCase:
         constant: Constant,
         problem: ElementProblem,
         runs: ElementRuns,
-        limits: class_constants.ClassConstants,
+        limits: ClassConstants,
     ) -> ElementTable:
         """The usual table where nothing that its columns are made of has changed."""
         assert self.problem is not None
@@ -192,7 +197,7 @@ class UsualCase:
 
 def usual_case(campaign: Campaign) -> UsualCase:
     """A campaign with its answer and what that is made of."""
-    limits = class_constants.ClassConstants()
+    limits = element_limits()
     try:
         problem = _element_problem(campaign)
         runs = element_runs(problem.model, problem.records, problem.noise, limits)
@@ -301,7 +306,7 @@ def _element_problem(campaign: Campaign) -> ElementProblem:
 
 def _scored(
     table: ElementTable,
-    limits: class_constants.ClassConstants,
+    limits: ClassConstants,
     known: dict[tuple[str, ...], HeldOutSquares],
 ) -> ElementTable:
     """Table under some limits, with the held-out squares that hold for them."""
