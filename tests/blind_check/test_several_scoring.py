@@ -85,6 +85,11 @@ def outcome(truth, own):
             ("wrong", ["housing/tilt"], ["carrier/waves"]),
         ),
         (
+            (3.0, 3.0, 1.0),
+            answer(DRIFT, TILT, ties=[(TILT, "nonsynchronous/line/none")]),
+            ("wrong", ["housing/offset"], ["nonsynchronous/line"]),
+        ),
+        (
             (3.0, 3.0, 3.0),
             answer(word="none_of_these"),
             ("abstained", ["housing/offset", "housing/tilt", "housing/saddle"], []),

@@ -108,7 +108,7 @@ def several(
     for name in plan.effects:
         causes.append(_with_share(name, deepcopy(rng), size))
         with_form(known, name, rng, size)
-    largest = [_largest(cause, known, gap) for cause in causes]
+    largest = [_largest(cause, known, gap, float(size[0])) for cause in causes]
     floor = min(own / ratio for (_, own), ratio in zip(largest, plan.own_ratios, strict=True))
     state = known
     changes = []
@@ -139,14 +139,23 @@ def _coarse_gap(gap: Gap, state: MountingState) -> float:
         return gap(state, FINE)
 
 
-def _largest(cause: Caused, known: MountingState, gap: Gap) -> tuple[float, float]:
-    """Largest share of a cause's drawn size that the motion bears, of halves, and its gap [m]."""
+def _largest(
+    cause: Caused, known: MountingState, gap: Gap, deflection: float
+) -> tuple[float, float]:
+    """Largest share of a cause's drawn size that the motion bears, of halves, and its gap [m].
+
+    Bushings that soften beyond a limit hold the housing no more: it runs away, at first to values
+    that are still numbers. A gap as large as the largest deflection is no small cause's.
+    """
     share = 1.0
     while True:
         try:
-            return share, _coarse_gap(gap, cause(known, share)[0])
-        except ArithmeticError:  # bushings that soften beyond a limit hold the housing no more
-            share *= 0.5
+            own = _coarse_gap(gap, cause(known, share)[0])
+        except ArithmeticError:
+            own = np.inf
+        if own < deflection:
+            return share, own
+        share *= 0.5
 
 
 def _share(

@@ -115,6 +115,16 @@ def test_every_cause_of_a_mounting_leaves_alone_what_was_drawn_and_none_exceeds_
 
 
 @pytest.mark.long
+def test_a_cause_whose_drawn_size_lets_the_housing_run_away_has_its_gap_all_the_same():
+    # Rubber that warms: at its drawn size the motion grows to numbers that are still finite.
+    causes = ("load_lever", "power_damping", "rubber", "warming")
+    ratios = (4.9, 0.73, 4.6, 0.91)
+    plan = CasePlan("mounting", 22, 14010, SEVERAL, causes, 7.0, own_ratios=ratios)
+    _, label = case_campaign(plan)
+    assert label.own_gaps == pytest.approx(ratios, rel=0.08)
+
+
+@pytest.mark.long
 def test_coarser_steps_leave_the_signals_of_a_small_cause_as_they_are():
     record = drawn_record(np.random.default_rng(2), 0)
     bushings = Bushings(RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"])
