@@ -5,7 +5,7 @@ Its library, and everything else as algebra on sums over the records.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -20,17 +20,12 @@ from carrierflex.diagnosis.carrier.library import carrier_library, carrier_rig
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
-from carrierflex.diagnosis.carrier.pictures import (
-    carrier_overlays,
-    carrier_pictures,
-    mean_turns,
-)
+from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
-from carrierflex.diagnosis.carrier.records.combinations import orders_of, residual_weights
+from carrierflex.diagnosis.carrier.records.residual_orders import ResidualOrders
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
-    ComplexArray,
     IntArray,
     accumulated_sums,
     segment_squares,
@@ -61,9 +56,6 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
-
-#: Residuals whose order amplitudes are kept.
-_KEPT_ORDERS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,16 +228,16 @@ class CarrierProblem:
         for k, parameter in enumerate(self.parameters(effects)):
             if parameter.effect in effects and not parameter.shape:
                 without[k] = 0.0
-        left = self._residual_orders(effects, theta)
-        # Nothing else asks for these: they are not kept.
-        gap = self._orders_left(effects, without) if effects else left
+        left = self._orders.of(effects, theta)
+        # Nothing else asks for these.
+        gap = self._orders.made(effects, without) if effects else left
         angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
         return carrier_pictures(self.model, self.records, effects, gap, left, sensor_angles=angles)
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
-        gaps = self._mean_turns(self._residual_orders(effects, theta))
-        return carrier_overlays(self.model, self._measured_turns, gaps)
+        gaps = self._orders.turns(effects, theta)
+        return carrier_overlays(self.model, self._orders.measured_turns, gaps)
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
@@ -280,36 +272,12 @@ class CarrierProblem:
         return CarrierProblem(campaign, model, simulated, self.noise, self.beside)
 
     def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
-        orders = self._residual_orders(effects, theta)
+        orders = self._orders.of(effects, theta)
         return CarrierGap(self.campaign, self.records, self.noise, orders, self.beside)
 
-    def _residual_orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """Order amplitudes of what a model leaves, shape (R, C, n + 1)."""
-        return self._orders_of(effects, tuple(theta.tolist()))
-
     @cached_property
-    def _orders_of(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
-        """Orders of the last residuals: map, findings, scalars and pictures are of two models."""
-
-        def orders_left(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
-            """Order amplitudes of one residual."""
-            return self._orders_left(effects, np.array(theta))
-
-        return lru_cache(maxsize=_KEPT_ORDERS)(orders_left)
-
-    def _orders_left(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """Order amplitudes of one residual, from a pass over the records."""
-        columns, values = self.values(effects, theta)
-        weights = residual_weights(values)
-        return orders_of(self.records, self.campaign, self.model.source, columns, weights)
-
-    @cached_property
-    def _measured_turns(self) -> FloatArray:
-        """Measured signals over one turn, by run and channel."""
-        return self._mean_turns(self.records.orders)
-
-    def _mean_turns(self, orders: ComplexArray) -> FloatArray:
-        return mean_turns(orders, self.records.run_of_revolution, len(self.campaign.runs))
+    def _orders(self) -> ResidualOrders:
+        return ResidualOrders(self.campaign, self.records, self.model.source, self.values)
 
     def _weights(self, effects: Effects, theta: FloatArray, part: slice) -> WeightTable:
         return self.model.weights(effects, self._choice(effects), theta, part)

@@ -44,6 +44,7 @@ from carrierflex.simulation.law_files import (
 )
 from carrierflex.workflows.shell.freed_memory import (
     return_freed_memory,
+    return_unused_memory,
     returning_freed_memory,
 )
 from carrierflex.workflows.support.default_curves import default_curves
@@ -180,7 +181,7 @@ def main(
             drawn = partial(_confused, own=own, found=found) if confusion else None
             # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
             del own, found
-            return_freed_memory()
+            return_unused_memory()
             diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
             motion = rim_motion(diagnosis, measured) if report else None
             if view and motion is None:

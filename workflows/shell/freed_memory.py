@@ -6,6 +6,7 @@ large records frees arrays of all sizes.
 
 import ctypes
 import functools
+import gc
 import time
 from collections.abc import Callable
 
@@ -18,6 +19,12 @@ def return_freed_memory() -> None:
     trim = _trim()
     if trim is not None:
         trim(0)
+
+
+def return_unused_memory() -> None:
+    """Let go of what only points to itself, as a problem and results it keeps, and give it back."""
+    gc.collect()
+    return_freed_memory()
 
 
 def returning_freed_memory(note: Callable[[str], None]) -> Callable[[str], None]:

@@ -1,6 +1,5 @@
 """What a diagnosis was found with is let go before it is written."""
 
-import gc
 import weakref
 
 import pytest
@@ -23,7 +22,6 @@ def test_the_problem_and_its_sums_are_gone_when_the_page_is_drawn(tmp_path, monk
         return found
 
     def drawn(*given):
-        gc.collect()
         alive.extend(problem() is not None for problem in problems)
         return report_page(*given)
 
