@@ -20,7 +20,10 @@ from carrierflex.diagnosis.carrier.wiring import (
 )
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
-from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited, law_of_answer
+from carrierflex.diagnosis.element.classes.measured.measured_laws import (
+    beyond_visited,
+    law_of_answer,
+)
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.element.wiring.clocks import element_clocks

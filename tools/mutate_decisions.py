@@ -29,7 +29,6 @@ ROOT = Path(__file__).parents[1]
 TESTS = {
     "diagnosis/classes/decision.py": ("tests/diagnosis/classes/test_decision.py",),
     "diagnosis/classes/plain_parts.py": ("tests/diagnosis/classes/test_plain_parts.py",),
-    "diagnosis/classes/paired_shares.py": ("tests/diagnosis/classes/test_shares.py",),
     "diagnosis/class_verdict.py": ("tests/diagnosis/test_class_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),

@@ -10,7 +10,6 @@ from carrierflex.diagnosis.classes.decision import Decision, decide
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import NearestLaw, nearest_law
-from carrierflex.diagnosis.classes.paired_shares import PairedShares
 from carrierflex.diagnosis.classes.results import (
     NO_CLASS,
     NOTHING,
@@ -18,7 +17,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
     MeasuredShape,
 )
-from carrierflex.diagnosis.classes.shares import Shares, at_most_one
+from carrierflex.diagnosis.classes.shares import PairedShares, Shares, at_most_one
 
 #: Measured shape of one class of an answer: class, result of the answer, nearest law.
 ShapeOf = Callable[[ClassScores, str, HeldOutSquares, NearestLaw], MeasuredShape | None]

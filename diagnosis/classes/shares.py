@@ -12,6 +12,9 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 _SEED = 7
 _INTERVAL = (0.025, 0.975)
 
+#: Rounding of a block's squares, as a share of what the baseline leaves there.
+_ROUNDING = 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class Shares:
@@ -142,3 +145,28 @@ class Shares:
 def at_most_one(share: float) -> float:
     """Share that leaves the comparison: noise below its declared floor is no part of the gap."""
     return min(share, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class PairedShares(Shares):
+    """Shares of the gap; a gain counts where the blocks agree on it.
+
+    A class that has not been where one block goes leaves there more than in all others together.
+    The difference to a class that holds there then scatters as much as it is, though every single
+    block is in its favour. The ratio of both in each block does not:
+
+    ``mean(log(e_worse / e_better)) > t s / sqrt(n_blocks)``, s the standard deviation over the
+    blocks and t the standard errors of the limits.
+
+    References
+    ----------
+    .. [1] J. M. Bland, D. G. Altman, "Transformations, means, and confidence intervals", BMJ 312
+       (1996) 1079: paired data whose differences grow with their size are compared by their ratio.
+    """
+
+    def is_beyond_scatter(self, gain: float, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
+        """Whether the ratio of what both leave is more than its scatter over the blocks."""
+        least = _ROUNDING * self.before
+        ratios = np.log(np.maximum(worse.squares, least) / np.maximum(better.squares, least))
+        error = float(ratios.std()) / np.sqrt(ratios.size)
+        return bool(float(ratios.mean()) > self.constants.standard_errors * error)

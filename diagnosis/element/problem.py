@@ -43,8 +43,11 @@ from carrierflex.diagnosis.element.classes.drive_in_time import has_one_frequenc
 from carrierflex.diagnosis.element.classes.fitted_force import parameter_shift
 from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.classes.limits import element_limits
-from carrierflex.diagnosis.element.classes.measured_laws import law_cards
-from carrierflex.diagnosis.element.classes.shapes import measured_shape
+from carrierflex.diagnosis.element.classes.measured.measured_laws import (
+    law_cards,
+    parts_with_memory,
+)
+from carrierflex.diagnosis.element.classes.measured.shapes import measured_shape
 from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
@@ -66,8 +69,6 @@ from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
 from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
-from carrierflex.simulation.element.memory_laws import MemoryLaw
-from carrierflex.simulation.element.surface_laws import SurfaceLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -363,7 +364,7 @@ def element_problem(
         per_mass=per_mass,
         gains=declared_gains(campaign),
         friction={law.name: law.friction for law in measured_laws if isinstance(law, TabulatedLaw)},
-        memory=_with_memory(measured_laws),
+        memory=parts_with_memory(measured_laws),
     )
     scale = element_scale(unscaled, records)
     model = replace(
@@ -393,9 +394,3 @@ def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
         return (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
     input_unit = next(iter(campaign.input_units.values()))
     return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
-
-
-def _with_memory(laws: Sequence[MeasuredElementLaw]) -> dict[str, MemoryLaw]:
-    """Parts with a memory of measured laws by effect: of a surface what stands beside its table."""
-    parts = {law.name: law for law in laws if isinstance(law, MemoryLaw)}
-    return parts | {law.name: law.beside_table for law in laws if isinstance(law, SurfaceLaw)}

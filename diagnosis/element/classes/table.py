@@ -45,10 +45,13 @@ from carrierflex.diagnosis.element.classes.motion import (
 from carrierflex.diagnosis.element.classes.nearest_motion import with_all_lines
 from carrierflex.diagnosis.element.classes.noise_colour import noise_correlation_time
 from carrierflex.diagnosis.element.classes.starting_states import with_starting_states
-from carrierflex.diagnosis.element.classes.weighting import MotionNoise, NoiseWeight
+from carrierflex.diagnosis.element.classes.weighting import (
+    MotionNoise,
+    NoiseWeight,
+    weighted_baseline,
+)
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Groups of columns of each class.
 CLASS_GROUPS: dict[str, tuple[str, ...]] = {
@@ -285,24 +288,8 @@ def _weights(
             for record, value, channel in zip(own, variance, of_channel, strict=True)
         ]
         if element is not None:
-            element = _baseline(model, own, weights) or element
+            element = weighted_baseline(model, own, weights) or element
     return tuple(weights)
-
-
-def _baseline(
-    model: ElementModel, own: Sequence[ForceRecord], weights: Sequence[NoiseWeight]
-) -> tuple[float, float, float] | None:
-    """m, C1, K1 by least squares through the filter; None where they are no element."""
-    n = len(own[0].base) + 1
-    gram = np.zeros((n, n))
-    for record, weight in zip(own, weights, strict=True):
-        rows = weight.filtered(np.vstack([record.target, record.base]))[:, record.counts]
-        gram += rows @ rows.T
-    c = normal_solution(gram[1:, 1:], gram[1:, 0])
-    m, first = (model.mass, 0) if model.mass is not None else (float(c[0]), 1)
-    K1, C1 = float(c[first]), float(c[first + 1])
-    # A drive that acts backwards turns the sign of all of them, and not the size of the stiffness.
-    return (abs(m), max(float(C1 * np.sign(m)), 0.0), abs(K1)) if m * K1 > 0.0 else None
 
 
 def _side_line(bases: ElementBases, own: Sequence[ForceRecord]) -> FloatArray:

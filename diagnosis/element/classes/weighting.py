@@ -11,14 +11,18 @@ References
 .. [2] K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965) 461.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.channel_noise import dynamic_stiffness
+from carrierflex.diagnosis.element.classes.motion import ForceRecord
 from carrierflex.diagnosis.element.classes.noise_colour import noise_density
+from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.identification.campaign.signals import pass_gain, with_gain
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: RMS of a force error that is allowed everywhere, over the RMS of the force.
 _FORCE_ERROR = 0.003
@@ -115,3 +119,34 @@ class NoiseWeight:
         slope = (columns[..., -1:] - columns[..., :1]) / (n - 1)
         zero = self.gain(np.zeros(1))[0]
         return np.asarray(kept + zero * slope * np.arange(n))
+
+
+def weighted_baseline(
+    model: ElementModel, own: Sequence[ForceRecord], weights: Sequence[NoiseWeight]
+) -> tuple[float, float, float] | None:
+    """Baseline by least squares through the filter.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Whether its mass is given.
+    own : sequence of ForceRecord
+        Runs.
+    weights : sequence of NoiseWeight
+        Filter of each.
+
+    Returns
+    -------
+    tuple of float or None
+        m [kg], C1 [N s/m], K1 [N/m]; None where they are no element.
+    """
+    n = len(own[0].base) + 1
+    gram = np.zeros((n, n))
+    for record, weight in zip(own, weights, strict=True):
+        rows = weight.filtered(np.vstack([record.target, record.base]))[:, record.counts]
+        gram += rows @ rows.T
+    c = normal_solution(gram[1:, 1:], gram[1:, 0])
+    m, first = (model.mass, 0) if model.mass is not None else (float(c[0]), 1)
+    K1, C1 = float(c[first]), float(c[first + 1])
+    # A drive that acts backwards turns the sign of all of them, and not the size of the stiffness.
+    return (abs(m), max(float(C1 * np.sign(m)), 0.0), abs(K1)) if m * K1 > 0.0 else None

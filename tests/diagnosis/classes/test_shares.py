@@ -5,8 +5,7 @@ import pytest
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
-from carrierflex.diagnosis.classes.paired_shares import PairedShares
-from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.classes.shares import PairedShares, Shares
 
 N_BLOCKS = 24
 LIMITS = ClassConstants()

@@ -9,7 +9,10 @@ from numpy.testing import assert_allclose
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
-from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited, law_of_answer
+from carrierflex.diagnosis.element.classes.measured.measured_laws import (
+    beyond_visited,
+    law_of_answer,
+)
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign_files import write_campaign

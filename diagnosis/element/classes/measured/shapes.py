@@ -31,8 +31,8 @@ from carrierflex.diagnosis.element.classes.laws import (
     TIME_VARIATION,
     static_law,
 )
+from carrierflex.diagnosis.element.classes.measured.surface_shape import surface_shape
 from carrierflex.diagnosis.element.classes.memory_parts import parts_of_branches
-from carrierflex.diagnosis.element.classes.surface_shape import surface_shape
 from carrierflex.diagnosis.element.classes.table import ElementTable
 from carrierflex.simulation.element.memory_laws import WITH_MEMORY, MemoryLaw
 

@@ -181,3 +181,9 @@ def _abscissa(record: ElementRecord, *, along_speed: bool) -> FloatArray:
     """Deflection or speed where samples count; the measured motion may hold a run-in."""
     motion = record.motion[1 if along_speed else 0]
     return np.asarray(motion[record.block >= 0], dtype=np.float64)
+
+
+def parts_with_memory(laws: Sequence[MeasuredElementLaw]) -> dict[str, MemoryLaw]:
+    """Parts with a memory of measured laws by effect: of a surface what stands beside its table."""
+    parts = {law.name: law for law in laws if isinstance(law, MemoryLaw)}
+    return parts | {law.name: law.beside_table for law in laws if isinstance(law, SurfaceLaw)}
