@@ -72,7 +72,10 @@ def class_answer(
     """
     table, constants = scores.table, scores.constants
     floor_of_shares = table.floor if floor_is_known else np.zeros_like(table.floor)
-    shares = PairedShares(scores.of(()).squares, floor_of_shares, constants)
+    # Where one line drives all runs, blocks of one level go round one curve: their ratios are one
+    # finding many times, and say nothing of how sure it is.
+    shares_of = PairedShares if shows_two_causes else Shares
+    shares = shares_of(scores.of(()).squares, floor_of_shares, constants)
     plain = [name for name in candidates if name != table.surface]
     decision = decide(
         scores,
