@@ -110,8 +110,10 @@ def test_every_cause_of_a_mounting_leaves_alone_what_was_drawn_and_none_exceeds_
     assert label.own_gaps == pytest.approx(plan.own_ratios, rel=0.08)
     assert label.classes == ("bushings/restoring_force", "input_map", "time_variation")
     assert len(label.changes) == len(causes)
-    # The gap of all together: longer than any side, shorter than all.
-    assert max(label.own_gaps) < label.gap_over_floor < 1.05 * sum(label.own_gaps)
+    # Triangle inequality: a stop stiffens what warming softens, so that the gap of all together may
+    # be less than the largest, by the others at most (5 % for what one changes of another).
+    largest, whole = max(label.own_gaps), sum(label.own_gaps)
+    assert 0.95 * (2.0 * largest - whole) < label.gap_over_floor < 1.05 * whole
 
 
 @pytest.mark.long
