@@ -111,7 +111,8 @@ def _grown(
     Every one must gain what a second cause has to; the answer is the last set that takes its part
     of what the answer before it leaves.
     """
-    answer, grown, larger = single, single, pair
+    answer = grown = single
+    larger = pair
     least = shares.constants.second_cause
     while not _fits_all(scores, shares, grown) and shares.is_gain(
         scores.of(larger), scores.of(grown), least

@@ -21,7 +21,9 @@ from carrierflex.simulation.element.memory_laws import (
 Array = NDArray[np.float64]
 
 #: Values of a stop and of a branch, their states among them, and of a node.
-_STOP, _BRANCH, _LEVEL = len(AT) + 1, 3, 2
+_STOP = len(AT) + 1
+_BRANCH = 3
+_LEVEL = 2
 
 
 @njit(cache=True, inline="always")
