@@ -27,6 +27,9 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     FORCE_GROUPS,
     FULL,
     LINEAR_MAPS,
+    SAME,
+    STIFFNESS,
+    UNEQUAL,
 )
 from carrierflex.diagnosis.mounting.classes.contract_ids import in_contract_ids
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
@@ -74,6 +77,7 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
     scores = own.scores
     shares = Shares(scores.of(()).squares, own.table.floor, scores.constants)
     decision = decide_by_shape(scores, shares, own.sizes, as_good=is_no_clear_gain)
+    decision = _evened(scores, shares, decision, own.sizes)
     decision = _sparsest(scores, shares, decision, own.sizes)
     answer = answer_of(
         scores,
@@ -115,6 +119,30 @@ def _separating_load(own: MountingTable, decision: Decision) -> str:
         "slow loads leave the same signals of a stiffness, a map of the loads and gains of the "
         f"sensors; {load} parts them"
     )
+
+
+def _evened(
+    scores: ClassScores, shares: Shares, decision: Decision, sizes: Mapping[str, int]
+) -> Decision:
+    """Decision in which a stiffer bushing is no force of either bushing alone.
+
+    A force that is another one in each bushing holds what a stiffer bushing makes beside one force
+    in both. As between the ways of one shape, the simpler stands unless the other clearly gains.
+    """
+    if decision.state == NOTHING or STIFFNESS in {shape_of(name) for name in decision.classes}:
+        return decision
+    for member in decision.classes:
+        if shape_of(member) not in FORCE_GROUPS or way_of(member) != EACH:
+            continue
+        others = tuple(name for name in decision.classes if name != member)
+        parts = (f"{shape_of(member)}/{SAME}", f"{STIFFNESS}/{UNEQUAL}")
+        even = tuple(sorted((*others, *parts)))
+        held = scores.of(even)
+        alone = [scores.of((*others, part)) for part in parts]
+        pays = all(not is_no_clear_gain(shares, one, held) for one in alone)
+        if pays and is_no_clear_gain(shares, held, decision.held):
+            return replace(decision, classes=even, held=held, ties=())
+    return decision
 
 
 def _sparsest(

@@ -25,6 +25,7 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     LOAD_WAYS,
     LOADS,
     STIFFNESS,
+    UNEQUAL,
     ZERO,
 )
 from carrierflex.diagnosis.mounting.classes.forces import (
@@ -351,7 +352,7 @@ def _map_columns(columns: _Columns, own: BushingMotion) -> dict[str, FloatArray]
     found = {
         f"{STIFFNESS}:axial": axial_column(body, own),
         f"{STIFFNESS}:main_bearing": bearing_column(body, own),
-        f"{STIFFNESS}:unequal": unequal_column(body, own),
+        f"{STIFFNESS}:{UNEQUAL}": unequal_column(body, own),
         f"{STIFFNESS}:{FULL}": full_stiffness(body, own),
     }
     for way in columns.load_ways:

@@ -9,6 +9,7 @@ from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.mounting.classes import answer as module
 from carrierflex.diagnosis.mounting.classes.answer import (
+    _evened,
     _separating_load,
     _sparsest,
     mounting_class_answer,
@@ -18,6 +19,7 @@ from tests.diagnosis.classes.toy_table import known_scores
 
 AXIAL, STIFFNESS = "housing/stiffness/axial", "housing/stiffness/full"
 DIRECTION, LOADS = "loads/map/direction", "loads/map/full"
+UNEVEN = "housing/stiffness/unequal"
 GAIN, GAINS = "sensors/gain/s1", "sensors/gain/each"
 DELAY, DELAYS = "clock/delay/all", "clock/delay/each"
 SPRING, SPRINGS = "bushings/restoring_force/same", "bushings/restoring_force/each"
@@ -25,6 +27,7 @@ DAMPER = "bushings/dissipation/same"
 SIZES = {
     AXIAL: 1,
     STIFFNESS: 9,
+    UNEVEN: 1,
     DIRECTION: 1,
     LOADS: 12,
     GAIN: 1,
@@ -118,6 +121,48 @@ def test_beside_another_class_full_maps_are_tied_with_it():
     classes = {SPRING: {"other": 0.0}, STIFFNESS: ALL, LOADS: AS_MUCH}
     found = decided((SPRING, STIFFNESS), classes, causes)
     assert found.ties == ((SPRING, LOADS),)
+
+
+def evened(answer, causes, of_springs, further=None):
+    """Classes of an answer where one bushing may be stiffer."""
+    classes = {SPRING: {"force": 0.0}, UNEVEN: {"excess": 0.0}, SPRINGS: of_springs}
+    classes |= further or {}
+    scores, shares = known_scores(causes, classes)
+    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
+    found = _evened(scores, shares, decision, {name: SIZES[name] for name in classes})
+    assert found.held is scores.of(found.classes)
+    assert found is decision or found.ties == ()
+    return found.classes
+
+
+def test_a_stiffer_bushing_beside_one_force_is_no_force_of_either_bushing():
+    causes = {"force": 100.0, "excess": 60.0}
+    both = {"force": 0.0, "excess": 0.0}
+    assert evened((SPRINGS,), causes, both) == (SPRING, UNEVEN)
+    assert evened((SPRING,), causes, both) == (SPRING,)
+    damped = {**causes, "damping": 50.0}
+    further = {DAMPER: {"damping": 0.0}}
+    assert evened((DAMPER, SPRINGS), damped, both, further) == (DAMPER, SPRING, UNEVEN)
+
+
+def test_forces_whose_difference_is_no_stiffness_stay_one_each():
+    both = {"force": 0.0, "excess": 0.0, "other": 0.0}
+    # A second cause takes 2.5 % of the gap.
+    causes = {"force": 100.0, "excess": 60.0}
+    assert evened((SPRINGS,), {**causes, "other": 3.0}, both) == (SPRING, UNEVEN)
+    assert evened((SPRINGS,), {**causes, "other": 5.0}, both) == (SPRINGS,)
+
+
+def test_forces_are_not_evened_where_either_part_pays_nothing_or_a_stiffness_is_named():
+    both = {"force": 0.0, "excess": 0.0}
+    assert evened((SPRINGS,), {"excess": 60.0}, both) == (SPRINGS,)
+    assert evened((SPRINGS,), {"force": 60.0}, both) == (SPRINGS,)
+    named = (AXIAL, SPRINGS)
+    causes = {"force": 100.0, "excess": 60.0, "axial": 50.0}
+    assert evened(named, causes, both, {AXIAL: {"axial": 0.0}}) == named
+    scores, shares = known_scores({}, {SPRING: {}, UNEVEN: {}, SPRINGS: {}})
+    nothing = Decision(NOTHING, (), (), scores.of(()), (SPRING, UNEVEN))
+    assert _evened(scores, shares, nothing, SIZES) is nothing
 
 
 def separating(loads, answer=(STIFFNESS,), ties=((LOADS,),)):
