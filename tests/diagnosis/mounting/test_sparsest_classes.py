@@ -10,6 +10,7 @@ from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.mounting.classes import answer as module
 from carrierflex.diagnosis.mounting.classes.answer import (
     _evened,
+    _parted,
     _separating_load,
     _sparsest,
     mounting_class_answer,
@@ -129,7 +130,7 @@ def evened(answer, causes, of_springs, further=None):
     classes |= further or {}
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    found = _evened(scores, shares, decision, {name: SIZES[name] for name in classes})
+    found = _evened(scores, shares, decision)
     assert found.held is scores.of(found.classes)
     assert found is decision or found.ties == ()
     return found.classes
@@ -162,7 +163,54 @@ def test_forces_are_not_evened_where_either_part_pays_nothing_or_a_stiffness_is_
     assert evened(named, causes, both, {AXIAL: {"axial": 0.0}}) == named
     scores, shares = known_scores({}, {SPRING: {}, UNEVEN: {}, SPRINGS: {}})
     nothing = Decision(NOTHING, (), (), scores.of(()), (SPRING, UNEVEN))
-    assert _evened(scores, shares, nothing, SIZES) is nothing
+    assert _evened(scores, shares, nothing) is nothing
+
+
+def parted(answer, causes, classes):
+    """Classes of an answer where pairs of sparse maps may stand for a full one."""
+    scores, shares = known_scores(causes, classes)
+    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
+    found = _parted(scores, shares, decision, sizes_of(classes, SIZES))
+    assert found is decision or found.ties == ()
+    return found.classes
+
+
+def test_two_sparse_maps_that_leave_as_much_are_no_full_map():
+    causes = {"axial": 100.0, "turned": 60.0}
+    classes = {
+        AXIAL: {"axial": 0.0},
+        DIRECTION: {"turned": 0.0},
+        LOADS: {"axial": 0.0, "turned": 0.0},
+    }
+    assert parted((LOADS,), causes, classes) == (AXIAL, DIRECTION)
+    # Beside a force too, and not where they leave more.
+    damped = {**causes, "damping": 50.0}
+    beside = {**classes, DAMPER: {"damping": 0.0}}
+    assert parted((DAMPER, LOADS), damped, beside) == (DAMPER, AXIAL, DIRECTION)
+    more = {**causes, "other": 3.0}
+    full = {**classes, LOADS: dict.fromkeys(more, 0.0)}
+    assert parted((LOADS,), more, full) == (LOADS,)
+
+
+def test_a_full_map_stays_where_two_of_its_own_ways_explain_it_best_or_one_map_does():
+    causes = {"gain of one": 100.0, "gain of two": 60.0}
+    all_of_it = dict.fromkeys(causes, 0.0)
+    classes = {
+        GAIN: {"gain of one": 0.0},
+        "sensors/gain/s2": {"gain of two": 0.0},
+        AXIAL: {"gain of two": 1e-4},
+        GAINS: all_of_it,
+    }
+    sizes = {**SIZES, "sensors/gain/s2": 1}
+    scores, shares = known_scores(causes, classes)
+    decision = Decision(NAMED_CLASS, (GAINS,), (), scores.of((GAINS,)), (GAINS,))
+    assert _parted(scores, shares, decision, sizes_of(classes, sizes)) is decision
+    alone = {AXIAL: {"axial": 0.0}, DIRECTION: {}, LOADS: {"axial": 0.0}}
+    assert parted((LOADS,), {"axial": 100.0}, alone) == (LOADS,)
+
+
+def sizes_of(classes, sizes):
+    return {name: sizes[name] for name in classes}
 
 
 def separating(loads, answer=(STIFFNESS,), ties=((LOADS,),)):
