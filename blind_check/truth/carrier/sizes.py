@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.blind_check.labels import OUTSIDE, SEVERAL, CasePlan
+from carrierflex.blind_check.labels import FORM, OUTSIDE, SEVERAL, CasePlan
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS, drawn_form
 from carrierflex.blind_check.truth.carrier.rig import N_SENSORS, CarrierState
 from carrierflex.blind_check.truth.carrier.signals import drawn_values, scaled_values
@@ -62,7 +62,7 @@ def sized_state(
     """
     floor = float(np.exp(rng.uniform(*np.log(_NOISE))))
     units = [_unit_effect(plan.family, name, rng, n_runs) for name in plan.effects]
-    if plan.family == SEVERAL:
+    if plan.family in (FORM, SEVERAL):
         units = [
             _shown(unit, name, rng, known, gap)
             for name, unit in zip(plan.effects, units, strict=True)

@@ -16,6 +16,7 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shape_decision import (
+    FURTHER_CAUSE,
     decide_by_shape,
     rivals_of,
     way_of,
@@ -46,7 +47,7 @@ def carrier_class_answer(
     ClassAnswer or None
         None where the records hold too few blocks.
     """
-    constants = ClassConstants(ridges=_RIDGES, pair_ridges=_PAIR_RIDGES)
+    constants = ClassConstants(ridges=_RIDGES, pair_ridges=_PAIR_RIDGES, second_cause=FURTHER_CAUSE)
     if len(records.segments) < constants.fewest_blocks:
         return None
     by_run = tuple(name for name in candidates if model.effects[name].per_run)

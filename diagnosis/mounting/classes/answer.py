@@ -13,6 +13,7 @@ from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
 from carrierflex.diagnosis.classes.shape_decision import (
+    FURTHER_CAUSE,
     decide_by_shape,
     is_no_clear_gain,
     rivals_of,
@@ -69,7 +70,8 @@ def mounting_class_answer(
     ClassAnswer or None
         None where the records are too short or do not show the motion.
     """
-    own = mounting_table(model, records, linear, ClassConstants(floor_error=_FLOOR_ERROR))
+    constants = ClassConstants(floor_error=_FLOOR_ERROR, second_cause=FURTHER_CAUSE)
+    own = mounting_table(model, records, linear, constants)
     return None if own is None else answer_of_table(own)
 
 

@@ -101,6 +101,16 @@ def test_a_form_that_the_loads_do_not_show_is_drawn_anew():
     np.testing.assert_allclose(limits, [[2.0, 2.0, 3.0]] * 8, rtol=1e-3)
 
 
+def test_one_cause_that_the_loads_do_not_show_is_drawn_anew_too():
+    # Of this seed the first tilt drawn would have to be 1e10 m for its gap.
+    plan = case_plans("carrier", 100, 931, (FORM,))[29]
+    assert plan.effects == ("bounded_torque_tilt",)
+    campaign, label = case_campaign(plan)
+    assert label.gap_over_floor == pytest.approx(plan.ratio, rel=0.05)
+    largest = max(np.abs(signal).max() for run in campaign.runs for signal in run.signals.values())
+    assert largest < 1e-3
+
+
 @pytest.mark.long
 def test_every_cause_of_a_mounting_leaves_alone_what_was_drawn_and_none_exceeds_its_form():
     causes = ("one_sided_stop", "turned_load", "warming")

@@ -67,6 +67,8 @@ def saddle_of_squared_torque(v, run):
     return SIZE * np.cos(2.0 * v - 1.6) * (run.inputs["torque"] / 360e3) ** 2
 
 
+#: Size of a cause beside another.
+SMALL = 0.08
 TRUTHS = {
     "carrier/waves/torque": lobed,
     "housing/tilt/radial_load": tilt_that_bends,
@@ -87,6 +89,14 @@ def test_frame_pattern_and_load_are_named_where_no_law_is_right(name):
     assert answer.state == NAMED_CLASS
     assert answer.ids == (name,)
     assert answer.ties == ()
+
+
+@pytest.mark.long
+def test_a_small_cause_beside_a_large_one_is_one_too():
+    # A sixtieth of the gap: less than what a second cause of an element has to gain.
+    answer = answer_of(lambda v, run: lobed(v, run) + SMALL * saddle_of_squared_torque(v, run))
+    assert answer.ids == ("carrier/waves/torque", "housing/saddle/torque")
+    assert 0.011 < answer.classes[1].share < 0.024
 
 
 @pytest.mark.long

@@ -87,6 +87,19 @@ def test_causes_of_like_size_are_named_together_where_none_alone_takes_half_of_t
     assert decided(small, shown(small)).classes == ("tilt/one",)
 
 
+def test_each_of_several_stays_that_gains_where_the_simple_ways_leave_a_part_of_every_cause():
+    causes = {"tilt": 30.0, "wear": 25.0, "play": 24.0, "heat": 23.0, "oil": 22.0}
+    classes = {
+        f"{name}/{way}": {name: left}
+        for name in causes
+        for way, left in (("all", 0.0), ("one", 0.25))
+    }
+    sizes = {name: 6 for name in classes if name.endswith("/all")}
+    found = decided(causes | {"rest": 20.0}, classes, sizes=sizes, as_good=is_no_clear_gain)
+    # Together they leave 51 floors of 144, and no one takes half of what the others leave.
+    assert found.classes == tuple(sorted(f"{name}/one" for name in causes))
+
+
 def test_the_last_of_several_must_take_its_part_too():
     # All three take half of what the first leaves, the last one less than half of what two leave.
     causes = {"tilt": 60.0, "wear": 30.0, "play": 5.0, "rest": 12.0}
@@ -205,6 +218,21 @@ def test_another_shape_that_leaves_as_much_with_no_more_columns_is_a_tie():
     assert found.classes == ("tilt/two",)
     # Of wear the simplest way; play takes more columns; heat leaves a floor more.
     assert found.ties == (("wear/one",),)
+
+
+def test_what_leaves_as_much_as_a_simple_way_but_more_than_its_shape_is_no_tie():
+    causes = {"tilt": 1000.0}
+    classes = {
+        "tilt/all": {"tilt": 0.0},
+        "tilt/one": {"tilt": 0.02},
+        "wear/one": {"tilt": 0.02},
+    }
+    sizes = {"tilt/all": 6}
+    found = decided(causes, classes, sizes=sizes, as_good=is_no_clear_gain)
+    assert (found.classes, found.ties) == (("tilt/one",), ())
+    classes["wear/all"] = {"tilt": 0.0}
+    found = decided(causes, classes, sizes=sizes | {"wear/all": 6}, as_good=is_no_clear_gain)
+    assert (found.classes, found.ties) == (("tilt/one",), (("wear/one",),))
 
 
 def test_of_several_classes_one_is_exchanged_in_a_tie():
