@@ -129,7 +129,9 @@ def _evened(scores: ClassScores, shares: Shares, decision: Decision) -> Decision
     """Decision in which a stiffer bushing is no force of either bushing alone.
 
     A force that is another one in each bushing holds what a stiffer bushing makes beside one force
-    in both. As between the ways of one shape, the simpler stands unless the other clearly gains.
+    in both. The simpler one stands unless the other takes half of what it leaves, however little of
+    the gap that is: a force that changes with time differs from a stiffness by little of a gap that
+    other causes make.
     """
     if STIFFNESS in {shape_of(name) for name in decision.classes}:
         return decision
@@ -139,9 +141,8 @@ def _evened(scores: ClassScores, shares: Shares, decision: Decision) -> Decision
         others = tuple(name for name in decision.classes if name != member)
         parts = (f"{shape_of(member)}/{SAME}", f"{STIFFNESS}/{UNEQUAL}")
         held = scores.of((*others, *parts))
-        if _both_pay(scores, shares, others, parts) and is_no_clear_gain(
-            shares, held, decision.held
-        ):
+        takes_half = shares.is_clear_gain(decision.held, held, 0.0)
+        if not takes_half and _both_pay(scores, shares, others, parts):
             return _replaced(scores, decision, (*others, *parts))
     return decision
 

@@ -148,10 +148,10 @@ def test_a_stiffer_bushing_beside_one_force_is_no_force_of_either_bushing():
 
 def test_forces_whose_difference_is_no_stiffness_stay_one_each():
     both = {"force": 0.0, "excess": 0.0, "other": 0.0}
-    # A second cause takes 2.5 % of the gap.
+    # What they gain is half of what is left from the floor's error on, whatever share of the gap.
     causes = {"force": 100.0, "excess": 60.0}
-    assert evened((SPRINGS,), {**causes, "other": 3.0}, both) == (SPRING, UNEVEN)
-    assert evened((SPRINGS,), {**causes, "other": 5.0}, both) == (SPRINGS,)
+    assert evened((SPRINGS,), {**causes, "other": 0.03}, both) == (SPRING, UNEVEN)
+    assert evened((SPRINGS,), {**causes, "other": 0.2}, both) == (SPRINGS,)
 
 
 def test_forces_are_not_evened_where_either_part_pays_nothing_or_a_stiffness_is_named():
