@@ -4,7 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import IntArray
+from carrierflex.diagnosis.classes.held_out import HeldOutSquares
+from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import DELAY_WAYS, FORCE_GROUPS
 from carrierflex.diagnosis.mounting.classes.forces import ForceGroup
@@ -23,8 +26,12 @@ def nearest_delays(
     motions: Sequence[BushingMotion],
     groups: Sequence[ForceGroup],
     channels: FloatArray,
+    constants: ClassConstants,
 ) -> dict[str, float]:
     """Delay of every way that leaves least of the gap, alone or beside one force of the bushings.
+
+    Beside a force where that takes half of what the best delay leaves alone: a force that does not
+    is not missing, and a delay of another size may serve it.
 
     A delay that is sought beside stiffness and damping alone takes up what a force makes of them:
     beside a loop of the bushings, which holds the motion back, it gets the wrong size, and both
@@ -39,7 +46,9 @@ def nearest_delays(
     groups : sequence of ForceGroup
         Forces of the bushings.
     channels : ndarray, shape (m, n_channels)
-        Weights of the channels in m sums that show every free motion.
+        Weights of the channels in m sums of unit noise that show every free motion.
+    constants : ClassConstants
+        How well the noise is known, and the part of what is left that a richer answer must take.
 
     Returns
     -------
@@ -48,17 +57,28 @@ def nearest_delays(
     """
     places: Mapping[str, IntArray] = {}
     gram = np.zeros((0, 0))
+    floor = 0.0
     for own in motions:
         rows, places = _rows(body, own, groups, channels)
         products = rows @ rows.T
         gram = gram + products if gram.size else products
+        floor += float(len(channels) * np.isfinite(own.gap).all(axis=0).sum())
+    shares = Shares(gram[:1, 0], np.array([floor]), constants)
     sets = [(), *FORCE_GROUPS.values()]
     columns = [np.concatenate([places[name] for name in ("base", *own)]) for own in sets]
     found = {}
     for way in DELAY_WAYS:
-        left = [_left(gram, beside, places[way]) for beside in columns]
-        found[way] = float(_CANDIDATES[np.argmin(np.min(left, axis=0))])
+        alone, *beside = [_left(gram, own, places[way]) for own in columns]
+        best = min(beside, key=np.min)
+        chosen = best if _takes_half(shares, float(best.min()), float(alone.min())) else alone
+        found[way] = float(_CANDIDATES[np.argmin(chosen)])
     return found
+
+
+def _takes_half(shares: Shares, beside: float, alone: float) -> bool:
+    """Whether a force takes so much of what a delay leaves alone that it is missing with it."""
+    with_force, without = (HeldOutSquares(np.array([x]), (), ()) for x in (beside, alone))
+    return shares.is_clear_gain(with_force, without, 0.0)
 
 
 def _rows(

@@ -190,7 +190,7 @@ def mounting_table(
         body,
         size,
         groups,
-        nearest_delays(body, motions, groups, (turn * weights)[:N_FREE]),
+        nearest_delays(body, motions, groups, (turn * weights)[:N_FREE], constants),
         [way for way in LOAD_WAYS if has_gain or way != "gain"],
         [name for name in model.cards if name not in _CONTROLS],
         gain_channels(motions),

@@ -1,10 +1,12 @@
 """Delays of the loads: what one leaves of the gap, and beside what it is sought."""
 
 from itertools import chain
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.mounting.classes import delays as module
 from carrierflex.diagnosis.mounting.classes.catalogue import DELAY_WAYS, FORCE_GROUPS
 from carrierflex.diagnosis.mounting.classes.delays import _left, nearest_delays
@@ -30,8 +32,8 @@ def test_what_a_delay_leaves_is_what_a_fit_beside_the_other_columns_leaves():
     )
 
 
-@pytest.mark.parametrize("shape", FORCE_GROUPS)
-def test_a_delay_is_sought_beside_the_force_that_is_missing_with_it(shape, monkeypatch):
+def found_delay(monkeypatch, force, size):
+    """Delay where a force of some size is missing with the fifth one; the noise is one."""
     rng = np.random.default_rng(5)
     sizes = {"base": 2, **dict.fromkeys(chain(*FORCE_GROUPS.values()), 3)}
     sizes |= dict.fromkeys(DELAY_WAYS, 2 * DELAYS.size)
@@ -41,13 +43,33 @@ def test_a_delay_is_sought_beside_the_force_that_is_missing_with_it(shape, monke
         for (name, size), end in zip(sizes.items(), ends.tolist(), strict=True)
     }
     rows = rng.standard_normal((ends[-1], 400))
-    true, alike = (places["all"][k] for k in (4, 9))
-    force = rows[places[FORCE_GROUPS[shape][0]][1]]
-    rows[0] = rows[true] + 10.0 * force + 0.1 * rng.standard_normal(400)
+    column = rows[places[force][1]]
+    rows[0] = 10.0 * rows[places["all"][4]] + size * column + rng.standard_normal(400)
     # What the force makes looks like another delay to stiffness and damping alone.
-    rows[alike] = force + 0.3 * rng.standard_normal(400)
-    monkeypatch.setattr(module, "_rows", lambda body, own, groups, channels: (own, places))
+    rows[places["all"][9]] = column + 0.3 * rng.standard_normal(400)
+    monkeypatch.setattr(
+        module, "_rows", lambda body, own, groups, channels: (own.gap[:, 0], places)
+    )
     # Two runs count as one of both.
-    found = nearest_delays(None, (rows[:, :150], rows[:, 150:]), (), np.eye(1))
-    assert found["all"] == DELAYS[4]
+    runs = [SimpleNamespace(gap=rows[:, None, part]) for part in (slice(150), slice(150, None))]
+    found = nearest_delays(None, runs, (), np.eye(1), ClassConstants())
     assert found.keys() == set(DELAY_WAYS)
+    return found["all"]
+
+
+@pytest.mark.parametrize("shape", FORCE_GROUPS)
+def test_a_delay_is_sought_beside_the_force_that_is_missing_with_it(shape, monkeypatch):
+    assert found_delay(monkeypatch, FORCE_GROUPS[shape][0], 100.0) == DELAYS[4]
+
+
+def test_a_force_that_takes_little_of_what_a_delay_leaves_chooses_none(monkeypatch):
+    def left(gram, beside, delays):
+        """Four hundred of noise and a little; beside any force another delay leaves the noise."""
+        squares = np.full(delays.size, 1e5)
+        squares[4] = 415.0
+        if beside.size > 2:
+            squares[9] = 400.0
+        return squares
+
+    monkeypatch.setattr(module, "_left", left)
+    assert found_delay(monkeypatch, "f", 0.0) == DELAYS[4]
