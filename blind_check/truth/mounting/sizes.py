@@ -1,8 +1,8 @@
 """Withheld causes of a mounting at their sizes: as drawn, or each at a gap of its own."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 #: drawn over a factor of fourteen, and the label holds the gap that it does leave.
 _TOLERANCE = 0.07
 _STEPS = 12
+#: Second cause of a pair over the first, both alone: as of an element.
+_BALANCE = (0.6, 1.6)
 
 #: Gap [m] of a state, by integration steps in a sample.
 Gap = Callable[[MountingState, int], float]
@@ -57,10 +59,13 @@ def withheld(
 ) -> Withheld:
     """State with the causes of a plan.
 
+    One cause is as large as it is drawn. Causes of several have gaps of their own: those of the
+    plan, or a pair's, whose noise follows from the gap of both.
+
     Parameters
     ----------
     plan : CasePlan
-        Causes.
+        Causes, and of several at once the gap over the noise that each leaves alone.
     rng : Generator
         Random numbers.
     known : MountingState
@@ -70,52 +75,55 @@ def withheld(
     gap : callable
         RMS [m] of what a state leaves after the baseline's refit, and how finely it is integrated.
     share : float
-        Share of the drawn size that causes in other forms have.
+        Share of the drawn size that causes in other forms have at most.
+
+    Raises
+    ------
+    ArithmeticError
+        Where the motion grows beyond all numbers.
     """
+    if plan.own_ratios:
+        return _several(plan, plan.own_ratios, rng, known, size, gap=gap, share=share)
+    if plan.family == FORM and len(plan.effects) > 1:
+        ratios = (1.0, float(rng.uniform(*_BALANCE)))
+        return replace(_several(plan, ratios, rng, known, size, gap=gap, share=share), floor=0.0)
     state = known
     changes = []
-    alone = []
     for name in plan.effects:
         if plan.family == FORM:
-            # The same random numbers: each cause alone as large as beside the others.
-            alone.append(with_form(known, name, deepcopy(rng), size, share)[0])
             state, change = with_form(state, name, rng, size, share)
             changes.append(change)
         else:
             state = with_effect(state, name, rng, size)
-    own_gaps = [gap(one, FINE) for one in alone] if len(alone) > 1 else []
-    return Withheld(state, tuple(changes), tuple(own_gaps))
+    return Withheld(state, tuple(changes))
 
 
-def several(
+def _several(
     plan: CasePlan,
+    ratios: Sequence[float],
     rng: np.random.Generator,
     known: MountingState,
     size: FloatArray,
     *,
     gap: Gap,
+    share: float,
 ) -> Withheld:
     """State with several causes of wanted gaps, one of them as large as it is drawn, none larger.
 
-    Parameters
-    ----------
-    plan : CasePlan
-        Causes and the gap over the noise that each leaves alone.
-    rng, known, size, gap
-        As of :func:`withheld`.
+    `ratios`: gap over the noise that each leaves alone; the rest as of :func:`withheld`.
     """
     causes: list[Caused] = []
     for name in plan.effects:
         causes.append(_with_share(name, deepcopy(rng), size))
         with_form(known, name, rng, size)
-    largest = [_largest(cause, known, gap, float(size[0])) for cause in causes]
-    floor = min(own / ratio for (_, own), ratio in zip(largest, plan.own_ratios, strict=True))
+    largest = [_largest(cause, known, gap, float(size[0]), share) for cause in causes]
+    floor = min(own / ratio for (_, own), ratio in zip(largest, ratios, strict=True))
     state = known
     changes = []
     own_gaps = []
-    for cause, start, ratio in zip(causes, largest, plan.own_ratios, strict=True):
-        share, own_gap = _share(cause, known, ratio * floor, start, gap)
-        state, change = cause(state, share)
+    for cause, start, ratio in zip(causes, largest, ratios, strict=True):
+        own_share, own_gap = _share(cause, known, ratio * floor, start, gap)
+        state, change = cause(state, own_share)
         changes.append(change)
         own_gaps.append(own_gap)
     return Withheld(state, tuple(changes), tuple(own_gaps), floor)
@@ -140,14 +148,13 @@ def _coarse_gap(gap: Gap, state: MountingState) -> float:
 
 
 def _largest(
-    cause: Caused, known: MountingState, gap: Gap, deflection: float
+    cause: Caused, known: MountingState, gap: Gap, deflection: float, share: float
 ) -> tuple[float, float]:
-    """Largest share of a cause's drawn size that the motion bears, of halves, and its gap [m].
+    """Largest share of a cause's size that the motion bears, of halves, and its gap [m].
 
     Bushings that soften beyond a limit hold the housing no more: it runs away, at first to values
     that are still numbers. A gap as large as the largest deflection is no small cause's.
     """
-    share = 1.0
     while True:
         try:
             own = _coarse_gap(gap, cause(known, share)[0])

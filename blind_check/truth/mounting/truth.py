@@ -6,7 +6,7 @@ Torque is 1 % wrong, sensors have gains up to 3 % off, speed has a ripple of 1 %
 memory. It is set so that the gap over the floor is the wanted one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import replace
 
@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import (
     ALIASED,
-    FORM,
     FORM_FAMILIES,
     NOTHING,
     ONE_CONDITION,
     OUTSIDE,
-    SEVERAL,
     CasePlan,
     Label,
 )
@@ -40,7 +38,7 @@ from carrierflex.blind_check.truth.mounting.other_forms import (
 )
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit, zeroed
 from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies, bodies
-from carrierflex.blind_check.truth.mounting.sizes import several, withheld
+from carrierflex.blind_check.truth.mounting.sizes import Withheld, withheld
 from carrierflex.blind_check.truth.mounting.state import MountingState
 from carrierflex.blind_check.truth.mounting.time_integration import Bushings
 from carrierflex.blind_check.truth.noise import (
@@ -102,17 +100,13 @@ def mounting_case(
         """RMS of what a state leaves after the baseline's refit."""
         return _size(refit.residuals(one.read(truth, records, fine=fine)))
 
-    drawn = deepcopy(rng)
-    sized = several if plan.family == SEVERAL else withheld
-    causes = sized(plan, rng, known, size, gap=gap_of)
-    clean = causes.state.read(truth, records) if plan.effects else plain
-    share = 1.0
-    # A form that takes the stiffness away (warming, softening rubber) may have no bounded motion at
-    # the size that is drawn, alone or beside others: it is halved until it has one.
-    while plan.family == FORM and not _is_bounded(clean, plain):
-        share *= 0.5
-        causes = withheld(plan, deepcopy(drawn), known, size, gap=gap_of, share=share)
-        clean = causes.state.read(truth, records)
+    causes, clean, rng = _bounded(
+        plan,
+        rng,
+        plain,
+        lambda numbers, share: withheld(plan, numbers, known, size, gap=gap_of, share=share),
+        lambda one: one.read(truth, records),
+    )
     state = causes.state
     residuals = refit.residuals(clean)
     gap = _size(residuals) if plan.effects else 0.0
@@ -139,6 +133,33 @@ def mounting_case(
         label = _form_label(plan, label, causes.changes, drive=drive)
     label = replace(label, own_gaps=tuple(own / floor for own in causes.own_gaps))
     return _campaign(plan, every, declared, measured, floor), label
+
+
+def _bounded(
+    plan: CasePlan,
+    rng: np.random.Generator,
+    plain: list[FloatArray],
+    drawn: Callable[[np.random.Generator, float], Withheld],
+    read: Callable[[MountingState], list[FloatArray]],
+) -> tuple[Withheld, list[FloatArray], np.random.Generator]:
+    """Causes whose motion is bounded, its signals, and the random numbers behind them.
+
+    A form that takes the stiffness away (warming, softening rubber) may have no bounded motion at
+    the size that is drawn, alone or beside others: all are halved until it has one. Where it runs
+    away for long, its values are no numbers any more.
+    """
+    share = 1.0
+    while True:
+        numbers = deepcopy(rng)
+        try:
+            causes = drawn(numbers, share)
+            clean = read(causes.state) if plan.effects else plain
+            if plan.family not in FORM_FAMILIES or _is_bounded(clean, plain):
+                return causes, clean, numbers
+        except ArithmeticError:
+            if plan.family not in FORM_FAMILIES:
+                raise
+        share *= 0.5
 
 
 def _is_bounded(signals: Sequence[FloatArray], plain: Sequence[FloatArray]) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     FORCE_GROUPS,
     FULL,
     LINEAR_MAPS,
+    SAME,
+    STIFFNESS,
+    UNEQUAL,
 )
 from carrierflex.diagnosis.mounting.classes.contract_ids import in_contract_ids
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
@@ -76,6 +80,8 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
     scores = own.scores
     shares = Shares(scores.of(()).squares, own.table.floor, scores.constants)
     decision = decide_by_shape(scores, shares, own.sizes, as_good=is_no_clear_gain)
+    decision = _evened(scores, shares, decision)
+    decision = _parted(scores, shares, decision, own.sizes)
     decision = _sparsest(scores, shares, decision, own.sizes)
     answer = answer_of(
         scores,
@@ -117,6 +123,74 @@ def _separating_load(own: MountingTable, decision: Decision) -> str:
         "slow loads leave the same signals of a stiffness, a map of the loads and gains of the "
         f"sensors; {load} parts them"
     )
+
+
+def _evened(scores: ClassScores, shares: Shares, decision: Decision) -> Decision:
+    """Decision in which a stiffer bushing is no force of either bushing alone.
+
+    A force that is another one in each bushing holds what a stiffer bushing makes beside one force
+    in both. The simpler one stands unless the other takes half of what it leaves, however little of
+    the gap that is: a force that changes with time differs from a stiffness by little of a gap that
+    other causes make.
+    """
+    if STIFFNESS in {shape_of(name) for name in decision.classes}:
+        return decision
+    for member in decision.classes:
+        if shape_of(member) not in FORCE_GROUPS or way_of(member) != EACH:
+            continue
+        others = tuple(name for name in decision.classes if name != member)
+        parts = (f"{shape_of(member)}/{SAME}", f"{STIFFNESS}/{UNEQUAL}")
+        held = scores.of((*others, *parts))
+        takes_half = shares.is_clear_gain(decision.held, held, 0.0)
+        if not takes_half and _both_pay(scores, shares, others, parts):
+            return _replaced(scores, decision, (*others, *parts))
+    return decision
+
+
+def _parted(
+    scores: ClassScores, shares: Shares, decision: Decision, sizes: Mapping[str, int]
+) -> Decision:
+    """Decision in which two maps of few columns are no full map.
+
+    Of all pairs of sparse ways the best counts: two of one shape are that shape's full map.
+    """
+    for member in decision.classes:
+        if shape_of(member) not in LINEAR_MAPS or sizes[member] == 1:
+            continue
+        others = tuple(name for name in decision.classes if name != member)
+        taken = {shape_of(name) for name in others}
+        sparse = [
+            name
+            for name in sizes
+            if shape_of(name) in LINEAR_MAPS and way_of(name) not in (FULL, EACH)
+        ]
+        pairs = [
+            pair
+            for pair in combinations(sparse, 2)
+            if taken.isdisjoint(map(shape_of, pair))
+            and sizes[pair[0]] + sizes[pair[1]] < sizes[member]
+        ]
+        if not pairs:
+            continue
+        best = min(pairs, key=lambda pair: scores.of((*others, *pair)).total)
+        held = scores.of((*others, *best))
+        is_as_good = held.total < decision.held.total or shares.are_equal(held, decision.held)
+        is_two = shape_of(best[0]) != shape_of(best[1])
+        if is_two and is_as_good and _both_pay(scores, shares, others, best):
+            return _replaced(scores, decision, (*others, *best))
+    return decision
+
+
+def _both_pay(scores: ClassScores, shares: Shares, others: Classes, parts: tuple[str, str]) -> bool:
+    """Whether two classes beside others gain what a second cause has to, either over the other."""
+    held = scores.of((*others, *parts))
+    return not any(is_no_clear_gain(shares, scores.of((*others, own)), held) for own in parts)
+
+
+def _replaced(scores: ClassScores, decision: Decision, classes: Classes) -> Decision:
+    """Decision for other classes; its ties are sought anew."""
+    answer = tuple(sorted(classes))
+    return replace(decision, classes=answer, held=scores.of(answer), ties=())
 
 
 def _sparsest(

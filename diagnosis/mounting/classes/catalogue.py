@@ -23,6 +23,8 @@ DELAY = "clock/delay"
 SAME = "same"
 EACH = "each"
 FULL = "full"
+#: One bushing stiffer than the other.
+UNEQUAL = "unequal"
 #: Groups of columns of each force, for both bushings alike; one each has them twice.
 FORCE_GROUPS: Mapping[str, tuple[str, ...]] = {
     FORCE: ("f", "radial_f"),
@@ -33,7 +35,7 @@ FORCE_GROUPS: Mapping[str, tuple[str, ...]] = {
     CHANGE: ("time",),
 }
 #: Ways of the maps, the sparse ones first.
-STIFFNESS_WAYS = ("axial", "main_bearing", "unequal", FULL)
+STIFFNESS_WAYS = ("axial", "main_bearing", UNEQUAL, FULL)
 LOAD_WAYS = ("torque_from_load", "direction", "gain", FULL)
 DELAY_WAYS = ("all", "torque", "radial_load")
 #: Maps from loads to signals: one class where slow loads act in one direction.

@@ -19,14 +19,15 @@ from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.mounting.classes.assembly import Layout, assembled, class_sizes
 from carrierflex.diagnosis.mounting.classes.catalogue import (
     DELAY,
-    DELAY_WAYS,
     FULL,
     GAIN,
     LOAD_WAYS,
     LOADS,
     STIFFNESS,
+    UNEQUAL,
     ZERO,
 )
+from carrierflex.diagnosis.mounting.classes.delays import nearest_delays
 from carrierflex.diagnosis.mounting.classes.forces import (
     BushingSize,
     ForceGroup,
@@ -35,7 +36,6 @@ from carrierflex.diagnosis.mounting.classes.forces import (
 )
 from carrierflex.diagnosis.mounting.classes.laws import law_signals
 from carrierflex.diagnosis.mounting.classes.maps import (
-    DELAYS,
     axial_column,
     bearing_column,
     delay_column,
@@ -184,12 +184,13 @@ def mounting_table(
         return None
     turn, weights = _channel_space(body, records, motions)
     has_gain = tells_load_gain(body, motions)
+    groups = force_groups(size)
     columns = _Columns(
         model,
         body,
         size,
-        force_groups(size),
-        {way: _nearest_delay(body, motions, way, weights) for way in DELAY_WAYS},
+        groups,
+        nearest_delays(body, motions, groups, (turn * weights)[:N_FREE], constants),
         [way for way in LOAD_WAYS if has_gain or way != "gain"],
         [name for name in model.cards if name not in _CONTROLS],
         gain_channels(motions),
@@ -273,31 +274,6 @@ def _visited(motions: Sequence[BushingMotion], n_folds: int) -> float:
     return float(np.sort(largest)[-_VISITED])
 
 
-def _nearest_delay(
-    body: RigidBody, motions: Sequence[BushingMotion], way: str, weights: FloatArray
-) -> float:
-    """Delay that explains most of the gap beside stiffness and damping."""
-    candidates = np.concatenate([DELAYS, -DELAYS])
-    best = (-1.0, float(DELAYS[0]))
-    gap = np.concatenate([(np.nan_to_num(own.gap) * weights[:, None]).ravel() for own in motions])
-    base = np.concatenate(
-        [(_base_rows(body, own) * weights[:, None]).reshape(2, -1) for own in motions],
-        axis=1,
-    )
-    inverse = np.linalg.pinv(base @ base.T)
-    gap = gap - (gap @ base.T) @ inverse @ base
-    for delay in candidates.tolist():
-        column = np.concatenate(
-            [(delay_column(body, own, way, delay)[0] * weights[:, None]).ravel() for own in motions]
-        )
-        column = column - (column @ base.T) @ inverse @ base
-        square = float(column @ column)
-        taken = float(column @ gap) ** 2 / square if square > 0.0 else 0.0
-        if taken > best[0]:
-            best = (taken, delay)
-    return best[1]
-
-
 def _base_rows(body: RigidBody, own: BushingMotion) -> FloatArray:
     """What stiffer and more damped bushings add, shape (2, n_channels, n)."""
     return signals_of(body, own, body.on_coordinates(np.array([own.u, own.v])))
@@ -351,7 +327,7 @@ def _map_columns(columns: _Columns, own: BushingMotion) -> dict[str, FloatArray]
     found = {
         f"{STIFFNESS}:axial": axial_column(body, own),
         f"{STIFFNESS}:main_bearing": bearing_column(body, own),
-        f"{STIFFNESS}:unequal": unequal_column(body, own),
+        f"{STIFFNESS}:{UNEQUAL}": unequal_column(body, own),
         f"{STIFFNESS}:{FULL}": full_stiffness(body, own),
     }
     for way in columns.load_ways:

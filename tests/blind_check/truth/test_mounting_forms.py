@@ -1,5 +1,6 @@
 """Causes of a mounting in forms of no law: their forces, classes and plans."""
 
+from copy import deepcopy
 from dataclasses import replace
 from itertools import pairwise
 
@@ -9,6 +10,7 @@ import pytest
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import FORM, NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
+from carrierflex.blind_check.truth.mounting import other_forms
 from carrierflex.blind_check.truth.mounting.form_laws import (
     AMOUNT,
     DEFLECTION,
@@ -31,7 +33,11 @@ from carrierflex.blind_check.truth.mounting.other_forms import (
     CLASSES_OF_LAW,
     MOUNTING_FORMS,
     form_aliases,
+    with_form,
 )
+from carrierflex.blind_check.truth.mounting.sizes import withheld
+from carrierflex.blind_check.truth.mounting.state import MountingState
+from carrierflex.blind_check.truth.mounting.time_integration import Bushings
 from carrierflex.diagnosis.mounting.classes.catalogue import SHAPE_OF_LAW
 from carrierflex.diagnosis.mounting.classes.contract_ids import contract_id
 
@@ -137,14 +143,73 @@ def test_a_case_without_a_cause_is_judged_as_nothing_missing():
     assert label.drive
 
 
+def pair_of(seed, names=("load_lever", "uneven_bushings"), share=1.0):
+    """Pair whose gaps are its arm and its excess: their sizes are read off the state."""
+    plan = CasePlan("mounting", 1, seed, FORM, names, 6.0)
+    known = MountingState(Bushings(1.0, 1.0))
+    return withheld(
+        plan,
+        np.random.default_rng(seed),
+        known,
+        np.array([1.0, 1.0]),
+        gap=lambda state, fine: np.hypot(state.P_T, state.bushings.excess),
+        share=share,
+    )
+
+
+def test_second_cause_of_a_pair_leaves_alone_six_tenths_to_sixteen_of_the_first():
+    ratios = []
+    for seed in range(60):
+        pair = pair_of(seed)
+        first, second = pair.own_gaps
+        assert (abs(pair.state.P_T), abs(pair.state.bushings.excess)) == (first, second)
+        assert pair.floor == 0.0
+        ratios.append(second / first)
+    # Sizes are met within 7 % each.
+    assert 0.6 * 0.93**2 < min(ratios) < 0.75
+    assert 1.4 < max(ratios) < 1.6 * 1.07**2
+
+
+def test_one_cause_of_a_pair_is_as_large_as_it_is_drawn_and_the_other_smaller():
+    sizes = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        rng.uniform()
+        known = MountingState(Bushings(1.0, 1.0))
+        size = np.array([1.0, 1.0])
+        lever, _ = with_form(known, "load_lever", deepcopy(rng), size)
+        with_form(known, "load_lever", rng, size)
+        uneven, _ = with_form(known, "uneven_bushings", rng, size)
+        state = pair_of(seed).state
+        sizes.append(
+            [state.P_T / lever.P_T, state.bushings.excess / uneven.bushings.excess],
+        )
+        half = pair_of(seed, share=0.5).state
+        assert half.P_T == pytest.approx(0.5 * state.P_T, rel=0.15)
+    assert np.max(sizes, axis=1) == pytest.approx(np.ones(20))
+    assert np.min(sizes) > 0.0
+
+
+def test_one_cause_alone_has_the_size_that_it_had_before_pairs_were_balanced():
+    plan = CasePlan("mounting", 1, 7, FORM, ("two_stops",), 6.0)
+    known = MountingState(Bushings(1.0, 1.0))
+    size = np.array([1.0, 1.0])
+    alone = withheld(plan, np.random.default_rng(7), known, size, gap=lambda state, fine: 1.0)
+    drawn, change = with_form(known, "two_stops", np.random.default_rng(7), size)
+    np.testing.assert_array_equal(alone.state.bushings.forms, drawn.bushings.forms)
+    assert (alone.changes, alone.own_gaps) == ((change,), ())
+
+
 @pytest.mark.long
-def test_each_of_two_causes_has_a_gap_of_its_own():
-    plan = CasePlan("mounting", 31, 5201, FORM, ("hyperbolic_bushing", "power_damping"), 6.0)
+def test_each_of_two_causes_has_a_gap_of_its_own_and_neither_is_small_beside_the_other():
+    # Before the sizes were balanced the axial stiffness left a third of the other's gap.
+    plan = CasePlan("mounting", 1, 11003, FORM, ("hyperbolic_bushing", "stiff_axis"), 6.0)
     _, label = case_campaign(plan)
     first, second = label.own_gaps
+    assert 0.6 * 0.93**2 < second / first < 1.6 * 1.07**2
+    assert label.gap_over_floor == pytest.approx(plan.ratio)
     # Forces add up, motions nearly: the sides of a triangle.
     assert abs(first - second) < label.gap_over_floor < 1.05 * (first + second)
-    assert min(first, second) > 1.0
     _, alone = case_campaign(replace(plan, effects=("hyperbolic_bushing",)))
     assert alone.own_gaps == ()
 
@@ -158,3 +223,14 @@ def test_a_form_whose_motion_would_run_away_is_drawn_smaller():
     largest = max(float(np.abs(own).max()) for run in campaign.runs for own in run.signals.values())
     assert largest < 0.05
     assert label.gap_over_floor == pytest.approx(plan.ratio)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("names", [("softening_rubber",), ("load_lever", "softening_rubber")])
+def test_a_form_whose_motion_leaves_all_numbers_is_drawn_smaller(names, monkeypatch):
+    # A rubber that takes away six times the stiffness: the motion grows past the largest number.
+    monkeypatch.setattr(other_forms, "_SHARE", (3.0, 3.0))
+    campaign, label = case_campaign(CasePlan("mounting", 1, 5, FORM, names, 6.0))
+    largest = max(float(np.abs(own).max()) for run in campaign.runs for own in run.signals.values())
+    assert largest < 0.05
+    assert label.gap_over_floor == pytest.approx(6.0)

@@ -9,6 +9,8 @@ from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.mounting.classes import answer as module
 from carrierflex.diagnosis.mounting.classes.answer import (
+    _evened,
+    _parted,
     _separating_load,
     _sparsest,
     mounting_class_answer,
@@ -18,6 +20,7 @@ from tests.diagnosis.classes.toy_table import known_scores
 
 AXIAL, STIFFNESS = "housing/stiffness/axial", "housing/stiffness/full"
 DIRECTION, LOADS = "loads/map/direction", "loads/map/full"
+UNEVEN = "housing/stiffness/unequal"
 GAIN, GAINS = "sensors/gain/s1", "sensors/gain/each"
 DELAY, DELAYS = "clock/delay/all", "clock/delay/each"
 SPRING, SPRINGS = "bushings/restoring_force/same", "bushings/restoring_force/each"
@@ -25,6 +28,7 @@ DAMPER = "bushings/dissipation/same"
 SIZES = {
     AXIAL: 1,
     STIFFNESS: 9,
+    UNEVEN: 1,
     DIRECTION: 1,
     LOADS: 12,
     GAIN: 1,
@@ -118,6 +122,95 @@ def test_beside_another_class_full_maps_are_tied_with_it():
     classes = {SPRING: {"other": 0.0}, STIFFNESS: ALL, LOADS: AS_MUCH}
     found = decided((SPRING, STIFFNESS), classes, causes)
     assert found.ties == ((SPRING, LOADS),)
+
+
+def evened(answer, causes, of_springs, further=None):
+    """Classes of an answer where one bushing may be stiffer."""
+    classes = {SPRING: {"force": 0.0}, UNEVEN: {"excess": 0.0}, SPRINGS: of_springs}
+    classes |= further or {}
+    scores, shares = known_scores(causes, classes)
+    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
+    found = _evened(scores, shares, decision)
+    assert found.held is scores.of(found.classes)
+    assert found is decision or found.ties == ()
+    return found.classes
+
+
+def test_a_stiffer_bushing_beside_one_force_is_no_force_of_either_bushing():
+    causes = {"force": 100.0, "excess": 60.0}
+    both = {"force": 0.0, "excess": 0.0}
+    assert evened((SPRINGS,), causes, both) == (SPRING, UNEVEN)
+    assert evened((SPRING,), causes, both) == (SPRING,)
+    damped = {**causes, "damping": 50.0}
+    further = {DAMPER: {"damping": 0.0}}
+    assert evened((DAMPER, SPRINGS), damped, both, further) == (DAMPER, SPRING, UNEVEN)
+
+
+def test_forces_whose_difference_is_no_stiffness_stay_one_each():
+    both = {"force": 0.0, "excess": 0.0, "other": 0.0}
+    # What they gain is half of what is left from the floor's error on, whatever share of the gap.
+    causes = {"force": 100.0, "excess": 60.0}
+    assert evened((SPRINGS,), {**causes, "other": 0.03}, both) == (SPRING, UNEVEN)
+    assert evened((SPRINGS,), {**causes, "other": 0.2}, both) == (SPRINGS,)
+
+
+def test_forces_are_not_evened_where_either_part_pays_nothing_or_a_stiffness_is_named():
+    both = {"force": 0.0, "excess": 0.0}
+    assert evened((SPRINGS,), {"excess": 60.0}, both) == (SPRINGS,)
+    assert evened((SPRINGS,), {"force": 60.0}, both) == (SPRINGS,)
+    named = (AXIAL, SPRINGS)
+    causes = {"force": 100.0, "excess": 60.0, "axial": 50.0}
+    assert evened(named, causes, both, {AXIAL: {"axial": 0.0}}) == named
+    scores, shares = known_scores({}, {SPRING: {}, UNEVEN: {}, SPRINGS: {}})
+    nothing = Decision(NOTHING, (), (), scores.of(()), (SPRING, UNEVEN))
+    assert _evened(scores, shares, nothing) is nothing
+
+
+def parted(answer, causes, classes):
+    """Classes of an answer where pairs of sparse maps may stand for a full one."""
+    scores, shares = known_scores(causes, classes)
+    decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
+    found = _parted(scores, shares, decision, sizes_of(classes, SIZES))
+    assert found is decision or found.ties == ()
+    return found.classes
+
+
+def test_two_sparse_maps_that_leave_as_much_are_no_full_map():
+    causes = {"axial": 100.0, "turned": 60.0}
+    classes = {
+        AXIAL: {"axial": 0.0},
+        DIRECTION: {"turned": 0.0},
+        LOADS: {"axial": 0.0, "turned": 0.0},
+    }
+    assert parted((LOADS,), causes, classes) == (AXIAL, DIRECTION)
+    # Beside a force too, and not where they leave more.
+    damped = {**causes, "damping": 50.0}
+    beside = {**classes, DAMPER: {"damping": 0.0}}
+    assert parted((DAMPER, LOADS), damped, beside) == (DAMPER, AXIAL, DIRECTION)
+    more = {**causes, "other": 3.0}
+    full = {**classes, LOADS: dict.fromkeys(more, 0.0)}
+    assert parted((LOADS,), more, full) == (LOADS,)
+
+
+def test_a_full_map_stays_where_two_of_its_own_ways_explain_it_best_or_one_map_does():
+    causes = {"gain of one": 100.0, "gain of two": 60.0}
+    all_of_it = dict.fromkeys(causes, 0.0)
+    classes = {
+        GAIN: {"gain of one": 0.0},
+        "sensors/gain/s2": {"gain of two": 0.0},
+        AXIAL: {"gain of two": 1e-4},
+        GAINS: all_of_it,
+    }
+    sizes = {**SIZES, "sensors/gain/s2": 1}
+    scores, shares = known_scores(causes, classes)
+    decision = Decision(NAMED_CLASS, (GAINS,), (), scores.of((GAINS,)), (GAINS,))
+    assert _parted(scores, shares, decision, sizes_of(classes, sizes)) is decision
+    alone = {AXIAL: {"axial": 0.0}, DIRECTION: {}, LOADS: {"axial": 0.0}}
+    assert parted((LOADS,), {"axial": 100.0}, alone) == (LOADS,)
+
+
+def sizes_of(classes, sizes):
+    return {name: sizes[name] for name in classes}
 
 
 def separating(loads, answer=(STIFFNESS,), ties=((LOADS,),)):
