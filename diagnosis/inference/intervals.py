@@ -3,7 +3,8 @@
 ``h² = (t_{0.975, B-p} s)² + (1.96 theta gamma)² + (1.96 d)² + m²``: `s` is the sandwich over B
 blocks, `gamma` the relative standard deviation by the declared gains of the signals, `d` the shift
 beside a discrepancy of no known form, `m` what a hidden cause moves at most. Published is
-``h / 1.96``.
+``h / 1.96``. Of carriers and mountings `gamma` is the covariance of the declared errors of all
+signals in the fit (:func:`misread_covariance`), of which the powers of an element are a case.
 
 A cause is hidden where the verdict "at the noise floor" would pass it: its square is the share of
 the floor that this verdict allows. Of all causes of that size the one along the parameter's own
@@ -26,7 +27,7 @@ from scipy.stats import t as student_t
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.results import NamedValue
-from carrierflex.identification.estimation.scaled_least_squares import full_inverse
+from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
 
 #: Half width of a 95 % interval in standard deviations.
 NORMAL_95 = float(norm.ppf(0.975))
@@ -109,6 +110,27 @@ def systematic_variance(fit: EffectFit, systematics: Systematics) -> FloatArray:
     if free.size:
         moved[free] = systematics.hidden_square * _largest_move(fit, free)
     return np.asarray(systematics.shift**2 + moved / NORMAL_95**2)
+
+
+def misread_covariance(fit: EffectFit, scores: FloatArray) -> FloatArray:
+    """Covariance of the parameters by declared errors of the signals, shape (p, p).
+
+    ``sum_e d_e d_e.T`` with ``d_e = (J.T J + W)^-1 J.T (r_e - r)``, see
+    :mod:`~carrierflex.diagnosis.comparison.declared_errors`.
+
+    Parameters
+    ----------
+    fit : EffectFit
+        Parameters with the sums of every block.
+    scores : ndarray, shape (E, p)
+        ``J.T (r_e - r)`` of E independent errors; a parameter that is held or stands on a bound
+        does not move.
+    """
+    free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
+    matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
+    moved = np.zeros(scores.shape)
+    moved[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
+    return np.asarray(moved.T @ moved)
 
 
 def undetermined(fit: EffectFit, variance: FloatArray, systematics: Systematics) -> BoolArray:
