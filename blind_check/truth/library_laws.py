@@ -1,4 +1,4 @@
-"""Effects whose equation in the truth is the library's own, in constants that the campaign declares.
+"""Effects whose equation in the truth is the library's own, in the campaign's constants.
 
 Their parameters have true values that an answer can be held against. The others have another form
 (a tanh for a root, a stack of leaves for a cubic spring, two Maxwell branches for one), or are in

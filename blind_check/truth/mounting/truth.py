@@ -237,9 +237,7 @@ def _label(
         gap_over_floor=gap / floor,
         floor=floor,
         rho=rho,
-        parameters={}
-        if plan.family in (OUTSIDE, *FORM_FAMILIES)
-        else named_parameters(state),
+        parameters={} if plan.family in (OUTSIDE, *FORM_FAMILIES) else named_parameters(state),
         where={"run": run} if inside else {},
     )
 

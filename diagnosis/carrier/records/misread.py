@@ -5,12 +5,11 @@ change of the reading, and stands in the sums over the records. What an input do
 is in no sum; the columns of the fitted set are made once more from the input as it would be read.
 """
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, Places
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import accumulated_sums
 from carrierflex.diagnosis.carrier.weight_table import FloatArray, IntArray, WeightTable
@@ -19,7 +18,7 @@ from carrierflex.diagnosis.comparison.declared_errors import (
     Misreading,
     declared_errors,
 )
-from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.comparison.problem import BoolArray, Effects
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.measurement import Measurement
@@ -78,7 +77,7 @@ class CarrierReading:
         is_fitted = name in (*self.model.contained, *effects)
         with_error = effects if is_fitted else (*effects, name)
         values = theta if is_fitted else np.append(theta, 0.0)
-        everywhere = {**choice, name: slice(None)}
+        everywhere: Places = {**choice, name: slice(None)}
         place = int(np.flatnonzero(self._is_of(name, with_error, choice))[0])
         scores = np.zeros((len(self.campaign.channels), theta.size))
         for runs in self.parts.slices:
@@ -94,10 +93,11 @@ class CarrierReading:
                 np.add.at(scores, (slice(None), own), products[r])
         return scores
 
-    def _is_of(self, name: str, effects: Effects, choice: Choice) -> IntArray:
+    def _is_of(self, name: str, effects: Effects, choice: Choice) -> BoolArray:
         """Whether each parameter of a set is of an effect."""
         named = {**choice, name: choice.get(name, 0)}
-        return np.array([own.effect == name for own in self.model.parameters(effects, named)])
+        parameters = self.model.parameters(effects, named)
+        return np.array([own.effect == name for own in parameters], dtype=bool)
 
     def _of_input(
         self, error: DeclaredError, effects: Effects, theta: FloatArray, choice: Choice
