@@ -52,7 +52,7 @@ def covered_values(
         distorts the others.
     """
     laws = {*LIBRARY_LAWS[label.kind], _BASELINE}
-    hits = []
+    hits: list[Hit] = []
     for effect, values in label.parameters.items():
         claimed = parameters.get(effect, {})
         if effect in label.effects and not set(values) <= set(claimed):

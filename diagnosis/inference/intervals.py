@@ -4,7 +4,7 @@
 blocks, `gamma` the relative standard deviation by the declared gains of the signals, `d` the shift
 beside a discrepancy of no known form, `m` what a hidden cause moves at most. Published is
 ``h / 1.96``. Of carriers and mountings `gamma` is the covariance of the declared errors of all
-signals in the fit (:func:`misread_covariance`), of which the powers of an element are a case.
+signals in the fit (:func:`misread_moves`), of which the powers of an element are a case.
 
 A cause is hidden where the verdict "at the noise floor" would pass it: its square is the share of
 the floor that this verdict allows. Of all causes of that size the one along the parameter's own
@@ -112,25 +112,30 @@ def systematic_variance(fit: EffectFit, systematics: Systematics) -> FloatArray:
     return np.asarray(systematics.shift**2 + moved / NORMAL_95**2)
 
 
-def misread_covariance(fit: EffectFit, scores: FloatArray) -> FloatArray:
-    """Covariance of the parameters by declared errors of the signals, shape (p, p).
+def misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
+    """Moves of the parameters by declared errors of the signals, shape (E, p).
 
-    ``sum_e d_e d_e.T`` with ``d_e = (J.T J + W)^-1 J.T (r_e - r)``, see
-    :mod:`~carrierflex.diagnosis.comparison.declared_errors`.
+    ``d_e = (J.T J + W)^-1 J.T (r_e - r)``, see
+    :mod:`~carrierflex.diagnosis.comparison.declared_errors`. The errors are independent: the
+    covariance of the parameters by all of them is ``sum_e d_e d_e.T``.
 
     Parameters
     ----------
     fit : EffectFit
         Parameters with the sums of every block.
     scores : ndarray, shape (E, p)
-        ``J.T (r_e - r)`` of E independent errors; a parameter that is held or stands on a bound
-        does not move.
+        ``J.T (r_e - r)`` of E errors of one standard deviation each.
+
+    Returns
+    -------
+    ndarray
+        A parameter that is held or stands on a bound does not move.
     """
     free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
     matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
-    moved = np.zeros(scores.shape)
-    moved[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
-    return np.asarray(moved.T @ moved)
+    moves = np.zeros(scores.shape)
+    moves[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
+    return moves
 
 
 def undetermined(fit: EffectFit, variance: FloatArray, systematics: Systematics) -> BoolArray:

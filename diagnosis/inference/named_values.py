@@ -20,7 +20,7 @@ from carrierflex.diagnosis.inference.intervals import (
     KnownCombination,
     Systematics,
     known_combination,
-    misread_covariance,
+    misread_moves,
     small_sample_factor,
     systematic_variance,
     undetermined,
@@ -66,8 +66,7 @@ def published_values(
     words = gains.words if gains else LOADS_AS_READ
     if isinstance(problem, WithMisreading):
         misreading = problem.misreading(fit.effects, fit.theta)
-        read = misread_covariance(fit, misreading.scores)
-        values = named_values(fit, misread=read)
+        values = named_values(fit, moves=misread_moves(fit, misreading.scores))
         return PublishedValues(values, errors_words(misreading.errors), ())
     if not isinstance(problem, WithDiscrepancy):
         return PublishedValues(named_values(fit, few_blocks=gains is not None), words, ())
@@ -149,7 +148,7 @@ def named_values(
     *,
     few_blocks: bool = False,
     systematics: Systematics | None = None,
-    misread: FloatArray | None = None,
+    moves: FloatArray | None = None,
 ) -> dict[str, dict[str, NamedValue]]:
     """Values of a fit by effect and name, each with its 95 % interval.
 
@@ -162,8 +161,8 @@ def named_values(
         quantile (see :func:`~carrierflex.diagnosis.inference.intervals.small_sample_factor`).
     systematics : Systematics, optional
         What moves the parameters beside noise and gains; without, nothing.
-    misread : ndarray, shape (p, p), optional
-        Covariance by declared errors of the signals; without, none is declared or the parameters
+    moves : ndarray, shape (E, p), optional
+        Moves by independent errors of the signals; without, none is declared or the parameters
         hold theirs by their powers.
 
     Returns
@@ -177,8 +176,8 @@ def named_values(
     """
     factor = small_sample_factor(fit) if few_blocks else 1.0
     covariance = factor**2 * fit.covariance
-    if misread is not None:
-        covariance = covariance + misread
+    if moves is not None:
+        covariance = covariance + moves.T @ moves
     if systematics is not None:
         # The sandwich is zero along a direction that the records do not determine.
         covariance = covariance + np.diag(systematic_variance(fit, systematics))

@@ -90,7 +90,7 @@ class CarrierReading:
             slopes = _widened(fitted, fitted.slopes, columns)
             products = np.einsum("rcpk,rckl,rcl->rcp", slopes, gram, change[:, :, 0], optimize=True)
             for r, own in enumerate(fitted.unknowns):
-                np.add.at(scores, (slice(None), own), products[r])
+                np.add.at(scores.T, own, products[r].T)
         return scores
 
     def _is_of(self, name: str, effects: Effects, choice: Choice) -> BoolArray:
