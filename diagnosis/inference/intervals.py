@@ -131,6 +131,27 @@ def misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
     ndarray
         A parameter that is held or stands on a bound does not move.
     """
+    return _moves(fit, scores)
+
+
+def prior_moves(fit: EffectFit) -> FloatArray:
+    """Move of the parameters by their priors, ``(J.T J + W)^-1 W (mu - theta)``, shape (1, p).
+
+    A prior and the records may contradict each other: a sensor whose gain is named reads by more
+    than its calibration off, and the prior of the calibration draws the fitted gain to zero. How
+    far it does is as little known as any other error. Where both agree, or either tells the
+    parameter alone, the move is small.
+
+    Parameters
+    ----------
+    fit : EffectFit
+        Parameters with the sums of every block.
+    """
+    return _moves(fit, fit.prior.slope(fit.theta)[None])
+
+
+def _moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
+    """Moves of the free parameters by changes of the gradient, shape (E, p)."""
     free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
     matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
     moves = np.zeros(scores.shape)

@@ -21,6 +21,7 @@ from carrierflex.diagnosis.inference.intervals import (
     Systematics,
     known_combination,
     misread_moves,
+    prior_moves,
     small_sample_factor,
     systematic_variance,
     undetermined,
@@ -66,7 +67,8 @@ def published_values(
     words = gains.words if gains else LOADS_AS_READ
     if isinstance(problem, WithMisreading):
         misreading = problem.misreading(fit.effects, fit.theta)
-        values = named_values(fit, moves=misread_moves(fit, misreading.scores))
+        moves = np.concatenate([misread_moves(fit, misreading.scores), prior_moves(fit)])
+        values = named_values(fit, moves=moves)
         return PublishedValues(values, errors_words(misreading.errors), ())
     if not isinstance(problem, WithDiscrepancy):
         return PublishedValues(named_values(fit, few_blocks=gains is not None), words, ())
@@ -162,8 +164,8 @@ def named_values(
     systematics : Systematics, optional
         What moves the parameters beside noise and gains; without, nothing.
     moves : ndarray, shape (E, p), optional
-        Moves by independent errors of the signals; without, none is declared or the parameters
-        hold theirs by their powers.
+        Moves by independent errors of the signals and by priors; without, none is declared or the
+        parameters hold theirs by their powers.
 
     Returns
     -------

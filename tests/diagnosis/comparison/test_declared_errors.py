@@ -16,7 +16,7 @@ from carrierflex.diagnosis.comparison.known_physics import KnownPhysics
 from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
-from carrierflex.diagnosis.inference.intervals import misread_moves
+from carrierflex.diagnosis.inference.intervals import misread_moves, prior_moves
 from carrierflex.identification.campaign.declarations import Channel, InputSignal
 from carrierflex.simulation.measurement import Measurement
 from tests.diagnosis.element.element_campaigns import displacement_campaign
@@ -73,6 +73,27 @@ def test_a_held_parameter_does_not_move_and_leaves_the_others_more():
     first = columns[..., 0]
     by_hand = STD * (first * target).sum(axis=1) / (first**2).sum()
     assert_allclose(moved[0], np.sqrt((by_hand**2).sum()), rtol=1e-9)
+
+
+def test_a_prior_that_the_records_contradict_is_an_error_as_large_as_its_pull():
+    rng = np.random.default_rng(3)
+    columns = rng.standard_normal((1, 300, 1))
+    target = 5.0 * columns[..., 0]
+    fit = _linear_fit(columns, target)
+    square = fit.sums.total_matrix()[0, 0]
+    zero = np.zeros(1)
+    for weight in (1e-3 * square, 1e3 * square):
+        prior = Prior(np.array([weight]), zero, np.ones(1, dtype=bool))
+        theta = np.array([5.0 * square / (square + weight)])
+        drawn = replace(fit, theta=theta, prior=prior)
+        pull = prior_moves(drawn)[0, 0]
+        assert_allclose(pull, -theta[0] * weight / (square + weight), rtol=1e-9)
+    # Records that tell the value alone: what the prior took away.
+    prior = Prior(np.array([1e-3 * square]), zero, np.ones(1, dtype=bool))
+    theta = np.array([5.0 / 1.001])
+    assert_allclose(
+        prior_moves(replace(fit, theta=theta, prior=prior))[0, 0], theta[0] - 5.0, rtol=2e-3
+    )
 
 
 @pytest.mark.parametrize(("force", "deflection"), [(1e-3, 0.0), (0.0, 1e-3)])
