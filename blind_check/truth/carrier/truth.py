@@ -111,14 +111,13 @@ def carrier_case(
             raise ValueError(f"family {STAGE} takes no further runs; expected another family")
         return stage_case(plan, repeat)
     rng = case_rng(plan)
-    alone = plan.family == ONE_CONDITION
     loads: Sequence[Sequence[float]] = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(
         plan.family, _LOADS
     )
     if plan.family in FORM_FAMILIES:
         loads = _form_loads(rng)
     records = [
-        drawn_record(rng, k, load, _SECONDS_ALONE if alone else _SECONDS)
+        drawn_record(rng, k, load, _SECONDS_ALONE if plan.family == ONE_CONDITION else _SECONDS)
         for k, load in enumerate(loads)
     ]
     contained = tuple(name for name in KNOWN if name not in plan.effects)
