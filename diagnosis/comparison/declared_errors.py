@@ -70,9 +70,9 @@ class Misreading:
     Parameters
     ----------
     errors : tuple of DeclaredError
-        E errors.
+        Declared errors.
     scores : ndarray, shape (E, p)
-        ``J.T (r_e - r)`` of each.
+        ``J.T (r_e - r)`` of each, then of further errors that follow from the declared noise.
     """
 
     errors: tuple[DeclaredError, ...]

@@ -1,4 +1,8 @@
-"""What declared errors of sensors and loads do to the fit of a mounting."""
+"""What declared errors of sensors and loads do to the fit of a mounting, and what its zeros do.
+
+The zero of a run is a mean over its first samples: the noise in it stands in the whole run, in all
+blocks alike, so that their scatter does not show it. It is an error of every run and channel.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -44,7 +48,7 @@ class MountingReading:
         records: Sequence[MountingRecord],
         slopes: Iterable[tuple[FloatArray, FloatArray]],
     ) -> Misreading:
-        """What every declared error does to the gradient of the fit.
+        """What every declared error, and the zero of every run and channel, does to the gradient.
 
         Parameters
         ----------
@@ -56,8 +60,7 @@ class MountingReading:
         """
         errors = declared_errors(self.model.known)
         scores = np.zeros((len(errors), self.theta.size))
-        if not errors:
-            return Misreading(errors, scores)
+        of_zeros = []
         for record, (_, changes) in zip(records, slopes, strict=True):
             predicted = self._predicted(record)
             by_parameter = changes.reshape(len(changes), -1)
@@ -65,7 +68,9 @@ class MountingReading:
                 change = self._change(record, error, predicted)
                 change = np.where(np.isfinite(record.measured), change, 0.0)
                 scores[e] += by_parameter @ change.ravel()
-        return Misreading(errors, scores)
+            of_channels = np.where(np.isfinite(record.measured), changes, 0.0).sum(axis=1)
+            of_zeros.append((of_channels * np.sqrt(record.zero_noise)).T)
+        return Misreading(errors, np.concatenate([scores, *of_zeros]))
 
     def _change(
         self, record: MountingRecord, error: DeclaredError, predicted: FloatArray
