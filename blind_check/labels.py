@@ -90,7 +90,7 @@ class Label:
         Held-out RMS with the true effect taken out over that without, disturbances and noise
         included.
     parameters : mapping of str to mapping of str to float
-        True values by effect and name.
+        True values by effect and name, of the withheld effects and of the baseline.
     where : mapping of str to str or float
         Largest cell of the gap: ``run``; for the carrier also ``order`` and ``channel_pattern``.
         Empty where the gap has none.

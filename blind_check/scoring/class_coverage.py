@@ -13,12 +13,16 @@ _OF_BASELINE = ("m", "K1")
 
 @dataclass(frozen=True)
 class Hit:
-    """One parameter that answer and label both hold."""
+    """One parameter that answer and label both hold.
+
+    `half_width` is over the true value, or in rad where the parameter is a direction.
+    """
 
     name: str
     is_baseline: bool
     is_covered: bool
     half_width: float
+    is_direction: bool = False
 
 
 def covered_parameters(case: ClassJudged) -> list[Hit]:

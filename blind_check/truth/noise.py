@@ -69,6 +69,11 @@ def largest_leak(plan: CasePlan) -> float:
     return max(0.3, 0.03 * plan.ratio) if plan.effects else 0.1
 
 
+def uniform_std(largest: float) -> float:
+    """Standard deviation of an error of which every size up to a largest is as likely."""
+    return largest / float(np.sqrt(3.0))
+
+
 def root_mean_square(values: FloatArray) -> float:
     """Root of the mean square over everything."""
     return float(np.sqrt(np.mean(np.square(values))))

@@ -35,6 +35,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 #: Channel of every effect of one sensor.
 Choice = Mapping[str, int]
+#: The same, or several channels that are off alike.
+Places = Mapping[str, int | slice]
 #: Prior of a candidate's parameter, in its scales.
 _PRIOR = 30.0
 #: Largest delay, as an angle [rad]: where the columns at the nodes still carry.
@@ -125,7 +127,7 @@ class CarrierModel:
     def weights(
         self,
         effects: Effects,
-        choice: Choice,
+        choice: Places,
         theta: FloatArray,
         part: slice = slice(None),
     ) -> WeightTable:
@@ -135,8 +137,9 @@ class CarrierModel:
         ----------
         effects : tuple of str
             Effects beside the baseline.
-        choice : mapping of str to int
-            Channel of every effect of one sensor among all effects.
+        choice : mapping of str to int or slice
+            Channel of every effect of one sensor among all effects; a slice for an error of
+            several channels.
         theta : ndarray, shape (p,)
             Parameters.
         part : slice

@@ -22,6 +22,7 @@ from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_cha
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.records.misread import CarrierReading
 from carrierflex.diagnosis.carrier.records.residual_orders import ResidualOrders
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import (
@@ -33,6 +34,7 @@ from carrierflex.diagnosis.carrier.records.sums import (
 from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.weight_table import WeightTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.comparison.declared_errors import Misreading
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import known_physics
 from carrierflex.diagnosis.comparison.overlay import Overlay
@@ -247,6 +249,11 @@ class CarrierProblem:
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
         return carrier_experiments(self.campaign, self.model.source, self.under)
+
+    def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
+        """What the declared errors of channels and inputs do to a fit."""
+        reading = CarrierReading(self.campaign, self.model, self._parts)
+        return reading.misread(effects, theta, self._choice(effects))
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""

@@ -81,7 +81,7 @@ class WeightTable:
             for unknown, slope in term.slopes.items():
                 self.slopes[term.runs, channels, unknown, place] += slope
 
-    def amplify(self, channel: int, gain: float, unknown: int) -> None:
+    def amplify(self, channel: int | slice, gain: float, unknown: int) -> None:
         """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
         self.slopes[:, channel] *= 1.0 + gain
         self.slopes[:, channel, unknown] = self.values[:, channel]

@@ -11,11 +11,11 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import Parameter
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Channel, KnownValue
+from carrierflex.identification.campaign.declarations import Channel, InputSignal, KnownValue
 from carrierflex.simulation.measurement import Measurement
 
 #: Declared error of a channel that bounds each part of the measurement model.
-_ERRORS = {
+ERROR_KEYS = {
     Measurement.GAIN: "gain_std",
     Measurement.ZERO: "zero_std",
     Measurement.DELAY: "delay_std",
@@ -33,10 +33,13 @@ class KnownPhysics:
         Known values by ``effect.parameter``, under their published names.
     channels : tuple of Channel
         Channels with the errors that they declare.
+    inputs : tuple of InputSignal
+        Inputs with theirs.
     """
 
     fixed: Mapping[str, KnownValue] = field(default_factory=dict)
     channels: tuple[Channel, ...] = ()
+    inputs: tuple[InputSignal, ...] = ()
 
     def prior(self, parameter: Parameter, name: str) -> Parameter:
         """Parameter with what is known of it as its prior; held where that is exact.
@@ -72,7 +75,7 @@ class KnownPhysics:
         if measurement is None:
             return parameter
         those = self.channels if channel is None else (self.channels[channel : channel + 1])
-        declared = [getattr(own, _ERRORS[measurement]) for own in those]
+        declared = [getattr(own, ERROR_KEYS[measurement]) for own in those]
         if not declared or None in declared:
             return parameter
         return replace(parameter, prior_std=float(max(declared)))
@@ -99,4 +102,4 @@ NOTHING_KNOWN = KnownPhysics()
 
 def known_physics(campaign: Campaign) -> KnownPhysics:
     """What a campaign states beforehand."""
-    return KnownPhysics(campaign.baseline.fixed, campaign.channels)
+    return KnownPhysics(campaign.baseline.fixed, campaign.channels, campaign.inputs)

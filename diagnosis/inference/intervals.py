@@ -3,7 +3,8 @@
 ``h² = (t_{0.975, B-p} s)² + (1.96 theta gamma)² + (1.96 d)² + m²``: `s` is the sandwich over B
 blocks, `gamma` the relative standard deviation by the declared gains of the signals, `d` the shift
 beside a discrepancy of no known form, `m` what a hidden cause moves at most. Published is
-``h / 1.96``.
+``h / 1.96``. Of carriers and mountings `gamma` is the covariance of the declared errors of all
+signals in the fit (:func:`misread_moves`), of which the powers of an element are a case.
 
 A cause is hidden where the verdict "at the noise floor" would pass it: its square is the share of
 the floor that this verdict allows. Of all causes of that size the one along the parameter's own
@@ -26,7 +27,7 @@ from scipy.stats import t as student_t
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.results import NamedValue
-from carrierflex.identification.estimation.scaled_least_squares import full_inverse
+from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
 
 #: Half width of a 95 % interval in standard deviations.
 NORMAL_95 = float(norm.ppf(0.975))
@@ -109,6 +110,53 @@ def systematic_variance(fit: EffectFit, systematics: Systematics) -> FloatArray:
     if free.size:
         moved[free] = systematics.hidden_square * _largest_move(fit, free)
     return np.asarray(systematics.shift**2 + moved / NORMAL_95**2)
+
+
+def misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
+    """Moves of the parameters by declared errors of the signals, shape (E, p).
+
+    ``d_e = (J.T J + W)^-1 J.T (r_e - r)``, see
+    :mod:`~carrierflex.diagnosis.comparison.declared_errors`. The errors are independent: the
+    covariance of the parameters by all of them is ``sum_e d_e d_e.T``.
+
+    Parameters
+    ----------
+    fit : EffectFit
+        Parameters with the sums of every block.
+    scores : ndarray, shape (E, p)
+        ``J.T (r_e - r)`` of E errors of one standard deviation each.
+
+    Returns
+    -------
+    ndarray
+        A parameter that is held or stands on a bound does not move.
+    """
+    return _moves(fit, scores)
+
+
+def prior_moves(fit: EffectFit) -> FloatArray:
+    """Move of the parameters by their priors, ``(J.T J + W)^-1 W (mu - theta)``, shape (1, p).
+
+    A prior and the records may contradict each other: a sensor whose gain is named reads by more
+    than its calibration off, and the prior of the calibration draws the fitted gain to zero. How
+    far it does is as little known as any other error. Where both agree, or either tells the
+    parameter alone, the move is small.
+
+    Parameters
+    ----------
+    fit : EffectFit
+        Parameters with the sums of every block.
+    """
+    return _moves(fit, fit.prior.slope(fit.theta)[None])
+
+
+def _moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
+    """Moves of the free parameters by changes of the gradient, shape (E, p)."""
+    free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
+    matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
+    moves = np.zeros(scores.shape)
+    moves[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
+    return moves
 
 
 def undetermined(fit: EffectFit, variance: FloatArray, systematics: Systematics) -> BoolArray:

@@ -5,15 +5,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from carrierflex.diagnosis.comparison.declared_errors import WithMisreading, errors_words
 from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ, WithGains
 from carrierflex.diagnosis.comparison.discrepancy import WithDiscrepancy
-from carrierflex.diagnosis.comparison.problem import BASELINE, ComparisonProblem, Parameter
+from carrierflex.diagnosis.comparison.problem import (
+    BASELINE,
+    ComparisonProblem,
+    FloatArray,
+    Parameter,
+)
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
 from carrierflex.diagnosis.inference.intervals import (
     NORMAL_95,
     KnownCombination,
     Systematics,
     known_combination,
+    misread_moves,
+    prior_moves,
     small_sample_factor,
     systematic_variance,
     undetermined,
@@ -57,6 +65,11 @@ def published_values(
     """
     gains = problem.gains if isinstance(problem, WithGains) else None
     words = gains.words if gains else LOADS_AS_READ
+    if isinstance(problem, WithMisreading):
+        misreading = problem.misreading(fit.effects, fit.theta)
+        moves = np.concatenate([misread_moves(fit, misreading.scores), prior_moves(fit)])
+        values = named_values(fit, moves=moves)
+        return PublishedValues(values, errors_words(misreading.errors), ())
     if not isinstance(problem, WithDiscrepancy):
         return PublishedValues(named_values(fit, few_blocks=gains is not None), words, ())
     systematics = Systematics(
@@ -133,7 +146,11 @@ def _with_half(known: KnownCombination) -> str:
 
 
 def named_values(
-    fit: EffectFit, *, few_blocks: bool = False, systematics: Systematics | None = None
+    fit: EffectFit,
+    *,
+    few_blocks: bool = False,
+    systematics: Systematics | None = None,
+    moves: FloatArray | None = None,
 ) -> dict[str, dict[str, NamedValue]]:
     """Values of a fit by effect and name, each with its 95 % interval.
 
@@ -146,6 +163,9 @@ def named_values(
         quantile (see :func:`~carrierflex.diagnosis.inference.intervals.small_sample_factor`).
     systematics : Systematics, optional
         What moves the parameters beside noise and gains; without, nothing.
+    moves : ndarray, shape (E, p), optional
+        Moves by independent errors of the signals and by priors; without, none is declared or the
+        parameters hold theirs by their powers.
 
     Returns
     -------
@@ -158,6 +178,8 @@ def named_values(
     """
     factor = small_sample_factor(fit) if few_blocks else 1.0
     covariance = factor**2 * fit.covariance
+    if moves is not None:
+        covariance = covariance + moves.T @ moves
     if systematics is not None:
         # The sandwich is zero along a direction that the records do not determine.
         covariance = covariance + np.diag(systematic_variance(fit, systematics))

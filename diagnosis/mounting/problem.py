@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.comparison.declared_errors import Misreading
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
@@ -46,6 +47,7 @@ from carrierflex.diagnosis.mounting.gap_map import (
     mounting_gap_cells,
     score_cells,
 )
+from carrierflex.diagnosis.mounting.misread import MountingReading
 from carrierflex.diagnosis.mounting.model import Choice, MountingModel, mounting_scale
 from carrierflex.diagnosis.mounting.pictures import mounting_pictures
 from carrierflex.diagnosis.mounting.records import MountingRecord, mounting_records
@@ -234,6 +236,11 @@ class MountingProblem:
         if not np.isfinite(predicted).all():
             return None
         return replace(self, records=(replace(record, measured=predicted),))
+
+    def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
+        """What the declared errors of sensors and loads do to a fit."""
+        reading = MountingReading(self.model, effects, theta, self.choice(effects))
+        return reading.misread(self.records, self.differenced(effects).slopes(theta))
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""

@@ -30,8 +30,8 @@ _LARGEST = {
 _NOISE, _LEAST_NOISE = (2e-6, 5e-6), 0.3e-6
 #: Forms that are drawn until the loads show one.
 _REDRAWS = 50
-#: Errors of the sensors.
-_GAIN, _ANGLE = 0.03, np.deg2rad(0.5)
+#: Largest errors of the sensors, gain and angle [rad]; every size up to them is as likely.
+LARGEST_GAIN, LARGEST_ANGLE = 0.03, float(np.deg2rad(0.5))
 
 Gap = Callable[[CarrierState], float]
 
@@ -99,7 +99,7 @@ def with_sensor_errors(
     rng: np.random.Generator,
     floor: float,
     leak: Callable[[CarrierState], float],
-) -> CarrierState:
+) -> tuple[CarrierState, float]:
     """State before sensors up to 3 % and 0.5 degrees off.
 
     The errors are smaller where they would leave more than `largest_leak`.
@@ -119,14 +119,15 @@ def with_sensor_errors(
 
     Returns
     -------
-    CarrierState
-        The same effects, read with errors.
+    tuple of (CarrierState, float)
+        The same effects, read with errors, and the share of the largest errors up to which they
+        are drawn.
     """
-    gain = rng.uniform(-_GAIN, _GAIN, N_SENSORS)
-    turned = rng.uniform(-_ANGLE, _ANGLE, N_SENSORS)
+    gain = rng.uniform(-LARGEST_GAIN, LARGEST_GAIN, N_SENSORS)
+    turned = rng.uniform(-LARGEST_ANGLE, LARGEST_ANGLE, N_SENSORS)
     leaked = leak(replace(state, gain_error=gain, angle_error=turned)) / floor
     share = min(1.0, largest_leak(plan) / leaked) if leaked > 0.0 else 1.0
-    return replace(state, gain_error=share * gain, angle_error=share * turned)
+    return replace(state, gain_error=share * gain, angle_error=share * turned), share
 
 
 def _unit_effect(family: str, name: str, rng: np.random.Generator, n_runs: int) -> CarrierState:

@@ -24,9 +24,10 @@ from carrierflex.blind_check.truth.noise import (
     noise_rng,
     root_mean_square,
     slow_ripple,
+    uniform_std,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Baseline, Channel
+from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
@@ -166,10 +167,19 @@ def _campaign(plan: CasePlan, runs: list[Run], floor: float) -> Campaign:
         baseline=Baseline("columns", ("flexible_pins",)),
         rig={"nominal_torque": NOMINAL_TORQUE, "sensor_radius": RADIUS, "n_planets": 3},
         channels=tuple(
-            Channel(name, "axial_displacement", "m", angle=float(v), radius=RADIUS, noise_std=floor)
+            Channel(
+                name,
+                "axial_displacement",
+                "m",
+                angle=float(v),
+                radius=RADIUS,
+                noise_std=floor,
+                gain_std=uniform_std(_GAIN),
+            )
             for name, v in zip(SENSOR_NAMES, SENSOR_ANGLES, strict=True)
         ),
         runs=tuple(runs),
+        inputs=(InputSignal("torque", "N m", gain_std=_TORQUE),),
     )
 
 

@@ -42,7 +42,12 @@ from carrierflex.blind_check.truth.carrier.signals import (
     drawn_values,
     scaled_values,
 )
-from carrierflex.blind_check.truth.carrier.sizes import sized_state, with_sensor_errors
+from carrierflex.blind_check.truth.carrier.sizes import (
+    LARGEST_ANGLE,
+    LARGEST_GAIN,
+    sized_state,
+    with_sensor_errors,
+)
 from carrierflex.blind_check.truth.carrier.stage import stage_case
 from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 from carrierflex.blind_check.truth.noise import (
@@ -51,9 +56,10 @@ from carrierflex.blind_check.truth.noise import (
     coloured_noise,
     noise_rng,
     root_mean_square,
+    uniform_std,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Baseline, Channel
+from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
@@ -105,14 +111,13 @@ def carrier_case(
             raise ValueError(f"family {STAGE} takes no further runs; expected another family")
         return stage_case(plan, repeat)
     rng = case_rng(plan)
-    alone = plan.family == ONE_CONDITION
     loads: Sequence[Sequence[float]] = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(
         plan.family, _LOADS
     )
     if plan.family in FORM_FAMILIES:
         loads = _form_loads(rng)
     records = [
-        drawn_record(rng, k, load, _SECONDS_ALONE if alone else _SECONDS)
+        drawn_record(rng, k, load, _SECONDS_ALONE if plan.family == ONE_CONDITION else _SECONDS)
         for k, load in enumerate(loads)
     ]
     contained = tuple(name for name in KNOWN if name not in plan.effects)
@@ -131,7 +136,7 @@ def carrier_case(
     ideal, floor = sized_state(
         plan, rng, known, n_runs, lambda candidate: _size(residuals(candidate))
     )
-    state = with_sensor_errors(
+    state, share = with_sensor_errors(
         ideal,
         plan,
         rng,
@@ -148,7 +153,8 @@ def carrier_case(
     # The effect as sensors without errors would read it: what a perfect model adds.
     effect = _differences(ideal.read(records), known.read(records))
     rho = _rho(baseline, measured[: len(records)], effect)
-    label = _label(plan, state, floor, _size(residuals(ideal)) if plan.effects else 0.0, rho)
+    gap = _size(residuals(ideal)) if plan.effects else 0.0
+    label = _label(plan, state, contained, (floor, gap, rho))
     if plan.family in FORM_FAMILIES:
         own_gaps = [_size(residuals(one)) / floor for one in _each_alone(plan, ideal)]
         label = _form_label(plan, label, loads, own_gaps)
@@ -156,7 +162,7 @@ def carrier_case(
     elif label.effects and "thermal_drift" not in label.effects:
         label = replace(label, where=largest_cell(residuals(ideal), declared))
     declared += [replace(record, torque=record.torque * error) for record in every[len(records) :]]
-    return _campaign(plan, declared, measured, contained, floor), label
+    return _campaign(plan, declared, measured, contained, (floor, share)), label
 
 
 def _each_alone(plan: CasePlan, ideal: CarrierState) -> list[CarrierState]:
@@ -182,7 +188,13 @@ def _added_records(plan: CasePlan, added: Sequence[AddedRun], first: int) -> lis
     return [drawn_record(rng, first + k, run.load, run.seconds) for k, run in enumerate(added)]
 
 
-def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: float) -> Label:
+def _label(
+    plan: CasePlan,
+    state: CarrierState,
+    contained: Sequence[str],
+    sizes: tuple[float, float, float],
+) -> Label:
+    floor, gap, rho = sizes
     inside = () if plan.family == OUTSIDE else plan.effects
     one_load = plan.family in (ALIASED, ONE_CONDITION)
     return Label(
@@ -196,9 +208,9 @@ def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: f
         gap_over_floor=gap / floor,
         floor=floor,
         rho=rho,
-        parameters={name: named_parameters(name, state) for name in inside}
-        if plan.family not in FORM_FAMILIES
-        else {},
+        parameters={}
+        if plan.family in (OUTSIDE, *FORM_FAMILIES)
+        else {name: named_parameters(name, state) for name in (*inside, *contained)},
         where={},
     )
 
@@ -285,9 +297,14 @@ def _campaign(
     declared: Sequence[RimRecord],
     measured: Sequence[FloatArray],
     contained: tuple[str, ...],
-    floor: float,
+    errors: tuple[float, float],
 ) -> Campaign:
-    """Records in the form of a measurement campaign; its words tell nothing about the truth."""
+    """Records in the form of a measurement campaign; its words tell nothing about the truth.
+
+    `errors` are the noise [m] and the share of the largest errors up to which those of the sensors
+    are drawn.
+    """
+    floor, share = errors
     runs = []
     for record, signals in zip(declared, measured, strict=True):
         name = f"run{record.number + 1}"
@@ -306,8 +323,18 @@ def _campaign(
         baseline=Baseline("model", contained),
         rig={"nominal_torque": NOMINAL_TORQUE, "sensor_radius": RADIUS, "n_planets": 3},
         channels=tuple(
-            Channel(name, "axial_displacement", "m", angle=float(v), radius=RADIUS, noise_std=floor)
+            Channel(
+                name,
+                "axial_displacement",
+                "m",
+                angle=float(v),
+                radius=RADIUS,
+                noise_std=floor,
+                gain_std=uniform_std(share * LARGEST_GAIN),
+                angle_std=uniform_std(share * LARGEST_ANGLE),
+            )
             for name, v in zip(SENSOR_NAMES, SENSOR_ANGLES, strict=True)
         ),
         runs=tuple(runs),
+        inputs=(InputSignal("torque", "N m", gain_std=_TORQUE),),
     )

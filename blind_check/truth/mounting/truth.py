@@ -23,6 +23,7 @@ from carrierflex.blind_check.labels import (
     Label,
 )
 from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.mounting.label import named_parameters
 from carrierflex.blind_check.truth.mounting.loads import (
     ALONE,
     CONDITIONS,
@@ -47,9 +48,10 @@ from carrierflex.blind_check.truth.noise import (
     largest_leak,
     noise_rng,
     root_mean_square,
+    uniform_std,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Baseline, Channel
+from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
@@ -113,7 +115,7 @@ def mounting_case(
     floor = causes.floor or (
         gap / plan.ratio if plan.effects else _size(plain) * 10.0 ** float(rng.uniform(-3.0, -2.0))
     )
-    factors, errors = _errors(plan, rng, records, clean, (refit, residuals, floor))
+    factors, errors, wrong = _errors(plan, rng, records, clean, (refit, residuals, floor))
     every = [*records, *added]
     declared = [record.loads * factors for record in every]
     own_noise = noise_rng(plan, repeat)
@@ -132,7 +134,7 @@ def mounting_case(
         drive = "gusts" if has_gusts else "levels"
         label = _form_label(plan, label, causes.changes, drive=drive)
     label = replace(label, own_gaps=tuple(own / floor for own in causes.own_gaps))
-    return _campaign(plan, every, declared, measured, floor), label
+    return _campaign(plan, every, declared, measured, (floor, wrong)), label
 
 
 def _bounded(
@@ -221,10 +223,11 @@ def _errors(
     records: Sequence[MountingRecord],
     clean: Sequence[FloatArray],
     gap: tuple[MountingRefit, list[FloatArray], float],
-) -> tuple[FloatArray, FloatArray]:
-    """Factors of the loads as they are recorded, and gain errors of the sensors.
+) -> tuple[FloatArray, FloatArray, float]:
+    """Factors of the loads as they are recorded, gain errors of the sensors, and their share.
 
-    The errors are smaller where they alone would leave too large a gap.
+    The errors are smaller where they alone would leave too large a gap: they have this share of
+    those that are drawn.
     """
     refit, residuals, floor = gap
     torque = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0))) * np.array([1.0, 0.0, 0.0])
@@ -235,7 +238,7 @@ def _errors(
         _size([residual - other for residual, other in zip(biased, residuals, strict=True)]) / floor
     )
     share = min(1.0, largest_leak(plan) / leak)
-    return 1.0 + share * (torque - 1.0), share * gains
+    return 1.0 + share * (torque - 1.0), share * gains, share
 
 
 def _label(
@@ -255,7 +258,7 @@ def _label(
         gap_over_floor=gap / floor,
         floor=floor,
         rho=rho,
-        parameters={name: state.parameters[name] for name in inside if name in state.parameters},
+        parameters={} if plan.family in (OUTSIDE, *FORM_FAMILIES) else named_parameters(state),
         where={"run": run} if inside else {},
     )
 
@@ -265,9 +268,13 @@ def _campaign(
     records: Sequence[MountingRecord],
     declared: Sequence[FloatArray],
     measured: Sequence[FloatArray],
-    floor: float,
+    errors: tuple[float, float],
 ) -> Campaign:
-    """Records in the form of a measurement campaign; its words tell nothing about the truth."""
+    """Records in the form of a measurement campaign; its words tell nothing about the truth.
+
+    `errors` are the noise [m] and the share of the drawn errors that sensors and torque have.
+    """
+    floor, share = errors
     runs = []
     for k, (record, loads, signals) in enumerate(zip(records, declared, measured, strict=True)):
         inputs = {
@@ -294,8 +301,16 @@ def _campaign(
         baseline=Baseline("model"),
         rig=dict(RIG),
         channels=tuple(
-            Channel(name, "housing_displacement", "m", sensor=name, noise_std=floor)
+            Channel(
+                name,
+                "housing_displacement",
+                "m",
+                sensor=name,
+                noise_std=floor,
+                gain_std=uniform_std(share * _GAIN),
+            )
             for name in SENSORS
         ),
         runs=tuple(runs),
+        inputs=(InputSignal("torque", "N m", gain_std=share * _TORQUE),),
     )

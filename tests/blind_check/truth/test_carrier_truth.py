@@ -19,6 +19,7 @@ from carrierflex.blind_check.truth.carrier.signals import (
     drawn_values,
     scaled_values,
 )
+from carrierflex.blind_check.truth.carrier.truth import KNOWN, carrier_case
 from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign_files import read_campaign
@@ -122,7 +123,7 @@ def test_gap_is_as_planned(effect, tmp_path):
     label = write_case(CasePlan("carrier", 4, 2, SINGLE, (effect,), 8.0), tmp_path / "case")
     assert label.gap_over_floor == pytest.approx(8.0, rel=2e-3)
     assert label.acceptable[0][0] == effect
-    assert set(label.parameters) == {effect}
+    assert set(label.parameters) == {effect, *KNOWN}
     # Errors of measurement and noise are left; held out, the gap may be larger.
     assert label.rho < 0.16
 
@@ -176,3 +177,15 @@ def test_nothing_is_left_but_noise_where_nothing_is_missing(tmp_path):
 def test_shape_stays_when_an_effect_is_scaled():
     values = {"phi_H": 1e-4, "theta_H": 0.7}
     assert scaled_values(values, 3.0) == {"phi_H": pytest.approx(3e-4), "theta_H": 0.7}
+
+
+def test_campaign_declares_the_errors_that_its_sensors_are_drawn_with():
+    campaign, _ = carrier_case(CasePlan("carrier", 4, 2, SINGLE, ("torque_tilt",), 8.0))
+    quiet, _ = carrier_case(CasePlan("carrier", 5, 2, NOTHING, (), 0.0))
+    assert [(own.name, own.gain_std) for own in campaign.inputs] == [("torque", 0.01)]
+    for channel in campaign.channels:
+        # Any size up to 3 % and half a degree is as likely, or up to a share of both.
+        assert 0.0 < channel.gain_std <= 0.03 / np.sqrt(3.0)
+        assert channel.angle_std / channel.gain_std == pytest.approx(np.deg2rad(0.5) / 0.03)
+    # With nothing missing the errors are smaller, and so is what is known of them.
+    assert quiet.channels[0].gain_std < campaign.channels[0].gain_std

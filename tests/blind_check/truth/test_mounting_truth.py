@@ -11,11 +11,12 @@ import pytest
 from carrierflex.blind_check.labels import NOTHING, ONE_CONDITION, OUTSIDE, SINGLE, CasePlan
 from carrierflex.blind_check.truth.alias_table import OUTSIDE_NAMES
 from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.blind_check.truth.mounting.label import named_parameters
 from carrierflex.blind_check.truth.mounting.laws import LAWS
 from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord, drawn_record
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit
 from carrierflex.blind_check.truth.mounting.rig import RIG, bodies
-from carrierflex.blind_check.truth.mounting.state import MountingState, with_effect
+from carrierflex.blind_check.truth.mounting.state import EFFECTS, MountingState, with_effect
 from carrierflex.blind_check.truth.mounting.time_integration import (
     LEAVES,
     Bushings,
@@ -23,6 +24,7 @@ from carrierflex.blind_check.truth.mounting.time_integration import (
     leaf_force,
 )
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
@@ -196,6 +198,18 @@ def test_other_effects_and_causes_make_a_case(name, tmp_path):
     label = write_case(CasePlan("mounting", 5, 8, family, (name,), 10.0), tmp_path / "case")
     assert label.gap_over_floor == pytest.approx(10.0)
     assert label.rho < 0.16
-    assert set(label.parameters) == ({name} if family == SINGLE else set())
+    assert set(label.parameters) == ({"baseline", name} if family == SINGLE else set())
     for run in read_campaign(tmp_path / "case").runs:
         assert np.isfinite(list(run.signals.values())).all()
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_label_names_parameters_as_the_diagnosis_does(effect):
+    state = with_effect(
+        MountingState(PLAIN), effect, np.random.default_rng(7), np.array([0.012, 0.06])
+    )
+    named = named_parameters(state)
+    assert set(named[effect]) == {own.name for own in MOUNTING_EFFECTS[effect].parameters}
+    assert named["baseline"] == {"K1": PLAIN.K1, "C1": PLAIN.C1}
+    if effect == "axial_bushing_stiffness":
+        assert named[effect]["dk_x"] == state.bushings.k_x - RIG["bushing_axial_stiffness"]
