@@ -232,4 +232,4 @@ def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
 
 def _is_free(fit: EffectFit) -> BoolArray:
     """Which parameters are fitted."""
-    return np.array([parameter.lower < parameter.upper for parameter in fit.parameters])
+    return np.array([own.lower < own.upper for own in fit.parameters], dtype=bool)
