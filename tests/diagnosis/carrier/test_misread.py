@@ -84,3 +84,13 @@ def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):
     assert tilt.std > TORQUE * tilt.value > 2.0 * before.std
     assert aware.gains.endswith("gains (torque 2 %, channels 1 %), angles (channels 0.229 deg)")
     assert blind.gains.startswith("loads taken as read")
+
+
+def test_a_baseline_without_parameters_has_none_that_a_misread_signal_moves(campaign):
+    bare = replace(campaign, baseline=replace(campaign.baseline, effects=()))
+    problem = carrier_problem(bare, CURVES)
+    fit = fit_effects(problem, ())
+    assert not fit.parameters
+    published = published_values(problem, fit, floor_ratio=1.0)
+    assert published.parameters == {}
+    assert "gains" in published.gains
