@@ -60,12 +60,12 @@ def closed_fit(
         model.effects[name].measurement is not None for name in (*model.contained, *effects)
     )
     for _ in range(_QUICK_STEPS if bilinear else 1):
-        sums = _sums_of_runs(model, gram_of, effects, choice, theta, parts)
+        sums = sums_of_runs(model, gram_of, effects, choice, theta, parts)
         theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
-    return theta, _sums_of_runs(model, gram_of, effects, choice, theta, parts).cost
+    return theta, sums_of_runs(model, gram_of, effects, choice, theta, parts).cost
 
 
-def _sums_of_runs(
+def sums_of_runs(
     model: CarrierModel,
     gram_of: GramOf,
     effects: Effects,
@@ -73,7 +73,11 @@ def _sums_of_runs(
     theta: FloatArray,
     parts: Sequence[slice],
 ) -> CostSums[None]:
-    """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
+    """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels.
+
+    The arguments are those of :func:`closed_fit`; `theta`, shape (p,), is where the derivatives are
+    taken.
+    """
     matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
     square = 0.0
     for part in parts:

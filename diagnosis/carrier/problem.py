@@ -153,7 +153,9 @@ class CarrierProblem:
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
         square = np.zeros(len(self.segments))
-        matrices, right_sides, unknowns = [], [], []
+        matrices = []
+        right_sides = []
+        unknowns = []
         for part in self._parts.slices:
             table = self._weights(effects, theta, part)
             own = self._parts.segments(part)
@@ -349,8 +351,7 @@ class CarrierProblem:
             for variant in self.model.variants(effect):
                 start = best[0].copy()
                 start[own] = variant
-                fit = self._closed_fit(effects, choice, start)
-                best = min(best, fit, key=lambda theta_and_square: theta_and_square[1])
+                best = min(best, self._closed_fit(effects, choice, start), key=lambda fit: fit[1])
         return best
 
 

@@ -173,17 +173,15 @@ def _needed(
     As in its growth each has to gain, and all together to take their part of what the best of them
     leaves alone.
     """
+    if len(answer) == 1:
+        return answer
     least = shares.constants.second_cause
-    alone = []
     for own in answer:
         others = tuple(name for name in answer if name != own)
-        if not others:
-            return answer
         rest = simplest(scores, shares, others, sizes, as_good)
         if not shares.is_gain(scores.of(answer), scores.of(rest), least):
             return _needed(scores, shares, rest, sizes, as_good)
-        alone.append(simplest(scores, shares, (own,), sizes, as_good))
-    single = _best(scores, alone)
+    single = _best(scores, [simplest(scores, shares, (own,), sizes, as_good) for own in answer])
     return answer if shares.is_clear_gain(scores.of(answer), scores.of(single), least) else single
 
 
@@ -199,14 +197,13 @@ def ties_of(
     found: dict[tuple[str, ...], Classes] = {}
     for own in answer:
         others = tuple(name for name in answer if name != own)
-        best = _best_way(scores, others, own, sizes)
         for name in sorted(sizes, key=lambda n: sizes[n]):
             if shape_of(name) in taken or sizes[name] > sizes[own]:
                 continue
             rival = tuple(sorted((*others, name)))
             # A simpler way leaves more than its shape does: what would be equal to it alone is not.
             if shares.are_equal(scores.of(rival), held) and shares.are_equal(
-                _best_way(scores, others, name, sizes), best
+                _best_way(scores, others, name, sizes), _best_way(scores, others, own, sizes)
             ):
                 found.setdefault(tuple(sorted(map(shape_of, rival))), rival)
     return tuple(found.values())

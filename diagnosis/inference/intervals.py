@@ -131,7 +131,11 @@ def misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
     ndarray
         A parameter that is held or stands on a bound does not move.
     """
-    return _moves(fit, scores)
+    free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
+    matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
+    moves = np.zeros(scores.shape)
+    moves[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
+    return moves
 
 
 def prior_moves(fit: EffectFit) -> FloatArray:
@@ -147,16 +151,7 @@ def prior_moves(fit: EffectFit) -> FloatArray:
     fit : EffectFit
         Parameters with the sums of every block.
     """
-    return _moves(fit, fit.prior.slope(fit.theta)[None])
-
-
-def _moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
-    """Moves of the free parameters by changes of the gradient, shape (E, p)."""
-    free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
-    matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
-    moves = np.zeros(scores.shape)
-    moves[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
-    return moves
+    return misread_moves(fit, fit.prior.slope(fit.theta)[None])
 
 
 def undetermined(fit: EffectFit, variance: FloatArray, systematics: Systematics) -> BoolArray:

@@ -10,20 +10,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS, other_form_signal
-from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, SIGNALS, RimRecord
+from carrierflex.blind_check.truth.carrier.signals import (
+    NOMINAL_TORQUE,
+    RADIUS,
+    SIGNALS,
+    RimRecord,
+)
 from carrierflex.blind_check.truth.noise import slow_ripple
+from carrierflex.identification.campaign.declarations import Channel
 
 FloatArray = NDArray[np.float64]
 
 N_SENSORS = 4
 SENSOR_NAMES = ("s047", "s137", "s227", "s317")
 SENSOR_ANGLES = np.deg2rad([47.0, 137.0, 227.0, 317.0])
+#: What a campaign says of the machine.
+RIG = {"nominal_torque": NOMINAL_TORQUE, "sensor_radius": RADIUS, "n_planets": 3}
 RATE = 20.0
 _SPEED_RIPPLE, _TORQUE_RIPPLE = 0.01, 0.02
 
 
 def _none() -> FloatArray:
     return np.zeros(N_SENSORS)
+
+
+def rim_channels(
+    noise_std: float, gain_std: float, angle_std: float | None = None
+) -> tuple[Channel, ...]:
+    """The four probes as a campaign declares them.
+
+    Parameters
+    ----------
+    noise_std : float
+        Standard deviation of the noise [m].
+    gain_std, angle_std : float
+        Standard deviations of gain and angle [rad]; None where the angle's is not declared.
+    """
+    return tuple(
+        Channel(
+            name,
+            "axial_displacement",
+            "m",
+            angle=float(angle),
+            radius=RADIUS,
+            noise_std=noise_std,
+            gain_std=gain_std,
+            angle_std=angle_std,
+        )
+        for name, angle in zip(SENSOR_NAMES, SENSOR_ANGLES, strict=True)
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import STAGE, CasePlan, Label
 from carrierflex.blind_check.truth.alias_table import BROUGHT_ALONG, stage_class
-from carrierflex.blind_check.truth.carrier.rig import N_SENSORS, SENSOR_ANGLES, SENSOR_NAMES
-from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, RADIUS
+from carrierflex.blind_check.truth.carrier.rig import N_SENSORS, RIG, SENSOR_NAMES, rim_channels
 from carrierflex.blind_check.truth.noise import (
     case_rng,
     coloured_noise,
@@ -27,7 +26,7 @@ from carrierflex.blind_check.truth.noise import (
     uniform_std,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
+from carrierflex.identification.campaign.declarations import Baseline, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
@@ -165,19 +164,8 @@ def _campaign(plan: CasePlan, runs: list[Run], floor: float) -> Campaign:
         kind="carrier",
         name=plan.name,
         baseline=Baseline("columns", ("flexible_pins",)),
-        rig={"nominal_torque": NOMINAL_TORQUE, "sensor_radius": RADIUS, "n_planets": 3},
-        channels=tuple(
-            Channel(
-                name,
-                "axial_displacement",
-                "m",
-                angle=float(v),
-                radius=RADIUS,
-                noise_std=floor,
-                gain_std=uniform_std(_GAIN),
-            )
-            for name, v in zip(SENSOR_NAMES, SENSOR_ANGLES, strict=True)
-        ),
+        rig=dict(RIG),
+        channels=rim_channels(floor, uniform_std(_GAIN)),
         runs=tuple(runs),
         inputs=(InputSignal("torque", "N m", gain_std=_TORQUE),),
     )

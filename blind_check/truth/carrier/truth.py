@@ -28,14 +28,14 @@ from carrierflex.blind_check.truth.carrier.label import largest_cell, named_para
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
 from carrierflex.blind_check.truth.carrier.rig import (
     N_SENSORS,
-    SENSOR_ANGLES,
+    RIG,
     SENSOR_NAMES,
     AddedRun,
     CarrierState,
     drawn_record,
+    rim_channels,
 )
 from carrierflex.blind_check.truth.carrier.signals import (
-    NOMINAL_TORQUE,
     RADIUS,
     RimRecord,
     curve_at,
@@ -59,7 +59,7 @@ from carrierflex.blind_check.truth.noise import (
     uniform_std,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
+from carrierflex.identification.campaign.declarations import Baseline, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
@@ -321,19 +321,9 @@ def _campaign(
         kind="carrier",
         name=plan.name,
         baseline=Baseline("model", contained),
-        rig={"nominal_torque": NOMINAL_TORQUE, "sensor_radius": RADIUS, "n_planets": 3},
-        channels=tuple(
-            Channel(
-                name,
-                "axial_displacement",
-                "m",
-                angle=float(v),
-                radius=RADIUS,
-                noise_std=floor,
-                gain_std=uniform_std(share * LARGEST_GAIN),
-                angle_std=uniform_std(share * LARGEST_ANGLE),
-            )
-            for name, v in zip(SENSOR_NAMES, SENSOR_ANGLES, strict=True)
+        rig=dict(RIG),
+        channels=rim_channels(
+            floor, uniform_std(share * LARGEST_GAIN), uniform_std(share * LARGEST_ANGLE)
         ),
         runs=tuple(runs),
         inputs=(InputSignal("torque", "N m", gain_std=_TORQUE),),

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carrierflex.diagnosis.carrier.closed_fit import sums_of_runs
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, Places
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import accumulated_sums
@@ -123,15 +124,7 @@ class CarrierReading:
         choice: Choice,
     ) -> FloatArray:
         """``J.T r`` over all runs and channels, shape (p,)."""
-        score = np.zeros(theta.size)
-        for runs in parts.slices:
-            table = model.weights(effects, choice, theta, runs)
-            gram = parts.gram_of_runs(table.columns, runs)
-            products = np.einsum(
-                "rcpk,rckl,rcl->rp", table.slopes, gram, table.residual, optimize=True
-            )
-            np.add.at(score, table.unknowns, products)
-        return score
+        return sums_of_runs(model, parts.gram_of_runs, effects, choice, theta, parts.slices).slope
 
 
 def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatArray:

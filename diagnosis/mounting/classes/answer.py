@@ -154,16 +154,14 @@ def _parted(
 
     Of all pairs of sparse ways the best counts: two of one shape are that shape's full map.
     """
+    sparse = [
+        name for name in sizes if shape_of(name) in LINEAR_MAPS and way_of(name) not in (FULL, EACH)
+    ]
     for member in decision.classes:
         if shape_of(member) not in LINEAR_MAPS or sizes[member] == 1:
             continue
         others = tuple(name for name in decision.classes if name != member)
         taken = {shape_of(name) for name in others}
-        sparse = [
-            name
-            for name in sizes
-            if shape_of(name) in LINEAR_MAPS and way_of(name) not in (FULL, EACH)
-        ]
         pairs = [
             pair
             for pair in combinations(sparse, 2)

@@ -1,13 +1,16 @@
-"""Cases of a study that are made where their files do not stand yet."""
+"""Cases of a study: made where their files do not stand yet, read again, told in a table."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from carrierflex.files.json_files import read_json
+from carrierflex.files.whole_files import whole_file
 from carrierflex.workflows.support.progress import Stages
 
 Case = TypeVar("Case")
+Row = TypeVar("Row")
 
 
 def make_missing(
@@ -40,3 +43,41 @@ def make_missing(
     for number, task in enumerate(tasks):
         task.result()
         stages.note(f"{number + 1} of {len(tasks)}", (number + 1) / len(tasks))
+
+
+def kept_case(path: Path, expected: str, row_of: Callable[[dict[str, Any]], Row]) -> Row:
+    """Case that a study wrote.
+
+    Parameters
+    ----------
+    path : Path
+        Its file.
+    expected : str
+        What the file holds, for the error.
+    row_of : callable
+        Makes the case of the file's content.
+
+    Raises
+    ------
+    ValueError
+        Where the file holds something else.
+    """
+    content = read_json(path, expected)
+    try:
+        return row_of(content)
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path}: not {expected}; remove it to make it again") from error
+
+
+def write_table(path: Path, lines: Iterable[str]) -> None:
+    """Write the lines of a table, all or none.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    lines : iterable of str
+        Lines without their ends.
+    """
+    with whole_file(path) as file:
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")

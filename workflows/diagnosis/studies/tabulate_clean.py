@@ -16,9 +16,8 @@ from carrierflex.blind_check.faults.clean_campaigns import (
     clean_cases,
     clean_outcome,
 )
-from carrierflex.files.json_files import read_json, save_json
-from carrierflex.files.whole_files import whole_file
-from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
+from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis.studies.kept_cases import kept_case, make_missing, write_table
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
@@ -53,8 +52,7 @@ def main(
     with stages.stage("checking the campaigns"), work_executor(workers) as executor:
         make_missing(cases, files, _write_outcome, executor, stages)
     outcomes = [_read_outcome(file) for file in files]
-    with whole_file(folder / "clean.md") as file:
-        file.write_text("\n".join(_table(outcomes)) + "\n", encoding="utf-8")
+    write_table(folder / "clean.md", _table(outcomes))
     return tuple(outcome for outcome in outcomes if outcome.told)
 
 
@@ -66,19 +64,18 @@ def _write_outcome(case: CleanCase, path: Path) -> None:
 
 
 def _read_outcome(path: Path) -> CleanOutcome:
-    expected = "the outcome of a campaign"
-    try:
-        row = read_json(path, expected)
-        return CleanOutcome(
+    return kept_case(
+        path,
+        "the outcome of a campaign",
+        lambda row: CleanOutcome(
             row["case"],
             row["kind"],
             row["sort"],
             tuple(row["told"]),
             row["change"],
             row["is_tie"],
-        )
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{path}: not {expected}; remove it to make it again") from error
+        ),
+    )
 
 
 def _table(outcomes: Sequence[CleanOutcome]) -> Iterator[str]:

@@ -24,9 +24,8 @@ from carrierflex.blind_check.truth.element.families import CAUSES
 from carrierflex.diagnosis.diagnose import verdict_alone
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
-from carrierflex.files.json_files import read_json, save_json
-from carrierflex.files.whole_files import whole_file
-from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
+from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis.studies.kept_cases import kept_case, make_missing, write_table
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -78,8 +77,7 @@ def main(
     with stages.stage("diagnosing cases"), work_executor(workers) as executor:
         make_missing(plans, files, _write_case, executor, stages)
     results = tuple(_read_case(file) for file in files)
-    with whole_file(folder / "intervals.md") as file:
-        file.write_text("\n".join(_table(results)) + "\n", encoding="utf-8")
+    write_table(folder / "intervals.md", _table(results))
     return tuple(own for own in results if own.hits or own.unknown)
 
 
@@ -118,12 +116,11 @@ def _write_case(plan: CasePlan, path: Path) -> None:
 
 
 def _read_case(path: Path) -> CaseIntervals:
-    expected = "intervals of a case"
-    try:
-        row = read_json(path, expected)
-        return CaseIntervals(tuple(Hit(**hit) for hit in row["hits"]), tuple(row["unknown"]))
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{path}: not {expected}; remove it to make it again") from error
+    return kept_case(
+        path,
+        "intervals of a case",
+        lambda row: CaseIntervals(tuple(Hit(**hit) for hit in row["hits"]), tuple(row["unknown"])),
+    )
 
 
 def _table(results: Sequence[CaseIntervals]) -> Iterator[str]:

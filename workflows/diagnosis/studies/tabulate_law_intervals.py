@@ -28,9 +28,8 @@ from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
 from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.files.json_files import read_json, save_json
-from carrierflex.files.whole_files import whole_file
-from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
+from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis.studies.kept_cases import kept_case, make_missing, write_table
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
@@ -84,8 +83,7 @@ def main(
     with stages.stage("fitting cases"), work_executor(workers) as executor:
         make_missing(plans, files, _write_case, executor, stages)
     results = tuple(own for own in map(_read_case, files) if own.hits)
-    with whole_file(folder / "intervals.md") as file:
-        file.write_text("\n".join(_table(results)) + "\n", encoding="utf-8")
+    write_table(folder / "intervals.md", _table(results))
     return results
 
 
@@ -115,11 +113,11 @@ def _write_case(plan: CasePlan, path: Path) -> None:
 
 
 def _read_case(path: Path) -> LawIntervals:
-    expected = "intervals of a case"
-    try:
-        return LawIntervals(tuple(Hit(**hit) for hit in read_json(path, expected)["hits"]))
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{path}: not {expected}; remove it to make it again") from error
+    return kept_case(
+        path,
+        "intervals of a case",
+        lambda row: LawIntervals(tuple(Hit(**hit) for hit in row["hits"])),
+    )
 
 
 _ROWS: dict[str, Callable[[Hit], bool]] = {

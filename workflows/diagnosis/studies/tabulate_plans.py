@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -23,9 +23,9 @@ from carrierflex.blind_check.added_measurements import (
 )
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.files.json_files import read_json, save_json
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.json_files import save_json
 from carrierflex.workflows.diagnosis.plan_campaign import PlanSettings, plan_of
+from carrierflex.workflows.diagnosis.studies.kept_cases import kept_case, write_table
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.executors import work_executor
@@ -86,8 +86,7 @@ def main(
                 if not outcome.before.is_alone and len(counted) < cases:
                     counted.append(outcome)
             stages.note(f"{len(counted)} of {cases} cases, {drawn} drawn")
-    with whole_file(folder / "plans.md") as file:
-        file.write_text("\n".join(_table(counted, drawn)) + "\n", encoding="utf-8")
+    write_table(folder / "plans.md", _table(counted, drawn))
     return tuple(counted)
 
 
@@ -99,15 +98,14 @@ def _outcome_in(
     if not path.is_file():
         with threadpool_limits(limits=1):
             save_json(path, addition_outcome(seed, number, gaps, kind=kind))
-    row = read_json(path, "the outcome of a case")
-    try:
-        before, after = _answer(row.pop("before")), row.pop("after")
-        outcome = AdditionOutcome(**row, before=before)
-        return replace(outcome, after=_answer(after) if after is not None else None)
-    except (KeyError, TypeError) as error:
-        raise ValueError(
-            f"{path}: not the outcome of a case; remove it to make it again"
-        ) from error
+    return kept_case(path, "the outcome of a case", _outcome_of)
+
+
+def _outcome_of(row: dict[str, Any]) -> AdditionOutcome:
+    """Outcome of the content of its file."""
+    before, after = _answer(row.pop("before")), row.pop("after")
+    outcome = AdditionOutcome(**row, before=before)
+    return replace(outcome, after=_answer(after) if after is not None else None)
 
 
 def _answer(row: dict) -> Answer:

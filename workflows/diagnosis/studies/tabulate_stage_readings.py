@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.files.whole_files import whole_file
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn, sensor_orders
@@ -24,6 +23,7 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
+from carrierflex.workflows.diagnosis.studies.kept_cases import write_table
 from carrierflex.workflows.simulation.order_one_supports import clearances
 from carrierflex.workflows.simulation.study_order_one import SENSORS
 from carrierflex.workflows.support.stage_bodies import default_stage_body
@@ -167,8 +167,7 @@ def main(*, out: Path, size: float = TABLE_SIZE) -> dict[str, StageTruth]:
                 cells = np.delete(pairs, 1) * 1e9
                 row = [name, truth.support, str(run), sensor.name, *(f"{v:.0f}" for v in cells)]
                 lines.append(",".join(row))
-    with whole_file(out) as file:
-        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_table(out, lines)
     return truths
 
 

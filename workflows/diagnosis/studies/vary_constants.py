@@ -18,8 +18,7 @@ from carrierflex.blind_check.labels import CasePlan
 from carrierflex.blind_check.sensitivity.listed_constants import Constant, listed_constants
 from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, answers_of_case
 from carrierflex.files.json_files import read_json, save_json
-from carrierflex.files.whole_files import whole_file
-from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
+from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing, write_table
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -68,8 +67,7 @@ def main(
             make_missing(plans, files, _write_answers, executor, stages)
     made = [read_json(file, "answers of a case") for file in files if file.is_file()]
     changed = Counter(name for case in made for name in case["changed"])
-    with whole_file(folder / "constants.md") as file:
-        file.write_text("\n".join(_table(changed, len(made))) + "\n", encoding="utf-8")
+    write_table(folder / "constants.md", _table(changed, len(made)))
     return changed
 
 
