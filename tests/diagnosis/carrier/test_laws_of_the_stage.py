@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.blind_check.truth.carrier.stage import LOADS, SENSOR_ANGLES, stage_readings
+from carrierflex.blind_check.truth.carrier.rig import SENSOR_ANGLES
+from carrierflex.blind_check.truth.carrier.stage import LOADS, stage_readings
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, with_weight
