@@ -13,7 +13,8 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import cont2discrete, lfilter
+from scipy.linalg import expm
+from scipy.signal import lfilter
 
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -191,8 +192,33 @@ def _instrumental(
 def _response(record: ElementRecord, element: tuple[float, float, float, float]) -> FloatArray:
     """Deflection of a linear element from rest, straight lines between the samples of the force."""
     m, K1, C1, f0 = element
-    numerator, denominator, _ = cont2discrete(([1.0], [m, C1, K1]), record.step, method="foh")
-    return np.asarray(lfilter(np.ravel(numerator), denominator, record.drive - f0))
+    numerator, denominator = _difference_equation(m, K1, C1, record.step)
+    return np.asarray(lfilter(numerator, denominator, record.drive - f0))
+
+
+def _difference_equation(
+    m: float, K1: float, C1: float, step: float
+) -> tuple[FloatArray, FloatArray]:
+    """Filter of force to deflection, exact for straight lines between the samples.
+
+    With ``s = [q, v]`` the exponential of the element beside a force and its rise in a step gives
+    ``s_(k+1) = A s_k + B_0 u_k + B_1 u_(k+1)``, and ``q = C adj(z - A) (B_0 + z B_1) / det(z - A)``.
+
+    References
+    ----------
+    .. [1] G. F. Franklin, J. D. Powell, M. L. Workman, "Digital Control of Dynamic Systems" (1998),
+       triangle hold.
+    """
+    rates = np.zeros((4, 4))
+    rates[0, 1] = step
+    rates[1, :3] = -K1 / m * step, -C1 / m * step, step / m
+    rates[2, 3] = 1.0
+    ahead = expm(rates)
+    (a, b), (c, d) = ahead[:2, :2].tolist()
+    held, rising = ahead[:2, 2], ahead[:2, 3]
+    (p0, r0), (p1, r1) = (held - rising).tolist(), rising.tolist()
+    numerator = np.array([p1, p0 - d * p1 + b * r1, b * r0 - d * p0])
+    return numerator, np.array([1.0, -(a + d), a * d - b * c])
 
 
 def _misfit(records: Sequence[ElementRecord], element: tuple[float, float, float, float]) -> float:
