@@ -202,7 +202,8 @@ def _difference_equation(
     """Filter of force to deflection, exact for straight lines between the samples.
 
     With ``s = [q, v]`` the exponential of the element beside a force and its rise in a step gives
-    ``s_(k+1) = A s_k + B_0 u_k + B_1 u_(k+1)``, and ``q = C adj(z - A) (B_0 + z B_1) / det(z - A)``.
+    ``s_(k+1) = A s_k + B_0 u_k + B_1 u_(k+1)``, and with ``C = [1, 0]``
+    ``q = C adj(z - A) (B_0 + z B_1) / det(z - A) u``.
 
     References
     ----------

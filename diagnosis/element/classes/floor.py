@@ -47,9 +47,20 @@ def believable_noise(
     own = element_table(model, records, noise, element_limits())
     if own is None:
         return noise, "", None
-    scores = own.scores
-    floor = float(own.table.floor.sum())
-    least = min([scores.ceiling().total, *(scores.of((name,)).total for name in own.table.classes)])
-    if least <= _BELIEVABLE * floor:
+    if is_believed(own):
         return noise, "", own
+    least, floor = _least_and_floor(own)
     return np.asarray(noise * least / max(floor, 1e-300)), FLOOR_NOTE, None
+
+
+def is_believed(own: ElementTable) -> bool:
+    """Whether the plateau that a table was made with is taken for the noise."""
+    least, floor = _least_and_floor(own)
+    return least <= _BELIEVABLE * floor
+
+
+def _least_and_floor(own: ElementTable) -> tuple[float, float]:
+    """Squares that the best class leaves, and those that the noise alone would."""
+    scores = own.scores
+    least = min([scores.ceiling().total, *(scores.of((name,)).total for name in own.table.classes)])
+    return least, float(own.table.floor.sum())

@@ -10,7 +10,6 @@ from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, Int
 from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.channel_noise import carried_noise
 from carrierflex.diagnosis.element.classes.columns import (
     ElementBases,
@@ -30,8 +29,6 @@ from carrierflex.diagnosis.element.classes.laws import (
     TIME_VARIATION,
     MotionSize,
     classes_of,
-    law_columns,
-    presliding_columns,
     yields,
 )
 from carrierflex.diagnosis.element.classes.motion import (
@@ -45,6 +42,12 @@ from carrierflex.diagnosis.element.classes.motion import (
 from carrierflex.diagnosis.element.classes.nearest_motion import with_all_lines
 from carrierflex.diagnosis.element.classes.noise_colour import noise_correlation_time
 from carrierflex.diagnosis.element.classes.starting_states import with_starting_states
+from carrierflex.diagnosis.element.classes.table_columns import (
+    PRESLIDING,
+    Layout,
+    columns_along,
+    filtered_columns,
+)
 from carrierflex.diagnosis.element.classes.weighting import (
     MotionNoise,
     NoiseWeight,
@@ -68,7 +71,6 @@ CLASS_GROUPS: dict[str, tuple[str, ...]] = {
 #: Hysteresis of one strength and one straight spring: sliders alike in both directions (Masing).
 PLAIN_GROUPS: dict[str, tuple[str, ...]] = {HYSTERESIS: ("plain_stops",)}
 CEILING = (*CLASS_GROUPS[FORCE_SURFACE], "stops", "prony", "delay", "time", "side")
-PRESLIDING = "dahl_friction"
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
 _REST_SPEED = (0.01, 0.3)
 #: The sign of a speed with a normal error rises over this many of its standard deviations: the
@@ -78,8 +80,6 @@ _BLURRED_SIGN = float(np.sqrt(0.5 * np.pi))
 _CLEAR = 3.0
 #: Passes of weight and baseline.
 _PASSES = 3
-#: Columns filtered together, to bound the memory.
-_CHUNK = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +108,22 @@ class ElementTable:
     records: tuple[ForceRecord, ...]
     weights: tuple[NoiseWeight, ...]
     scores: ClassScores
+
+
+@dataclass(frozen=True, eq=False)
+class CountedRuns:
+    """Runs in force space.
+
+    Parameters
+    ----------
+    records : tuple of ForceRecord
+        Runs, with the samples that count.
+    size : MotionSize
+        Sizes of the motion over all runs.
+    """
+
+    records: tuple[ForceRecord, ...]
+    size: MotionSize
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +183,19 @@ def element_runs(
     constants: ClassConstants,
 ) -> ElementRuns | None:
     """Runs in force space with their filters; arguments as of :func:`element_table`."""
+    counted = counted_runs(model, records, noise, constants)
+    if counted is None:
+        return None
+    return runs_with_bases(counted, weights_of(model, counted, records, noise))
+
+
+def counted_runs(
+    model: ElementModel,
+    records: Sequence[ElementRecord],
+    noise: FloatArray,
+    constants: ClassConstants,
+) -> CountedRuns | None:
+    """Runs in force space with the samples that count; arguments as of :func:`element_table`."""
     records = [with_all_lines(model, record) for record in records]
     own = force_records(model, records, noise)
     if not own:
@@ -180,8 +209,12 @@ def element_runs(
     n_blocks = sum(int(record.block.max()) + 1 for record in own)
     if n_blocks < constants.fewest_blocks:
         return None
-    own = where_folds_overlap(own, constants.n_folds)
-    weights = _weights(model, own, _variances(own, records, noise))
+    return CountedRuns(where_folds_overlap(own, constants.n_folds), size)
+
+
+def runs_with_bases(counted: CountedRuns, weights: tuple[NoiseWeight, ...]) -> ElementRuns:
+    """Counted runs with their filters, splines over their motion, and where memories start."""
+    own, size = counted.records, counted.size
     bases = element_bases(own, size)
     return ElementRuns(with_starting_states(own, weights, bases), size, weights, bases)
 
@@ -199,18 +232,18 @@ def table_of(model: ElementModel, runs: ElementRuns, constants: ClassConstants) 
         Number of folds.
     """
     own, bases = runs.records, runs.bases
-    groups = group_columns(bases, _side_line(bases, own))
-    laws = [name for name in model.cards if name not in (*model.contained, *_CONTROLS)]
+    groups = group_columns(bases, side_line(bases, own))
     n_blocks = sum(np.unique(record.block[record.counts]).size for record in own)
     gram = np.empty(0)
     floors: list[float] = []
     folds: list[int] = []
     layout = None
     for number, (record, weight) in enumerate(zip(own, runs.weights, strict=True)):
-        raw, layout = _raw_columns(model, record, groups, laws, runs.size)
+        pieces, layout = columns_along(model, record, groups, runs.size)
+        raw = np.concatenate(pieces)
         if not gram.size:
             gram = np.empty((n_blocks, len(raw), len(raw)))
-        rows = _filtered(raw, weight)
+        rows = filtered_columns(raw, weight)
         fold = fold_of(record, number, constants.n_folds)
         floor = weight.floor()
         for block in np.unique(record.block[record.counts]):
@@ -221,7 +254,7 @@ def table_of(model: ElementModel, runs: ElementRuns, constants: ClassConstants) 
             folds.append(int(fold[chosen][0]))
     assert layout is not None
     table = _assembled(gram, np.array(floors), np.array(folds), layout, model)
-    table = _with_plain_stops(table, yields(bases.size).size)
+    table = with_plain_stops(table, yields(bases.size).size)
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
         table = replace(table, ceiling=CLASS_GROUPS[FORCE_SURFACE] + CLASS_GROUPS[HYSTERESIS])
@@ -234,9 +267,6 @@ def _variances(
     """Variance of the channel's noise in each of some runs."""
     by_name = {record.name: float(value) for record, value in zip(records, noise, strict=True)}
     return [by_name[record.record.name] for record in own]
-
-
-_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 
 
 def motion_size(
@@ -261,10 +291,15 @@ def motion_size(
     )
 
 
-def _weights(
-    model: ElementModel, own: Sequence[ForceRecord], variance: Sequence[float]
+def weights_of(
+    model: ElementModel,
+    counted: CountedRuns,
+    records: Sequence[ElementRecord],
+    noise: FloatArray,
 ) -> tuple[NoiseWeight, ...]:
     """Filter of each run; under a force its element follows from the weighted baseline."""
+    own = counted.records
+    variance = _variances(own, records, noise)
     scale = model.scale
     known = (scale.m, scale.C1, scale.K1)
     element = known if model.by_force else None
@@ -292,91 +327,28 @@ def _weights(
     return tuple(weights)
 
 
-def _side_line(bases: ElementBases, own: Sequence[ForceRecord]) -> FloatArray:
+def side_line(bases: ElementBases, own: Sequence[ForceRecord]) -> FloatArray:
     """Straight line of every spline of the drive side on the drive, shape (2, n_side)."""
     side = np.concatenate([record.side[record.counts] for record in own])
     design = np.array([np.ones(side.size), side])
     return np.linalg.lstsq(design.T, bases.side(side).T, rcond=None)[0]
 
 
-@dataclass(frozen=True, eq=False)
-class _Layout:
-    """Which rows of the table are what."""
-
-    n_base: int
-    groups: tuple[tuple[GroupColumns[ForceRecord], slice], ...]
-    laws: tuple[LawColumns, ...]
-
-
-def _raw_columns(
-    model: ElementModel,
-    own: ForceRecord,
-    groups: Sequence[GroupColumns[ForceRecord]],
-    laws: Sequence[str],
-    size: MotionSize,
-) -> tuple[FloatArray, _Layout]:
-    """Target, baseline, groups and laws along a run, and where they stand."""
-    rows = [own.target[None], own.base]
-    first = 1 + len(own.base)
-    places = []
-    for group in groups:
-        rows.append(group.columns(own))
-        places.append((group, slice(first, first + len(rows[-1]))))
-        first += len(rows[-1])
-    known = []
-    for law in laws:
-        known.append(_law(rows, first, law, law_columns(model, own, law, size), model))
-        first += len(rows[-1])
-    shapes = presliding_columns(own, size)[:, None]
-    known.append(_law(rows, first, PRESLIDING, shapes, model))
-    return np.concatenate(rows), _Layout(len(own.base), tuple(places), tuple(known))
-
-
-def _law(
-    rows: list[FloatArray], first: int, law: str, shapes: FloatArray, model: ElementModel
-) -> LawColumns:
-    """Place of a law's columns, which are appended to the rows."""
-    n_shapes, n_columns, n = shapes.shape
-    rows.append(shapes.reshape(-1, n))
-    places = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
-    card = model.cards.get(law)
-    return LawColumns(law, tuple(places), len(card.parameters) if card else 2)
-
-
-def _filtered(raw: FloatArray, weight: NoiseWeight) -> FloatArray:
-    return np.concatenate(
-        [weight.filtered(raw[k : k + _CHUNK]) for k in range(0, len(raw), _CHUNK)]
-    )
-
-
 def _assembled(
-    gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout, model: ElementModel
+    gram: FloatArray, floor: FloatArray, folds: IntArray, layout: Layout, model: ElementModel
 ) -> GramTable:
     """Table with scaled columns: target, regressors and laws of unit energy, each group as one."""
-    energy = np.diag(gram.sum(axis=0)).copy()
-    for _, place in layout.groups:
-        energy[place] = energy[place].mean()
-    scale = 1.0 / np.sqrt(np.maximum(energy, 1e-300))
-    groups = {
-        group.id: ColumnGroup(
-            np.arange(place.start, place.stop), group.penalty, group.is_nonnegative
-        )
-        for group, place in layout.groups
-    }
-    laws = {
-        name: tuple(law for law in layout.laws if name in _classes_of(law.id, model))
-        for name in CLASS_GROUPS
-    }
+    scale = layout.scale(np.diag(gram.sum(axis=0)))
     # In place: a table takes tens of megabytes, and a copy as long as its products.
     gram *= np.outer(scale, scale)
     return GramTable(
         gram=gram,
         n_base=layout.n_base,
-        groups=groups,
+        groups=layout.column_groups(),
         classes=CLASS_GROUPS,
         surface=FORCE_SURFACE,
         ceiling=CEILING,
-        laws=laws,
+        laws=laws_by_class(layout, model),
         floor=floor * scale[0] ** 2,
         folds=folds,
         scale=scale,
@@ -385,11 +357,19 @@ def _assembled(
     )
 
 
-def _with_plain_stops(table: GramTable, n_plain: int) -> GramTable:
+def with_plain_stops(table: GramTable, n_plain: int) -> GramTable:
     """Table whose first sliders, which do not bend, are a group of their own too."""
     columns = table.groups["stops"].columns[:n_plain]
     plain = ColumnGroup(columns, np.zeros((n_plain, n_plain)), is_nonnegative=True)
     return replace(table, groups={**table.groups, "plain_stops": plain}, plain=PLAIN_GROUPS)
+
+
+def laws_by_class(layout: Layout, model: ElementModel) -> dict[str, tuple[LawColumns, ...]]:
+    """Laws that lie in each class."""
+    return {
+        name: tuple(law for law in layout.laws if name in _classes_of(law.id, model))
+        for name in CLASS_GROUPS
+    }
 
 
 def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:

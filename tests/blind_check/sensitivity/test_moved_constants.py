@@ -8,17 +8,10 @@ import pytest
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.sensitivity.listed_constants import listed_constants
-from carrierflex.blind_check.sensitivity.moved_constants import (
-    FACTORS,
-    OF_SCORES,
-    OF_TABLE,
-    changed_answers,
-    equal_groups,
-    is_same,
-    moved,
-    plain_answer,
-    usual_case,
-)
+from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, changed_answers, moved
+from carrierflex.blind_check.sensitivity.read_steps import OF_SCORES, OF_TABLE
+from carrierflex.blind_check.sensitivity.sameness import equal_groups, is_same
+from carrierflex.blind_check.sensitivity.usual_case import plain_answer, usual_case
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.element.classes import answer, motion, table
