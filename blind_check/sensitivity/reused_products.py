@@ -6,7 +6,7 @@ Others go through the filter, and their products with all columns are made again
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,22 +147,34 @@ def _with_changed(
     """Usual table with other columns of some parts in the place of its own."""
     raw, layout = made
     places, before = _places(raw[0]), _places(known.raw[0])
-    kept = [name for name in places if name not in changed]
     n = sum(map(len, raw[0].values()))
     others = np.concatenate([places[name] for name in changed])
     products = _products_of_changed(known, raw, runs, changed)
     energy = np.ones(n)
     energy[others] = products.sum(axis=0)[np.arange(others.size), others]
     scale = layout.scale(energy)
-    new = np.concatenate([places[name] for name in kept])
-    old = np.concatenate([before[name] for name in kept])
-    scale[new] = usual.scale[old]
+    kept = [(places[name], before[name]) for name in places if name not in changed]
+    for new, old in kept:
+        scale[new] = usual.scale[old]
     products *= scale[others, None] * scale
     gram = np.empty((len(usual.gram), n, n))
-    gram[:, new[:, None], new] = usual.gram[:, old[:, None], old]
+    for (new, old), (new_2, old_2) in product(_stretches(kept), repeat=2):
+        gram[:, new, new_2] = usual.gram[:, old, old_2]
     gram[:, others] = products
     gram[:, :, others] = products.transpose(0, 2, 1)
     return replace(usual, gram=gram, scale=scale, groups=layout.column_groups())
+
+
+def _stretches(kept: Sequence[tuple[IntArray, IntArray]]) -> list[tuple[slice, slice]]:
+    """Places of parts in two tables as slices; one for parts that follow each other in both."""
+    found: list[tuple[slice, slice]] = []
+    for new, old in kept:
+        first, before = int(new[0]), int(old[0])
+        if found and (found[-1][0].stop, found[-1][1].stop) == (first, before):
+            last = found.pop()
+            first, before = last[0].start, last[1].start
+        found.append((slice(first, int(new[-1]) + 1), slice(before, int(old[-1]) + 1)))
+    return found
 
 
 def _products_of_changed(

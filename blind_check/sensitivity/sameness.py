@@ -48,7 +48,8 @@ def equal_groups(first: GramTable, second: GramTable) -> frozenset[str] | None:
     equal = [
         name
         for name, group in first.groups.items()
-        if is_same(group.penalty, second.groups[name].penalty)
+        if is_same(first.scale[group.columns], second.scale[second.groups[name].columns])
+        and is_same(group.penalty, second.groups[name].penalty)
         and group.is_nonnegative == second.groups[name].is_nonnegative
         and agree((name,))
     ]

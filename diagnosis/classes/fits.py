@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
@@ -31,6 +32,13 @@ class ClassModel:
     columns: IntArray
     penalty: FloatArray
     is_nonnegative: np.ndarray
+
+    @cached_property
+    def free_first(self) -> tuple[IntArray, int]:
+        """Order of the coefficients with those first that may be negative, and their number."""
+        free = ~self.is_nonnegative
+        order = np.concatenate([np.flatnonzero(free), np.flatnonzero(self.is_nonnegative)])
+        return order, int(np.count_nonzero(free))
 
 
 def class_model(
@@ -79,7 +87,7 @@ def class_model(
     return ClassModel(columns, penalty, nonnegative)
 
 
-def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
+def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = None) -> FloatArray:
     """Products of the target and a model's columns, from those of all columns of a table.
 
     Parameters
@@ -88,6 +96,8 @@ def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
         Products of all columns of the table, the target first.
     model : ClassModel
         Columns.
+    blocks : ndarray of int, optional
+        Which along the first axis; all of them where it is left out.
 
     Returns
     -------
@@ -95,7 +105,9 @@ def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
         The target first, then the model's columns in their order.
     """
     places = np.concatenate([[0], model.columns])
-    return np.asarray(gram[..., places[:, None], places])
+    if blocks is None:
+        return np.asarray(gram[..., places[:, None], places])
+    return np.asarray(gram[blocks[:, None, None], places[:, None], places])
 
 
 def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
@@ -124,19 +136,19 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
         return np.empty(0)
     A = products[1:, 1:] + model.penalty
     b = products[1:, 0]
-    n = model.is_nonnegative
-    if not n.any():
+    order, n_free = model.free_first
+    if n_free == b.size:
         return _solved(_factor(A), b)
-    free = ~n
-    if not free.any():
+    if not n_free:
         return _nonnegative(A, b)
-    factor = _factor(A[free][:, free])
-    coupling = _solved(factor, A[free][:, n])
-    schur = A[n][:, n] - A[n][:, free] @ coupling
-    right = b[n] - coupling.T @ b[free]
+    A, b = A[order[:, None], order], b[order]
+    factor = _factor(A[:n_free, :n_free])
+    coupling = _solved(factor, A[:n_free, n_free:])
+    schur = A[n_free:, n_free:] - A[n_free:, :n_free] @ coupling
+    bound = _nonnegative(schur, b[n_free:] - coupling.T @ b[:n_free])
     found = np.empty(b.size)
-    found[n] = _nonnegative(schur, right)
-    found[free] = _solved(factor, b[free]) - coupling @ found[n]
+    found[order[n_free:]] = bound
+    found[order[:n_free]] = _solved(factor, b[:n_free]) - coupling @ bound
     return found
 
 
@@ -154,14 +166,34 @@ def squares_left(products: FloatArray, c: FloatArray) -> FloatArray:
     return np.asarray((products @ weights) @ weights)
 
 
+def squares_of_each(products: FloatArray, C: FloatArray) -> FloatArray:
+    """Sums of squares that several fits leave of the same products, shape (n_fits, n_blocks).
+
+    The products are read once for all fits: of many blocks they are larger than a cache.
+
+    Parameters
+    ----------
+    products : ndarray, shape (n_blocks, 1 + n, 1 + n)
+        Products of the target and the columns of each block.
+    C : ndarray, shape (n_fits, n)
+        Coefficients of each fit.
+    """
+    weights = np.column_stack([np.ones(len(C)), -C])
+    rows = (products.reshape(-1, weights.shape[1]) @ weights.T).reshape(*products.shape[:2], -1)
+    return np.einsum("bif,fi->fb", rows, weights)
+
+
 def _factor(A: FloatArray) -> FloatArray:
     """Lower Cholesky factor; a rounding more on the diagonal where A is singular to rounding.
 
     LAPACK directly: a table is hundreds of small solves, of which checks take half of the time.
     """
+    factor, failed = dpotrf(A, lower=1)
+    if not failed:
+        return np.asarray(factor)
     rounding = _ROUNDING * float(np.diag(A).max())
-    for lift in (0.0, *(rounding * 100.0**k for k in range(7))):
-        factor, failed = dpotrf(A + lift * np.eye(len(A)) if lift else A, lower=1)
+    for lift in (rounding * 100.0**k for k in range(7)):
+        factor, failed = dpotrf(A + lift * np.eye(len(A)), lower=1)
         if not failed:
             return np.asarray(factor)
     raise ArithmeticError(f"the products of {len(A)} columns are not positive: table is corrupt")

@@ -12,12 +12,14 @@ from carrierflex.diagnosis.classes.fits import (
     class_model,
     coefficients,
     products_of,
-    squares_left,
+    squares_of_each,
 )
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
 Classes = tuple[str, ...]
+#: Products of some columns outside each fold; and of each fold its blocks with theirs.
+FoldProducts = tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class HeldOutSquares:
     ridges: tuple[float, ...]
     further: IntArray | None = None
 
-    @property
+    @cached_property
     def total(self) -> float:
         """Sum over the blocks."""
         return float(self.squares.sum())
@@ -58,14 +60,14 @@ class ClassScores:
     known : dict
         Results so far, by sorted class ids.
     chosen : dict
-        Products of the columns asked for last, outside each fold and of each block: the weights of
+        Products of the columns asked for last, outside each fold and of its blocks: the weights of
         a penalty are tried one after the other.
     """
 
     table: GramTable
     constants: ClassConstants
     known: dict[Classes, HeldOutSquares] = field(default_factory=dict)
-    chosen: dict[bytes, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+    chosen: dict[bytes, FoldProducts] = field(default_factory=dict)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:
         """Held-out squares of a set of classes; of the baseline for the empty set."""
@@ -112,7 +114,7 @@ class ClassScores:
                 jitter=self.constants.jitter,
                 further=columns,
             )
-            squares = self._held_out(model)
+            squares = self._held_out([model])[0]
             self.known[key] = HeldOutSquares(squares, beside.groups, beside.ridges, columns)
         return self.known[key]
 
@@ -176,25 +178,32 @@ class ClassScores:
         self, groups: tuple[str, ...], options: Sequence[tuple[float, ...]]
     ) -> HeldOutSquares:
         """Result of the ridges that leave least."""
-        results = []
-        for ridges in options:
-            model = class_model(self.table, groups, ridges, jitter=self.constants.jitter)
-            results.append(HeldOutSquares(self._held_out(model), groups, ridges))
+        jitter = self.constants.jitter
+        models = [class_model(self.table, groups, ridges, jitter=jitter) for ridges in options]
+        results = [
+            HeldOutSquares(squares, groups, ridges)
+            for squares, ridges in zip(self._held_out(models), options, strict=True)
+        ]
         return min(results, key=lambda result: result.total)
 
-    def _held_out(self, model: ClassModel) -> FloatArray:
-        training, by_block = self._products(model)
-        squares = np.empty(len(by_block))
-        for fold in self.table.fold_numbers:
-            held = self.table.folds == fold
-            squares[held] = squares_left(by_block[held], coefficients(training[fold], model))
+    def _held_out(self, models: Sequence[ClassModel]) -> FloatArray:
+        """Held-out squares of models whose penalties alone differ, shape (n_models, n_blocks)."""
+        training, held_out = self._products(models[0])
+        squares = np.empty((len(models), len(self.table.folds)))
+        for outside, (held, blocks) in zip(training, held_out, strict=True):
+            C = np.array([coefficients(outside, model) for model in models])
+            squares[:, held] = squares_of_each(blocks, C)
         return squares
 
-    def _products(self, model: ClassModel) -> tuple[FloatArray, FloatArray]:
+    def _products(self, model: ClassModel) -> FoldProducts:
         """Products of a model's columns outside each fold, and of each block."""
         key = model.columns.tobytes()
         if key not in self.chosen:
             self.chosen.clear()
             table = self.table
-            self.chosen[key] = (products_of(table.training, model), products_of(table.gram, model))
+            held_out = []
+            for fold in table.fold_numbers:
+                held = np.flatnonzero(table.folds == fold)
+                held_out.append((held, products_of(table.gram, model, held)))
+            self.chosen[key] = (products_of(table.training, model), held_out)
         return self.chosen[key]
