@@ -104,8 +104,8 @@ class Reads:
 
     @property
     def is_of_columns(self) -> bool:
-        """Bases and columns, or where memories start."""
-        return self.constant.module in (_SIGNALS, *_COLUMNS, _STARTS, _TIME, _TABLE)
+        """Bases and columns, or where memories start; of signals they read the filter alone."""
+        return self.constant.module in (*_COLUMNS, _STARTS, _TIME, _TABLE)
 
 
 def reads_of(constant: Constant) -> Reads:

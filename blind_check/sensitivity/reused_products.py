@@ -79,7 +79,7 @@ def table_beside(
     model: ElementModel,
     runs: ElementRuns,
     constants: ClassConstants,
-) -> ElementTable | None:
+) -> tuple[ElementTable, frozenset[str]] | None:
     """Table of the usual runs and filters with the columns as they are now.
 
     Parameters
@@ -97,21 +97,28 @@ def table_beside(
 
     Returns
     -------
-    ElementTable or None
-        The usual one where no column has changed; None where target or baseline have.
+    tuple of (ElementTable, frozenset of str) or None
+        The usual one where no column has changed, and the groups whose columns have not; None where
+        target or baseline have.
     """
     raw, layout = _raw_parts(model, runs)
     changed = [name for name in raw[0] if not is_same([p[name] for p in raw], _of(known.raw, name))]
     if "base" in changed or len(raw[0]) != len(known.raw[0]):
         return None
     if not changed:
-        return usual
+        return usual, frozenset(usual.table.groups)
     table = _with_changed(usual.table, known, (raw, layout), runs, changed)
     n_plain = yields(runs.size).size
     table = with_plain_stops(replace(table, laws=laws_by_class(layout, model)), n_plain)
     groups = tuple(group for group, _ in layout.groups)
     scores = ClassScores(table, constants)
-    return ElementTable(table, runs.bases, groups, runs.records, runs.weights, scores)
+    kept = frozenset(
+        group.id
+        for group in groups
+        if group.id not in changed and is_same(group.penalty, usual.table.groups[group.id].penalty)
+    )
+    made = ElementTable(table, runs.bases, groups, runs.records, runs.weights, scores)
+    return made, kept
 
 
 def _of(runs: Sequence[Parts], name: str) -> list[FloatArray]:
@@ -158,8 +165,8 @@ def _with_changed(
         scale[new] = usual.scale[old]
     products *= scale[others, None] * scale
     gram = np.empty((len(usual.gram), n, n))
-    for (new, old), (new_2, old_2) in product(_stretches(kept), repeat=2):
-        gram[:, new, new_2] = usual.gram[:, old, old_2]
+    for (rows, old_rows), (columns, old_columns) in product(_stretches(kept), repeat=2):
+        gram[:, rows, columns] = usual.gram[:, old_rows, old_columns]
     gram[:, others] = products
     gram[:, :, others] = products.transpose(0, 2, 1)
     return replace(usual, gram=gram, scale=scale, groups=layout.column_groups())

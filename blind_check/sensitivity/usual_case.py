@@ -6,6 +6,7 @@ the first of these are not made again; where a step that has read the constant g
 gives, bit for bit, neither are those behind it.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from carrierflex.blind_check.sensitivity.listed_constants import Constant
@@ -134,18 +135,23 @@ class UsualCase:
             and not reads.is_of_folds
             and (not reads.is_of_filter or has_same_filters(made.columns, weights))
         )
-        table = None
+        table, equal = None, None
         if same_filters and not reads.is_of_columns and is_same(counted.size, made.counted.size):
             table = made.table
         runs = None if table else runs_with_bases(counted, weights)
         if runs and same_filters:
-            table = table_beside(made.table, made.columns, problem.model, runs, limits)
+            beside = table_beside(made.table, made.columns, problem.model, runs, limits)
+            table, equal = beside or (None, None)
         if table is made.table and not reads.is_of_answer:
             return self._told(problem, table) if reads.is_of_floor else self.answer
         if table is None:
             assert runs is not None
             table = table_of(problem.model, runs, limits)
-        return self._told(problem, _scored(table, limits, _known_of(made.table, table)))
+            equal = equal_groups(made.table.table, table.table)
+        known = made.table.scores.known
+        if table is not made.table:
+            known = _known_of(known, equal)
+        return self._told(problem, _scored(table, limits, known))
 
     def _told(self, problem: ElementProblem, table: ElementTable) -> str:
         """Answer of a table, of another noise where no class learns what this one leaves."""
@@ -208,16 +214,18 @@ def _remade_answer(campaign: Campaign) -> str:
     return NO_ANSWER if table is None else _in_words(problem, table)
 
 
-def _known_of(usual: ElementTable, table: ElementTable) -> dict[tuple[str, ...], HeldOutSquares]:
-    """Held-out squares that hold for a table too: those of columns that are equal."""
-    if table is usual:
-        return usual.scores.known
-    equal = equal_groups(usual.table, table.table)
+def _known_of(
+    known: Mapping[tuple[str, ...], HeldOutSquares], equal: frozenset[str] | None
+) -> dict[tuple[str, ...], HeldOutSquares]:
+    """Held-out squares that hold for another table too: those of groups that are equal.
+
+    None where the baseline, its blocks or their folds are others.
+    """
     if equal is None:
         return {}
     return {
         key: held
-        for key, held in usual.scores.known.items()
+        for key, held in known.items()
         if held.further is None and equal.issuperset(held.groups)
     }
 

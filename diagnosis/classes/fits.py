@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise, product
+from types import EllipsisType
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
@@ -105,9 +107,20 @@ def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = N
         The target first, then the model's columns in their order.
     """
     places = np.concatenate([[0], model.columns])
-    if blocks is None:
-        return np.asarray(gram[..., places[:, None], places])
-    return np.asarray(gram[blocks[:, None, None], places[:, None], places])
+    n_blocks = gram.shape[:-2] if blocks is None else blocks.shape
+    chosen: tuple[IntArray, ...] | tuple[EllipsisType] = (...,) if blocks is None else (blocks,)
+    found = np.empty((*n_blocks, places.size, places.size))
+    # Groups stand together in a table: slices are copied several times as fast as single places.
+    for (rows, from_rows), (columns, from_columns) in product(_stretches(places), repeat=2):
+        found[..., rows, columns] = gram[(*chosen, from_rows, from_columns)]
+    return found
+
+
+def _stretches(places: IntArray) -> list[tuple[slice, slice]]:
+    """Places that follow each other as slices, of the list of places and of what they point to."""
+    cuts = np.flatnonzero(np.diff(places) != 1) + 1
+    ends = pairwise([0, *cuts.tolist(), places.size])
+    return [(slice(a, b), slice(int(places[a]), int(places[b - 1]) + 1)) for a, b in ends]
 
 
 def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
