@@ -235,4 +235,7 @@ def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[n
                 both = slopes[0, i] + 2.0 * slopes[1, i] + 2.0 * slopes[2, i] + slopes[3, i]
                 x[i] += h / 6.0 * both
         q[sample + 1] = x[:n]
+        if not np.isfinite(x).all():
+            # What is no number stays none.
+            break
     return q
