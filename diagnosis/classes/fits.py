@@ -68,14 +68,15 @@ def class_model(
     nonnegative = np.zeros(columns.size, dtype=bool)
     first = table.n_base + laws.size
     energy = table.total[columns, columns].max(initial=0.0)
-    penalty[range(table.n_base), range(table.n_base)] = _ROUNDING * energy
-    for place in range(table.n_base, first):
-        penalty[place, place] = jitter * energy
+    diagonal = np.full(columns.size, jitter)
+    diagonal[: table.n_base] = _ROUNDING * energy
+    diagonal[table.n_base : first] = jitter * energy
     for member, ridge in zip(members, ridges, strict=True):
-        own = np.arange(first, first + member.columns.size)
-        penalty[np.ix_(own, own)] = ridge * member.penalty + jitter * np.eye(own.size)
+        own = slice(first, first + member.columns.size)
+        penalty[own, own] = ridge * member.penalty
         nonnegative[own] = member.is_nonnegative
-        first += own.size
+        first = own.stop
+    penalty[np.diag_indices(columns.size)] += diagonal
     return ClassModel(columns, penalty, nonnegative)
 
 
@@ -124,15 +125,16 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
         return np.empty(0)
     A = products[1:, 1:] + model.penalty
     b = products[1:, 0]
-    n = model.is_nonnegative
-    if not n.any():
+    n, free = np.flatnonzero(model.is_nonnegative), np.flatnonzero(~model.is_nonnegative)
+    if not n.size:
         return _solved(_factor(A), b)
-    free = ~n
-    if not free.any():
+    if not free.size:
         return _nonnegative(A, b)
-    factor = _factor(A[free][:, free])
-    coupling = _solved(factor, A[free][:, n])
-    schur = A[n][:, n] - A[n][:, free] @ coupling
+    # One copy of each part: rows first and columns then would copy twice.
+    beside = A[free[:, None], n]
+    factor = _factor(A[free[:, None], free])
+    coupling = _solved(factor, beside)
+    schur = A[n[:, None], n] - beside.T @ coupling
     right = b[n] - coupling.T @ b[free]
     found = np.empty(b.size)
     found[n] = _nonnegative(schur, right)

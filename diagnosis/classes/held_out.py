@@ -58,14 +58,14 @@ class ClassScores:
     known : dict
         Results so far, by sorted class ids.
     chosen : dict
-        Products of the columns asked for last, outside each fold and of each block: the weights of
-        a penalty are tried one after the other.
+        Products of the columns asked for last, by fold: outside it and of each of its blocks. The
+        weights of a penalty are tried one after the other.
     """
 
     table: GramTable
     constants: ClassConstants
     known: dict[Classes, HeldOutSquares] = field(default_factory=dict)
-    chosen: dict[bytes, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+    chosen: dict[bytes, list[tuple[FloatArray, FloatArray]]] = field(default_factory=dict)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:
         """Held-out squares of a set of classes; of the baseline for the empty set."""
@@ -183,18 +183,24 @@ class ClassScores:
         return min(results, key=lambda result: result.total)
 
     def _held_out(self, model: ClassModel) -> FloatArray:
-        training, by_block = self._products(model)
-        squares = np.empty(len(by_block))
-        for fold in self.table.fold_numbers:
-            held = self.table.folds == fold
-            squares[held] = squares_left(by_block[held], coefficients(training[fold], model))
+        squares = np.empty(len(self.table.folds))
+        for blocks, (training, by_block) in zip(self._blocks, self._products(model), strict=True):
+            squares[blocks] = squares_left(by_block, coefficients(training, model))
         return squares
 
-    def _products(self, model: ClassModel) -> tuple[FloatArray, FloatArray]:
-        """Products of a model's columns outside each fold, and of each block."""
+    @cached_property
+    def _blocks(self) -> list[IntArray]:
+        """Places of the blocks of each fold."""
+        table = self.table
+        return [np.flatnonzero(table.folds == fold) for fold in table.fold_numbers]
+
+    def _products(self, model: ClassModel) -> list[tuple[FloatArray, FloatArray]]:
+        """Products of a model's columns by fold: outside it, and of each of its blocks."""
         key = model.columns.tobytes()
         if key not in self.chosen:
             self.chosen.clear()
-            table = self.table
-            self.chosen[key] = (products_of(table.training, model), products_of(table.gram, model))
+            training = products_of(self.table.training, model)
+            by_block = products_of(self.table.gram, model)
+            own = [by_block[blocks] for blocks in self._blocks]
+            self.chosen[key] = list(zip(training, own, strict=True))
         return self.chosen[key]
