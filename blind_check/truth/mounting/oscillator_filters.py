@@ -53,6 +53,7 @@ def oscillator_filters(
     zeros = np.linalg.eigvals(A - B @ output)
     found = []
     for i in range(n):
-        denominator = np.poly(poles[i])
-        found.append((np.poly(zeros[i]) + (through[i] - 1.0) * denominator, denominator))
+        denominator = np.asarray(np.poly(poles[i]), dtype=np.float64)
+        numerator = np.poly(zeros[i]) + (through[i] - 1.0) * denominator
+        found.append((np.asarray(numerator), denominator))
     return found
