@@ -235,7 +235,8 @@ def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[n
                 both = slopes[0, i] + 2.0 * slopes[1, i] + 2.0 * slopes[2, i] + slopes[3, i]
                 x[i] += h / 6.0 * both
         q[sample + 1] = x[:n]
-        if not np.isfinite(x).all():
-            # What is no number stays none.
+        if not np.isfinite(x[: 2 * n]).all():
+            # A place or speed that is no number leaves none to all places behind it.
+            q[sample + 2 :] = np.nan
             break
     return q
