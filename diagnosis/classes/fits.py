@@ -78,14 +78,15 @@ def class_model(
     nonnegative = np.zeros(columns.size, dtype=bool)
     first = table.n_base + laws.size
     energy = table.total[columns, columns].max(initial=0.0)
-    penalty[range(table.n_base), range(table.n_base)] = _ROUNDING * energy
-    for place in range(table.n_base, first):
-        penalty[place, place] = jitter * energy
+    diagonal = np.full(columns.size, jitter)
+    diagonal[: table.n_base] = _ROUNDING * energy
+    diagonal[table.n_base : first] = jitter * energy
     for member, ridge in zip(members, ridges, strict=True):
-        own = np.arange(first, first + member.columns.size)
-        penalty[np.ix_(own, own)] = ridge * member.penalty + jitter * np.eye(own.size)
+        own = slice(first, first + member.columns.size)
+        penalty[own, own] = ridge * member.penalty
         nonnegative[own] = member.is_nonnegative
-        first += own.size
+        first = own.stop
+    penalty[np.diag_indices(columns.size)] += diagonal
     return ClassModel(columns, penalty, nonnegative)
 
 

@@ -90,11 +90,16 @@ def form_force(
     w = np.hypot(v[0], v[1])
     rate[:] = 0.0
     if form == TWO_STOPS:
+        first = max(r - p[FIRST] * size, 0.0)
         second = max(r - _SECOND_STOP * size, 0.0)
-        f = amount * (max(r - p[FIRST] * size, 0.0) + p[SECOND] * second) * _factor(p, r / size)
-        return (f * u[0] / r, f * u[1] / r) if r > 0.0 else (0.0, 0.0)
+        if first == 0.0 and second == 0.0:
+            return 0.0, 0.0
+        f = amount * (first + p[SECOND] * second) * _factor(p, r / size)
+        return f * u[0] / r, f * u[1] / r
     if form == ONE_SIDED:
         beyond = max(u[1] - p[FIRST] * size, 0.0)
+        if beyond == 0.0:
+            return 0.0, 0.0
         return 0.0, amount * beyond * _factor(p, u[1] / size)
     if form == SOFTENING:
         s = (r / size) ** 2

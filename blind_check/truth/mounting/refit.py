@@ -8,12 +8,14 @@ yaw with the axial springs. Each answers as a linear filter whose input is strai
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.signal import cont2discrete, lfilter
+from scipy.signal import lfilter
 
+from carrierflex.blind_check.truth.mounting.oscillator_filters import oscillator_filters
 from carrierflex.blind_check.truth.mounting.rig import RIG, Bodies
 
 FloatArray = NDArray[np.float64]
@@ -93,19 +95,19 @@ class MountingRefit:
             + RIG["bushing_axial_stiffness"] * axial
         )
         C = theta[1] * RIG["bushing_radial_damping"] * radial + RIG["bushing_axial_damping"] * axial
-        found = []
-        for i in range(3):
-            system = ([1.0], [self.bodies.M[i, i], C[i], K[i]])
-            numerator, denominator, _ = cont2discrete(system, self.step, method="foh")
-            found.append((numerator.reshape(-1), denominator))
-        return found
+        return oscillator_filters(np.diag(self.bodies.M)[:3], C, K, self.step)
+
+    @cached_property
+    def _forces(self) -> list[FloatArray]:
+        """Generalised forces of every run, each shape (n, 3)."""
+        return [loads @ self.bodies.loads[:3].T for loads in self.loads]
 
     def _predicted(self, runs: Sequence[int], theta: FloatArray) -> list[FloatArray]:
         """Zeroed signals of the baseline in some runs."""
         filters = self._filters(theta)
         found = []
         for run in runs:
-            forces = self.loads[run] @ self.bodies.loads[:3].T
+            forces = self._forces[run]
             q = np.empty_like(forces)
             for i, (numerator, denominator) in enumerate(filters):
                 q[:, i] = lfilter(numerator, denominator, forces[:, i])

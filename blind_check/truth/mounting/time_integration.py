@@ -32,6 +32,8 @@ FINE, COARSE = 20, 8
 #: Largest step of a bearing that gives way, times its circular frequency (Runge-Kutta: below 2.8).
 _BEARING_STEP = 2.0
 _BEARING_DAMPING = 0.03
+#: Part of a step at which each slope of the Runge-Kutta rule is taken.
+_PARTS = (0.0, 0.5, 0.5, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,13 +141,12 @@ def _along(row, q):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _acceleration(system, force, x, t, names, p, size, forms, rate):  # type: ignore[no-untyped-def]
-    """Rates of the state ``q, q', memories``; `rate` is filled."""
+def _acceleration(system, force, x, t, names, p, size, forms, total, rate):  # type: ignore[no-untyped-def]
+    """Rates of the state ``q, q', memories``; `rate` is filled, `total` is room for the forces."""
     inverse, K, C, rows, weights = system
     n = K.shape[0]
     q, v = x[:n], x[n : 2 * n]
     # Written out: a call of BLAS for so small a matrix costs ten times the sums.
-    total = np.empty(n)
     for i in range(n):
         total[i] = force[i]
         for j in range(n):
@@ -185,6 +186,16 @@ def _acceleration(system, force, x, t, names, p, size, forms, rate):  # type: ig
 
 
 @njit(cache=True)
+def _last_at_rest(forces):  # type: ignore[no-untyped-def]
+    """Sample before the first force: nothing moves until then."""
+    for sample in range(forces.shape[0]):
+        for i in range(forces.shape[1]):
+            if forces[sample, i] != 0.0:
+                return max(sample - 1, 0)
+    return forces.shape[0] - 1
+
+
+@njit(cache=True)
 def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[no-untyped-def]
     """Classical Runge-Kutta rule of fourth order, `fine` steps in a sample.
 
@@ -193,41 +204,39 @@ def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[n
     n_samples, n = forces.shape
     states = 2 * names.size * system[3].shape[0] + 2 * N_STATES * forms.shape[0]
     x = np.zeros(2 * n + states)
-    slopes = np.zeros((4, x.size))
+    stage, slopes = np.zeros(x.size), np.zeros((4, x.size))
+    # Every array is made once: an array made in a step costs as much as the sums on it.
+    rise, force, total = np.empty(n), np.empty(n), np.empty(n)
     q, h = np.zeros((n_samples, n)), step / fine
-    for k in range((n_samples - 1) * fine):
-        sample = k // fine
-        within = k % fine
-        t = k * h
-        rise = (forces[sample + 1] - forces[sample]) / fine
-        start = forces[sample] + within * rise
-        _acceleration(system, start, x, t, names, p, size, forms, slopes[0])
-        _acceleration(
-            system,
-            start + 0.5 * rise,
-            x + 0.5 * h * slopes[0],
-            t + 0.5 * h,
-            names,
-            p,
-            size,
-            forms,
-            slopes[1],
-        )
-        _acceleration(
-            system,
-            start + 0.5 * rise,
-            x + 0.5 * h * slopes[1],
-            t + 0.5 * h,
-            names,
-            p,
-            size,
-            forms,
-            slopes[2],
-        )
-        _acceleration(
-            system, start + rise, x + h * slopes[2], t + h, names, p, size, forms, slopes[3]
-        )
-        x += h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
-        if within == fine - 1:
-            q[sample + 1] = x[:n]
+    for sample in range(_last_at_rest(forces), n_samples - 1):
+        for i in range(n):
+            rise[i] = (forces[sample + 1, i] - forces[sample, i]) / fine
+        for within in range(fine):
+            t = (sample * fine + within) * h
+            for number in range(4):
+                part = _PARTS[number]
+                for i in range(n):
+                    force[i] = forces[sample, i] + within * rise[i] + part * rise[i]
+                for i in range(x.size):
+                    stage[i] = x[i] + part * h * slopes[number - 1, i] if number else x[i]
+                _acceleration(
+                    system,
+                    force,
+                    stage,
+                    t + part * h,
+                    names,
+                    p,
+                    size,
+                    forms,
+                    total,
+                    slopes[number],
+                )
+            for i in range(x.size):
+                both = slopes[0, i] + 2.0 * slopes[1, i] + 2.0 * slopes[2, i] + slopes[3, i]
+                x[i] += h / 6.0 * both
+        q[sample + 1] = x[:n]
+        if not np.isfinite(x[: 2 * n]).all():
+            # A place or speed that is no number leaves none to all places behind it.
+            q[sample + 2 :] = np.nan
+            break
     return q

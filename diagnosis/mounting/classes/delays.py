@@ -11,7 +11,7 @@ from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import DELAY_WAYS, FORCE_GROUPS
 from carrierflex.diagnosis.mounting.classes.forces import ForceGroup
-from carrierflex.diagnosis.mounting.classes.maps import DELAYS, delay_column, signals_of
+from carrierflex.diagnosis.mounting.classes.maps import DELAYS, delay_columns, signals_of
 from carrierflex.diagnosis.mounting.classes.motion import BushingMotion
 from carrierflex.diagnosis.mounting.classes.rigid_body import RigidBody
 
@@ -89,14 +89,15 @@ def _rows(
     forces |= {group.id: group.columns(own) for group in groups}
     rows = {name: signals_of(body, own, body.on_coordinates(u)) for name, u in forces.items()}
     for way in DELAY_WAYS:
-        rows[way] = np.concatenate([delay_column(body, own, way, tau) for tau in _CANDIDATES])
+        rows[way] = delay_columns(body, own, way, _CANDIDATES)
     first = 1
     places = {}
     for name, values in rows.items():
         places[name] = np.arange(first, first + len(values))
         first += len(values)
-    signals = np.concatenate([np.nan_to_num(own.gap)[None], *rows.values()])
-    return (channels @ signals).reshape(len(signals), -1), places
+    signals = [np.nan_to_num(own.gap)[None], *rows.values()]
+    weighted = np.concatenate([channels @ values for values in signals])
+    return weighted.reshape(len(weighted), -1), places
 
 
 def _left(gram: FloatArray, beside: IntArray, delays: IntArray) -> FloatArray:

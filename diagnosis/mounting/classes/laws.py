@@ -10,7 +10,7 @@ from carrierflex.diagnosis.mounting.classes.maps import (
     DELAYS,
     axial_column,
     bearing_column,
-    delay_column,
+    delay_columns,
     gain_column,
     load_columns,
     signals_of,
@@ -56,7 +56,7 @@ def law_signals(
         return np.array([zero_column(own, k) for k in channels])
     if law == "sensor_delay":
         delays = np.concatenate([DELAYS, -DELAYS])
-        return np.array([delay_column(body, own, "all", float(tau)) for tau in delays])
+        return delay_columns(body, own, "all", delays)[:, None]
     if law == "parasitic_torque":
         return load_columns(body, own, "torque_from_load")[None, 1:]
     if law == "ntl_direction":

@@ -166,16 +166,20 @@ def tells_load_gain(body: RigidBody, motions: Sequence[BushingMotion]) -> bool:
     return bool(parts.min() >= _LEAST_PART**2 * parts.sum())
 
 
-def delay_column(body: RigidBody, own: BushingMotion, way: str, delay: float) -> FloatArray:
-    """Loads that act later by a delay, less those that act at once, shape (1, n_channels, n).
+def delay_columns(
+    body: RigidBody, own: BushingMotion, way: str, delays: Sequence[float] | FloatArray
+) -> FloatArray:
+    """Loads that act later by each delay, less those that act at once.
 
-    Signals that come later are the same: the motion does not know the time.
+    Shape (n_delays, n_channels, n). Signals that come later are the same: the motion does not know
+    the time.
     """
-    late = own.loads.copy()
-    for k in _LOADS[way]:
-        late[:, k] = np.interp(own.time - delay, own.time, own.loads[:, k])
-    p = body.G[:N_FREE] @ (late - own.loads).T
-    return signals_of(body, own, p[None])
+    added = np.zeros((len(delays), *own.loads.shape))
+    for late, delay in zip(added, delays, strict=True):
+        for k in _LOADS[way]:
+            moved = np.interp(own.time - delay, own.time, own.loads[:, k])
+            late[:, k] = moved - own.loads[:, k]
+    return signals_of(body, own, body.G[:N_FREE] @ added.transpose(0, 2, 1))
 
 
 def gain_column(own: BushingMotion, channel: int) -> FloatArray:

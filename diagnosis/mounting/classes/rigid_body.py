@@ -85,6 +85,18 @@ class RigidBody:
         rows = self.rows[:, :, :N_FREE].reshape(4, N_FREE)
         return np.asarray(-rows.T @ forces.reshape(len(forces), 4, -1))
 
+    def of_side(self, forces: FloatArray, side: int) -> FloatArray:
+        """Generalised forces on the free coordinates of forces in one bushing, shape (m, 3, n).
+
+        Parameters
+        ----------
+        forces : ndarray, shape (m, 2, n)
+            Internal forces in y and in z.
+        side : int
+            0 starboard, 1 port.
+        """
+        return np.asarray(-self.rows[side, :, :N_FREE].T @ forces)
+
     def response(self, p: FloatArray, step: float) -> FloatArray:
         """Free coordinates that generalised forces make, from rest under their first values.
 

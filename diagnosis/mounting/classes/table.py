@@ -38,7 +38,7 @@ from carrierflex.diagnosis.mounting.classes.laws import law_signals
 from carrierflex.diagnosis.mounting.classes.maps import (
     axial_column,
     bearing_column,
-    delay_column,
+    delay_columns,
     full_stiffness,
     gain_channels,
     gain_column,
@@ -201,8 +201,7 @@ def mounting_table(
     folds = []
     layout = Layout({}, {})
     for number, own in enumerate(motions):
-        rows, layout = _rows(columns, own)
-        weighted = (turn * weights) @ rows
+        rows, layout = _rows(columns, own, turn * weights)
         counts = _counting(own, limit)
         block = _block_of_grid(own)
         noise = float(np.sum((own.record.noise + own.record.zero_noise) * weights**2))
@@ -210,7 +209,7 @@ def mounting_table(
             chosen = counts & (block == b)
             if not chosen.any():
                 continue
-            grams.append(_products(weighted[:, :, chosen]))
+            grams.append(_products(rows, _places(chosen)))
             floors.append(noise * int(chosen.sum()))
             folds.append((b + number) % constants.n_folds)
     if len(grams) < constants.fewest_blocks:
@@ -223,6 +222,13 @@ def mounting_table(
 def _counting(own: BushingMotion, reach: float) -> BoolArray:
     """Samples that count: all channels measured, no bushing farther than two folds visit."""
     return np.asarray(np.isfinite(own.gap).all(axis=0) & (np.abs(own.u).max(axis=(0, 1)) <= reach))
+
+
+def _places(chosen: BoolArray) -> slice | IntArray:
+    """Samples that are chosen; as a slice where they follow one another, which copies nothing."""
+    places = np.flatnonzero(chosen)
+    first, last = int(places[0]), int(places[-1])
+    return slice(first, last + 1) if places.size == last + 1 - first else places
 
 
 def _block_of_grid(own: BushingMotion) -> IntArray:
@@ -249,14 +255,18 @@ def _channel_space(
     return turn.T, weights
 
 
-def _products(rows: FloatArray) -> FloatArray:
-    """Products of rows of rotated channels, shape (n_rows, n_rows).
+def _products(rows: Sequence[FloatArray], places: slice | IntArray) -> FloatArray:
+    """Products of rows of rotated channels over some samples, shape (n_rows, n_rows).
 
     Forces on the housing show in the first channels alone.
     """
-    free = rows[:, :N_FREE].reshape(len(rows), -1)
+    free, held = (
+        np.concatenate([own[:, channels, places] for own in rows])
+        for channels in (slice(N_FREE), slice(N_FREE, None))
+    )
+    free = free.reshape(len(free), -1)
     gram = free @ free.T
-    held = rows[:, N_FREE:].reshape(len(rows), -1)
+    held = held.reshape(len(held), -1)
     is_wide = np.square(held).sum(axis=1) > _ROUNDING * np.diag(gram)
     wide = np.flatnonzero(is_wide)
     gram[np.ix_(wide, wide)] += held[wide] @ held[wide].T
@@ -279,17 +289,22 @@ def _base_rows(body: RigidBody, own: BushingMotion) -> FloatArray:
     return signals_of(body, own, body.on_coordinates(np.array([own.u, own.v])))
 
 
-def _rows(columns: _Columns, own: BushingMotion) -> tuple[FloatArray, Layout]:
-    """Target, baseline, groups and laws along a run, shape (n_rows, n_channels, n)."""
+def _rows(
+    columns: _Columns, own: BushingMotion, rotation: FloatArray
+) -> tuple[list[FloatArray], Layout]:
+    """Target, baseline, groups and laws along a run in rotated channels.
+
+    Each shape (n_rows, n_channels, n): together they would be the largest array of a diagnosis.
+    """
     model, body = columns.model, columns.body
     n_base = 0 if model.held else 2
-    rows = [np.nan_to_num(own.gap)[None], _base_rows(body, own)[:n_base]]
+    rows = [rotation @ np.nan_to_num(own.gap)[None], rotation @ _base_rows(body, own)[:n_base]]
     first = 1 + n_base
     layout = Layout({}, {})
 
     def put(name: str, values: FloatArray, penalty: FloatArray, *, positive: bool) -> None:
         nonlocal first
-        rows.append(values)
+        rows.append(rotation @ values)
         layout.groups[name] = (slice(first, first + len(values)), penalty, positive)
         first += len(values)
 
@@ -304,20 +319,18 @@ def _rows(columns: _Columns, own: BushingMotion) -> tuple[FloatArray, Layout]:
     for law in columns.laws:
         values = law_signals(body, model, columns.size, own, law)
         n_shapes, n_columns = values.shape[:2]
-        rows.append(values.reshape(-1, *values.shape[2:]))
+        rows.append(rotation @ values.reshape(-1, *values.shape[2:]))
         places = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
         layout.laws[law] = tuple(places)
         first += n_shapes * n_columns
-    return np.concatenate(rows), layout
+    return rows, layout
 
 
 def _of_sides(body: RigidBody, own: BushingMotion, forces: FloatArray) -> list[FloatArray]:
     """Signals of the forces of the starboard and of the port bushing."""
     found = []
     for side in range(2):
-        alone = np.zeros_like(forces)
-        alone[:, side] = forces[:, side]
-        found.append(signals_of(body, own, body.on_coordinates(alone)))
+        found.append(signals_of(body, own, body.of_side(forces[:, side], side)))
     return found
 
 
@@ -333,7 +346,7 @@ def _map_columns(columns: _Columns, own: BushingMotion) -> dict[str, FloatArray]
     for way in columns.load_ways:
         found[f"{LOADS}:{way}"] = load_columns(body, own, way)
     for way, delay in columns.delays.items():
-        found[f"{DELAY}:{way}"] = delay_column(body, own, way, delay)
+        found[f"{DELAY}:{way}"] = delay_columns(body, own, way, [delay])
     for k, channel in enumerate(columns.model.channels):
         if k in columns.with_gain:
             found[f"{GAIN}:{channel}"] = gain_column(own, k)
