@@ -129,3 +129,22 @@ def test_a_baseline_damped_far_beyond_critical_is_found():
     assert mean_square_left(problem, fit) < 1.1 * (2e-6) ** 2
     found = dict(zip([parameter.name for parameter in fit.parameters], fit.theta, strict=True))
     assert_allclose([found["K1"], found["C1"]], [K1, C1], rtol=0.01)
+
+
+@pytest.mark.parametrize("damping_ratio", [0.01, 1.0, 8.0])
+def test_the_response_is_exact_for_straight_lines_between_samples(damping_ratio: float):
+    """A ramp's closed form: ``q = r/K1 (t - C1/K1 + decaying)``, from rest."""
+    m, K1, step = 8.0, 2e3, 0.05
+    C1 = 2.0 * damping_ratio * np.sqrt(K1 * m)
+    numerator, denominator = linear._difference_equation(m, K1, C1, step)
+    t = step * np.arange(400)
+    ramp = lfilter(numerator, denominator, t)
+    poles = np.roots([m, C1, K1]).astype(complex)
+    if damping_ratio == 1.0:
+        w = np.sqrt(K1 / m)
+        decaying = np.exp(-w * t) * (t + 2.0 / w)
+    else:
+        # Two exponentials that cancel value and slope of the straight line at the start.
+        start = np.linalg.solve([[1.0, 1.0], poles], [C1 / K1, -1.0])
+        decaying = (start[:, None] * np.exp(np.outer(poles, t))).sum(axis=0).real
+    assert_allclose(ramp, (t - C1 / K1 + decaying) / K1, rtol=1e-9, atol=1e-12 / K1)
