@@ -128,11 +128,11 @@ def campaign_plan(
 
 
 def _order(ranked: RankedAddition) -> tuple[float, ...]:
-    """Sufficient ones by cost, then by what they part for it."""
-    # Of like information the first in the order of the additions, not the larger by a hair.
-    information = -float(f"{ranked.information:.3g}")
+    """Sufficient ones by cost, then by what all pairs leave for it."""
+    # Of like ones the first in the order of the additions, not the larger by a hair.
+    mean_left = -float(f"{ranked.mean_left:.3g}")
     parted = 0.0 if ranked.is_sufficient else -float(len(ranked.parted))
-    return (float(not ranked.is_sufficient), parted, ranked.addition.cost, information)
+    return (float(not ranked.is_sufficient), parted, ranked.addition.cost, mean_left)
 
 
 def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> VisibleSize:
@@ -296,9 +296,12 @@ def _ranked(
     left = {pair: float(np.sqrt(own / enlarged.n_samples)) for pair, own in energies.items()}
     parted = tuple(pair for pair, own in left.items() if own >= wanted)
     energy = min(energies.values())
+    tiny = np.finfo(float).tiny
+    mean_left = float(np.exp(np.mean(np.log(np.maximum(list(left.values()), tiny)))))
     return RankedAddition(
         addition,
         min(left.values()),
+        mean_left,
         float(np.sqrt(energy)),
         0.5 * energy,
         0.5 * energy / addition.cost,

@@ -134,6 +134,9 @@ class RankedAddition:
     least_left : float
         RMS that a rival leaves at least, over the pairs that are alike as planned, in floors of the
         noise.
+    mean_left : float
+        Geometric mean of the same over these pairs: of additions that cost as much the largest one
+        comes first, whose weight does not hang on the one pair that is parted least.
     distance : float
         Mahalanobis distance of the least parted pair.
     information : float
@@ -148,6 +151,7 @@ class RankedAddition:
 
     addition: Addition
     least_left: float
+    mean_left: float
     distance: float
     information: float
     per_cost: float

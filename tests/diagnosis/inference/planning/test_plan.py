@@ -21,18 +21,18 @@ N_SAMPLES = 400.0
 SCALES = {"offset": 2e-5, "tilt": 1e-4}
 
 
-def table_of(columns, *, runs, channels, n_base=0):
+def table_of(columns, *, runs, channels, n_base=0, scales=SCALES):
     """Table of constant columns: one row a part, the target zero, noise of one."""
     columns = np.asarray(columns, dtype=np.float64)
     rows = np.concatenate([np.zeros((len(columns), 1)), columns], axis=1)
     grams = N_SAMPLES * rows[:, :, None] * rows[:, None, :]
-    names = tuple(SCALES)
+    names = tuple(scales)
     return PlannedTable(
         gram=grams,
         n_base=n_base,
         known=np.zeros(n_base),
         signatures=tuple(Signature(name, (), (1 + n_base + k,)) for k, name in enumerate(names)),
-        parameters={name: ScaledParameter("a", "m", scale) for name, scale in SCALES.items()},
+        parameters={name: ScaledParameter("a", "m", scale) for name, scale in scales.items()},
         runs=np.array([own[0] for own in runs]),
         channels=np.array([own[1] for own in runs]),
         n_samples=np.full(len(runs), N_SAMPLES),
@@ -150,6 +150,24 @@ def test_the_cheapest_of_sufficient_additions_is_proposed():
     assert [own.addition.cost for own in plan.additions] == [100.0, 240.0]
     assert all(own.is_sufficient for own in plan.additions)
     assert plan.additions[0].information < plan.additions[1].information
+
+
+def test_of_additions_that_cost_as_much_the_one_comes_first_that_parts_all_pairs_further():
+    """One pair it parts a little less: by that pair alone the other addition would come first."""
+    # Sizes of three causes as planned, under one further load and under another.
+    columns = [[1.0, 1.0, 1.0], [0.0, 1.0, -4.0], [0.0, 1.1, -1.2]]
+    scales = {**SCALES, "saddle": 1e-5}
+    runs = [(0, 0), (1, 0), (2, 0)]
+    table = table_of(columns, runs=runs, channels=("s",), scales=scales)
+    planned = addition(MINUTES, {"run0": 1.0}, ("s",), 0.0)
+    further, other = (addition(LOADS, {"run0": 1.0, own: 1.0}, ("s",)) for own in ("run1", "run2"))
+    plan = plan_of_table(table, [other, further], planned)
+    first, second = plan.additions
+    assert first.addition is further
+    assert first.is_sufficient
+    assert second.is_sufficient
+    assert first.least_left < second.least_left
+    assert first.mean_left > 1.2 * second.mean_left
 
 
 def test_a_pair_is_parted_from_the_gap_at_which_the_rival_leaves_two_floors():
