@@ -13,6 +13,7 @@ from carrierflex.diagnosis.carrier.classes.dependence import (
     load_functions,
     load_weights,
 )
+from carrierflex.diagnosis.carrier.classes.pin_weights import pin_weights
 from carrierflex.diagnosis.carrier.records.columns import (
     CONSTANT,
     N_TIME_COLUMNS,
@@ -21,6 +22,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns, PatternColumn
+from carrierflex.simulation.carrier.rim import CarrierRig
 
 #: Number of a wave times a load among the columns of the flexible model.
 Numbers = Mapping[tuple[int, bool, str], int]
@@ -58,12 +60,16 @@ class RowGroup:
     loads : sequence of LoadWeights
         Functions of the loads.
     penalty : ndarray, shape (n, n)
-        Penalty of the amplitudes, the columns of a function together.
+        Penalty of the amplitudes, those of a function together.
+    weights : ndarray, shape (n_patterns, n_columns), optional
+        What the columns are summed with, where they have a size each in proportion only; an
+        amplitude is of a column by itself without.
     """
 
     columns: Sequence[SensorColumn]
     loads: Sequence[LoadWeights]
     penalty: FloatArray
+    weights: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,16 +120,15 @@ class ClassRows:
 
         The last row is the offset of the run.
         """
-        rows = [
-            _row(column, loads, run, self.numbers)
-            for group in self.groups.values()
-            for loads in group.loads
-            for column in group.columns
-        ]
+        rows = []
+        for group in self.groups.values():
+            for loads in group.loads:
+                own = np.array([_row(column, loads, run, self.numbers) for column in group.columns])
+                rows.append(own if group.weights is None else np.tensordot(group.weights, own, 1))
         warming = np.zeros((N_TIME_COLUMNS, self.n_channels, self.n_features))
         for k in range(N_TIME_COLUMNS):
             warming[k, :, k] = 1.0
-        return np.concatenate([np.array(rows), warming, self._offset_row])
+        return np.concatenate([*rows, warming, self._offset_row])
 
     @property
     def _offset_row(self) -> FloatArray:
@@ -134,7 +139,7 @@ class ClassRows:
 
 
 def class_rows(
-    channels: Sequence[Channel], n_planets: int, means: FloatArray, n_torques: int
+    channels: Sequence[Channel], rig: CarrierRig, means: FloatArray, n_torques: int
 ) -> ClassRows:
     """Rows of every shape.
 
@@ -142,8 +147,8 @@ def class_rows(
     ----------
     channels : sequence of Channel
         Sensors.
-    n_planets : int
-        Planets.
+    rig : CarrierRig
+        Planets, and the curve of one pin where it is known.
     means : ndarray, shape (n_runs, 3)
         Mean torque and radial load of each run, over nominal and over the largest.
     n_torques : int
@@ -155,22 +160,24 @@ def class_rows(
     for shape in shapes():
         for dependence in shape.columns:
             loads = functions[dependence]
-            columns = shape.columns[dependence](quantities, n_planets)
+            columns = shape.columns[dependence](quantities, rig.n_planets)
+            weights = pin_weights(shape.id, columns, rig)
             groups[f"{shape.id}:{dependence}"] = RowGroup(
                 [_at_sensors(column, channels) for column in columns],
                 [load_weights(load, means) for load in loads.functions],
-                _penalty(loads, columns),
+                _penalty(loads, columns, weights),
+                weights,
             )
     is_axial = [float(channel.quantity == "axial_displacement") for channel in channels]
     numbers = {
         (term.order, term.is_sine, term.load): N_TIME_COLUMNS + k
-        for k, term in enumerate(flexible_terms(n_planets))
+        for k, term in enumerate(flexible_terms(rig.n_planets))
     }
     return ClassRows(groups, len(channels), np.array(is_axial), numbers)
 
 
-def _penalty(loads: LoadFunctions, columns: Columns) -> FloatArray:
-    """Penalty of the amplitudes of every function with every column.
+def _penalty(loads: LoadFunctions, columns: Columns, weights: FloatArray | None) -> FloatArray:
+    """Penalty of the amplitudes of every function with every column, or sum of columns.
 
     A pattern that turns with the radial load as a whole is the simplest that follows it: the
     housing is then alike in all directions. How far the amplitudes along y and z are from that is
@@ -179,16 +186,21 @@ def _penalty(loads: LoadFunctions, columns: Columns) -> FloatArray:
     d)`` where ``h - k`` is one or minus one.
     """
     n = len(columns)
-    penalty = np.kron(np.diag(loads.penalty), np.eye(n))
+    size = len(loads.penalty) * n
+    turning = np.zeros((size, size))
     for vector, c in product(range(loads.n_vectors), _turning_pairs(columns)):
         wave = columns[c].waves[0]
         turns = float(wave.lobes - columns[c].order)
         y, z = 2 * vector * n, (2 * vector + 1) * n
         for along_z, along_y, sign in ((z + c, y + c + 1, turns), (z + c + 1, y + c, -turns)):
-            difference = np.zeros(len(penalty))
+            difference = np.zeros(size)
             difference[[along_z, along_y]] = 1.0, sign
-            penalty += _LESS_SIMPLE * np.outer(difference, difference)
-    return np.asarray(penalty, dtype=np.float64)
+            turning += _LESS_SIMPLE * np.outer(difference, difference)
+    if weights is not None:
+        of_columns = np.kron(np.eye(len(loads.penalty)), weights)
+        turning = of_columns @ turning @ of_columns.T
+    n_patterns = n if weights is None else len(weights)
+    return np.asarray(np.kron(np.diag(loads.penalty), np.eye(n_patterns)) + turning)
 
 
 def _turning_pairs(columns: Columns) -> list[int]:

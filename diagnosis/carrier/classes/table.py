@@ -121,7 +121,7 @@ def carrier_table(
     means = _mean_loads(model, records) / scale
     n_torques = torque_levels(means[:, 0])
     of_effects = effect_rows(model, candidates, base)
-    of_classes = class_rows(campaign.channels, model.source.rig.n_planets, means, n_torques)
+    of_classes = class_rows(campaign.channels, model.source.rig, means, n_torques)
     places = _places(model, of_effects, of_classes)
     block_of_segment = block_of_each_segment(records, places.own.start)
     gram = _products(model, campaign, records, of_effects, of_classes, places, block_of_segment)
@@ -142,6 +142,7 @@ def carrier_table(
         tuple(dict.fromkeys(channel.quantity for channel in campaign.channels)),
         model.source.rig.n_planets,
         float(campaign.rig["sensor_radius"]),
+        {name: own.weights for name, own in of_classes.groups.items() if own.weights is not None},
     )
     return _assembled(gram, places.n_base, groups, options, laws, floor, folds, visited)
 

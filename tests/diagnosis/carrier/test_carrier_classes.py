@@ -17,7 +17,14 @@ from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.report.words import verdict_heading
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import BY_BOTH, BY_RADIAL_LOAD
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import MODULATED, TILT
-from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, LOADS, twin_campaign
+from tests.diagnosis.carrier.carrier_twin import (
+    CARRIER_RIG,
+    CHANNELS,
+    CURVES,
+    KNOWN,
+    LOADS,
+    twin_campaign,
+)
 
 AXIAL = CHANNELS[:4]
 SIZE = 4e-5
@@ -193,18 +200,21 @@ def test_a_tilt_that_begins_late_is_no_sharing_that_follows_torque_and_load():
 
 @pytest.mark.parametrize(("pattern", "dependence"), [(TILT, BY_RADIAL_LOAD), (MODULATED, BY_BOTH)])
 @pytest.mark.parametrize("n_planets", [3, 4])
+@pytest.mark.parametrize("curves", [CURVES, {}], ids=["curve of a pin", "no curve"])
 def test_a_pattern_that_turns_with_the_radial_load_costs_no_more_than_its_bends(
-    pattern, dependence, n_planets
+    pattern, dependence, n_planets, curves
 ):
     """Turning housing angle, carrier and load by one angle changes nothing of what costs least."""
     quantities = ("axial_displacement", "radial_displacement")
     shape = next(own for own in shapes() if own.id == pattern)
     columns = shape.columns[dependence](quantities, n_planets)
     loads = load_functions(4)[dependence]
-    rows = class_rows(CHANNELS, n_planets, np.zeros((1, 3)), 4)
-    _, penalty = rows.places[f"{pattern}:{dependence}"]
-    n = 2 * loads.n_vectors * len(columns)
-    beside_bends = (penalty - np.kron(np.diag(loads.penalty), np.eye(len(columns))))[:n, :n]
+    rig = replace(CARRIER_RIG, n_planets=n_planets, curves=curves)
+    group = class_rows(CHANNELS, rig, np.zeros((1, 3)), 4).groups[f"{pattern}:{dependence}"]
+    sums = np.eye(len(columns)) if group.weights is None else group.weights
+    n = 2 * loads.n_vectors * len(sums)
+    bends = np.kron(np.diag(loads.penalty), np.eye(len(sums)))
+    beside_bends = (group.penalty - bends)[:n, :n]
     values, vectors = np.linalg.eigh(beside_bends)
     is_free = values < 1e-9 * values[-1]
     assert is_free.sum() == n // 2
@@ -218,7 +228,7 @@ def test_a_pattern_that_turns_with_the_radial_load_costs_no_more_than_its_bends(
             cosine, sine = column.over(np.array([v]))
             phase = column.order * theta
             waves.append(float(cosine[0] * np.cos(phase) + sine[0] * np.sin(phase)))
-        return c @ np.outer(functions[: 2 * loads.n_vectors], waves).ravel()
+        return c @ np.outer(functions[: 2 * loads.n_vectors], sums @ waves).ravel()
 
     rng = np.random.default_rng(n_planets)
     for weights, turns in ((is_free, True), (~is_free, False)):

@@ -250,21 +250,24 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
     rng = np.random.default_rng(n_planets)
     scale = np.array([360e3, 2e5, 2e5])
     loads = np.array([[9e4, 0.0, 0.0], [3.6e5, 1.2e5, -1.6e5], [2.25e5, -3e4, 4e4]])
-    rows = class_rows(CHANNELS, n_planets, loads / scale, 4)
+    rig = replace(CARRIER_RIG, n_planets=n_planets)
+    rows = class_rows(CHANNELS, rig, loads / scale, 4)
     quantities = ("axial_displacement", "radial_displacement")
     visited = VisitedLoads(loads, scale, 4, quantities, n_planets, 0.412)
-    rig = replace(CARRIER_RIG, n_planets=n_planets)
     source = ColumnSource(rig, {}, 2.0, 2e5)
     time = np.linspace(0.0, 5.0, 30)
     one = np.ones_like(time)
     functions = load_functions(4)
     for shape in shapes():
         for dependence, columns_of in shape.columns.items():
-            place, _ = rows.places[f"{shape.id}:{dependence}"]
+            group = f"{shape.id}:{dependence}"
+            place, _ = rows.places[group]
             columns = columns_of(quantities, n_planets)
             own = functions[dependence].functions
-            c = rng.uniform(-1.0, 1.0, (len(own), len(columns)))
-            parts = tabulated_parts(dependence, own, c, columns, visited)
+            weights = rows.groups[group].weights
+            sums = np.eye(len(columns)) if weights is None else weights
+            c = rng.uniform(-1.0, 1.0, (len(own), len(sums)))
+            parts = tabulated_parts(dependence, own, c @ sums, columns, visited)
             law = CarrierLaw("law", shape.id, n_planets, 0.412, tuple(parts), visited.ranges)
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)
