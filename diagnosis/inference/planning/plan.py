@@ -128,11 +128,12 @@ def campaign_plan(
 
 
 def _order(ranked: RankedAddition) -> tuple[float, ...]:
-    """Sufficient ones by cost, then by what all pairs leave for it."""
+    """Sufficient ones by cost; of the others those that come nearest to parting all pairs first."""
     # Of like ones the first in the order of the additions, not the larger by a hair.
     mean_left = -float(f"{ranked.mean_left:.3g}")
-    parted = 0.0 if ranked.is_sufficient else -float(len(ranked.parted))
-    return (float(not ranked.is_sufficient), parted, ranked.addition.cost, mean_left)
+    if ranked.is_sufficient:
+        return (0.0, ranked.addition.cost, mean_left)
+    return (1.0, -float(len(ranked.parted)), mean_left, ranked.addition.cost)
 
 
 def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> VisibleSize:

@@ -170,6 +170,19 @@ def test_of_additions_that_cost_as_much_the_one_comes_first_that_parts_all_pairs
     assert first.mean_left > 1.2 * second.mean_left
 
 
+def test_where_no_addition_is_sufficient_the_one_comes_first_that_comes_nearest():
+    """Not the cheapest, which parts nothing: the diagnosis asks for less than the plan's margin."""
+    table = sensors_at([0, 20, 25])
+    planned = addition(MINUTES, {"run0": 1.0}, ("s0",), 0.0)
+    cheap, near = (
+        addition(SENSOR, {"run0": 1.0}, ("s0", own), cost)
+        for own, cost in (("s20", 10.0), ("s25", 240.0))
+    )
+    plan = plan_of_table(table, [cheap, near], planned, gap=2.0)
+    assert not any(own.is_sufficient or own.parted for own in plan.additions)
+    assert plan.proposal.addition is near
+
+
 def test_a_pair_is_parted_from_the_gap_at_which_the_rival_leaves_two_floors():
     table = sensors_at([0, 60])
     planned = addition(MINUTES, {"run0": 1.0}, table.channel_names, 0.0)
