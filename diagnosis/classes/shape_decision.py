@@ -6,7 +6,7 @@ least, as long as each is a gain and together they are a clear one; then every m
 the simplest way that the records cannot tell from it.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from itertools import combinations
 
 from carrierflex.diagnosis.classes.decision import Decision, is_nothing, state_of
@@ -70,7 +70,7 @@ def decide_by_shape(
     results = [scores.of(own) for own in (*singles, best_pair)]
     if is_nothing(scores, shares, results):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
-    answer = _grown(scores, shares, _best(scores, singles), best_pair, first)
+    answer = _grown(scores, shares, _best(scores, singles), sizes)
     answer = simplest(scores, shares, answer, sizes, as_good)
     answer = _needed(scores, shares, answer, sizes, as_good)
     held = scores.of(answer)
@@ -108,7 +108,7 @@ def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
 
 
 def _grown(
-    scores: ClassScores, shares: Shares, single: Classes, pair: Classes, first: Sequence[str]
+    scores: ClassScores, shares: Shares, single: Classes, sizes: Mapping[str, int]
 ) -> Classes:
     """Set that further shapes do not clearly improve, one or several together.
 
@@ -117,19 +117,32 @@ def _grown(
     of what the answer before it leaves.
     """
     answer = grown = single
-    larger = pair
     least = shares.constants.second_cause
-    while not _fits_all(scores, shares, grown) and shares.is_gain(
-        scores.of(larger), scores.of(grown), least
-    ):
+    while len(grown) < _MOST_CLASSES and not _fits_all(scores, shares, grown):
+        larger = _with_one_more(scores, grown, sizes)
+        if larger is None or not shares.is_gain(scores.of(larger), scores.of(grown), least):
+            break
         grown = larger
         if shares.is_clear_gain(scores.of(grown), scores.of(answer), least):
             answer = grown
-        further = [name for name in first if name not in grown]
-        if len(grown) == _MOST_CLASSES or not further:
-            break
-        larger = _best(scores, [tuple(sorted((*grown, name))) for name in further])
     return answer
+
+
+def _with_one_more(scores: ClassScores, grown: Classes, sizes: Mapping[str, int]) -> Classes | None:
+    """Best set with one shape more, in any of its ways; None where all are taken.
+
+    The way of every member is chosen again beside the others: alone a class follows the loads as
+    what it imitates besides does.
+    """
+    taken = {shape_of(name) for name in grown}
+    further = [name for name in sizes if shape_of(name) not in taken]
+    if not further:
+        return None
+    larger = _best(scores, [tuple(sorted((*grown, name))) for name in further])
+    for own in larger:
+        others = tuple(name for name in larger if name != own)
+        larger = _in_best_way(scores, others, own, sizes)
+    return larger
 
 
 def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
@@ -202,16 +215,15 @@ def ties_of(
                 continue
             rival = tuple(sorted((*others, name)))
             # A simpler way leaves more than its shape does: what would be equal to it alone is not.
-            if shares.are_equal(scores.of(rival), held) and shares.are_equal(
-                _best_way(scores, others, name, sizes), _best_way(scores, others, own, sizes)
-            ):
+            best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, own)]
+            if shares.are_equal(scores.of(rival), held) and shares.are_equal(*best):
                 found.setdefault(tuple(sorted(map(shape_of, rival))), rival)
     return tuple(found.values())
 
 
-def _best_way(
+def _in_best_way(
     scores: ClassScores, others: Classes, own: str, sizes: Mapping[str, int]
-) -> HeldOutSquares:
-    """Result of the way of a class's shape that leaves least beside others."""
+) -> Classes:
+    """Some classes and, beside them, the way of another class's shape that leaves least."""
     ways = [name for name in sizes if shape_of(name) == shape_of(own)]
-    return scores.of(_best(scores, [tuple(sorted((*others, way))) for way in ways]))
+    return _best(scores, [tuple(sorted((*others, way))) for way in ways])

@@ -241,3 +241,27 @@ def test_of_several_classes_one_is_exchanged_in_a_tie():
     scores, shares = known_scores(causes, classes)
     ties = ties_of(scores, shares, ("tilt/one", "wear/one"), dict.fromkeys(classes, 1))
     assert set(ties) == {("heat/one", "wear/one"), ("play/one", "tilt/one")}
+
+
+def test_a_way_that_imitates_a_cause_gives_way_once_that_cause_has_a_class():
+    """Alone ``tilt/both`` leaves least: it takes most of what ``wear`` makes too."""
+    causes = {"tilt": 64.0, "wear": 32.0}
+    classes = {
+        "tilt/own": {"tilt": 0.0},
+        "tilt/both": {"tilt": 0.2, "wear": 0.2},
+        "wear/one": {"wear": 0.0},
+    }
+    assert best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "tilt/both"
+    assert decided(causes, classes).classes == ("tilt/own", "wear/one")
+
+
+def test_a_further_shape_comes_in_the_way_that_is_best_beside_the_others():
+    """Alone ``wear/both`` leaves least of its shape; beside ``tilt`` it takes little more."""
+    causes = {"tilt": 64.0, "wear": 32.0}
+    classes = {
+        "tilt/one": {"tilt": 0.0},
+        "wear/own": {"wear": 0.0},
+        "wear/both": {"tilt": 0.1, "wear": 0.8},
+    }
+    assert "wear/both" in best_of_shapes(known_scores(causes, classes)[0], classes)
+    assert decided(causes, classes).classes == ("tilt/one", "wear/own")
