@@ -7,6 +7,7 @@ the simplest way that the records cannot tell from it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from itertools import combinations
 
 from carrierflex.diagnosis.classes.decision import Decision, is_nothing, state_of
@@ -44,6 +45,7 @@ def decide_by_shape(
     sizes: Mapping[str, int],
     *,
     as_good: AsGood = is_equal,
+    chooses_anew: bool = False,
 ) -> Decision:
     """Name the classes that the held-out blocks show.
 
@@ -57,6 +59,11 @@ def decide_by_shape(
         Columns of each class.
     as_good : callable
         Which simpler way of a shape takes the place of its best.
+    chooses_anew : bool
+        Whether sets grow by any way of a further shape, and all members' ways are chosen again
+        beside it: alone a class follows the loads as what it imitates besides does. Of maps with a
+        column for every pair of motions that is too much freedom: together they are a resonance at
+        any frequency that one sensor shows by itself.
 
     Returns
     -------
@@ -70,7 +77,11 @@ def decide_by_shape(
     results = [scores.of(own) for own in (*singles, best_pair)]
     if is_nothing(scores, shares, results):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
-    answer = _grown(scores, shares, _best(scores, singles), sizes)
+    if chooses_anew:
+        answer = _grown(scores, shares, _best(scores, singles), partial(_anew, scores, sizes))
+    else:
+        enlarged = partial(_with_one_more, scores, first)
+        answer = _grown(scores, shares, _best(scores, singles), enlarged, best_pair)
     answer = simplest(scores, shares, answer, sizes, as_good)
     answer = _needed(scores, shares, answer, sizes, as_good)
     held = scores.of(answer)
@@ -108,37 +119,43 @@ def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
 
 
 def _grown(
-    scores: ClassScores, shares: Shares, single: Classes, sizes: Mapping[str, int]
+    scores: ClassScores,
+    shares: Shares,
+    single: Classes,
+    enlarged: Callable[[Classes], Classes | None],
+    pair: Classes | None = None,
 ) -> Classes:
     """Set that further shapes do not clearly improve, one or several together.
 
     Of four causes of like size none takes half of what the first one leaves, all three together do.
     Every one must gain what a second cause has to; the answer is the last set that takes its part
-    of what the answer before it leaves.
+    of what the answer before it leaves. The first pair need not hold the best single class.
     """
     answer = grown = single
+    larger = pair or enlarged(single)
     least = shares.constants.second_cause
-    while len(grown) < _MOST_CLASSES and not _fits_all(scores, shares, grown):
-        larger = _with_one_more(scores, grown, sizes)
-        if larger is None or not shares.is_gain(scores.of(larger), scores.of(grown), least):
+    while larger is not None and not _fits_all(scores, shares, grown):
+        if not shares.is_gain(scores.of(larger), scores.of(grown), least):
             break
         grown = larger
         if shares.is_clear_gain(scores.of(grown), scores.of(answer), least):
             answer = grown
+        larger = enlarged(grown) if len(grown) < _MOST_CLASSES else None
     return answer
 
 
-def _with_one_more(scores: ClassScores, grown: Classes, sizes: Mapping[str, int]) -> Classes | None:
-    """Best set with one shape more, in any of its ways; None where all are taken.
-
-    The way of every member is chosen again beside the others: alone a class follows the loads as
-    what it imitates besides does.
-    """
+def _with_one_more(scores: ClassScores, names: Iterable[str], grown: Classes) -> Classes | None:
+    """Best set with one class more of another shape; None where all shapes are taken."""
     taken = {shape_of(name) for name in grown}
-    further = [name for name in sizes if shape_of(name) not in taken]
-    if not further:
+    sets = [tuple(sorted((*grown, name))) for name in names if shape_of(name) not in taken]
+    return _best(scores, sets) if sets else None
+
+
+def _anew(scores: ClassScores, sizes: Mapping[str, int], grown: Classes) -> Classes | None:
+    """Best set with one shape more in any way, the way of every member chosen again beside it."""
+    larger = _with_one_more(scores, sizes, grown)
+    if larger is None:
         return None
-    larger = _best(scores, [tuple(sorted((*grown, name))) for name in further])
     for own in larger:
         others = tuple(name for name in larger if name != own)
         larger = _in_best_way(scores, others, own, sizes)

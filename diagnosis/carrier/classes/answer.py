@@ -55,7 +55,7 @@ def carrier_class_answer(
     own = carrier_table(model, campaign, records, noise, of_all_runs, base)
     scores = ClassScores(own.table, constants)
     shares = Shares(scores.of(()).squares, own.table.floor, constants)
-    decision = decide_by_shape(scores, shares, own.sizes)
+    decision = decide_by_shape(scores, shares, own.sizes, chooses_anew=True)
     is_open = any(way_of(name) == UNDETERMINED for name in own.sizes)
     answer = answer_of(
         scores,
