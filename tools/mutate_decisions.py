@@ -46,7 +46,10 @@ TESTS = {
     ),
     "diagnosis/inference/alias_classes.py": ("tests/diagnosis/inference/test_alias_classes.py",),
     "diagnosis/diagnose.py": ("tests/diagnosis/test_parts_of_diagnosis.py",),
-    "diagnosis/baseline_check.py": ("tests/diagnosis/wiring/test_wiring_rules.py",),
+    "diagnosis/baseline_check.py": (
+        "tests/diagnosis/wiring/test_wiring_rules.py",
+        "tests/diagnosis/wiring/test_gain_rules.py",
+    ),
 }
 #: What changes no answer, by file name, and why.
 EQUIVALENT: dict[tuple[str, str], str] = {

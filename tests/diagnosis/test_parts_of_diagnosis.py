@@ -76,6 +76,13 @@ def test_limits_may_be_left_out(ask):
     assert "expected at least 200" in ask(short, campaign="c", kind="k").reason
 
 
+def test_every_step_is_told_as_it_begins():
+    told = []
+    found(linear_problem({"a": 5.0}), note=told.append)
+    assert told[0] == "screen"
+    assert told[-5:] == ["classes", "pictures", "parts of the gap", "signals", "evidence"]
+
+
 def test_effects_are_those_of_a_verdict_that_names_laws():
     assert found(linear_problem({"a": 5.0})).attribution.effects == ("a",)
     short = found(linear_problem({"a": 8.0, "outside": 4.6}))

@@ -166,11 +166,11 @@ def test_forces_are_not_evened_where_either_part_pays_nothing_or_a_stiffness_is_
     assert _evened(scores, shares, nothing) is nothing
 
 
-def parted(answer, causes, classes):
+def parted(answer, causes, classes, sizes=SIZES):
     """Classes of an answer where pairs of sparse maps may stand for a full one."""
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    found = _parted(scores, shares, decision, sizes_of(classes, SIZES))
+    found = _parted(scores, shares, decision, sizes_of(classes, sizes))
     assert found is decision or found.ties == ()
     return found.classes
 
@@ -207,6 +207,53 @@ def test_a_full_map_stays_where_two_of_its_own_ways_explain_it_best_or_one_map_d
     assert _parted(scores, shares, decision, sizes_of(classes, sizes)) is decision
     alone = {AXIAL: {"axial": 0.0}, DIRECTION: {}, LOADS: {"axial": 0.0}}
     assert parted((LOADS,), {"axial": 100.0}, alone) == (LOADS,)
+
+
+def test_a_force_is_not_parted_into_maps():
+    """A sum of maps that leaves as much as a force of eight columns is another cause."""
+    causes = {"axial": 100.0, "turned": 60.0}
+    classes = {AXIAL: {"axial": 0.0}, DIRECTION: {"turned": 0.0}}
+    assert parted((SPRING,), causes, {**classes, SPRING: dict.fromkeys(causes, 0.0)}) == (SPRING,)
+
+
+@pytest.mark.parametrize("other", [DELAY, SPRING, STIFFNESS])
+def test_a_full_map_is_parted_into_sparse_maps_alone(other):
+    """Neither into what is no map, nor into another full map, however few their columns are."""
+    causes = {"gain": 100.0, "other": 60.0}
+    classes = {
+        GAIN: {"gain": 0.0},
+        other: {"other": 0.0},
+        LOADS: dict.fromkeys(causes, 0.0),
+    }
+    assert SIZES[GAIN] + SIZES[other] < SIZES[LOADS]
+    assert parted((LOADS,), causes, classes) == (LOADS,)
+
+
+def test_a_full_map_is_not_parted_into_a_shape_that_another_member_has():
+    causes = {"axial": 80.0, "uneven": 100.0, "gain": 60.0}
+    classes = {
+        AXIAL: {"axial": 0.0},
+        UNEVEN: {"uneven": 0.0},
+        GAIN: {"gain": 0.0},
+        LOADS: {"uneven": 0.0, "gain": 0.0},
+    }
+    assert parted((AXIAL, LOADS), causes, classes) == (AXIAL, LOADS)
+    # Where none has it the same pair takes its place.
+    del causes["axial"]
+    assert parted((LOADS,), causes, classes) == (UNEVEN, GAIN)
+
+
+def test_a_full_map_is_parted_only_into_fewer_columns_than_it_has():
+    causes = {"axial": 100.0, "turned": 60.0}
+    some = "loads/map/some"
+    classes = {
+        AXIAL: {"axial": 0.0},
+        some: {"turned": 0.0},
+        GAINS: dict.fromkeys(causes, 0.0),
+    }
+    # Beside one column, of twelve.
+    for columns, expected in ((10, (AXIAL, some)), (11, (GAINS,)), (12, (GAINS,))):
+        assert parted((GAINS,), causes, classes, {**SIZES, some: columns}) == expected
 
 
 def sizes_of(classes, sizes):

@@ -35,7 +35,8 @@ def test_a_gain_without_a_gap_is_told_beyond_what_calibrations_give():
     assert key == ("gain", "q0")
     assert text.startswith("q0 reads 4.8% too much beside the other channels, ")
     assert others == []
-    assert "too little" in found(-0.05)["gain", "q0"]
+    text = found(-0.05)["gain", "q0"]
+    assert text.startswith("q0 reads 5.2% too little beside the other channels, ")
     assert found(0.025) != {}
     assert found(0.015) == {}
     # Not beyond doubt.
@@ -62,14 +63,17 @@ def test_of_two_channels_both_are_told():
     two = LinearRecord(
         "A", record.time, record.residual[:, :2], record.predicted[:, :2], record.columns[..., :2]
     )
-    ((check, about), text), *others = told(
-        checked(1.0, linear=[two], noise_std=(1.0, 1.0))[0]
-    ).items()
-    assert (check, others) == ("gain", [])
-    assert set(about.split(", ")) == {"q0", "q1"}
-    assert "q0 reads 9." in text
-    assert "% too much" in text
-    assert "% too little" in text
+    (warning,) = checked(1.0, linear=[two], noise_std=(1.0, 1.0))[0].warnings
+    assert warning.check == "gain"
+    # As sure as one another: which comes first is rounding's.
+    assert set(warning.about.split(", ")) == {"q0", "q1"}
+    readings, sureness = warning.text.split(" beside the other channels, ")
+    assert set(readings.split(", or ")) == {"q0 reads 9.8% too much", "q1 reads 9.8% too little"}
+    assert sureness == "19 standard deviations"
+    assert warning.remedy == (
+        "calibrate this sensor again, or look for its amplifier and its place: the baseline's "
+        "parameters make up for it"
+    )
 
 
 def test_the_gain_of_a_channel_alone_is_not_looked_for():

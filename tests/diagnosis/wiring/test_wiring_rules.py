@@ -264,6 +264,7 @@ def test_what_was_not_looked_for_is_told_where_there_is_a_gap():
     (warning,) = checked_baseline(PROBLEM, campaign(), checks, fit_leaving(2.0)).warnings
     assert (warning.check, warning.about) == ("unchecked", "all runs")
     assert warning.text.endswith("were not looked for: records take 2000 MB")
+    assert warning.remedy == "run carrierflex check on a copy of the folder with fewer [[runs]]"
     assert checked_baseline(PROBLEM, campaign(), checks, fit_leaving(1.0)).warnings == ()
 
 
