@@ -52,11 +52,15 @@ class JudgedCauses:
     causes : tuple of JudgedCause
         Every cause.
     false : tuple of str
-        Ids of the answer that are no cause's.
+        Ids of the answer and its ties that are no cause's.
+    in_every_set : bool
+        Whether each of answer and ties holds one of them; a tie of what is there with what is not
+        does not.
     """
 
     causes: tuple[JudgedCause, ...]
     false: tuple[str, ...]
+    in_every_set: bool
 
     def of_gap(self, least: float) -> tuple[JudgedCause, ...]:
         """Causes that leave at least a gap alone."""
@@ -85,7 +89,8 @@ def judge_causes(label: Label, sets: Collection[tuple[str, ...]]) -> JudgedCause
     )
     allowed = {*classes, *(other for others in aliases.values() for other in others)}
     named = {name for ids in sets for name in ids}
-    return JudgedCauses(causes, tuple(sorted(named - allowed)))
+    in_every_set = bool(sets) and not any(allowed.issuperset(ids) for ids in sets)
+    return JudgedCauses(causes, tuple(sorted(named - allowed)), in_every_set)
 
 
 def _aliases_of(label: Label, class_id: str) -> frozenset[str]:

@@ -48,6 +48,11 @@ def several_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
             f">= {100 * _NONE_FALSE:.0f} %",
             lambda p, n: p >= _NONE_FALSE,
         ),
+        share_figure(
+            kind,
+            f"{_HEAD}: none false in one at least of the sets that are not told apart",
+            [not _judged(case).in_every_set for case in cases],
+        ),
         share_figure(kind, f"{_HEAD}: every one of 2 floors found and none false", both),
     ]
     for number in sorted({len(case.label.effects) for case in cases}):

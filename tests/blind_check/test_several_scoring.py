@@ -125,6 +125,22 @@ def test_an_error_finds_nothing():
     assert not any(cause.is_found for cause in judged.causes.causes)
 
 
+@pytest.mark.parametrize(
+    ("own", "in_every_set"),
+    [
+        (answer(DRIFT, TILT), False),
+        (answer(DRIFT, TILT, WAVES), True),
+        (answer(DRIFT, TILT, ties=[(DRIFT, WAVES)]), False),
+        (answer(DRIFT, WAVES, ties=[(DRIFT, TILT)]), False),
+        (answer(DRIFT, WAVES, ties=[(WAVES, TILT)]), True),
+        (answer(word="at_noise_floor"), False),
+    ],
+)
+def test_a_tie_of_what_is_there_with_what_is_not_is_told_apart(own, in_every_set):
+    judged = judge_by_class(carrier(3.0, 5.0, 1.5), own)
+    assert judged.causes.in_every_set is in_every_set
+
+
 def cases():
     """Twenty: 17 right, one misses a tilt, one names waves, one has causes below two floors."""
     own = [(carrier(3.0, 5.0, 1.5, number=k), answer(DRIFT, TILT)) for k in range(16)]
@@ -143,6 +159,11 @@ def test_figures_of_a_table_made_by_hand():
     expected = {
         "several causes: every one of 2 floors found": (18 / 19, 19, None),
         "several causes: none false": (19 / 20, 20, True),
+        "several causes: none false in one at least of the sets that are not told apart": (
+            19 / 20,
+            20,
+            None,
+        ),
         "several causes: every one of 2 floors found and none false": (17 / 19, 19, None),
         "several causes, 3: every one of 2 floors found": (18 / 19, 19, None),
         "several causes: single ones of less than 1 floors found": (0.0, 1, None),
