@@ -20,9 +20,18 @@ from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG
 
+G_F = CARRIER_RIG.curves["g_f"]
+#: A curve that is alike neither to its mirror nor to its negative.
+LEANING = replace(G_F, axial=np.roll(G_F.axial, G_F.axial.size // 12) + 0.5 * G_F.axial)
 QUANTITIES = ("axial_displacement", "radial_displacement")
 ANGLE = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
 SENSORS = [(v, is_axial) for v in (0.2, 1.1, 2.9, 4.4) for is_axial in (True, False)]
+
+
+def rig_of(n_planets, pin_angle, curve):
+    """Rig whose pins bend the carrier by a curve."""
+    curves = {"g_f": curve}
+    return replace(CARRIER_RIG, n_planets=n_planets, pin_angle=pin_angle, curves=curves)
 
 
 def inputs_under(ntl_y: float, ntl_z: float) -> CarrierInputs:
@@ -56,10 +65,11 @@ def left_of(target, patterns):
     return np.sum((target.ravel() - design @ fit) ** 2) / np.sum(target**2)
 
 
+@pytest.mark.parametrize("curve", [G_F, LEANING], ids=["of a carrier", "leaning"])
 @pytest.mark.parametrize("pin_angle", [0.0, 0.4])
 @pytest.mark.parametrize("n_planets", [3, 4, 5])
-def test_uneven_pins_are_met_by_one_pattern_less_than_planets(n_planets, pin_angle):
-    rig = replace(CARRIER_RIG, n_planets=n_planets, pin_angle=pin_angle)
+def test_uneven_pins_are_met_by_one_pattern_less_than_planets(n_planets, pin_angle, curve):
+    rig = rig_of(n_planets, pin_angle, curve)
     columns = uneven_waves(QUANTITIES, n_planets)
     weights = pin_weights(UNEVEN, columns, rig)
     assert weights.shape == (2 * (n_planets - 1), len(columns))
@@ -68,10 +78,11 @@ def test_uneven_pins_are_met_by_one_pattern_less_than_planets(n_planets, pin_ang
         assert left_of(signal, pattern_signals(columns, weights)) < 5e-4
 
 
+@pytest.mark.parametrize("curve", [G_F, LEANING], ids=["of a carrier", "leaning"])
 @pytest.mark.parametrize("pin_angle", [0.0, 0.4])
 @pytest.mark.parametrize("n_planets", [3, 4, 5])
-def test_shares_that_change_once_a_turn_are_met_by_two_patterns(n_planets, pin_angle):
-    rig = replace(CARRIER_RIG, n_planets=n_planets, pin_angle=pin_angle)
+def test_shares_that_change_once_a_turn_are_met_by_two_patterns(n_planets, pin_angle, curve):
+    rig = rig_of(n_planets, pin_angle, curve)
     columns = modulated_waves(QUANTITIES, n_planets)
     weights = pin_weights(MODULATED, columns, rig)
     assert weights.shape == (4, len(columns))
