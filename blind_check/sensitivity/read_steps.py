@@ -106,8 +106,3 @@ class Reads:
     def is_of_columns(self) -> bool:
         """Bases and columns, or where memories start; of signals they read the filter alone."""
         return self.constant.module in (*_COLUMNS, _STARTS, _TIME, _TABLE)
-
-
-def reads_of(constant: Constant) -> Reads:
-    """Steps that read a constant."""
-    return Reads(constant)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.sensitivity.sameness import is_same
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.fits import stretches
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -160,28 +161,17 @@ def _with_changed(
     energy = np.ones(n)
     energy[others] = products.sum(axis=0)[np.arange(others.size), others]
     scale = layout.scale(energy)
-    kept = [(places[name], before[name]) for name in places if name not in changed]
-    for new, old in kept:
-        scale[new] = usual.scale[old]
+    kept = [name for name in places if name not in changed]
+    new = np.concatenate([places[name] for name in kept])
+    old = np.concatenate([before[name] for name in kept])
+    scale[new] = usual.scale[old]
     products *= scale[others, None] * scale
     gram = np.empty((len(usual.gram), n, n))
-    for (rows, old_rows), (columns, old_columns) in product(_stretches(kept), repeat=2):
+    for (rows, old_rows), (columns, old_columns) in product(stretches(new, old), repeat=2):
         gram[:, rows, columns] = usual.gram[:, old_rows, old_columns]
     gram[:, others] = products
     gram[:, :, others] = products.transpose(0, 2, 1)
     return replace(usual, gram=gram, scale=scale, groups=layout.column_groups())
-
-
-def _stretches(kept: Sequence[tuple[IntArray, IntArray]]) -> list[tuple[slice, slice]]:
-    """Places of parts in two tables as slices; one for parts that follow each other in both."""
-    found: list[tuple[slice, slice]] = []
-    for new, old in kept:
-        first, before = int(new[0]), int(old[0])
-        if found and (found[-1][0].stop, found[-1][1].stop) == (first, before):
-            last = found.pop()
-            first, before = last[0].start, last[1].start
-        found.append((slice(first, int(new[-1]) + 1), slice(before, int(old[-1]) + 1)))
-    return found
 
 
 def _products_of_changed(

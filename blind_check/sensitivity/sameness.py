@@ -38,12 +38,7 @@ def equal_groups(first: GramTable, second: GramTable) -> frozenset[str] | None:
     """
     if not (is_same(first.folds, second.folds) and is_same(first.floor, second.floor)):
         return None
-
-    def agree(names: Iterable[str]) -> bool:
-        both = [_products(table, names) for table in (first, second)]
-        return is_same(*both)
-
-    if first.n_base != second.n_base or not agree(()):
+    if first.n_base != second.n_base or not _agree(first, second, ()):
         return None
     equal = [
         name
@@ -51,9 +46,14 @@ def equal_groups(first: GramTable, second: GramTable) -> frozenset[str] | None:
         if is_same(first.scale[group.columns], second.scale[second.groups[name].columns])
         and is_same(group.penalty, second.groups[name].penalty)
         and group.is_nonnegative == second.groups[name].is_nonnegative
-        and agree((name,))
+        and _agree(first, second, (name,))
     ]
-    return frozenset(equal if agree(equal) else ())
+    return frozenset(equal if _agree(first, second, equal) else ())
+
+
+def _agree(first: GramTable, second: GramTable, names: Iterable[str]) -> bool:
+    """Whether products of target, baseline and some groups are the same in two tables."""
+    return is_same(_products(first, names), _products(second, names))
 
 
 def _products(table: GramTable, names: Iterable[str]) -> FloatArray:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from carrierflex.blind_check.sensitivity.listed_constants import Constant
-from carrierflex.blind_check.sensitivity.read_steps import Reads, reads_of
+from carrierflex.blind_check.sensitivity.read_steps import Reads
 from carrierflex.blind_check.sensitivity.reused_products import (
     KnownColumns,
     has_same_filters,
@@ -90,7 +90,7 @@ class UsualCase:
         """Answer while a constant is moved; what it does not reach is not made again."""
         if self.made is None:
             return _remade_answer(self.campaign)
-        reads = reads_of(constant)
+        reads = Reads(constant)
         try:
             if reads.is_of_problem:
                 return self._beside_problem(self.made, reads)
@@ -178,15 +178,6 @@ def usual_case(campaign: Campaign) -> UsualCase:
         return UsualCase(campaign, answer)
     made = Made(problem, counted, runs, table, known_columns(problem.model, runs))
     return UsualCase(campaign, answer, made)
-
-
-def plain_answer(campaign: Campaign) -> str:
-    """Answer of a campaign as a diagnosis makes it, all of it."""
-    try:
-        answer = element_problem_of(campaign).class_answer()
-    except _REFUSED:
-        return NO_ANSWER
-    return in_words(answer) if answer else NO_ANSWER
 
 
 def in_words(answer: ClassAnswer) -> str:

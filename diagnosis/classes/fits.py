@@ -109,19 +109,29 @@ def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = N
     """
     places = np.concatenate([[0], model.columns])
     n_blocks = gram.shape[:-2] if blocks is None else blocks.shape
-    chosen: tuple[IntArray, ...] | tuple[EllipsisType] = (...,) if blocks is None else (blocks,)
+    chosen: IntArray | EllipsisType = ... if blocks is None else blocks
     found = np.empty((*n_blocks, places.size, places.size))
     # Groups stand together in a table: slices are copied several times as fast as single places.
-    for (rows, from_rows), (columns, from_columns) in product(_stretches(places), repeat=2):
-        found[..., rows, columns] = gram[(*chosen, from_rows, from_columns)]
+    own = stretches(np.arange(places.size), places)
+    for (rows, from_rows), (columns, from_columns) in product(own, repeat=2):
+        found[..., rows, columns] = gram[chosen, from_rows, from_columns]
     return found
 
 
-def _stretches(places: IntArray) -> list[tuple[slice, slice]]:
-    """Places that follow each other as slices, of the list of places and of what they point to."""
-    cuts = np.flatnonzero(np.diff(places) != 1) + 1
-    ends = pairwise([0, *cuts.tolist(), places.size])
-    return [(slice(a, b), slice(int(places[a]), int(places[b - 1]) + 1)) for a, b in ends]
+def stretches(first: IntArray, second: IntArray) -> list[tuple[slice, slice]]:
+    """Pairs of places as slices, each of pairs that follow each other on both sides.
+
+    Parameters
+    ----------
+    first, second : ndarray of int, shape (n,)
+        Places, pair by pair.
+    """
+    cuts = np.flatnonzero((np.diff(first) != 1) | (np.diff(second) != 1)) + 1
+    ends = pairwise([0, *cuts.tolist(), first.size])
+    return [
+        (slice(int(first[a]), int(first[b - 1]) + 1), slice(int(second[a]), int(second[b - 1]) + 1))
+        for a, b in ends
+    ]
 
 
 def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:

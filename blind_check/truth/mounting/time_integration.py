@@ -141,7 +141,9 @@ def _along(row, q):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _acceleration(system, force, x, t, names, p, size, forms, total, rate):  # type: ignore[no-untyped-def]
+def _acceleration(  # type: ignore[no-untyped-def]
+    system, force, x, t, names, p, size, forms, total, rate
+):
     """Rates of the state ``q, q', memories``; `rate` is filled, `total` is room for the forces."""
     inverse, K, C, rows, weights = system
     n = K.shape[0]
@@ -206,7 +208,9 @@ def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[n
     x = np.zeros(2 * n + states)
     stage, slopes = np.zeros(x.size), np.zeros((4, x.size))
     # Every array is made once: an array made in a step costs as much as the sums on it.
-    rise, force, total = np.empty(n), np.empty(n), np.empty(n)
+    rise = np.empty(n)
+    force = np.empty(n)
+    total = np.empty(n)
     q, h = np.zeros((n_samples, n)), step / fine
     for sample in range(_last_at_rest(forces), n_samples - 1):
         for i in range(n):

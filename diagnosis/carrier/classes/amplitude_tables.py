@@ -1,7 +1,7 @@
 """Tables of a class: amplitudes of its waves over the loads, from the fit of an answer."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class VisitedLoads:
     sensor_radius : float
         Radius of the sensors [m].
     weights : mapping of str to ndarray, shape (n_patterns, n_columns)
-        Sums of columns that amplitudes are of, by group; of a column each where a group has none.
+        Sums of columns that the amplitudes of a group are of, by group.
     """
 
     loads: FloatArray
@@ -60,7 +60,7 @@ class VisitedLoads:
     quantities: tuple[str, ...]
     n_planets: int
     sensor_radius: float
-    weights: Mapping[str, FloatArray] = field(default_factory=dict)
+    weights: Mapping[str, FloatArray]
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -108,9 +108,7 @@ def law_of_class(
             continue
         columns = known[pattern].columns[dependence](visited.quantities, visited.n_planets)
         functions = load_functions(visited.n_torques)[dependence].functions
-        c = fitted.reshape(len(functions), -1)
-        if group in visited.weights:
-            c = c @ visited.weights[group]
+        c = fitted.reshape(len(functions), -1) @ visited.weights[group]
         parts += tabulated_parts(dependence, functions, c, columns, visited)
     kept = _without_rounding(parts)
     if not kept:

@@ -61,15 +61,15 @@ class RowGroup:
         Functions of the loads.
     penalty : ndarray, shape (n, n)
         Penalty of the amplitudes, those of a function together.
-    weights : ndarray, shape (n_patterns, n_columns), optional
-        What the columns are summed with, where they have a size each in proportion only; an
-        amplitude is of a column by itself without.
+    weights : ndarray, shape (n_patterns, n_columns)
+        Sums of columns that the amplitudes are of; ones on its diagonal where every column has a
+        size of its own.
     """
 
     columns: Sequence[SensorColumn]
     loads: Sequence[LoadWeights]
     penalty: FloatArray
-    weights: FloatArray | None = None
+    weights: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ class ClassRows:
         for group in self.groups.values():
             for loads in group.loads:
                 own = np.array([_row(column, loads, run, self.numbers) for column in group.columns])
-                rows.append(own if group.weights is None else np.tensordot(group.weights, own, 1))
+                rows.append(np.tensordot(group.weights, own, 1))
         warming = np.zeros((N_TIME_COLUMNS, self.n_channels, self.n_features))
         for k in range(N_TIME_COLUMNS):
             warming[k, :, k] = 1.0
@@ -161,7 +161,8 @@ def class_rows(
         for dependence in shape.columns:
             loads = functions[dependence]
             columns = shape.columns[dependence](quantities, rig.n_planets)
-            weights = pin_weights(shape.id, columns, rig)
+            in_proportion = pin_weights(shape.id, columns, rig)
+            weights = np.eye(len(columns)) if in_proportion is None else in_proportion
             groups[f"{shape.id}:{dependence}"] = RowGroup(
                 [_at_sensors(column, channels) for column in columns],
                 [load_weights(load, means) for load in loads.functions],
@@ -176,8 +177,8 @@ def class_rows(
     return ClassRows(groups, len(channels), np.array(is_axial), numbers)
 
 
-def _penalty(loads: LoadFunctions, columns: Columns, weights: FloatArray | None) -> FloatArray:
-    """Penalty of the amplitudes of every function with every column, or sum of columns.
+def _penalty(loads: LoadFunctions, columns: Columns, weights: FloatArray) -> FloatArray:
+    """Penalty of the amplitudes of every function with every sum of columns.
 
     A pattern that turns with the radial load as a whole is the simplest that follows it: the
     housing is then alike in all directions. How far the amplitudes along y and z are from that is
@@ -196,11 +197,9 @@ def _penalty(loads: LoadFunctions, columns: Columns, weights: FloatArray | None)
             difference = np.zeros(size)
             difference[[along_z, along_y]] = 1.0, sign
             turning += _LESS_SIMPLE * np.outer(difference, difference)
-    if weights is not None:
-        of_columns = np.kron(np.eye(len(loads.penalty)), weights)
-        turning = of_columns @ turning @ of_columns.T
-    n_patterns = n if weights is None else len(weights)
-    return np.asarray(np.kron(np.diag(loads.penalty), np.eye(n_patterns)) + turning)
+    of_columns = np.kron(np.eye(len(loads.penalty)), weights)
+    bends = np.kron(np.diag(loads.penalty), np.eye(len(weights)))
+    return np.asarray(bends + of_columns @ turning @ of_columns.T)
 
 
 def _turning_pairs(columns: Columns) -> list[int]:

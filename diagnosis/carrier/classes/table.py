@@ -142,7 +142,7 @@ def carrier_table(
         tuple(dict.fromkeys(channel.quantity for channel in campaign.channels)),
         model.source.rig.n_planets,
         float(campaign.rig["sensor_radius"]),
-        {name: own.weights for name, own in of_classes.groups.items() if own.weights is not None},
+        {name: own.weights for name, own in of_classes.groups.items()},
     )
     return _assembled(gram, places.n_base, groups, options, laws, floor, folds, visited)
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.splines import SplineBasis
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
@@ -44,7 +43,8 @@ def is_separable_from_time(own: Sequence[ForceRecord], highest: float) -> bool:
         counted = np.flatnonzero(record.counts)
         # A decay that soon ends has fewer samples than windows.
         parts = np.array_split(counted, min(_WINDOWS, counted.size // _FEWEST_IN_WINDOW))
-        x, v = _spread(record.x[counted], parts), _spread(record.v[counted], parts)
+        x = np.array([np.std(record.x[part]) for part in parts])
+        v = np.array([np.std(record.v[part]) for part in parts])
         middle = np.array([part.mean() for part in parts]) * record.step
         level = np.log(np.maximum(x, _SMALLEST))
         rate = np.log(np.maximum(v, _SMALLEST)) - level
@@ -54,15 +54,6 @@ def is_separable_from_time(own: Sequence[ForceRecord], highest: float) -> bool:
     design = np.concatenate(rows, axis=1).T
     follows = [_r_squared(design, np.concatenate(values)) for values in (amplitudes, frequencies)]
     return max(follows) <= highest
-
-
-def _spread(values: FloatArray, parts: Sequence[IntArray]) -> FloatArray:
-    """Standard deviation of values in parts that follow each other, shape (n_parts,)."""
-    sizes = np.array([part.size for part in parts])
-    first = np.cumsum(sizes) - sizes
-    means = np.add.reduceat(values, first) / sizes
-    squares = np.square(values - np.repeat(means, sizes))
-    return np.asarray(np.sqrt(np.add.reduceat(squares, first) / sizes))
 
 
 def _centred(basis: SplineBasis, time: FloatArray) -> FloatArray:

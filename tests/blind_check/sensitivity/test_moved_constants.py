@@ -11,7 +11,12 @@ from carrierflex.blind_check.sensitivity.listed_constants import listed_constant
 from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, changed_answers, moved
 from carrierflex.blind_check.sensitivity.read_steps import OF_SCORES, OF_TABLE
 from carrierflex.blind_check.sensitivity.sameness import equal_groups, is_same
-from carrierflex.blind_check.sensitivity.usual_case import plain_answer, usual_case
+from carrierflex.blind_check.sensitivity.usual_case import (
+    NO_ANSWER,
+    element_problem_of,
+    in_words,
+    usual_case,
+)
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.element.classes import answer, motion, table
@@ -21,6 +26,15 @@ from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, 
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 CONSTANTS = {f"{own.module.rpartition('.')[2]}.{own.name}": own for own in listed_constants()}
+
+
+def plain_answer(campaign):
+    """Answer of a campaign as a diagnosis makes it, all of it."""
+    try:
+        own = element_problem_of(campaign).class_answer()
+    except (ValueError, ArithmeticError, AssertionError):
+        return NO_ANSWER
+    return in_words(own) if own else NO_ANSWER
 
 
 def test_every_constant_has_a_reason():

@@ -211,7 +211,7 @@ def test_a_pattern_that_turns_with_the_radial_load_costs_no_more_than_its_bends(
     loads = load_functions(4)[dependence]
     rig = replace(CARRIER_RIG, n_planets=n_planets, curves=curves)
     group = class_rows(CHANNELS, rig, np.zeros((1, 3)), 4).groups[f"{pattern}:{dependence}"]
-    sums = np.eye(len(columns)) if group.weights is None else group.weights
+    sums = group.weights
     n = 2 * loads.n_vectors * len(sums)
     bends = np.kron(np.diag(loads.penalty), np.eye(len(sums)))
     beside_bends = (group.penalty - bends)[:n, :n]

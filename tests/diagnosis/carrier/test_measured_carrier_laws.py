@@ -253,7 +253,8 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
     rig = replace(CARRIER_RIG, n_planets=n_planets)
     rows = class_rows(CHANNELS, rig, loads / scale, 4)
     quantities = ("axial_displacement", "radial_displacement")
-    visited = VisitedLoads(loads, scale, 4, quantities, n_planets, 0.412)
+    weights = {name: own.weights for name, own in rows.groups.items()}
+    visited = VisitedLoads(loads, scale, 4, quantities, n_planets, 0.412, weights)
     source = ColumnSource(rig, {}, 2.0, 2e5)
     time = np.linspace(0.0, 5.0, 30)
     one = np.ones_like(time)
@@ -264,10 +265,8 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
             place, _ = rows.places[group]
             columns = columns_of(quantities, n_planets)
             own = functions[dependence].functions
-            weights = rows.groups[group].weights
-            sums = np.eye(len(columns)) if weights is None else weights
-            c = rng.uniform(-1.0, 1.0, (len(own), len(sums)))
-            parts = tabulated_parts(dependence, own, c @ sums, columns, visited)
+            c = rng.uniform(-1.0, 1.0, (len(own), len(weights[group])))
+            parts = tabulated_parts(dependence, own, c @ weights[group], columns, visited)
             law = CarrierLaw("law", shape.id, n_planets, 0.412, tuple(parts), visited.ranges)
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)
