@@ -19,7 +19,7 @@ from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.columns import group_columns
 from carrierflex.diagnosis.element.classes.laws import yields
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.classes.table import (
     ElementRuns,
     ElementTable,

@@ -39,6 +39,7 @@ def class_answer(
     shape_of: ShapeOf,
     inseparable: Sequence[str] = (),
     shows_two_causes: bool = True,
+    shows_small_causes: bool = True,
     shows_laws: bool = True,
     floor_is_known: bool = True,
     drive_note: str = "",
@@ -57,6 +58,8 @@ def class_answer(
         Classes that this drive shows only mixed with others.
     shows_two_causes : bool
         Whether the drive tells two causes from another two.
+    shows_small_causes : bool
+        Whether the drive moves at so many frequencies that a small second cause is seen.
     shows_laws : bool
         Whether the drive tells a law from another curve of its class.
     floor_is_known : bool
@@ -83,6 +86,7 @@ def class_answer(
         plain,
         inseparable=inseparable,
         shows_two_causes=shows_two_causes,
+        shows_small_causes=shows_small_causes,
         drive_note=drive_note,
     )
     names = [name for name in (*plain, table.surface) if name]

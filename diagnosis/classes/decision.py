@@ -50,6 +50,7 @@ def decide(
     *,
     inseparable: Sequence[str] = (),
     shows_two_causes: bool = True,
+    shows_small_causes: bool = True,
     drive_note: str = "",
 ) -> Decision:
     """Name the class, or the pair, that the held-out blocks show.
@@ -68,6 +69,9 @@ def decide(
     shows_two_causes : bool
         Whether the drive tells two causes, or a coupled one, from another two; else none of them is
         named.
+    shows_small_causes : bool
+        Whether the drive moves at so many frequencies that a second cause is seen by how much it
+        takes of what the first leaves, however little that is.
     drive_note : str
         What the drive does not separate.
 
@@ -84,7 +88,9 @@ def decide(
     best_pair = min(pairs, key=lambda pair: pairs[pair].total)
     if is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
-    answer, ties = _single_or_pair(shares, singles, pairs, best)
+    answer, ties = _single_or_pair(
+        shares, singles, pairs, best, shows_small_causes=shows_small_causes
+    )
     limits = scores.constants
     coupled = _coupled(scores, shares, candidates)
     if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
@@ -168,6 +174,8 @@ def _single_or_pair(
     singles: dict[str, HeldOutSquares],
     pairs: dict[Classes, HeldOutSquares],
     best: str,
+    *,
+    shows_small_causes: bool,
 ) -> tuple[Classes, tuple[Classes, ...]]:
     """The best class with its ties, or the best pair where it clearly gains."""
     held = singles[best]
@@ -175,7 +183,10 @@ def _single_or_pair(
         (name,) for name, other in singles.items() if name != best and shares.are_equal(other, held)
     )
     pair = _best_pair(shares, pairs, best)
-    if not shares.is_clear_gain(pairs[pair], held, shares.constants.second_cause):
+    is_cause = shares.is_clear_gain(pairs[pair], held, shares.constants.second_cause) or (
+        shows_small_causes and shares.is_small_cause(pairs[pair], held)
+    )
+    if not is_cause:
         return (best,), tied
     equal = [
         other

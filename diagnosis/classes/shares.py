@@ -137,6 +137,25 @@ class Shares:
         of_left = self.constants.gain_of_left * self.left(worse)
         return self.is_gain(better, worse, least_gain) and taken >= of_left
 
+    def is_small_cause(self, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
+        """Whether a richer result gains little of the gap, but nearly all that the simpler left.
+
+        The ratio of what both leave is that of every block, so that it holds in all of them.
+        """
+        limits = self.constants
+        is_most = self.left(better) <= limits.small_cause_left * self.left(worse)
+        is_seen = self._gain_to_floor(better, worse) > limits.least_curved
+        return (
+            is_most and is_seen and self.errors_of_ratio(better, worse) > limits.small_cause_errors
+        )
+
+    def errors_of_ratio(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
+        """Mean of ``log(e_worse / e_better)`` over the blocks, in its standard errors."""
+        least = _ROUNDING * self.before
+        ratios = np.log(np.maximum(worse.squares, least) / np.maximum(better.squares, least))
+        error = float(ratios.std()) / np.sqrt(ratios.size)
+        return float(ratios.mean()) / max(error, _ROUNDING)
+
     def _gain_to_floor(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
         """Share of the gap gained, as if no result left less than the floor."""
         return (worse.total - max(better.total, float(self.floor.sum()))) / self.gap
@@ -166,7 +185,4 @@ class PairedShares(Shares):
 
     def is_beyond_scatter(self, gain: float, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
         """Whether the ratio of what both leave is more than its scatter over the blocks."""
-        least = _ROUNDING * self.before
-        ratios = np.log(np.maximum(worse.squares, least) / np.maximum(better.squares, least))
-        error = float(ratios.std()) / np.sqrt(ratios.size)
-        return bool(float(ratios.mean()) > self.constants.standard_errors * error)
+        return self.errors_of_ratio(better, worse) > self.constants.standard_errors

@@ -47,11 +47,14 @@ def answer_of_table(
     constants = own.scores.constants
     note = _note_of_time(own, constants)
     inseparable = {TIME_VARIATION} if note else set()
-    is_one_line = note == _ONE_FREQUENCY_NOTE and model.by_force
+    is_one_frequency = note == _ONE_FREQUENCY_NOTE
+    is_one_line = is_one_frequency and model.by_force
     if is_one_line:
-        # The drive is one line in each run: a function of it is any height of that line, and
-        # spring and damper take up what is linear at it.
-        inseparable |= {DRIVE_SIDE, DELAY, MEMORY}
+        # The drive is one line in each run: spring and damper take up what is linear at it.
+        inseparable |= {DELAY, MEMORY}
+        if has_one_level(own):
+            # A function of the drive is any height of that line, and of its harmonics.
+            inseparable |= {DRIVE_SIDE}
     left_out = set()
     if model.states:
         # After a release a delay is a shift of the clock, and nothing is applied.
@@ -67,6 +70,7 @@ def answer_of_table(
         inseparable=sorted(inseparable - left_out),
         # The band holds one line and its harmonics: two causes share out what one makes.
         shows_two_causes=not is_one_line,
+        shows_small_causes=not is_one_frequency,
         shows_laws=not (is_one_line and has_one_level(own)),
         drive_note="; ".join(text for text in (noise_note, note) if text),
     )

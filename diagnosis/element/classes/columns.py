@@ -7,7 +7,11 @@ from functools import partial
 import numpy as np
 
 from carrierflex.diagnosis.classes.group_columns import GroupColumns
-from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
+from carrierflex.diagnosis.classes.memory_columns import (
+    dahl_friction,
+    relaxing_branches,
+    stops,
+)
 from carrierflex.diagnosis.classes.splines import (
     SplineBasis,
     basis_over,
@@ -15,9 +19,9 @@ from carrierflex.diagnosis.classes.splines import (
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
-from carrierflex.diagnosis.element.classes.laws import MotionSize, yields
+from carrierflex.diagnosis.element.classes.laws import MotionSize, rate_of_side, yields
 from carrierflex.diagnosis.element.classes.memory_parts import parts_of_stops
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.simulation.element.memory_laws import MemoryParts
 
 #: Splines of f(x), g(v), h(x), of each side of f(x, v), of time and of the drive side. h is as
@@ -128,7 +132,7 @@ def group_columns(
         GroupColumns("jump", lambda own: step_at_rest(own.v, size), np.zeros((2, 2))),
         GroupColumns(
             "presliding",
-            lambda own: stops(own.x, size.presliding, from_rest=own.from_rest),
+            lambda own: dahl_friction(own.x, size.presliding, from_rest=own.from_rest),
             np.zeros((size.presliding.size,) * 2),
             is_nonnegative=True,
         ),
@@ -140,7 +144,7 @@ def group_columns(
         ),
         GroupColumns("prony", partial(branches, bases), np.zeros((_N_PRONY,) * 2), True),
         GroupColumns("curved_prony", partial(curved_branches, bases), np.eye(2 * _N_PRONY)),
-        GroupColumns("delay", lambda own: np.gradient(own.side, own.step)[None], np.zeros((1, 1))),
+        GroupColumns("delay", lambda own: rate_of_side(own)[None], np.zeros((1, 1))),
         GroupColumns(
             "h",
             lambda own: bases.coupled(own.x) * own.v,

@@ -6,7 +6,7 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.splines import SplineBasis
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 
 #: Windows of a run over which its amplitude and frequency are followed.
 _WINDOWS = 40

@@ -12,8 +12,9 @@ from carrierflex.diagnosis.classes.memory_columns import (
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.memory_parts import memory_law_force
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, MemoryLaw
 from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
@@ -47,11 +48,14 @@ CLASSES_OF_LAW: dict[str, tuple[str, ...]] = {
 #: Yield deflections, gaps and turning lengths over the half range; rise speeds over the RMS speed;
 #: relaxation times over the time scale of the motion.
 _YIELDS = np.geomspace(0.004, 1.2, 14)
-#: Longest pre-sliding of dry friction over the half range: a slider that yields later is a spring.
+#: Longest pre-sliding of dry friction over the half range, a length of Dahl's law: friction that
+#: turns over more is hysteresis.
 _PRESLIDING, _N_PRESLIDING = 0.04, 4
 _GAPS = np.linspace(0.08, 0.95, 12)
 _RISE_SPEEDS = np.geomspace(0.03, 2.0, 7)
 _TAUS = np.geomspace(0.05, 50.0, 12)
+#: End of the band in which the drive side is differentiated, over half the sampling frequency.
+_WIDEST = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +169,15 @@ def shapes_of(law: str, size: MotionSize) -> FloatArray:
 def _delayed(own: ForceRecord, *, is_force: bool) -> FloatArray:
     """Rate of the driving force, or of the force that the baseline predicts, shape (1, n)."""
     sign = 1.0 if is_force else -1.0
-    return sign * np.gradient(own.side, own.step)[None]
+    return sign * rate_of_side(own)[None]
+
+
+def rate_of_side(own: ForceRecord) -> FloatArray:
+    """Derivative of the drive side by time, exact up to the band's end, shape (n,).
+
+    Differences of neighbours are 6 % too small at a tenth of the sampling frequency.
+    """
+    return band_limited(own.side, own.step, _WIDEST * 0.5 / own.step, derivative=1)
 
 
 def yields(size: MotionSize) -> FloatArray:

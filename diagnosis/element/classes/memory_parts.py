@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.special import roots_genlaguerre
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.simulation.element.memory_kernels import forces_along
 from carrierflex.simulation.element.memory_laws import (
     AT,
@@ -17,6 +18,9 @@ from carrierflex.simulation.element.memory_laws import (
     StopPlaces,
     flat_parts,
 )
+
+#: Stops in place of one bristle: its curve to 2 % of the friction.
+_STOPS_OF_BRISTLE = 8
 
 
 def parts_of_stops(
@@ -46,6 +50,33 @@ def parts_of_stops(
         place = StopPlaces._fields.index(name)
         rows[np.searchsorted(yields, own), place] = np.maximum(weights, 0.0)
     return MemoryParts(rows[rows[:, FIRST_FORCE:].any(axis=1)], NO_PARTS.branches, NO_PARTS.levels)
+
+
+def stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Yield deflections and weights of stops that turn as bristles of some lengths do.
+
+    After a reversal friction of Dahl's law turns as ``2 exp(-d / L) - 1``. So do stops of all yield
+    deflections y whose weights have the density ``4 y / L² exp(-2 y / L)``, of which
+    Gauss-Laguerre quadrature takes a few.
+
+    Parameters
+    ----------
+    lengths, weights : ndarray, shape (n,)
+        Deflection over which each turns, and its friction.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n * n_nodes,)
+        Yield deflections in the order of the lengths, weights.
+
+    References
+    ----------
+    .. [1] W. D. Iwan, "A distributed-element model for hysteresis", J. Appl. Mech. 33 (1966) 893:
+       the density is ``-d f''(d)`` of the curve f of first loading.
+    """
+    nodes, shares = roots_genlaguerre(_STOPS_OF_BRISTLE, 1.0)
+    yields = np.outer(lengths, 0.5 * nodes)
+    return yields.ravel(), np.outer(weights, shares / shares.sum()).ravel()
 
 
 def parts_of_branches(taus: FloatArray, weights: FloatArray) -> MemoryParts:

@@ -9,24 +9,28 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import nnls
 
-from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
+from carrierflex.diagnosis.classes.fits import ClassModel, coefficients, squares_left
+from carrierflex.diagnosis.classes.memory_columns import relaxing_branches
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.columns import ElementBases
-from carrierflex.diagnosis.element.classes.laws import yields
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.columns import ElementBases, stops_columns
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
 
-#: RMS of the first period of a drive that is switched on, over that of the whole: records cut from
-#: longer ones have about one.
+#: RMS of the first quarter of a period of a drive that is switched on, over that of the whole: of a
+#: record cut from a longer one it is 0.6 at least where one sine drives it.
 _STILL = 0.1
+#: Ridge on columns of unit energy: keeps those singular that a run does not move.
+_ROUNDING = 1e-10
 
 
 def with_starting_states(
     own: Sequence[ForceRecord], weights: Sequence[NoiseWeight], bases: ElementBases
 ) -> tuple[ForceRecord, ...]:
-    """Runs, each with the start of its sliders and branches that leaves less of its force.
+    """Runs, each with the start of its sliders and branches that leaves less of the force.
+
+    Sliders and branches are those of all runs together: a run by itself, in which few of them
+    slip, shares its force out among the others whichever way it began.
 
     Parameters
     ----------
@@ -42,42 +46,78 @@ def with_starting_states(
     tuple of ForceRecord
         Copies.
     """
+    starts = [_products_by_start(*run, bases) for run in zip(own, weights, strict=True)]
+    relaxed = _best_starts(starts, len(own[0].base))
     return tuple(
-        replace(record, from_rest=_begins_relaxed(record, weight, bases))
-        for record, weight in zip(own, weights, strict=True)
+        replace(record, from_rest=start) for record, start in zip(own, relaxed, strict=True)
     )
 
 
-def _begins_relaxed(own: ForceRecord, weight: NoiseWeight, bases: ElementBases) -> bool:
-    if not is_switched_on(own):
-        return False
-    plain = weight.filtered(np.vstack([own.target, own.base]))[:, own.counts]
-    left = [
-        _left(plain, weight.filtered(_memory(own, bases, from_rest=start))[:, own.counts])
-        for start in (False, True)
-    ]
-    return left[1] < left[0]
+def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bool]:
+    """Whether each run begins relaxed: all that may or none, then one by one while it gains.
+
+    Parameters
+    ----------
+    starts : sequence of sequence of ndarray, shape (n, n)
+        Products of each run: as a motion like its own leaves it, and relaxed where it may be.
+    n_base : int
+        Columns of the baseline.
+    """
+    may_be = [len(products) > 1 for products in starts]
+    if not any(may_be):
+        return may_be
+    options = [may_be, [False] * len(starts)]
+    totals = [_total(starts, option) for option in options]
+    left, total, best = min(
+        ((_left(own, n_base), own, option) for own, option in zip(totals, options, strict=True)),
+        key=lambda one: one[0],
+    )
+    for number in np.flatnonzero(may_be).tolist():
+        other = total + starts[number][not best[number]] - starts[number][best[number]]
+        left_of_other = _left(other, n_base)
+        if left_of_other < left:
+            left, total = left_of_other, other
+            best = [*best[:number], not best[number], *best[number + 1 :]]
+    return best
+
+
+def _total(starts: Sequence[Sequence[FloatArray]], relaxed: Sequence[bool]) -> FloatArray:
+    """Products of all runs together."""
+    chosen = [products[start] for products, start in zip(starts, relaxed, strict=True)]
+    return np.asarray(np.sum(chosen, axis=0), dtype=np.float64)
 
 
 def is_switched_on(own: ForceRecord) -> bool:
-    """Whether the drive of a run begins in it: its first period is all but still."""
-    drive = own.record.drive
+    """Whether the drive of a run begins in it: a quarter of its first period is all but still."""
+    drive = own.record.drive - own.record.drive.mean()
     omega = float(own.v[own.counts].std() / own.x[own.counts].std())
-    first = drive[: max(int(2.0 * np.pi / (omega * own.step)), 2)]
-    return bool(first.std() < _STILL * drive.std())
+    first = drive[: max(int(0.5 * np.pi / (omega * own.step)), 2)]
+    return bool(np.sqrt(np.mean(first**2)) < _STILL * drive.std())
 
 
-def _memory(own: ForceRecord, bases: ElementBases, *, from_rest: bool) -> FloatArray:
-    sliders = stops(own.x, yields(bases.size), from_rest=from_rest)
-    branches = relaxing_branches(own.x, bases.taus, own.step, from_rest=from_rest)
-    return np.concatenate([sliders, branches])
+def _products_by_start(
+    own: ForceRecord, weight: NoiseWeight, bases: ElementBases
+) -> list[FloatArray]:
+    """Products of target, baseline and memory of a run for each start it may have."""
+    plain = weight.filtered(np.vstack([own.target, own.base]))[:, own.counts]
+    found = []
+    for from_rest in (False, True)[: 1 + is_switched_on(own)]:
+        memory = np.concatenate(
+            [
+                stops_columns(own.x, bases.size, from_rest=from_rest),
+                relaxing_branches(own.x, bases.taus, own.step, from_rest=from_rest),
+            ]
+        )
+        rows = np.vstack([plain, weight.filtered(memory)[:, own.counts]])
+        found.append(rows @ rows.T)
+    return found
 
 
-def _left(plain: FloatArray, memory: FloatArray) -> float:
-    """What baseline and memory, of weights of at least zero, leave of a run's force."""
-    size = np.sqrt(np.square(memory).sum(axis=1, keepdims=True))
-    # The baseline is free: what it explains of everything is taken out first.
-    free, _ = np.linalg.qr((plain[1:] / np.linalg.norm(plain[1:], axis=1, keepdims=True)).T)
-    rows = np.vstack([plain[:1], memory / np.maximum(size, np.finfo(float).tiny)])
-    rows = rows - (rows @ free) @ free.T
-    return float(nnls(rows[1:].T, rows[0])[1])
+def _left(products: FloatArray, n_base: int) -> float:
+    """Square that baseline and memory, of weights of at least zero, leave of the force."""
+    square = float(products[0, 0])
+    size = np.sqrt(np.maximum(np.diag(products), np.finfo(float).tiny))
+    scaled = products / np.outer(size, size)
+    n = len(products) - 1
+    model = ClassModel(np.arange(1, n + 1), _ROUNDING * np.eye(n), np.arange(n) >= n_base)
+    return square * float(squares_left(scaled, coefficients(scaled, model)))

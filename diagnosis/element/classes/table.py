@@ -31,15 +31,16 @@ from carrierflex.diagnosis.element.classes.laws import (
     classes_of,
     yields,
 )
-from carrierflex.diagnosis.element.classes.motion import (
+from carrierflex.diagnosis.element.classes.motion.force_records import (
     IN_TIME,
     ForceRecord,
     fold_of,
     force_records,
     where_folds_overlap,
     while_sliding,
+    with_noise_of,
 )
-from carrierflex.diagnosis.element.classes.nearest_motion import with_all_lines
+from carrierflex.diagnosis.element.classes.motion.nearest_motion import with_all_lines
 from carrierflex.diagnosis.element.classes.noise_colour import noise_correlation_time
 from carrierflex.diagnosis.element.classes.starting_states import with_starting_states
 from carrierflex.diagnosis.element.classes.table_columns import (
@@ -214,7 +215,11 @@ def counted_runs(
 
 def runs_with_bases(counted: CountedRuns, weights: tuple[NoiseWeight, ...]) -> ElementRuns:
     """Counted runs with their filters, splines over their motion, and where memories start."""
-    own, size = counted.records, counted.size
+    size = counted.size
+    own = tuple(
+        record if weight.element is None else with_noise_of(record, weight.element)
+        for record, weight in zip(counted.records, weights, strict=True)
+    )
     bases = element_bases(own, size)
     return ElementRuns(with_starting_states(own, weights, bases), size, weights, bases)
 
@@ -322,7 +327,9 @@ def weights_of(
             )
             for record, value, channel in zip(own, variance, of_channel, strict=True)
         ]
-        if element is not None:
+        # At one frequency mass and spring are one unknown: regressors without noise leave the two
+        # to rounding, and the element's own scale keeps what lies within physical bounds.
+        if element is not None and not any(record.noise_motion for record in own):
             element = weighted_baseline(model, own, weights) or element
     return tuple(weights)
 

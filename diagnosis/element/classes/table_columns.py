@@ -14,7 +14,7 @@ from carrierflex.diagnosis.element.classes.laws import (
     law_columns,
     presliding_columns,
 )
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.channel_noise import dynamic_stiffness
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.classes.noise_colour import noise_density
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.identification.campaign.signals import pass_gain, with_gain

@@ -15,13 +15,13 @@ from carrierflex.diagnosis.classes.memory_columns import (
 )
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
-from carrierflex.diagnosis.element.classes.motion import (
+from carrierflex.diagnosis.element.classes.motion.force_records import (
     fold_of,
     force_records,
     where_folds_overlap,
     while_sliding,
 )
-from carrierflex.diagnosis.element.classes.nearest_motion import with_all_lines
+from carrierflex.diagnosis.element.classes.motion.nearest_motion import with_all_lines
 from carrierflex.diagnosis.element.classes.starting_states import is_switched_on
 from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.element.element_campaigns import (

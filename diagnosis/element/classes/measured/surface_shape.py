@@ -20,7 +20,10 @@ from carrierflex.diagnosis.element.classes.columns import (
     step_at_rest,
     surface_products,
 )
-from carrierflex.diagnosis.element.classes.memory_parts import parts_of_stops
+from carrierflex.diagnosis.element.classes.memory_parts import (
+    parts_of_stops,
+    stops_of_bristles,
+)
 from carrierflex.simulation.element.surface_laws import SurfaceLaw
 
 #: Groups whose columns make the surface, dry friction with a memory last.
@@ -171,5 +174,6 @@ def _law(
     slope, constant = straight_part(grid.x, np.array([np.interp(0.0, grid.v, row) for row in y]))
     damping = slope_beside_rest(grid.v, middle)
     y -= slope * grid.x[:, None] + constant + damping * grid.v
-    turning = parts_of_stops({"slip": (size.presliding, slips)}, 0.0, size.half_range)
+    bristles = stops_of_bristles(size.presliding, slips)
+    turning = parts_of_stops({"slip": bristles}, 0.0, size.half_range)
     return SurfaceLaw("", grid.x, grid.v, y, np.array(levels), turning.stops, units)

@@ -42,14 +42,14 @@ def with_all_lines(model: ElementModel, record: ElementRecord) -> ElementRecord:
     """
     if not model.by_force or record.is_released or record.gap is not None:
         return record
-    if _is_one_line(record):
+    if is_one_line(record):
         return record.within(record.cutoff_hz)
     trusted = trusted_frequency(record.response, record.step, above_plateau=_CLEAR_OF_NOISE)
     return record if trusted <= record.flat_hz else record.within(trusted)
 
 
 def nearest_motion(
-    model: ElementModel, record: ElementRecord, variance: float
+    model: ElementModel, record: ElementRecord, variance: float, *, clear: float = 1.0
 ) -> tuple[Motion, float]:
     """Deflection, speed and acceleration nearest to the true ones, and the error of the speed.
 
@@ -64,6 +64,8 @@ def nearest_motion(
         Run; so is a release.
     variance : float
         Variance of the channel's noise.
+    clear : float
+        Power over that of the noise below which a frequency holds no motion.
 
     Returns
     -------
@@ -84,7 +86,7 @@ def nearest_motion(
     power = np.abs(np.fft.rfft(detrend(q) * window)) ** 2 / np.square(window).sum()
     smooth = np.maximum(uniform_filter1d(power, _SMOOTHED_LINES, mode="nearest"), _SMALLEST)
     lines = np.asarray(np.fft.rfftfreq(q.size, step), dtype=np.float64)
-    share = np.clip(1.0 - variance / smooth, 0.0, 1.0)
+    share = np.where(smooth > clear * variance, 1.0 - variance / smooth, 0.0)
 
     def kept(frequency_hz: FloatArray) -> FloatArray:
         """Share of the motion within its band."""
@@ -106,7 +108,7 @@ def nearest_motion(
     return (x, v, a), float(np.sqrt(error))
 
 
-def _is_one_line(record: ElementRecord) -> bool:
+def is_one_line(record: ElementRecord) -> bool:
     """Whether one line of the spectrum holds the energy of a run's motion."""
     return participation(record)[0] < _ONE_LINE
 
