@@ -46,11 +46,10 @@ class ClassConstants:
         Share of the gap that a second class must gain to be a cause beside the first: less than a
         sixth of the gap's amplitude is what the first class has in second order (the servo axis of
         EMPS, whose friction is known, gains 0.020 by a delay).
-    small_cause_left, small_cause_errors : float
+    small_cause_takes, small_cause_errors : float
         Where the drive moves at many frequencies, a second class that gains less is a cause all the
-        same if it leaves at most the first share of what the first class left, by so many standard
-        errors of the ratio over the blocks: what a class has in second order another one takes
-        in part only.
+        same if it takes this share of what the first class leaves, by so many standard errors of
+        the ratio over the blocks: what a class has in second order another one takes in part only.
     beside_bent : float
         The same beside a class that needs the members that bend its law: what such a class leaves
         of its own (loops of Bouc and Wen leave 3 to 16 % of their gap to sliders).
@@ -97,7 +96,7 @@ class ClassConstants:
     floor_error: float = 0.05
     least_gain: float = 0.01
     second_cause: float = 0.025
-    small_cause_left: float = 1.0 / 3.0
+    small_cause_takes: float = 0.67
     small_cause_errors: float = 4.0
     beside_bent: float = 0.05
     gain_of_left: float = 0.5

@@ -89,13 +89,18 @@ def decide(
     if is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     answer, ties = _single_or_pair(
-        shares, singles, pairs, best, shows_small_causes=shows_small_causes
+        shares,
+        singles,
+        pairs,
+        best,
+        coupled_parts=scores.table.coupled_parts,
+        shows_small_causes=shows_small_causes,
     )
     limits = scores.constants
     coupled = _coupled(scores, shares, candidates)
     if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
         answer, ties = coupled, ()
-    whole = _as_one(scores, shares, answer)
+    whole = _as_one(scores, shares, answer, shows_small_causes=shows_small_causes)
     if whole:
         answer, ties = whole, ()
     plain = plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
@@ -131,17 +136,28 @@ def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> 
     return best if shares.is_clear_gain(scores.of(best), scores.of(alone), second) else alone
 
 
-def _as_one(scores: ClassScores, shares: Shares, answer: Classes) -> Classes:
+def _as_one(
+    scores: ClassScores, shares: Shares, answer: Classes, *, shows_small_causes: bool
+) -> Classes:
     """The coupled class in place of its parts where it is more than their sum; else empty.
 
     Both parts are one damping already. Whether it is a product or a sum is no question of a second
-    cause, and as little decides it as what takes the name of a law whose class is curved.
+    cause, and as little decides it as what takes the name of a law whose class is curved. A damping
+    of the speed alone gives way to one of both where that takes half of what it leaves, in block
+    after block.
     """
     table, limits = scores.table, scores.constants
-    if not table.coupled_parts or not table.coupled_parts <= set(answer):
+    if not table.coupled_parts:
         return ()
-    whole = tuple(sorted({table.surface, *answer} - table.coupled_parts))
-    is_more = shares.is_gain(scores.of(whole), scores.of(answer), limits.least_curved)
+    found = scores.of(answer)
+    if table.coupled_parts <= set(answer):
+        whole = tuple(sorted({table.surface, *answer} - table.coupled_parts))
+        is_more = shares.is_gain(scores.of(whole), found, limits.least_curved)
+    else:
+        beside = [name for name in answer if not table.is_in_surface(name)]
+        whole = tuple(sorted({table.surface, *beside}))
+        may_be = shows_small_causes and table.uncoupled_part in answer
+        is_more = may_be and shares.takes_of_left(scores.of(whole), found, limits.gain_of_left)
     return whole if is_more else ()
 
 
@@ -175,6 +191,7 @@ def _single_or_pair(
     pairs: dict[Classes, HeldOutSquares],
     best: str,
     *,
+    coupled_parts: frozenset[str],
     shows_small_causes: bool,
 ) -> tuple[Classes, tuple[Classes, ...]]:
     """The best class with its ties, or the best pair where it clearly gains."""
@@ -183,8 +200,11 @@ def _single_or_pair(
         (name,) for name, other in singles.items() if name != best and shares.are_equal(other, held)
     )
     pair = _best_pair(shares, pairs, best)
-    is_cause = shares.is_clear_gain(pairs[pair], held, shares.constants.second_cause) or (
-        shows_small_causes and shares.is_small_cause(pairs[pair], held)
+    limits = shares.constants
+    # One damping in two parts is no second cause: whether it is a product is asked apart.
+    may_be_small = shows_small_causes and not coupled_parts <= set(pair)
+    is_cause = shares.is_clear_gain(pairs[pair], held, limits.second_cause) or (
+        may_be_small and shares.takes_of_left(pairs[pair], held, limits.small_cause_takes)
     )
     if not is_cause:
         return (best,), tied

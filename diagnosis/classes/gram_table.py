@@ -85,6 +85,9 @@ class GramTable:
         Classes that share out one coupled cause where an answer holds them all: a damping
         ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws. The
         coupled class takes their place where it is more than their sum.
+    uncoupled_part : str
+        The one of them that holds a function of one argument, ``g(v)``: alone it gives way to the
+        coupled class where that takes half of what it leaves. Empty where there is none.
     plain : mapping of str to tuple of str
         Groups of a class without the members that bend its law: these imitate other classes, and
         another class beside the plain law is asked before them.
@@ -102,6 +105,7 @@ class GramTable:
     scale: FloatArray
     beyond_laws: Mapping[str, str] = field(default_factory=dict)
     coupled_parts: frozenset[str] = frozenset()
+    uncoupled_part: str = ""
     plain: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @cached_property

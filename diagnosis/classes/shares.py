@@ -137,17 +137,16 @@ class Shares:
         of_left = self.constants.gain_of_left * self.left(worse)
         return self.is_gain(better, worse, least_gain) and taken >= of_left
 
-    def is_small_cause(self, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
-        """Whether a richer result gains little of the gap, but nearly all that the simpler left.
+    def takes_of_left(self, better: HeldOutSquares, worse: HeldOutSquares, share: float) -> bool:
+        """Whether a richer result takes a share of what a simpler one leaves, however little that is.
 
-        The ratio of what both leave is that of every block, so that it holds in all of them.
+        In block after block: the ratio of what both leave there stands clear of its scatter.
         """
         limits = self.constants
-        is_most = self.left(better) <= limits.small_cause_left * self.left(worse)
+        takes = self.left(better) <= (1.0 - share) * self.left(worse)
         is_seen = self._gain_to_floor(better, worse) > limits.least_curved
-        return (
-            is_most and is_seen and self.errors_of_ratio(better, worse) > limits.small_cause_errors
-        )
+        errors = self.errors_of_ratio(better, worse)
+        return takes and is_seen and errors > limits.small_cause_errors
 
     def errors_of_ratio(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
         """Mean of ``log(e_worse / e_better)`` over the blocks, in its standard errors."""

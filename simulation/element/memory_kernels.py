@@ -14,6 +14,7 @@ from carrierflex.simulation.element.memory_laws import (
     LEVEL,
     N_HEAD,
     NODE,
+    OUTSIDE,
     STIFFNESS,
     TAU,
 )
@@ -34,6 +35,7 @@ def _stop_force(q: float, z: float, at: int, parts: Array) -> float:
     level = parts[at + AT.slip] + parts[at + AT.slip_middle] * (1.0 - abs(place))
     level += parts[at + AT.slip_upper] * max(place, 0.0)
     level += parts[at + AT.slip_lower] * max(-place, 0.0)
+    level += parts[at + AT.slip_outside] * min(OUTSIDE * abs(place), 1.0)
     force = level * z + parts[at + AT.inner] * min(max(z, -0.5), 0.5)
     force += parts[at + AT.outer_upper] * max(z - 0.5, 0.0)
     return float(force + parts[at + AT.outer_lower] * min(z + 0.5, 0.0))

@@ -89,7 +89,7 @@ def write_memory_law(path: Path, law: MemoryLaw) -> None:
 
 
 def stop_rows(tables: "Sequence[StopTable]") -> NDArray[np.float64]:
-    """Rows of the stops of a file, shape (n_stops, 10)."""
+    """Rows of the stops of a file, shape (n_stops, 11)."""
     rows = [[getattr(stop, name) for name in StopPlaces._fields] for stop in tables]
     return np.array(rows, dtype=np.float64).reshape(-1, len(AT))
 

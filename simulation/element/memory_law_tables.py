@@ -35,6 +35,7 @@ class StopTable(TomlTable):
     slip_middle: NotNegative = key("Force at slip beside it, times 1 - |s|", default=0.0)
     slip_upper: NotNegative = key("The same times s where s > 0", default=0.0)
     slip_lower: NotNegative = key("The same times -s where s < 0", default=0.0)
+    slip_outside: NotNegative = key("The same times min(4 |s|, 1)", default=0.0)
     inner: NotNegative = key("Force per z within -1/2 and 1/2 [force_unit]", default=0.0)
     outer_upper: NotNegative = key("Force per z above 1/2 [force_unit]", default=0.0)
     outer_lower: NotNegative = key("Force per z below -1/2 [force_unit]", default=0.0)

@@ -5,7 +5,8 @@ Dry friction whose level depends on the deflection stands beside them: the motio
 A stop is a spring in series with dry friction (Jenkins element; Iwan, J. Appl. Mech. 33 (1966)
 893): ``z`` follows the deflection over the yield deflection and stays within -1 and 1. Its force is
 
-``z (slip + slip_middle (1 - |s|) + slip_upper max(s, 0) + slip_lower max(-s, 0))
+``z (slip + slip_middle (1 - |s|) + slip_upper max(s, 0) + slip_lower max(-s, 0)
++ slip_outside min(4 |s|, 1))
 + inner min(max(z, -1/2), 1/2) + outer_upper max(z - 1/2, 0) + outer_lower min(z + 1/2, 0)``,
 
 with the place ``s = (q - middle) / half_range`` within -1 and 1: loops may be pinched, differ from
@@ -38,11 +39,14 @@ class StopPlaces(NamedTuple):
     slip_middle: int
     slip_upper: int
     slip_lower: int
+    slip_outside: int
     inner: int
     outer_upper: int
     outer_lower: int
 
 
+#: Slope of the force outside the middle over the place: whole beyond a quarter of the half range.
+OUTSIDE = 4.0
 AT = StopPlaces(*range(len(StopPlaces._fields)))
 #: First of the values of a stop that are forces.
 FIRST_FORCE = AT.slip
@@ -64,7 +68,7 @@ class MemoryLaw:
         Id of the effect.
     effect_class : str
         ``hysteresis`` or ``memory``.
-    stops : ndarray, shape (n_stops, 10)
+    stops : ndarray, shape (n_stops, 11)
         Rows by :class:`StopPlaces`: deflections and forces.
     branches : ndarray, shape (n_branches, 2)
         Relaxation time [s] and stiffness.
@@ -110,7 +114,7 @@ class MemoryParts:
 
     Parameters
     ----------
-    stops : ndarray, shape (n_stops, 10)
+    stops : ndarray, shape (n_stops, 11)
         Rows of all stops.
     branches : ndarray, shape (n_branches, 2)
         Rows of all branches.

@@ -37,7 +37,7 @@ class SurfaceLaw:
         Force without dry friction.
     friction : ndarray, shape (n,)
         Dry friction at x, at least zero; linear between the points and constant beyond.
-    stops : ndarray, shape (n_stops, 10)
+    stops : ndarray, shape (n_stops, 11)
         Rows by :class:`carrierflex.simulation.element.memory_laws.StopPlaces`.
     units : tuple of str
         Units of force and deflection; time is in seconds.

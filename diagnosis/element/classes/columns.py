@@ -22,7 +22,7 @@ from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
 from carrierflex.diagnosis.element.classes.laws import MotionSize, rate_of_side, yields
 from carrierflex.diagnosis.element.classes.memory_parts import parts_of_stops
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
-from carrierflex.simulation.element.memory_laws import MemoryParts
+from carrierflex.simulation.element.memory_laws import OUTSIDE, MemoryParts
 
 #: Splines of f(x), g(v), h(x), of each side of f(x, v), of time and of the drive side. h is as
 #: curved as f: eight of a damping that rises over a fifth of the range left 3 % of its gap.
@@ -41,6 +41,10 @@ _COUPLED_YIELDS = slice(0, None, 2)
 #: Those whose own spring is curved: they turn within half of the motion, since a slider that hardly
 #: slips is a spring, and a curved one any f(x).
 _CURVED_YIELDS = slice(6, 12)
+#: Forces of a slider whose strength changes with deflection, and of one whose spring is curved, in
+#: the order of their columns.
+_BY_PLACE = ("slip_middle", "slip_upper", "slip_lower", "slip_outside")
+_BY_SPRING = ("inner", "outer_upper", "outer_lower")
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +116,8 @@ def group_columns(
     """
     size = bases.size
     n_plain = yields(size).size
-    n_varying = yields(size)[_COUPLED_YIELDS].size + yields(size)[_CURVED_YIELDS].size
+    n_varying = len(_BY_PLACE) * yields(size)[_COUPLED_YIELDS].size
+    n_curved = len(_BY_SPRING) * yields(size)[_CURVED_YIELDS].size
 
     def in_time(own: ForceRecord) -> FloatArray:
         splines = bases.time(own.step * np.arange(own.x.size, dtype=np.float64))
@@ -139,7 +144,7 @@ def group_columns(
         GroupColumns(
             "stops",
             lambda own: stops_columns(own.x, size, from_rest=own.from_rest),
-            np.zeros((n_plain + 3 * n_varying,) * 2),
+            np.zeros((n_plain + n_varying + n_curved,) * 2),
             is_nonnegative=True,
         ),
         GroupColumns("prony", partial(branches, bases), np.zeros((_N_PRONY,) * 2), True),
@@ -201,7 +206,8 @@ def curved_branches(bases: ElementBases, own: ForceRecord) -> FloatArray:
 def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -> FloatArray:
     """Sliders, sliders whose strength changes with deflection, and curved ones, shape (n, x.size).
 
-    ``z_i``; ``z_i (1 - |x|/X)``, ``z_i max(x, 0)/X``, ``z_i max(-x, 0)/X``; and the inner half of
+    ``z_i``; ``z_i (1 - |x|/X)``, ``z_i max(x, 0)/X``, ``z_i max(-x, 0)/X``, ``z_i min(4|x|/X, 1)``,
+    which is weak in the middle alone as a loop is that is pinched there; and the inner half of
     z_i with both outer quarters apart, which is a spring of three stiffnesses in series with a
     slider. With weights of at least zero no strength and no stiffness is negative, and loops may
     soften, harden, be pinched, or differ from side to side.
@@ -217,6 +223,7 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
             varying * (1.0 - np.abs(place)),
             varying * np.maximum(place, 0.0),
             varying * np.maximum(-place, 0.0),
+            varying * np.minimum(OUTSIDE * np.abs(place), 1.0),
             np.clip(curved, -0.5, 0.5),
             np.maximum(curved - 0.5, 0.0),
             np.minimum(curved + 0.5, 0.0),
@@ -236,8 +243,8 @@ def stops_of(weights: FloatArray, size: MotionSize) -> MemoryParts:
     """
     plain = yields(size)
     varying, curved = plain[_COUPLED_YIELDS], plain[_CURVED_YIELDS]
-    names = {"slip": plain} | dict.fromkeys(("slip_middle", "slip_upper", "slip_lower"), varying)
-    names |= dict.fromkeys(("inner", "outer_upper", "outer_lower"), curved)
+    names = {"slip": plain} | dict.fromkeys(_BY_PLACE, varying)
+    names |= dict.fromkeys(_BY_SPRING, curved)
     ends = np.cumsum([own.size for own in names.values()])
     parts = np.split(weights, ends[:-1])
     forces = {name: (own, part) for (name, own), part in zip(names.items(), parts, strict=True)}

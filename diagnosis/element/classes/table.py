@@ -361,6 +361,7 @@ def _assembled(
         scale=scale,
         beyond_laws={MEMORY: "curved_prony"},
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
+        uncoupled_part=DISSIPATION,
     )
 
 
