@@ -35,6 +35,7 @@ MODULES = (
     "diagnosis.classes.memory_columns",
     "diagnosis.element.classes.motion.force_records",
     "diagnosis.element.classes.motion.nearest_motion",
+    "diagnosis.element.classes.motion.steady_motion",
     "diagnosis.element.classes.noise_colour",
     "diagnosis.classes.splines",
     "diagnosis.element.classes.starting_states",
@@ -43,7 +44,15 @@ MODULES = (
 )
 #: Names of numbers that are none of the decision's: degree of splines, memory, smallest numbers,
 #: what only a kind without an element or the search for laws reads.
-_NO_VERDICT = {"_CUBIC", "_CHUNK", "_SMALLEST", "_BLURRED_SIGN", "N_BANDS", "band_samples"}
+_NO_VERDICT = {
+    "_AT_ONCE",
+    "_CUBIC",
+    "_CHUNK",
+    "_SMALLEST",
+    "_BLURRED_SIGN",
+    "N_BANDS",
+    "band_samples",
+}
 #: A share above this one is moved by what it leaves of one: 1.2 times 0.97 is no share.
 _ALL_BUT_ONE = 0.9
 

@@ -202,7 +202,7 @@ def _single_or_pair(
     pair = _best_pair(shares, pairs, best)
     limits = shares.constants
     # One damping in two parts is no second cause: whether it is a product is asked apart.
-    may_be_small = shows_small_causes and not coupled_parts <= set(pair)
+    may_be_small = shows_small_causes and set(pair) != coupled_parts
     is_cause = shares.is_clear_gain(pairs[pair], held, limits.second_cause) or (
         may_be_small and shares.takes_of_left(pairs[pair], held, limits.small_cause_takes)
     )

@@ -138,7 +138,7 @@ class Shares:
         return self.is_gain(better, worse, least_gain) and taken >= of_left
 
     def takes_of_left(self, better: HeldOutSquares, worse: HeldOutSquares, share: float) -> bool:
-        """Whether a richer result takes a share of what a simpler one leaves, however little that is.
+        """Whether a richer result takes a share of what a simpler one leaves, however little.
 
         In block after block: the ratio of what both leave there stands clear of its scatter.
         """

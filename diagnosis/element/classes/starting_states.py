@@ -89,6 +89,8 @@ def _total(starts: Sequence[Sequence[FloatArray]], relaxed: Sequence[bool]) -> F
 
 def is_switched_on(own: ForceRecord) -> bool:
     """Whether the drive of a run begins in it: a quarter of its first period is all but still."""
+    if not own.counts.any():
+        return False
     drive = own.record.drive - own.record.drive.mean()
     omega = float(own.v[own.counts].std() / own.x[own.counts].std())
     first = drive[: max(int(0.5 * np.pi / (omega * own.step)), 2)]

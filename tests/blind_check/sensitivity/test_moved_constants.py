@@ -43,14 +43,14 @@ def test_every_constant_has_a_reason():
 
 def test_a_private_constant_is_moved_in_its_own_module_alone():
     assert motion._WIDEST == 0.95
-    with moved(CONSTANTS["motion._WIDEST"], 1.2):
+    with moved(CONSTANTS["force_records._WIDEST"], 1.2):
         assert pytest.approx(1.0 - 1.2 * 0.05) == motion._WIDEST
     assert motion._WIDEST == 0.95
 
 
 def test_a_public_constant_is_moved_where_it_is_read_too():
     before = table.IN_TIME
-    with moved(CONSTANTS["motion.IN_TIME"], 0.8):
+    with moved(CONSTANTS["force_records.IN_TIME"], 0.8):
         assert table.IN_TIME == motion.IN_TIME == before - 1
     assert table.IN_TIME == motion.IN_TIME == before
 
@@ -91,7 +91,7 @@ def test_the_answer_that_is_compared_is_that_of_a_diagnosis():
 #: Of each way that a constant takes to an answer; all but two change one of the answers below.
 WAYS = (
     *("constants.n_folds", "constants.ridges", "constants.standard_errors"),
-    *("signals._ROLL_OFF", "records._PIECES", "motion._BLOCKS", "noise_colour._BEYOND"),
+    *("signals._ROLL_OFF", "records._PIECES", "force_records._BLOCKS", "noise_colour._BEYOND"),
     *("weighting._FORCE_ERROR", "columns._N_FORCE", "laws._TAUS", "answer._SAME_LEVEL"),
 )
 #: Cases whose answers hang on much: causes beside one another under noise, and a slow change.

@@ -96,8 +96,36 @@ def test_a_declared_floor_above_the_noise_makes_no_share_above_one():
     assert max(*found.rivals.values(), found.learnable, *found.share_ci95) <= 1.0
 
 
-def test_a_second_cause_below_a_hundredth_of_the_gap_is_no_cause():
-    assert answered(A + 0.06 * B, noise=0.01).ids == ("a",)
+def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
+    # 0.4 % of the gap, of which the first class leaves thirty times the noise.
+    signal = A + 0.06 * B
+    assert answered(signal, noise=0.01).ids == ("a", "b")
+    # One frequency cannot tell it from what the first class has in second order.
+    few = {"shows_small_causes": False}
+    assert answered(signal, noise=0.01, options=few).ids == ("a",)
+    # Beside something that no class holds it takes half of what is left.
+    rest = 0.06 * np.random.default_rng(4).standard_normal(A.size) * B.std()
+    assert answered(signal + rest, noise=0.01).ids == ("a",)
+
+
+def test_a_small_second_cause_holds_in_block_after_block():
+    # All of it in three blocks of 24: their square is that of a cause in all of them.
+    rows = np.arange(A.size) // N_SAMPLES
+    once = np.where(rows < 3, np.sqrt(8.0), 0.0)
+    assert answered(A + 0.06 * B * once, noise=0.01).ids == ("a",)
+
+
+def test_a_damping_of_the_speed_gives_way_to_one_of_both_that_takes_half_of_what_it_leaves():
+    table = toy_table(A + 0.1 * MORE, COLUMNS, noise=0.01)
+    parts = {"coupled_parts": frozenset({"a", "b"}), "uncoupled_part": "a"}
+    candidates = ("a", "b", "c")
+    assert answer_of(table, candidates).ids == ("a",)
+    assert answer_of(replace(table, **parts), candidates).ids == ("surface",)
+    few = answer_of(replace(table, **parts), candidates, shows_small_causes=False)
+    assert few.ids == ("a",)
+    # The other part, which both arguments make, stays what it is.
+    other = replace(table, **parts | {"uncoupled_part": "b"})
+    assert answer_of(other, candidates).ids == ("a",)
 
 
 def test_what_is_learnt_below_the_floor_is_no_second_cause():

@@ -106,6 +106,10 @@ def test_a_stop_differs_from_side_to_side_and_in_the_middle():
     assert upper[3500] == pytest.approx(0.0, abs=1e-6)
     lower = force_of(q, stop(slip_lower=SLIP))
     assert lower[3500] == pytest.approx(-SLIP, rel=1e-3)
+    # Weak in the middle alone: whole beyond a quarter of the half range.
+    outside = force_of(q, stop(slip_outside=SLIP))
+    assert_allclose(outside[[2100, 2500, 3500]], SLIP * np.array([1.0, 1.0, -1.0]), rtol=1e-3)
+    assert_allclose(outside[2020], force_of(q, stop(slip=SLIP))[2020] * 4.0 * q[2020] / 1e-3)
     curved = force_of(q, stop(inner=SLIP, outer_upper=2.0 * SLIP, outer_lower=4.0 * SLIP))
     assert_allclose([curved.max(), curved.min()], [1.5 * SLIP, -2.5 * SLIP], rtol=1e-6)
 
