@@ -19,7 +19,8 @@ from carrierflex.blind_check.sensitivity.usual_case import (
 )
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.element.classes import answer, motion, table
+from carrierflex.diagnosis.element.classes import answer, table
+from carrierflex.diagnosis.element.classes.motion import force_records
 from carrierflex.diagnosis.element.classes.table import element_table
 from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, toy_table
@@ -42,17 +43,17 @@ def test_every_constant_has_a_reason():
 
 
 def test_a_private_constant_is_moved_in_its_own_module_alone():
-    assert motion._WIDEST == 0.95
+    assert force_records._WIDEST == 0.95
     with moved(CONSTANTS["force_records._WIDEST"], 1.2):
-        assert pytest.approx(1.0 - 1.2 * 0.05) == motion._WIDEST
-    assert motion._WIDEST == 0.95
+        assert pytest.approx(1.0 - 1.2 * 0.05) == force_records._WIDEST
+    assert force_records._WIDEST == 0.95
 
 
 def test_a_public_constant_is_moved_where_it_is_read_too():
     before = table.IN_TIME
     with moved(CONSTANTS["force_records.IN_TIME"], 0.8):
-        assert table.IN_TIME == motion.IN_TIME == before - 1
-    assert table.IN_TIME == motion.IN_TIME == before
+        assert table.IN_TIME == force_records.IN_TIME == before - 1
+    assert table.IN_TIME == force_records.IN_TIME == before
 
 
 def test_a_limit_of_the_comparison_is_moved():
