@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.special import roots_genlaguerre
+from scipy.stats import gamma
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
@@ -19,7 +19,7 @@ from carrierflex.simulation.element.memory_laws import (
     flat_parts,
 )
 
-#: Stops in place of one bristle: its curve to 2 % of the friction.
+#: Stops in place of one bristle: its curve to 2.4 % of the friction.
 _STOPS_OF_BRISTLE = 8
 
 
@@ -56,8 +56,8 @@ def stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatAr
     """Yield deflections and weights of stops that turn as bristles of some lengths do.
 
     After a reversal friction of Dahl's law turns as ``2 exp(-d / L) - 1``. So do stops of all yield
-    deflections y whose weights have the density ``4 y / L² exp(-2 y / L)``, of which
-    Gauss-Laguerre quadrature takes a few.
+    deflections y whose weights have the density ``4 y / L² exp(-2 y / L)`` (a gamma
+    distribution); a few of equal weight stand for it, in the middle of equal parts of it.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatAr
 
     Returns
     -------
-    tuple of ndarray, shape (n * n_nodes,)
+    tuple of ndarray, shape (n * n_stops,)
         Yield deflections in the order of the lengths, weights.
 
     References
@@ -74,9 +74,10 @@ def stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatAr
     .. [1] W. D. Iwan, "A distributed-element model for hysteresis", J. Appl. Mech. 33 (1966) 893:
        the density is ``-d f''(d)`` of the curve f of first loading.
     """
-    nodes, shares = roots_genlaguerre(_STOPS_OF_BRISTLE, 1.0)
-    yields = np.outer(lengths, 0.5 * nodes)
-    return yields.ravel(), np.outer(weights, shares / shares.sum()).ravel()
+    parts = (np.arange(_STOPS_OF_BRISTLE) + 0.5) / _STOPS_OF_BRISTLE
+    yields = np.outer(lengths, gamma.ppf(parts, 2.0, scale=0.5))
+    shared = np.repeat(weights / _STOPS_OF_BRISTLE, _STOPS_OF_BRISTLE)
+    return yields.ravel(), shared
 
 
 def parts_of_branches(taus: FloatArray, weights: FloatArray) -> MemoryParts:
