@@ -2,7 +2,7 @@
 
 A record cut from a longer one begins where a motion like its own leaves a slider. A rig that is
 switched on in the record may begin relaxed, or as an earlier motion left it; a slider that slips
-once in a run keeps the difference until it does: the run itself tells.
+once in a run keeps the difference until it does: the runs themselves tell.
 """
 
 from collections.abc import Sequence
@@ -46,7 +46,13 @@ def with_starting_states(
     tuple of ForceRecord
         Copies.
     """
-    starts = [_products_by_start(*run, bases) for run in zip(own, weights, strict=True)]
+    may_be_relaxed = [is_switched_on(record) for record in own]
+    if not any(may_be_relaxed):
+        return tuple(own)
+    starts = [
+        [_products(record, weight, bases, from_rest=start) for start in (False, True)[: 1 + may_be]]
+        for record, weight, may_be in zip(own, weights, may_be_relaxed, strict=True)
+    ]
     relaxed = _best_starts(starts, len(own[0].base))
     return tuple(
         replace(record, from_rest=start) for record, start in zip(own, relaxed, strict=True)
@@ -64,8 +70,6 @@ def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bo
         Columns of the baseline.
     """
     may_be = [len(products) > 1 for products in starts]
-    if not any(may_be):
-        return may_be
     options = [may_be, [False] * len(starts)]
     totals = [_total(starts, option) for option in options]
     left, total, best = min(
@@ -97,22 +101,18 @@ def is_switched_on(own: ForceRecord) -> bool:
     return bool(np.sqrt(np.mean(first**2)) < _STILL * drive.std())
 
 
-def _products_by_start(
-    own: ForceRecord, weight: NoiseWeight, bases: ElementBases
-) -> list[FloatArray]:
-    """Products of target, baseline and memory of a run for each start it may have."""
-    plain = weight.filtered(np.vstack([own.target, own.base]))[:, own.counts]
-    found = []
-    for from_rest in (False, True)[: 1 + is_switched_on(own)]:
-        memory = np.concatenate(
-            [
-                stops_columns(own.x, bases.size, from_rest=from_rest),
-                relaxing_branches(own.x, bases.taus, own.step, from_rest=from_rest),
-            ]
-        )
-        rows = np.vstack([plain, weight.filtered(memory)[:, own.counts]])
-        found.append(rows @ rows.T)
-    return found
+def _products(
+    own: ForceRecord, weight: NoiseWeight, bases: ElementBases, *, from_rest: bool
+) -> FloatArray:
+    """Products of target, baseline and memory of a run, shape (n, n)."""
+    memory = np.concatenate(
+        [
+            stops_columns(own.x, bases.size, from_rest=from_rest),
+            relaxing_branches(own.x, bases.taus, own.step, from_rest=from_rest),
+        ]
+    )
+    rows = weight.filtered(np.concatenate([own.target[None], own.base, memory]))[:, own.counts]
+    return np.asarray(rows @ rows.T)
 
 
 def _left(products: FloatArray, n_base: int) -> float:

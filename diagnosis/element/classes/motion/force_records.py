@@ -9,12 +9,11 @@ from scipy.ndimage import uniform_filter1d
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion.nearest_motion import (
     Motion,
-    is_one_line,
     nearest_motion,
     participation,
     speed_noise,
 )
-from carrierflex.diagnosis.element.classes.motion.steady_motion import steady_motion
+from carrierflex.diagnosis.element.classes.motion.steady_motion import with_harmonics
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
@@ -44,9 +43,6 @@ FEWEST_IN_BLOCK = 16
 #: Part of the deflection outside its band that may be left out: so many times the noise, or this
 #: share of the local motion.
 _ABOVE_NOISE, _LEFT_OUT = 3.0, 0.1
-#: Square of what the harmonics of a steady motion leave, over that of the noise, up to which it is
-#: noise; beyond it the frequencies that stand so many times above the noise are motion too.
-_IS_NOISE, _BESIDE_HARMONICS = 1.15, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,19 +138,17 @@ def force_records(
             continue
         nearest, speed_error = nearest_motion(model, record, float(variance))
         band = _band(model, record)
-        noise_motion = None
-        if _is_steady(model, record):
-            record, nearest, noise_motion = _with_harmonics(model, record, nearest, float(variance))
-        base = base_columns(model, record)
+        own, nearest, noise_motion = with_harmonics(model, record, nearest, float(variance))
+        base = base_columns(model, own)
         found.append(
             ForceRecord(
-                record=record,
-                target=_target(model, record, band),
+                record=own,
+                target=_target(model, own, band),
                 base=base,
                 x=nearest[0],
                 v=nearest[1],
                 a=nearest[2],
-                side=_applied(model, record),
+                side=_applied(model, own),
                 band_hz=band,
                 block=block,
                 speed_error=speed_error,
@@ -162,44 +156,6 @@ def force_records(
             )
         )
     return tuple(found) if model.by_force else _with_predicted_forces(model, found)
-
-
-def _is_steady(model: ElementModel, record: ElementRecord) -> bool:
-    """Whether a force of one line drives a run, so that its motion is that line's harmonics."""
-    is_driven = model.by_force and not record.is_released and record.gap is None
-    return is_driven and is_one_line(record)
-
-
-def _with_harmonics(
-    model: ElementModel, record: ElementRecord, nearest: Motion, variance: float
-) -> tuple[ElementRecord, Motion, Motion | None]:
-    """Run whose motion is that of its harmonics, the motion nearest to the true one, and the noise.
-
-    Where the harmonics leave more than noise (a transient, a subharmonic) what stands clear of the
-    noise beside them is motion as well.
-    """
-    steady = steady_motion(record)
-    if steady is None:
-        return record, nearest, None
-
-    def inside(values: Sequence[FloatArray], others: Sequence[FloatArray]) -> Motion:
-        """Values inside the span of the harmonics, others outside it."""
-        x, v, a = (
-            np.where(steady.inside, own, other) for own, other in zip(values, others, strict=True)
-        )
-        return x, v, a
-
-    left = np.where(steady.inside, record.response - steady.motion[0], 0.0)
-    found = inside(steady.motion, nearest)
-    if np.mean(left[record.block >= 0] ** 2) > _IS_NOISE * variance:
-        beside, _ = nearest_motion(
-            model, replace(record, response=left), variance, clear=_BESIDE_HARMONICS
-        )
-        x, v, a = (own + more for own, more in zip(found, beside, strict=True))
-        found = x, v, a
-    motion = inside(found, record.motion)
-    x, v, a = (measured - own for measured, own in zip(record.motion, motion, strict=True))
-    return replace(record, motion=motion), found, (x, v, a)
 
 
 def with_noise_of(own: ForceRecord, element: tuple[float, float, float]) -> ForceRecord:

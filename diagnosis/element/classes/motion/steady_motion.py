@@ -6,7 +6,8 @@ lines of its band through: of the harmonics that curved columns turn on it keeps
 and the acceleration of the noise between them makes the mass too small.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -14,7 +15,12 @@ from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.motion.nearest_motion import Motion
+from carrierflex.diagnosis.element.classes.motion.nearest_motion import (
+    Motion,
+    is_one_line,
+    nearest_motion,
+)
+from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
@@ -27,6 +33,9 @@ _SAMPLES_EACH = 8
 #: Square of a harmonic over that of the noise in as many coefficients, from which it is kept: noise
 #: reaches it once in two thousand harmonics (chi-squared of six degrees of freedom).
 _CLEAR = 4.0
+#: Square of what the harmonics leave, over that of the noise, up to which it is noise; beyond it
+#: the frequencies that stand so many times above the noise are motion too.
+_IS_NOISE, _BESIDE_HARMONICS = 1.15, 3.0
 #: Samples that are worked on at once: a long record is not held as columns.
 _AT_ONCE = 65_536
 #: Corrections of the frequency by the turn of its phase between the halves of a record.
@@ -47,6 +56,58 @@ class SteadyMotion:
 
     motion: Motion
     inside: NDArray[np.bool_]
+
+
+def with_harmonics(
+    model: ElementModel, record: ElementRecord, nearest: Motion, variance: float
+) -> tuple[ElementRecord, Motion, Motion | None]:
+    """Run whose motion is that of its harmonics where a force of one line drives it.
+
+    Where the harmonics leave more than noise (a transient, a subharmonic) what stands clear of the
+    noise beside them is motion as well.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Element.
+    record : ElementRecord
+        Run.
+    nearest : tuple of ndarray, shape (n,)
+        Motion nearest to the true one by frequencies alone.
+    variance : float
+        Variance of the channel's noise.
+
+    Returns
+    -------
+    tuple of (ElementRecord, Motion, Motion or None)
+        Run, motion, and what was measured beside it; the run and `nearest` as they are, and None,
+        under any other drive.
+    """
+    is_driven = model.by_force and not record.is_released and record.gap is None
+    steady = steady_motion(record) if is_driven and is_one_line(record) else None
+    if steady is None:
+        return record, nearest, None
+    left = np.where(steady.inside, record.response - steady.motion[0], 0.0)
+    found = _inside(steady, steady.motion, nearest)
+    if np.mean(left[record.block >= 0] ** 2) > _IS_NOISE * variance:
+        beside, _ = nearest_motion(
+            model, replace(record, response=left), variance, clear=_BESIDE_HARMONICS
+        )
+        x, v, a = (own + more for own, more in zip(found, beside, strict=True))
+        found = x, v, a
+    motion = _inside(steady, found, record.motion)
+    x, v, a = (measured - own for measured, own in zip(record.motion, motion, strict=True))
+    return replace(record, motion=motion), found, (x, v, a)
+
+
+def _inside(
+    steady: SteadyMotion, values: Sequence[FloatArray], others: Sequence[FloatArray]
+) -> Motion:
+    """Values inside the span of the harmonics, others outside it."""
+    x, v, a = (
+        np.where(steady.inside, own, other) for own, other in zip(values, others, strict=True)
+    )
+    return x, v, a
 
 
 def steady_motion(record: ElementRecord) -> SteadyMotion | None:
