@@ -46,10 +46,11 @@ class ClassConstants:
         Share of the gap that a second class must gain to be a cause beside the first: less than a
         sixth of the gap's amplitude is what the first class has in second order (the servo axis of
         EMPS, whose friction is known, gains 0.020 by a delay).
-    small_cause_takes, small_cause_errors : float
+    small_cause_takes, small_cause_gain, small_cause_errors : float
         Where the drive moves at many frequencies, a second class that gains less is a cause all the
-        same if it takes this share of what the first class leaves, by so many standard errors of
-        the ratio over the blocks: what a class has in second order another one takes in part only.
+        same if it takes the first share of what the first class leaves and the second of the gap,
+        by so many standard errors of the ratio over the blocks: what a class has in second order
+        another one takes in part only, or is less.
     beside_bent : float
         The same beside a class that needs the members that bend its law: what such a class leaves
         of its own (loops of Bouc and Wen leave 3 to 16 % of their gap to sliders).
@@ -97,6 +98,7 @@ class ClassConstants:
     least_gain: float = 0.01
     second_cause: float = 0.025
     small_cause_takes: float = 0.67
+    small_cause_gain: float = 0.0015
     small_cause_errors: float = 4.0
     beside_bent: float = 0.05
     gain_of_left: float = 0.5

@@ -63,22 +63,36 @@ def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     behind = shares.gain(with_class, held)
     error = limits.standard_errors * shares.gain_error(with_class, held)
     is_equal = behind <= max(limits.law_named, error) and _explains(shares, held)
-    is_equal = is_equal and not _is_coupled(scores, shares, own, beside)
+    is_equal = is_equal and not _is_small(scores, shares, own, beside)
+    is_equal = is_equal and not _is_coupled(scores, shares, own, name, beside)
     is_equal = is_equal and not _is_curved(scores, shares, own, beside)
     is_equal = is_equal and not _is_in_curved(scores, own, beside)
     return NearestLaw(name, columns, held, is_equal)
 
 
-def _is_coupled(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> bool:
+def _is_small(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> bool:
+    """Whether a class adds less to others than tells one law of it from another.
+
+    All laws are as near as the limits go to a class that adds no more than these.
+    """
+    added = shares.gain(scores.of((own, *beside)), scores.of(beside))
+    return bool(beside) and added < scores.constants.second_cause
+
+
+def _is_coupled(scores: ClassScores, shares: Shares, own: str, law: str, beside: Classes) -> bool:
     """Whether a class stands for a part of a coupled cause, whose laws are not its own.
 
     An orifice whose opening changes along the way damps by the square of the speed, and is no law
     of the speed.
     """
     table = scores.table
-    # A surface takes up whatever a law beside it leaves.
+    # A surface takes up whatever a law beside it leaves, and is named where its parts leave more:
+    # what lies in one of them alone is no law of it.
     if table.surface in beside:
         return True
+    if own == table.surface:
+        parts = [name for name in table.classes if name != own and table.is_in_surface(name)]
+        return sum(law in [known.id for known in table.laws[name]] for name in parts) == 1
     answer = (own, *beside)
     if own in table.coupled_parts and table.coupled_parts <= set(answer):
         return True

@@ -144,7 +144,7 @@ class Shares:
         """
         limits = self.constants
         takes = self.left(better) <= (1.0 - share) * self.left(worse)
-        is_seen = self._gain_to_floor(better, worse) > limits.least_curved
+        is_seen = self._gain_to_floor(better, worse) > limits.small_cause_gain
         errors = self.errors_of_ratio(better, worse)
         return takes and is_seen and errors > limits.small_cause_errors
 
