@@ -108,28 +108,6 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     assert answered(signal + rest, noise=0.01).ids == ("a",)
 
 
-def test_no_law_of_a_small_second_cause_is_named():
-    def named(size):
-        found = answered(A + size * B, noise=0.01, laws={"a": A, "b": B})
-        assert found.ids == ("a", "b")
-        return [own.law_named for own in found.classes]
-
-    assert named(0.5) == [True, True]
-    assert named(0.06) == [True, False]
-
-
-def test_no_law_of_one_part_is_one_of_the_surface():
-    signal = A + MORE
-    of_part = toy_table(signal, COLUMNS, laws={"a": signal})
-    shared = replace(of_part, laws=of_part.laws | {"surface": of_part.laws["a"]})
-    own = toy_table(signal, COLUMNS, laws={"surface": signal})
-    for table, is_named in ((shared, False), (own, True)):
-        found = answer_of(table, ("a", "b", "c"))
-        assert found.ids == ("surface",)
-        assert found.classes[0].law
-        assert found.classes[0].law_named == is_named
-
-
 def test_a_small_second_cause_holds_in_block_after_block():
     # All of it in three blocks of 24: their square is that of a cause in all of them.
     rows = np.arange(A.size) // N_SAMPLES

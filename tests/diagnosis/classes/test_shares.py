@@ -1,5 +1,7 @@
 """Shares of the gap, what is left, and when two results are equal, on blocks of known squares."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -117,3 +119,40 @@ def test_without_a_floor_and_without_noise_a_ratio_is_a_number():
     silent = PairedShares(BEFORE, np.zeros(N_BLOCKS), LIMITS)
     assert silent.is_gain(held(0.0), held(1.0), 0.01)
     assert not silent.is_gain(held(1e-14 * BEFORE), held(1e-13 * BEFORE), 0.0)
+
+
+def test_a_result_takes_a_share_of_what_is_left():
+    # What the floor is not known to is a ninth of what is left of a tenth of the gap.
+    worse = leaving(0.9)
+    assert SHARES.takes_of_left(leaving(0.96), worse, 0.5)
+    assert not SHARES.takes_of_left(leaving(0.95), worse, 0.5)
+    assert SHARES.takes_of_left(leaving(0.98), worse, 0.67)
+    assert not SHARES.takes_of_left(leaving(0.96), worse, 0.67)
+    assert not SHARES.takes_of_left(worse, leaving(0.98), 0.67)
+
+
+def test_what_is_taken_is_a_part_of_the_gap_and_counts_down_to_the_floor():
+    exact = Shares(BEFORE, FLOOR, replace(LIMITS, floor_error=0.0, least_left=1e-9))
+    assert exact.takes_of_left(leaving(1.0), leaving(1.0 - 0.0016), 0.67)
+    assert not exact.takes_of_left(leaving(1.0), leaving(1.0 - 0.0014), 0.67)
+    assert not exact.takes_of_left(leaving(1.1), leaving(1.0 - 0.0014), 0.67)
+
+
+def test_what_is_taken_is_taken_in_block_after_block():
+    # The logarithm of the ratio is 4 and 0 in turn: its mean is 2, its standard error 2 / sqrt(24).
+    worse = held(BEFORE)
+    by_turns = held(np.where(np.arange(N_BLOCKS) % 2, BEFORE, np.exp(-4.0) * BEFORE))
+    assert SHARES.errors_of_ratio(by_turns, worse) == pytest.approx(np.sqrt(24.0))
+    assert SHARES.errors_of_ratio(worse, by_turns) == pytest.approx(-np.sqrt(24.0))
+    for errors, is_seen in ((4.89, True), (4.91, False)):
+        limits = replace(LIMITS, small_cause_errors=errors)
+        shares = Shares(BEFORE, 0.01 * FLOOR, limits)
+        assert shares.takes_of_left(by_turns, worse, 0.4) == is_seen
+
+
+def test_paired_gains_are_beyond_scatter_by_the_ratio_of_each_block():
+    worse = held(BEFORE)
+    by_turns = held(np.where(np.arange(N_BLOCKS) % 2, BEFORE, np.exp(-4.0) * BEFORE))
+    for errors, is_beyond in ((4.89, True), (4.91, False)):
+        shares = PairedShares(BEFORE, FLOOR, replace(LIMITS, standard_errors=errors))
+        assert shares.is_beyond_scatter(0.0, by_turns, worse) == is_beyond
