@@ -48,6 +48,7 @@ _NO_VERDICT = {
     "_AT_ONCE",
     "_CUBIC",
     "_CHUNK",
+    "_ROUNDING",
     "_SMALLEST",
     "_BLURRED_SIGN",
     "N_BANDS",
