@@ -55,7 +55,7 @@ from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
     LawPart,
     WaveTable,
 )
-from carrierflex.simulation.element.memory_laws import MemoryLaw
+from carrierflex.simulation.element.memory_laws import AT, MemoryLaw
 from carrierflex.simulation.element.surface_laws import SurfaceLaw
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
@@ -169,7 +169,8 @@ def _documents(folder: Path) -> dict[str, Target]:
     write_measured_law(
         folder / "law.toml", TabulatedLaw("law", "dissipation", x, x, ("N", "m"), (1.0, 2.0))
     )
-    stops = np.array([[1e-3, 0.0, 2e-3, 3.0, *np.zeros(6)]])
+    stops = np.zeros((1, len(AT)))
+    stops[0, [AT.yield_deflection, AT.half_range, AT.slip]] = 1e-3, 2e-3, 3.0
     write_measured_law(
         folder / "memory.toml",
         MemoryLaw("law", "hysteresis", stops, np.empty((0, 2)), ("N", "m"), (-1.0, 1.0)),
