@@ -14,7 +14,7 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.memory_parts import memory_law_force
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel
-from carrierflex.identification.campaign.signals import band_limited
+from carrierflex.identification.campaign.signals import band_end, band_limited
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, MemoryLaw
 from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
@@ -54,8 +54,6 @@ _PRESLIDING, _N_PRESLIDING = 0.04, 4
 _GAPS = np.linspace(0.08, 0.95, 12)
 _RISE_SPEEDS = np.geomspace(0.03, 2.0, 7)
 _TAUS = np.geomspace(0.05, 50.0, 12)
-#: End of the band in which the drive side is differentiated, over half the sampling frequency.
-_WIDEST = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +175,7 @@ def rate_of_side(own: ForceRecord) -> FloatArray:
 
     Differences of neighbours are 6 % too small at a tenth of the sampling frequency.
     """
-    return band_limited(own.side, own.step, _WIDEST * 0.5 / own.step, derivative=1)
+    return band_limited(own.side, own.step, band_end(np.inf, own.step), derivative=1)
 
 
 def yields(size: MotionSize) -> FloatArray:

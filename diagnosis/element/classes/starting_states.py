@@ -70,12 +70,12 @@ def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bo
         Columns of the baseline.
     """
     may_be = [len(products) > 1 for products in starts]
-    options = [may_be, [False] * len(starts)]
-    totals = [_total(starts, option) for option in options]
-    left, total, best = min(
-        ((_left(own, n_base), own, option) for own, option in zip(totals, options, strict=True)),
-        key=lambda one: one[0],
+    best = min(
+        (may_be, [False] * len(starts)),
+        key=lambda relaxed: _left(_total(starts, relaxed), n_base),
     )
+    total = _total(starts, best)
+    left = _left(total, n_base)
     for number in np.flatnonzero(may_be).tolist():
         other = total + starts[number][not best[number]] - starts[number][best[number]]
         left_of_other = _left(other, n_base)

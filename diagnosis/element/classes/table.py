@@ -217,7 +217,7 @@ def runs_with_bases(counted: CountedRuns, weights: tuple[NoiseWeight, ...]) -> E
     """Counted runs with their filters, splines over their motion, and where memories start."""
     size = counted.size
     own = tuple(
-        record if weight.element is None else with_noise_of(record, weight.element)
+        with_noise_of(record, weight.element)
         for record, weight in zip(counted.records, weights, strict=True)
     )
     bases = element_bases(own, size)

@@ -22,6 +22,11 @@ def held(squares):
     return HeldOutSquares(np.broadcast_to(squares, (N_BLOCKS,)).astype(float), (), ())
 
 
+#: Beside all of BEFORE the logarithm of the ratio is 4 and 0 in turn: its mean is 2, its standard
+#: error 2 / sqrt(24).
+BY_TURNS = held(np.where(np.arange(N_BLOCKS) % 2, BEFORE, np.exp(-4.0) * BEFORE))
+
+
 def leaving(share):
     """Result that explains the same share of every block."""
     return held(BEFORE - share * ABOVE)
@@ -139,20 +144,17 @@ def test_what_is_taken_is_a_part_of_the_gap_and_counts_down_to_the_floor():
 
 
 def test_what_is_taken_is_taken_in_block_after_block():
-    # The logarithm of the ratio is 4 and 0 in turn: its mean is 2, its standard error 2 / sqrt(24).
     worse = held(BEFORE)
-    by_turns = held(np.where(np.arange(N_BLOCKS) % 2, BEFORE, np.exp(-4.0) * BEFORE))
-    assert SHARES.errors_of_ratio(by_turns, worse) == pytest.approx(np.sqrt(24.0))
-    assert SHARES.errors_of_ratio(worse, by_turns) == pytest.approx(-np.sqrt(24.0))
+    assert SHARES.errors_of_ratio(BY_TURNS, worse) == pytest.approx(np.sqrt(24.0))
+    assert SHARES.errors_of_ratio(worse, BY_TURNS) == pytest.approx(-np.sqrt(24.0))
     for errors, is_seen in ((4.89, True), (4.91, False)):
         limits = replace(LIMITS, small_cause_errors=errors)
         shares = Shares(BEFORE, 0.01 * FLOOR, limits)
-        assert shares.takes_of_left(by_turns, worse, 0.4) == is_seen
+        assert shares.takes_of_left(BY_TURNS, worse, 0.4) == is_seen
 
 
 def test_paired_gains_are_beyond_scatter_by_the_ratio_of_each_block():
     worse = held(BEFORE)
-    by_turns = held(np.where(np.arange(N_BLOCKS) % 2, BEFORE, np.exp(-4.0) * BEFORE))
     for errors, is_beyond in ((4.89, True), (4.91, False)):
         shares = PairedShares(BEFORE, FLOOR, replace(LIMITS, standard_errors=errors))
-        assert shares.is_beyond_scatter(0.0, by_turns, worse) == is_beyond
+        assert shares.is_beyond_scatter(0.0, BY_TURNS, worse) == is_beyond

@@ -1,1 +1,1 @@
-"""The motion of a run in force space: what is known of it, and how its memories begin."""
+"""The motion of a run in force space: how well it is known, and the samples that count."""

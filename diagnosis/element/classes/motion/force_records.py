@@ -158,7 +158,7 @@ def force_records(
     return tuple(found) if model.by_force else _with_predicted_forces(model, found)
 
 
-def with_noise_of(own: ForceRecord, element: tuple[float, float, float]) -> ForceRecord:
+def with_noise_of(own: ForceRecord, element: tuple[float, float, float] | None) -> ForceRecord:
     """Run whose target holds the noise of a motion known from its harmonics as a force.
 
     What is left is compared with the noise of the records, so that it must be in it; in the
@@ -168,10 +168,10 @@ def with_noise_of(own: ForceRecord, element: tuple[float, float, float]) -> Forc
     ----------
     own : ForceRecord
         Run.
-    element : tuple of float
-        m [kg], C1 [N s/m], K1 [N/m] that the filter takes.
+    element : tuple of float, optional
+        m [kg], C1 [N s/m], K1 [N/m] that the filter takes; None where the force is measured.
     """
-    if own.noise_motion is None:
+    if own.noise_motion is None or element is None:
         return own
     m, C1, K1 = element
     x, v, a = own.noise_motion

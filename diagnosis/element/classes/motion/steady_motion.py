@@ -6,7 +6,6 @@ lines of its band through: of the harmonics that curved columns turn on it keeps
 and the acceleration of the noise between them makes the mass too small.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import comb
 
@@ -100,9 +99,7 @@ def with_harmonics(
     return replace(record, motion=motion), found, (x, v, a)
 
 
-def _inside(
-    steady: SteadyMotion, values: Sequence[FloatArray], others: Sequence[FloatArray]
-) -> Motion:
+def _inside(steady: SteadyMotion, values: Motion, others: Motion) -> Motion:
     """Values inside the span of the harmonics, others outside it."""
     x, v, a = (
         np.where(steady.inside, own, other) for own, other in zip(values, others, strict=True)
@@ -212,7 +209,7 @@ class _Basis:
         width = 2 * _TERMS
         return [slice(1 + k * width, 1 + (k + 1) * width) for k in range(self.highest)]
 
-    def columns(self, places: FloatArray, order: int = 0) -> FloatArray:
+    def columns(self, places: NDArray[np.int64], order: int = 0) -> FloatArray:
         """Derivative of some order of every column at some samples, shape (n_columns, n)."""
         half = 0.5 * (self.last - self.first)
         u = (places - 0.5 * (self.first + self.last)) / half
@@ -235,7 +232,7 @@ class _Basis:
         """Products of the columns with each other and with a signal, over what counts."""
         gram, right = np.zeros((self.size, self.size)), np.zeros(self.size)
         for places in _pieces(counted):
-            rows = self.columns(places.astype(np.float64))
+            rows = self.columns(places)
             gram += rows @ rows.T
             right += rows @ q[places]
         return gram, right
@@ -243,7 +240,7 @@ class _Basis:
     def square_left(self, q: FloatArray, counted: NDArray[np.int64], c: FloatArray) -> float:
         """Square of a signal less its columns, over the samples that count."""
         return sum(
-            float(np.sum((q[places] - c @ self.columns(places.astype(np.float64))) ** 2))
+            float(np.sum((q[places] - c @ self.columns(places)) ** 2))
             for places in _pieces(counted)
         )
 
@@ -252,7 +249,7 @@ class _Basis:
         found = np.empty((3, n))
         for places in _pieces(np.arange(n)):
             for order in range(3):
-                found[order, places] = c @ self.columns(places.astype(np.float64), order)
+                found[order, places] = c @ self.columns(places, order)
         return found[0], found[1], found[2]
 
 
