@@ -21,10 +21,11 @@ LAW_FILE = TomlKind(
 )
 MEMORY_LAW_FILE = TomlKind(
     "a law file with a memory",
-    holds="keys name, effect_class, force_unit, deflection_unit, visited and tables [[stop]] or "
-    "[[branch]]",
+    holds="keys name, effect_class, force_unit, deflection_unit, visited and tables [[stop]], "
+    "[[loop]] or [[branch]]",
     most_bytes=1_000_000,
     format="carrierflex-memory-law",
+    version=2,
 )
 SURFACE_LAW_FILE = TomlKind(
     "a law file of a surface",

@@ -32,19 +32,17 @@ class WithClasses(Protocol):
         ...
 
 
-def class_answer(
+def class_decision(
     scores: ClassScores,
     candidates: Sequence[str],
     *,
-    shape_of: ShapeOf,
     inseparable: Sequence[str] = (),
     shows_two_causes: bool = True,
     shows_small_causes: bool = True,
-    shows_laws: bool = True,
     floor_is_known: bool = True,
     drive_note: str = "",
-) -> ClassAnswer:
-    """Which class the gap shows, the nearest law in it, and what remains.
+) -> tuple[Shares, Decision]:
+    """Which class the gap shows, and the shares that it was judged by.
 
     Parameters
     ----------
@@ -52,26 +50,17 @@ def class_answer(
         Held-out squares of the table.
     candidates : sequence of str
         Classes that these records can show.
-    shape_of : callable
-        Gives the measured shape of a class.
     inseparable : sequence of str
         Classes that this drive shows only mixed with others.
     shows_two_causes : bool
         Whether the drive tells two causes from another two.
     shows_small_causes : bool
         Whether the drive moves at so many frequencies that a small second cause is seen.
-    shows_laws : bool
-        Whether the drive tells a law from another curve of its class.
     floor_is_known : bool
         Whether shares are of the gap above the floor, or of all that the baseline leaves: a floor
         that was taken from what no class learns would make the best class right by definition.
     drive_note : str
         What the drive does not separate.
-
-    Returns
-    -------
-    ClassAnswer
-        Answer with shares, ties and rivals.
     """
     table, constants = scores.table, scores.constants
     floor_of_shares = table.floor if floor_is_known else np.zeros_like(table.floor)
@@ -79,17 +68,49 @@ def class_answer(
     # finding many times, and say nothing of how sure it is.
     shares_of = PairedShares if shows_two_causes else Shares
     shares = shares_of(scores.of(()).squares, floor_of_shares, constants)
-    plain = [name for name in candidates if name != table.surface]
     decision = decide(
         scores,
         shares,
-        plain,
+        [name for name in candidates if name != table.surface],
         inseparable=inseparable,
         shows_two_causes=shows_two_causes,
         shows_small_causes=shows_small_causes,
         drive_note=drive_note,
     )
-    names = [name for name in (*plain, table.surface) if name]
+    return shares, decision
+
+
+def class_answer(
+    scores: ClassScores,
+    shares: Shares,
+    decision: Decision,
+    candidates: Sequence[str],
+    *,
+    shape_of: ShapeOf,
+    shows_laws: bool = True,
+) -> ClassAnswer:
+    """Class that the gap shows, the nearest law in it, and what remains.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Held-out squares of the table that holds the classes of the decision.
+    shares, decision
+        As of :func:`class_decision`.
+    candidates : sequence of str
+        Classes that these records can show.
+    shape_of : callable
+        Gives the measured shape of a class.
+    shows_laws : bool
+        Whether the drive tells a law from another curve of its class.
+
+    Returns
+    -------
+    ClassAnswer
+        Answer with shares, ties and rivals.
+    """
+    surface = scores.table.surface
+    names = [name for name in candidates if name != surface] + ([surface] if surface else [])
     found = answer_of(scores, shares, decision, names, shape_of=shape_of, note=decision.note)
     if shows_laws:
         return found

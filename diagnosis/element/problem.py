@@ -250,8 +250,12 @@ class ElementProblem:
         own = self.class_table
         if own is None:
             return None
-        shape_of = partial(measured_shape, own, self.model.units)
-        return answer_of_table(own, self.model, self.noise_note, shape_of)
+        return answer_of_table(
+            own,
+            self.model,
+            self.noise_note,
+            lambda table: partial(measured_shape, table, self.model.units),
+        )
 
     @cached_property
     def class_table(self) -> ElementTable | None:

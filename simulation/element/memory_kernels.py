@@ -1,6 +1,6 @@
 """Compiled force of the parts with a memory, and how a motion moves them.
 
-A straight motion from one state to the next is exact for stops and branches alike. Parts and their
+A straight motion from one state to the next is exact for every part. Parts and their
 states are one flat array: their numbers, rows of stops each with z behind it, rows of branches each
 with its force behind it, rows of the nodes of dry friction.
 """
@@ -9,9 +9,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from carrierflex.simulation.element.loop_kernels import moved_loop
 from carrierflex.simulation.element.memory_laws import (
     AT,
     LEVEL,
+    LOOP_FORCE,
+    LOOP_HALF_RANGE,
+    LOOP_LENGTH,
+    LOOP_STIFFNESS,
     N_HEAD,
     NODE,
     OUTSIDE,
@@ -25,6 +30,7 @@ Array = NDArray[np.float64]
 _STOP = len(AT) + 1
 _BRANCH = 3
 _LEVEL = 2
+_LOOP = LOOP_LENGTH + 1
 
 
 @njit(cache=True, inline="always")
@@ -59,6 +65,26 @@ def _moved_branch(moved: float, elapsed: float, at: int, parts: Array) -> float:
     return float(decay * force + parts[at + STIFFNESS] * moved * tau / elapsed * (1.0 - decay))
 
 
+@njit(cache=True, inline="always")
+def _moved_loop(moved: float, at: int, parts: Array) -> float:
+    """State of the smooth loop whose row begins at `at` after a motion in one direction."""
+    way = moved / parts[at + LOOP_HALF_RANGE]
+    stiffness = parts[at + LOOP_STIFFNESS : at + LOOP_LENGTH]
+    return float(moved_loop(parts[at + LOOP_LENGTH], way, stiffness))
+
+
+@njit(cache=True, inline="always")
+def _first_level(parts: Array, first: int) -> int:
+    """Where the nodes of dry friction begin."""
+    return first + N_HEAD + _STOP * int(parts[first]) + _BRANCH * int(parts[first + 1])
+
+
+@njit(cache=True, inline="always")
+def _first_loop(parts: Array, first: int) -> int:
+    """Where the smooth loops begin."""
+    return _first_level(parts, first) + _LEVEL * int(parts[first + 2])
+
+
 @njit(cache=True)
 def memory_force(q: float, moved: float, elapsed: float, parts: Array, first: int) -> float:
     """Force of all parts after a straight motion that ends at q; their states stay as they are.
@@ -81,6 +107,9 @@ def memory_force(q: float, moved: float, elapsed: float, parts: Array, first: in
         force += _stop_force(q, _moved_stop(moved, at, parts), at, parts)
     for at in range(branches, branches + _BRANCH * int(parts[first + 1]), _BRANCH):
         force += _moved_branch(moved, elapsed, at, parts)
+    loops = _first_loop(parts, first)
+    for at in range(loops, loops + _LOOP * int(parts[first + 3]), _LOOP):
+        force += parts[at + LOOP_FORCE] * _moved_loop(moved, at, parts)
     return force
 
 
@@ -101,6 +130,9 @@ def remember(moved: float, elapsed: float, parts: Array, first: int) -> None:
         parts[at + len(AT)] = _moved_stop(moved, at, parts)
     for at in range(branches, branches + _BRANCH * int(parts[first + 1]), _BRANCH):
         parts[at + 2] = _moved_branch(moved, elapsed, at, parts)
+    loops = _first_loop(parts, first)
+    for at in range(loops, loops + _LOOP * int(parts[first + 3]), _LOOP):
+        parts[at + LOOP_LENGTH] = _moved_loop(moved, at, parts)
 
 
 @njit(cache=True, inline="always")
@@ -122,7 +154,7 @@ def friction_by_place(q: float, parts: Array, first: int) -> float:
     """
     if not rubs_by_place(parts, first):
         return 0.0
-    low = first + N_HEAD + _STOP * int(parts[first]) + _BRANCH * int(parts[first + 1])
+    low = _first_level(parts, first)
     last = low + _LEVEL * (int(parts[first + 2]) - 1)
     if q <= parts[low + NODE]:
         return float(parts[low + LEVEL])

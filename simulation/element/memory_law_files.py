@@ -9,14 +9,23 @@ from numpy.typing import NDArray
 
 from carrierflex.files.toml_files import read_toml, write_toml
 from carrierflex.simulation.case_kinds import MEMORY_LAW_FILE
-from carrierflex.simulation.element.memory_laws import AT, MemoryLaw, StopPlaces
+from carrierflex.simulation.element.memory_laws import (
+    AT,
+    LOOP_FORCE,
+    LOOP_HALF_RANGE,
+    LOOP_LENGTH,
+    LOOP_STIFFNESS,
+    MemoryLaw,
+    StopPlaces,
+)
 
 if TYPE_CHECKING:
-    from carrierflex.simulation.element.memory_law_tables import StopTable
+    from carrierflex.simulation.element.memory_law_tables import LoopTable, StopTable
 
 _HEADING = (
     "# Measured law with a memory, taken as a candidate by `diagnose --law FILE`. Forces of its",
-    "# parts add up: stops (a spring that slips) or branches (a spring in series with a damper).",
+    "# parts add up: stops (a spring that slips) and smooth loops, or branches (a spring in series",
+    "# with a damper).",
 )
 
 
@@ -53,6 +62,7 @@ def read_memory_law(path: Path) -> MemoryLaw:
         (document.force_unit, document.deflection_unit),
         document.visited,
         document.measured_on or "",
+        loops=loop_rows(document.loop),
     )
 
 
@@ -81,6 +91,8 @@ def write_memory_law(path: Path, law: MemoryLaw) -> None:
     }
     if law.stops.size:
         document["stop"] = stop_tables(law.stops)
+    if law.loops.size:
+        document["loop"] = loop_tables(law.loops)
     if law.branches.size:
         document["branch"] = [
             {"tau": tau, "stiffness": stiffness} for tau, stiffness in law.branches.tolist()
@@ -99,4 +111,22 @@ def stop_tables(stops: NDArray[np.float64]) -> list[dict[str, float]]:
     rows = [dict(zip(StopPlaces._fields, row, strict=True)) for row in stops.tolist()]
     return [
         {name: value for name, value in row.items() if value or name == "middle"} for row in rows
+    ]
+
+
+def loop_rows(tables: "Sequence[LoopTable]") -> NDArray[np.float64]:
+    """Rows of the smooth loops of a file, shape (n_loops, LOOP_LENGTH)."""
+    rows = [[loop.half_range, loop.force, *loop.stiffness] for loop in tables]
+    return np.array(rows, dtype=np.float64).reshape(-1, LOOP_LENGTH)
+
+
+def loop_tables(loops: NDArray[np.float64]) -> list[dict[str, float | list[float]]]:
+    """Tables of smooth loops for a file."""
+    return [
+        {
+            "half_range": row[LOOP_HALF_RANGE],
+            "force": row[LOOP_FORCE],
+            "stiffness": row[LOOP_STIFFNESS:],
+        }
+        for row in loops.tolist()
     ]

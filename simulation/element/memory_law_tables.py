@@ -1,5 +1,6 @@
 """What a law file of one element with a memory holds: class, units, stops and branches."""
 
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -16,10 +17,15 @@ from carrierflex.files.toml_values import (
     key,
 )
 from carrierflex.simulation.element.law_tables import LawName
-from carrierflex.simulation.element.memory_laws import HYSTERESIS
+from carrierflex.simulation.element.memory_laws import HYSTERESIS, N_STIFFNESS
 
 #: Parts that a law may have.
 _MOST_PARTS = 100
+LoopStiffness = Annotated[
+    list[Positive],
+    Field(min_length=N_STIFFNESS, max_length=N_STIFFNESS),
+    Expected(f"{N_STIFFNESS} numbers > 0"),
+]
 MemoryClass = Annotated[Literal["hysteresis", "memory"], Expected("one of hysteresis, memory")]
 
 
@@ -41,6 +47,16 @@ class StopTable(TomlTable):
     outer_lower: NotNegative = key("Force per z below -1/2 [force_unit]", default=0.0)
 
 
+class LoopTable(TomlTable):
+    """A smooth loop: force times z, with dz = c(z) / half_range times the deflection's change."""
+
+    half_range: Positive = key("Deflection over which c = 1 changes z by 1 [deflection_unit]")
+    force: NotNegative = key("Force at z = 1 [force_unit]")
+    stiffness: LoopStiffness = key(
+        "c where z has grown to -1, -0.75, ... 1 in the direction of motion, linear between them"
+    )
+
+
 class BranchTable(TomlTable):
     """A spring in series with a damper."""
 
@@ -48,24 +64,28 @@ class BranchTable(TomlTable):
     stiffness: NotNegative = key("Stiffness of the spring [force_unit/deflection_unit]")
 
 
-def part_problems(effect_class: str, n_stops: int, n_branches: int) -> list[str]:
+def part_problems(effect_class: str, slipping: Mapping[str, int], n_branches: int) -> list[str]:
     """What is wrong with the numbers of parts of a law: one text, or none.
 
     Parameters
     ----------
     effect_class : str
-        ``hysteresis``, which has stops, or ``memory``, which has branches.
-    n_stops, n_branches : int
-        Tables of the file.
+        ``hysteresis``, which has parts that slip, or ``memory``, which has branches.
+    slipping : mapping of str to int
+        Tables of the file by name: stops, and smooth loops where it may hold them.
+    n_branches : int
+        Tables ``branch`` of the file.
     """
     is_hysteresis = effect_class == HYSTERESIS
-    n_own = n_stops if is_hysteresis else n_branches
-    if 1 <= n_own <= _MOST_PARTS and n_own == n_stops + n_branches:
+    n_slipping = sum(slipping.values())
+    n_own = n_slipping if is_hysteresis else n_branches
+    if 1 <= n_own <= _MOST_PARTS and n_own == n_slipping + n_branches:
         return []
-    own = "[[stop]]" if is_hysteresis else "[[branch]]"
+    found = ", ".join(f"{number} [[{name}]]" for name, number in slipping.items())
+    own = " or ".join(f"[[{name}]]" for name in (slipping if is_hysteresis else ("branch",)))
     return [
-        f"{n_stops} tables [[stop]] and {n_branches} [[branch]]; expected 1 to {_MOST_PARTS} "
-        f"tables {own} of a {effect_class}, and no other"
+        f"tables are {found} and {n_branches} [[branch]]; expected 1 to {_MOST_PARTS} tables "
+        f"{own} of a {effect_class}, and no other"
     ]
 
 
@@ -73,7 +93,7 @@ class MemoryLawDocument(TomlTable):
     """The measured law of a class of effect with a memory; parts add up, time is in seconds."""
 
     format: Literal["carrierflex-memory-law"] = key("Kind of the file")
-    version: Literal[1] = key("Version of the format")
+    version: Literal[2] = key("Version of the format")
     name: LawName = key("Id of the effect in diagnoses")
     effect_class: MemoryClass = key("Class of the effect: stops, or branches")
     force_unit: Text = key("Unit of force of the records")
@@ -81,11 +101,13 @@ class MemoryLawDocument(TomlTable):
     visited: TwoNumbers = key("Deflections between which it was measured [deflection_unit]")
     measured_on: Text | None = key("Campaign whose records gave it", default=None)
     stop: list[StopTable] = Field(default_factory=list, description="Stops of a hysteresis.")
+    loop: list[LoopTable] = Field(default_factory=list, description="Its smooth loops.")
     branch: list[BranchTable] = Field(default_factory=list, description="Branches of a memory.")
 
     @model_validator(mode="after")
     def _has_its_parts(self) -> Self:
-        found = part_problems(self.effect_class, len(self.stop), len(self.branch))
+        slipping = {"stop": len(self.stop), "loop": len(self.loop)}
+        found = part_problems(self.effect_class, slipping, len(self.branch))
         if not self.visited[0] < self.visited[1]:
             found.append(f"visited is {list(self.visited)}; expected two increasing deflections")
         refuse(found)

@@ -1,4 +1,4 @@
-"""Laws of one element with a memory, as parallel parts: stops that slip, branches that relax.
+"""Laws of one element with a memory, as parallel parts: stops, smooth loops, relaxing branches.
 
 Dry friction whose level depends on the deflection stands beside them: the motion sticks in it.
 
@@ -10,7 +10,10 @@ A stop is a spring in series with dry friction (Jenkins element; Iwan, J. Appl. 
 + inner min(max(z, -1/2), 1/2) + outer_upper max(z - 1/2, 0) + outer_lower min(z + 1/2, 0)``,
 
 with the place ``s = (q - middle) / half_range`` within -1 and 1: loops may be pinched, differ from
-side to side, or turn along a curved line. A branch is a spring in series with a damper (Maxwell):
+side to side, or turn along a curved line. A smooth loop is ``force z``, with a state whose
+stiffness depends on itself and on the direction
+(:mod:`carrierflex.simulation.element.loop_kernels`):
+``dz/dq = c(z sign(v)) / half_range``. A branch is a spring in series with a damper (Maxwell):
 ``dF/dt = stiffness v - F / tau``.
 """
 
@@ -50,12 +53,17 @@ OUTSIDE = 4.0
 AT = StopPlaces(*range(len(StopPlaces._fields)))
 #: First of the values of a stop that are forces.
 FIRST_FORCE = AT.slip
+#: Values of the stiffness of a smooth loop, and places in its row: those stand at its end.
+N_STIFFNESS = 9
+LOOP_HALF_RANGE, LOOP_FORCE, LOOP_STIFFNESS = 0, 1, 2
+LOOP_LENGTH = LOOP_STIFFNESS + N_STIFFNESS
 #: Places in the row of a branch.
 TAU, STIFFNESS = 0, 1
 #: Places in the row of a node of dry friction: deflection, level.
 NODE, LEVEL = 0, 1
-#: Values before the parts in their flat array: how many stops, branches, nodes of dry friction.
-N_HEAD = 3
+#: Values before the parts in their flat array: how many stops, branches, nodes of dry friction,
+#: smooth loops.
+N_HEAD = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +89,8 @@ class MemoryLaw:
     levels : ndarray, shape (n_nodes, 2), optional
         Dry friction over the deflection, which increases: its level, linear between the nodes and
         constant beyond; of a surface alone.
+    loops : ndarray, shape (n_loops, LOOP_LENGTH), optional
+        Smooth loops: half range, force, stiffnesses.
     """
 
     name: str
@@ -91,6 +101,7 @@ class MemoryLaw:
     visited: tuple[float, float]
     measured_on: str = ""
     levels: Array = field(default_factory=lambda: np.empty((0, 2)))
+    loops: Array = field(default_factory=lambda: np.empty((0, LOOP_LENGTH)))
 
     @property
     def x(self) -> Array:
@@ -120,11 +131,14 @@ class MemoryParts:
         Rows of all branches.
     levels : ndarray, shape (n_nodes, 2)
         Dry friction over the deflection, of all laws together.
+    loops : ndarray, shape (n_loops, LOOP_LENGTH), optional
+        Rows of all smooth loops.
     """
 
     stops: Array
     branches: Array
     levels: Array
+    loops: Array = field(default_factory=lambda: np.empty((0, LOOP_LENGTH)))
 
 
 NO_PARTS = MemoryParts(np.empty((0, len(AT))), np.empty((0, 2)), np.empty((0, 2)))
@@ -140,8 +154,11 @@ def joined_parts(laws: Sequence[tuple[MemoryLaw, float]]) -> MemoryParts:
     """
     if not laws:
         return NO_PARTS
-    stops, branches = [], []
+    stops, branches, loops = [], [], []
     for law, size in laws:
+        own = law.loops.copy()
+        own[:, LOOP_FORCE] *= size
+        loops.append(own)
         own = law.stops.copy()
         own[:, FIRST_FORCE:] *= size
         stops.append(own)
@@ -149,7 +166,12 @@ def joined_parts(laws: Sequence[tuple[MemoryLaw, float]]) -> MemoryParts:
         own[:, STIFFNESS] *= size
         branches.append(own)
     levels = [(law.levels, size) for law, size in laws if law.levels.size]
-    return MemoryParts(np.concatenate(stops), np.concatenate(branches), _joined_levels(levels))
+    return MemoryParts(
+        np.concatenate(stops),
+        np.concatenate(branches),
+        _joined_levels(levels),
+        np.concatenate(loops),
+    )
 
 
 def _joined_levels(levels: Sequence[tuple[Array, float]]) -> Array:
@@ -164,11 +186,25 @@ def _joined_levels(levels: Sequence[tuple[Array, float]]) -> Array:
 def flat_parts(parts: MemoryParts) -> Array:
     """Parts as one array for the compiled code, at rest: empty where there is none.
 
-    Numbers of stops, branches and nodes of dry friction, the row of each stop and its state, the
-    row of each branch and its force, the row of each node.
+    Numbers of stops, branches, nodes of dry friction and smooth loops, the row of each stop and its
+    state, the row of each branch and its force, the row of each node, the row of each loop and its
+    state.
     """
-    if not parts.stops.size + parts.branches.size + parts.levels.size:
+    kinds = (parts.stops, parts.branches, parts.levels, parts.loops)
+    if not sum(rows.size for rows in kinds):
         return np.empty(0)
-    counts = [len(parts.stops), len(parts.branches), len(parts.levels)]
-    rows = [np.append(row, 0.0) for own in (parts.stops, parts.branches) for row in own]
-    return np.concatenate([np.array(counts, dtype=np.float64), *rows, parts.levels.ravel()])
+    counts = np.array([len(rows) for rows in kinds], dtype=np.float64)
+    return np.concatenate(
+        [
+            counts,
+            _with_states(parts.stops),
+            _with_states(parts.branches),
+            parts.levels.ravel(),
+            _with_states(parts.loops),
+        ]
+    )
+
+
+def _with_states(rows: Array) -> Array:
+    """Rows of parts, each with its state at rest behind it, one after the other."""
+    return np.column_stack([rows, np.zeros(len(rows))]).ravel()

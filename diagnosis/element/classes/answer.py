@@ -1,8 +1,14 @@
 """Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
-from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.decision import Decision, state_of
+from carrierflex.diagnosis.classes.held_out import Classes, HeldOutSquares
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING, ClassAnswer
+from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.element.classes.drive_in_time import (
     has_one_frequency,
     is_separable_from_time,
@@ -10,10 +16,12 @@ from carrierflex.diagnosis.element.classes.drive_in_time import (
 from carrierflex.diagnosis.element.classes.laws import (
     DELAY,
     DRIVE_SIDE,
+    HYSTERESIS,
     MEMORY,
     TIME_VARIATION,
 )
 from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable
+from carrierflex.diagnosis.element.classes.table_of_loop import left_by_loop, with_loop
 from carrierflex.diagnosis.element.model import ElementModel
 
 _DRIVE_NOTE = (
@@ -29,7 +37,10 @@ _SAME_LEVEL = 1.1
 
 
 def answer_of_table(
-    own: ElementTable, model: ElementModel, noise_note: str, shape_of: ShapeOf
+    own: ElementTable,
+    model: ElementModel,
+    noise_note: str,
+    shape_of: Callable[[ElementTable], ShapeOf],
 ) -> ClassAnswer:
     """Class of the missing effect from the table.
 
@@ -42,7 +53,7 @@ def answer_of_table(
     noise_note : str
         What the records cannot say of their noise.
     shape_of : callable
-        Gives the measured shape of a class.
+        Gives, for a table, the measured shape of a class.
     """
     constants = own.scores.constants
     note = _note_of_time(own, constants)
@@ -62,18 +73,76 @@ def answer_of_table(
         # A decay is one line, to which a relaxing branch is one spring and one damper.
         inseparable |= {MEMORY}
     candidates = [name for name in CLASS_GROUPS if name not in left_out | inseparable]
-    return class_answer(
+    shares, decision = class_decision(
         own.scores,
         candidates,
-        shape_of=shape_of,
         floor_is_known=not noise_note,
         inseparable=sorted(inseparable - left_out),
         # The band holds one line and its harmonics: two causes share out what one makes.
         shows_two_causes=not is_one_line,
         shows_small_causes=not is_one_frequency,
-        shows_laws=not (is_one_line and has_one_level(own)),
         drive_note="; ".join(text for text in (noise_note, note) if text),
     )
+    own, decision = _as_smooth_loop(
+        own, model, shares, decision, candidates, shows_two_causes=not is_one_line
+    )
+    return class_answer(
+        own.scores,
+        shares,
+        decision,
+        candidates,
+        shape_of=shape_of(own),
+        shows_laws=not (is_one_line and has_one_level(own)),
+    )
+
+
+def _as_smooth_loop(
+    own: ElementTable,
+    model: ElementModel,
+    shares: Shares,
+    decision: Decision,
+    candidates: Sequence[str],
+    *,
+    shows_two_causes: bool,
+) -> tuple[ElementTable, Decision]:
+    """Table and decision, hysteresis in it where its smooth loop leaves less than the answer.
+
+    One cause that explains the gap better than any two, or than the coupled class, is the simpler
+    answer and the better one. So are two in place of two others, where the second one is a cause
+    beside the loop as it is beside any class. A single class that is named already needs none.
+    """
+    surface = own.table.surface
+    is_one = len(decision.classes) == 1 and decision.classes != (surface,)
+    is_settled = decision.state == NOTHING or (is_one and decision.state == NAMED_CLASS)
+    if is_settled or HYSTERESIS not in candidates:
+        return own, decision
+    alone, loop = left_by_loop(own, "")
+    found = None
+    if shares.leaves_less(alone, decision.held) and _is_loop(own, shares, alone, ""):
+        found = loop, _answered(decision, shares, (HYSTERESIS,), alone)
+    others = () if is_one or HYSTERESIS in decision.classes else decision.classes
+    for other in others if shows_two_causes else ():
+        if other == surface:
+            continue
+        both, loop = left_by_loop(own, other)
+        least = found[1].held if found else decision.held
+        is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
+        if is_cause and shares.leaves_less(both, least) and _is_loop(own, shares, both, other):
+            pair: Classes = tuple(sorted((HYSTERESIS, other)))
+            found = loop, _answered(decision, shares, pair, both)
+    return (with_loop(model, own, found[0]), found[1]) if found else (own, decision)
+
+
+def _is_loop(own: ElementTable, shares: Shares, held: HeldOutSquares, beside: str) -> bool:
+    """Whether a smooth loop leaves less than a curve in its place."""
+    return shares.leaves_less(held, left_by_loop(own, beside, is_curve=True)[0])
+
+
+def _answered(
+    decision: Decision, shares: Shares, classes: Classes, held: HeldOutSquares
+) -> Decision:
+    """Decision for other classes."""
+    return replace(decision, state=state_of(shares, held), classes=classes, ties=(), held=held)
 
 
 def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:

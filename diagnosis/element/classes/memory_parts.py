@@ -91,7 +91,7 @@ def memory_law_force(law: MemoryLaw, own: ForceRecord) -> FloatArray:
 
     Shape (n,); dry friction, which has no memory, is not in it.
     """
-    parts = flat_parts(MemoryParts(law.stops, law.branches, NO_PARTS.levels))
+    parts = flat_parts(MemoryParts(law.stops, law.branches, NO_PARTS.levels, law.loops))
     x = np.ascontiguousarray(own.x)
     if not own.from_rest:
         forces_along(x[::-1].copy(), own.step, parts)

@@ -1,12 +1,12 @@
 """The Gram table of kind element: all columns through one filter, products by block."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
 from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -34,7 +34,6 @@ from carrierflex.diagnosis.element.classes.laws import (
 from carrierflex.diagnosis.element.classes.motion.force_records import (
     IN_TIME,
     ForceRecord,
-    fold_of,
     force_records,
     where_folds_overlap,
     while_sliding,
@@ -42,12 +41,14 @@ from carrierflex.diagnosis.element.classes.motion.force_records import (
 )
 from carrierflex.diagnosis.element.classes.motion.nearest_motion import with_all_lines
 from carrierflex.diagnosis.element.classes.noise_colour import noise_correlation_time
+from carrierflex.diagnosis.element.classes.smooth_loops import SmoothLoop
 from carrierflex.diagnosis.element.classes.starting_states import with_starting_states
 from carrierflex.diagnosis.element.classes.table_columns import (
     PRESLIDING,
+    BlockProducts,
     Layout,
     columns_along,
-    filtered_columns,
+    products_by_block,
 )
 from carrierflex.diagnosis.element.classes.weighting import (
     MotionNoise,
@@ -101,6 +102,11 @@ class ElementTable:
         Filter of each run.
     scores : ClassScores
         Held-out squares of the table, each made once.
+    loop : SmoothLoop, optional
+        Smooth loop among the columns of hysteresis.
+    loops : dict
+        Smooth loops once they were fitted, with the products of their columns, by the class beside
+        them and whether they are curves; copies under other limits share them.
     """
 
     table: GramTable
@@ -109,6 +115,8 @@ class ElementTable:
     records: tuple[ForceRecord, ...]
     weights: tuple[NoiseWeight, ...]
     scores: ClassScores
+    loop: SmoothLoop | None = None
+    loops: dict[tuple[str, bool], tuple[SmoothLoop, BlockProducts]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +232,12 @@ def runs_with_bases(counted: CountedRuns, weights: tuple[NoiseWeight, ...]) -> E
     return ElementRuns(with_starting_states(own, weights, bases), size, weights, bases)
 
 
-def table_of(model: ElementModel, runs: ElementRuns, constants: ClassConstants) -> ElementTable:
+def table_of(
+    model: ElementModel,
+    runs: ElementRuns,
+    constants: ClassConstants,
+    more: Sequence[GroupColumns[ForceRecord]] = (),
+) -> ElementTable:
     """Products of all columns along some runs.
 
     Parameters
@@ -235,30 +248,18 @@ def table_of(model: ElementModel, runs: ElementRuns, constants: ClassConstants) 
         Runs with their filters and bases.
     constants : ClassConstants
         Number of folds.
+    more : sequence of GroupColumns
+        Groups beside those of all classes.
     """
     own, bases = runs.records, runs.bases
-    groups = group_columns(bases, side_line(bases, own))
-    n_blocks = sum(np.unique(record.block[record.counts]).size for record in own)
-    gram = np.empty(0)
-    floors: list[float] = []
-    folds: list[int] = []
-    layout = None
-    for number, (record, weight) in enumerate(zip(own, runs.weights, strict=True)):
-        pieces, layout = columns_along(model, record, groups, runs.size)
-        raw = np.concatenate(pieces)
-        if not gram.size:
-            gram = np.empty((n_blocks, len(raw), len(raw)))
-        rows = filtered_columns(raw, weight)
-        fold = fold_of(record, number, constants.n_folds)
-        floor = weight.floor()
-        for block in np.unique(record.block[record.counts]):
-            chosen = record.block == block
-            inside = rows[:, chosen]
-            np.matmul(inside, inside.T, out=gram[len(floors)])
-            floors.append(floor * inside.shape[1])
-            folds.append(int(fold[chosen][0]))
-    assert layout is not None
-    table = _assembled(gram, np.array(floors), np.array(folds), layout, model)
+    groups = (*group_columns(bases, side_line(bases, own)), *more)
+    products = products_by_block(
+        own,
+        runs.weights,
+        lambda record: columns_along(model, record, groups, runs.size),
+        constants.n_folds,
+    )
+    table = _assembled(products, model)
     table = with_plain_stops(table, yields(bases.size).size)
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
@@ -341,24 +342,19 @@ def side_line(bases: ElementBases, own: Sequence[ForceRecord]) -> FloatArray:
     return np.linalg.lstsq(design.T, bases.side(side).T, rcond=None)[0]
 
 
-def _assembled(
-    gram: FloatArray, floor: FloatArray, folds: IntArray, layout: Layout, model: ElementModel
-) -> GramTable:
-    """Table with scaled columns: target, regressors and laws of unit energy, each group as one."""
-    scale = layout.scale(np.diag(gram.sum(axis=0)))
-    # In place: a table takes tens of megabytes, and a copy as long as its products.
-    gram *= np.outer(scale, scale)
+def _assembled(products: BlockProducts, model: ElementModel) -> GramTable:
+    """Table of all classes."""
     return GramTable(
-        gram=gram,
-        n_base=layout.n_base,
-        groups=layout.column_groups(),
+        gram=products.gram,
+        n_base=products.layout.n_base,
+        groups=products.layout.column_groups(),
         classes=CLASS_GROUPS,
         surface=FORCE_SURFACE,
         ceiling=CEILING,
-        laws=laws_by_class(layout, model),
-        floor=floor * scale[0] ** 2,
-        folds=folds,
-        scale=scale,
+        laws=laws_by_class(products.layout, model),
+        floor=products.floor,
+        folds=products.folds,
+        scale=products.scale,
         beyond_laws={MEMORY: "curved_prony"},
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,

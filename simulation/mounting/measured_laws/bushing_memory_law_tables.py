@@ -51,5 +51,5 @@ class BushingMemoryLawDocument(TomlTable):
 
     @model_validator(mode="after")
     def _has_its_parts(self) -> Self:
-        refuse(part_problems(self.effect_class, len(self.stop), len(self.branch)))
+        refuse(part_problems(self.effect_class, {"stop": len(self.stop)}, len(self.branch)))
         return self

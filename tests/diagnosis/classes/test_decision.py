@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
-from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import _best_pair
 from carrierflex.diagnosis.classes.fits import (
@@ -21,7 +20,13 @@ from carrierflex.diagnosis.classes.gram_table import ColumnGroup
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shares import Shares
-from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, toy_table
+from tests.diagnosis.classes.toy_table import (
+    N_BLOCKS,
+    N_SAMPLES,
+    answer_of_scores,
+    toy_columns,
+    toy_table,
+)
 
 LIMITS = ClassConstants()
 COLUMNS = toy_columns()
@@ -36,8 +41,7 @@ def answered(signal, columns=COLUMNS, *, options=None, **changed):
 
 
 def answer_of(table, candidates, **options):
-    scores = ClassScores(table, LIMITS)
-    return class_answer(scores, candidates, shape_of=lambda *_: None, **options)
+    return answer_of_scores(ClassScores(table, LIMITS), candidates, **options)
 
 
 def test_noise_alone_is_nothing():

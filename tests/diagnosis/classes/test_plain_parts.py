@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.plain_parts import plain_first
 from carrierflex.diagnosis.classes.shares import Shares
-from tests.diagnosis.classes.toy_table import N_BLOCKS, toy_columns, toy_table
+from tests.diagnosis.classes.toy_table import N_BLOCKS, answer_of_scores, toy_columns, toy_table
 
 LIMITS = ClassConstants()
 COLUMNS = toy_columns()
@@ -107,7 +106,7 @@ def bending_table(signal):
 
 def ids(table, **options):
     scores = ClassScores(table, LIMITS)
-    return class_answer(scores, ("a", "b", "c"), shape_of=lambda *_: None, **options).ids
+    return answer_of_scores(scores, ("a", "b", "c"), **options).ids
 
 
 def test_two_plain_causes_are_no_single_bent_one_and_a_bent_one_stays_one():

@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.answer import class_answer, class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
@@ -96,3 +97,11 @@ def known_scores(causes, classes, *, fitted=np.inf, limits=None):
     )
     scores = ClassScores(table, limits or ClassConstants(), known)
     return scores, Shares(scores.of(()).squares, table.floor, scores.constants)
+
+
+def answer_of_scores(scores, candidates, *, shows_laws=True, **options):
+    """Answer among some classes, without measured shapes."""
+    shares, decision = class_decision(scores, candidates, **options)
+    return class_answer(
+        scores, shares, decision, candidates, shape_of=lambda *_: None, shows_laws=shows_laws
+    )

@@ -202,8 +202,12 @@ def test_a_law_is_read_as_it_was_written(changes, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("version = 1", "version = 2", "written by a newer version"),
-        ('"hysteresis"', '"memory"', r"2 tables \[\[stop\]\] and 0 \[\[branch\]\]; expected 1 to"),
+        ("version = 2", "version = 3", "written by a newer version"),
+        (
+            '"hysteresis"',
+            '"memory"',
+            r"are 2 \[\[stop\]\], 0 \[\[loop\]\] and 0 \[\[branch",
+        ),
         ('"hysteresis"', '"dissipation"', "one of hysteresis, memory"),
         ("slip = 3.0", "slip = -3.0", "a number >= 0"),
         ("half_range = 0.001", "half_range = 0.0", "a positive number"),

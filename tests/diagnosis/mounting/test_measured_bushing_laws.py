@@ -215,7 +215,11 @@ def test_a_law_with_a_memory_is_read_as_it_was_written(changes, tmp_path):
     ("old", "new", "told"),
     [
         ("version = 1", "version = 2", "written by a newer version"),
-        ('"hysteresis"', '"memory"', r"3 tables \[\[stop\]\] and 0 \[\[branch\]\]; expected 1 to"),
+        (
+            '"hysteresis"',
+            '"memory"',
+            r"are 3 \[\[stop\]\] and 0 \[\[branch\]\]; expected 1",
+        ),
         ('"hysteresis"', '"dissipation"', "one of hysteresis, memory"),
         ('"radial"', '"around"', "one of apart, radial, smooth"),
         ("force = 3.0", "force = -3.0", "a number >= 0"),

@@ -19,7 +19,7 @@ from carrierflex.diagnosis.classes.shapes.curves import (
 from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.answer import is_one_curve
-from carrierflex.diagnosis.element.classes.columns import ElementBases, stops_columns, stops_of
+from carrierflex.diagnosis.element.classes.columns import stops_columns, stops_of
 from carrierflex.diagnosis.element.classes.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -34,7 +34,8 @@ from carrierflex.diagnosis.element.classes.laws import (
 from carrierflex.diagnosis.element.classes.measured.surface_shape import surface_shape
 from carrierflex.diagnosis.element.classes.memory_parts import parts_of_branches
 from carrierflex.diagnosis.element.classes.table import ElementTable
-from carrierflex.simulation.element.memory_laws import WITH_MEMORY, MemoryLaw
+from carrierflex.diagnosis.element.classes.table_of_loop import LOOP
+from carrierflex.simulation.element.memory_laws import NO_PARTS, WITH_MEMORY, MemoryLaw
 
 #: Groups whose columns make the curve of a class.
 _GROUPS: dict[str, tuple[str, ...]] = {
@@ -94,8 +95,10 @@ def measured_shape(
         return replace(found, surface=None) if is_one_curve(own) else found
     if name not in _GROUPS:
         return None
-    curve = _curve(own.bases, name, units)
-    places = np.concatenate([scores.table.groups[group].columns for group in _GROUPS[name]])
+    curve = _curve(own, name, units)
+    has_loop = name == HYSTERESIS and own.loop is not None
+    groups = (*_GROUPS[name], LOOP) if has_loop else _GROUPS[name]
+    places = np.concatenate([scores.table.groups[group].columns for group in groups])
     draws = drawn_coefficients(scores, held, places)
     values = draws @ curve.rows
     y, others = values[0], values[1:]
@@ -118,26 +121,33 @@ def measured_shape(
         words,
         smooth,
         steps,
-        memory=_memory_law(own.bases, name, draws[0], units),
+        memory=_memory_law(own, name, draws[0], units),
     )
 
 
 def _memory_law(
-    bases: ElementBases, name: str, weights: FloatArray, units: tuple[str, str]
+    own: ElementTable, name: str, weights: FloatArray, units: tuple[str, str]
 ) -> MemoryLaw | None:
     """Parts that a class with a memory is made of; None of a class without one."""
     if name not in WITH_MEMORY:
         return None
-    size = bases.size
-    is_memory = name == MEMORY
-    parts = parts_of_branches(bases.taus, weights) if is_memory else stops_of(weights, size)
-    return MemoryLaw("", name, parts.stops, parts.branches, units, (size.low, size.high))
+    bases, size = own.bases, own.bases.size
+    visited = (size.low, size.high)
+    if name == MEMORY:
+        branches = parts_of_branches(bases.taus, weights).branches
+        return MemoryLaw("", name, NO_PARTS.stops, branches, units, visited)
+    loops = NO_PARTS.loops
+    if own.loop is not None:
+        weights, force = weights[:-1], weights[-1]
+        loops = own.loop.row(force)[None]
+    stops = stops_of(weights, size).stops
+    return MemoryLaw("", name, stops, NO_PARTS.branches, units, visited, loops=loops)
 
 
-def _curve(bases: ElementBases, name: str, units: tuple[str, str]) -> _Curve:
+def _curve(own: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
     """Columns of a class along its abscissa."""
     force, length = units
-    size = bases.size
+    bases, size = own.bases, own.bases.size
     x = np.linspace(size.low, size.high, POINTS)
     if name == RESTORING_FORCE:
         return _Curve(x, bases.force(x), ("deflection", "restoring force"), (length, force))
@@ -154,9 +164,12 @@ def _curve(bases: ElementBases, name: str, units: tuple[str, str]) -> _Curve:
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
         turns = middle + size.half_range * np.sin(np.linspace(0.0, 4.5 * np.pi, 9 * POINTS))
-        rows = stops_columns(turns, size)[:, 5 * POINTS :]
+        rows = stops_columns(turns, size)
+        if own.loop is not None:
+            rows = np.vstack([rows, own.loop.along(turns)])
+        turn = slice(5 * POINTS, None)
         return _Curve(
-            turns[5 * POINTS :], rows, ("deflection", "hysteretic force"), (length, force)
+            turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
         )
     if name == MEMORY:
         t = np.geomspace(bases.taus[0] / 3.0, 3.0 * bases.taus[-1], POINTS)

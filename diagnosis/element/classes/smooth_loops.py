@@ -1,0 +1,211 @@
+"""Smooth loop of hysteresis fitted to the records: Duhem's model with a stiffness of any form.
+
+``F = f z``, ``dz/dx = c(z sign(v)) / X``, X the half range of the motion. Sliders in parallel have
+loops that are alike in both directions and never harden (Masing); the state of a smooth loop
+remembers where it stands and nothing else, so that its loops may harden and need not close. c has
+no fixed form: it is linear between nine values, the same in both directions of motion. They are
+found by least squares on the filtered records, baseline and size in each step by projection.
+
+Where c is the same after a reversal as before it, ``c(u) = c(-u)``, the state goes back as it came:
+a curve f(x) that rises, and no loop. A smooth loop is hysteresis where it leaves less than such a
+curve does.
+
+References
+----------
+.. [1] B. D. Coleman, M. L. Hodgdon, "A constitutive relation for rate-independent hysteresis in
+   ferromagnetically soft materials", Int. J. Eng. Sci. 24 (1986) 897.
+.. [2] G. H. Golub, V. Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares
+   problems whose variables separate", SIAM J. Numer. Anal. 10 (1973) 413; the Jacobian is that of
+   L. Kaufman, BIT 15 (1975) 49.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from carrierflex.diagnosis.classes.group_columns import GroupColumns
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.laws import MotionSize
+from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
+from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
+from carrierflex.simulation.element.loop_kernels import loop_states
+from carrierflex.simulation.element.memory_laws import N_STIFFNESS
+
+_AT = np.linspace(-1.0, 1.0, N_STIFFNESS)
+#: Stiffnesses from which the fit begins: three times as stiff after a reversal as where it slips,
+#: and one that hardens by two fifths while it turns back at twice the stiffness.
+_STARTS = (3.0 * (1.05 - _AT), 0.7 * np.where(_AT > 0.0, 1.0 + 0.4 * _AT, 1.0 - 1.2 * _AT))
+#: Weight of the curvature of log c, over the RMS of the force: keeps values in hand that no motion
+#: reaches.
+_CURVATURE = 3e-3
+_MOST_STEPS = 30
+#: Change of the square in a step, over the square, at which a fit has settled.
+_SETTLED = 1e-4
+#: Eigenvalues of the products of unit columns, over the largest, below which columns are one.
+_SPANNED = 1e-10
+#: Step of log c for the derivatives.
+_DIFFERENCE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothLoop:
+    """A fitted smooth loop.
+
+    Parameters
+    ----------
+    half_range : float
+        Half of the range of the deflection.
+    stiffness : ndarray, shape (9,)
+        c, from -1 to 1.
+    """
+
+    half_range: float
+    stiffness: FloatArray
+
+    def along(self, x: FloatArray, *, from_rest: bool = False) -> FloatArray:
+        """State z along a motion, begun at rest or where a motion like this one leaves it."""
+        x = np.ascontiguousarray(x)
+        start = 0.0
+        if not from_rest:
+            start = float(loop_states(x[::-1].copy(), self.half_range, self.stiffness, 0.0)[-1])
+        return np.asarray(loop_states(x, self.half_range, self.stiffness, start))
+
+    def row(self, force: float) -> FloatArray:
+        """Row of the loop among the parts of a law, with its force at z = 1."""
+        return np.array([self.half_range, force, *self.stiffness])
+
+
+def fitted_loop(
+    own: Sequence[ForceRecord],
+    weights: Sequence[NoiseWeight],
+    size: MotionSize,
+    beside: Sequence[GroupColumns[ForceRecord]] = (),
+    *,
+    is_curve: bool = False,
+) -> SmoothLoop:
+    """Smooth loop that leaves least of the force beside the baseline.
+
+    Parameters
+    ----------
+    own, weights : sequence
+        Runs and their filters.
+    size : MotionSize
+        Sizes of the motion.
+    beside : sequence of GroupColumns
+        Columns of a class beside it, which share the force with it.
+    is_curve : bool
+        Whether the state goes back as it came.
+
+    Returns
+    -------
+    SmoothLoop
+        Best of the fits from each start.
+    """
+    spread = np.eye(N_STIFFNESS)
+    if is_curve:
+        half = N_STIFFNESS // 2
+        spread = (spread + spread[::-1])[:, : half + 1]
+        spread[half, half] = 1.0
+    problem = _problem(own, weights, size, beside, spread)
+    fits = []
+    for start in _STARTS:
+        found = least_squares(
+            problem.residual,
+            np.linalg.lstsq(spread, np.log(start), rcond=None)[0],
+            jac=problem.jacobian,
+            ftol=_SETTLED,
+            max_nfev=_MOST_STEPS,
+        )
+        fits.append((float(found.cost), found.x))
+    best = min(fits, key=lambda fit: fit[0])[1]
+    return problem.loop(best)
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Least squares of a smooth loop.
+
+    Parameters
+    ----------
+    own, weights, size
+        As of :func:`fitted_loop`.
+    target : ndarray, shape (n,)
+        Filtered force without what the baseline explains, over its norm.
+    base : ndarray, shape (n, n_base)
+        Orthonormal columns of the baseline, and of the class beside it.
+    spread : ndarray, shape (9, n_unknowns)
+        log c as a function of the unknowns.
+    """
+
+    own: Sequence[ForceRecord]
+    weights: Sequence[NoiseWeight]
+    size: MotionSize
+    target: FloatArray
+    base: FloatArray
+    spread: FloatArray
+
+    def loop(self, unknowns: FloatArray) -> SmoothLoop:
+        """Loop of some stiffnesses."""
+        return SmoothLoop(self.size.half_range, np.exp(self.spread @ unknowns))
+
+    def residual(self, unknowns: FloatArray) -> FloatArray:
+        """What the loop leaves of the force, and the curvature of log c."""
+        column = self._columns([unknowns])[0]
+        left = self.target - self._size(column) * column
+        return np.concatenate([left, self._bends @ unknowns])
+
+    def jacobian(self, unknowns: FloatArray) -> FloatArray:
+        """Derivatives of the residual, shape (n + n_bends, n_unknowns)."""
+        moved = unknowns + _DIFFERENCE * np.eye(unknowns.size)
+        column, *others = self._columns([unknowns, *moved])
+        change = (np.array(others) - column) / _DIFFERENCE
+        unit = column / np.linalg.norm(column)
+        change -= np.outer(change @ unit, unit)
+        return np.concatenate([-self._size(column) * change.T, self._bends])
+
+    @property
+    def _bends(self) -> FloatArray:
+        """Weighted curvature of log c by the unknowns, shape (7, n_unknowns)."""
+        return _CURVATURE * np.diff(self.spread, 2, axis=0)
+
+    def _size(self, column: FloatArray) -> float:
+        return float(column @ self.target / (column @ column))
+
+    def _columns(self, unknowns: Sequence[FloatArray]) -> list[FloatArray]:
+        """Filtered states of loops without what the baseline explains."""
+        loops = [self.loop(own) for own in unknowns]
+        pieces = []
+        for record, weight in zip(self.own, self.weights, strict=True):
+            states = [loop.along(record.x, from_rest=record.from_rest) for loop in loops]
+            pieces.append(weight.filtered(np.array(states))[:, record.counts])
+        columns = np.concatenate(pieces, axis=1)
+        return list(columns - (columns @ self.base) @ self.base.T)
+
+
+def _problem(
+    own: Sequence[ForceRecord],
+    weights: Sequence[NoiseWeight],
+    size: MotionSize,
+    beside: Sequence[GroupColumns[ForceRecord]],
+    spread: FloatArray,
+) -> _Problem:
+    pieces = []
+    for record, weight in zip(own, weights, strict=True):
+        columns = [group.columns(record) for group in beside]
+        raw = np.concatenate([record.target[None], record.base, *columns])
+        pieces.append(weight.filtered(raw)[:, record.counts])
+    rows = np.concatenate(pieces, axis=1)
+    base = _span(rows[1:])
+    target = rows[0] - base @ (base.T @ rows[0])
+    return _Problem(own, weights, size, target / np.linalg.norm(target), base, spread)
+
+
+def _span(rows: FloatArray) -> FloatArray:
+    """Orthonormal columns of what some rows span, shape (n, rank)."""
+    size = np.maximum(np.linalg.norm(rows, axis=1), np.finfo(float).tiny)
+    values, vectors = np.linalg.eigh((rows @ rows.T) / np.outer(size, size))
+    held = values > _SPANNED * values[-1]
+    own: FloatArray = (rows / size[:, None]).T @ vectors[:, held]
+    return own / np.sqrt(values[held])
