@@ -38,6 +38,7 @@ MODULES = (
     "diagnosis.element.classes.motion.steady_motion",
     "diagnosis.element.classes.noise_colour",
     "diagnosis.classes.splines",
+    "diagnosis.element.classes.smooth_loops",
     "diagnosis.element.classes.starting_states",
     "diagnosis.element.classes.table",
     "diagnosis.element.classes.weighting",

@@ -16,6 +16,7 @@ _LINEAR = "diagnosis.element.linear"
 _LIMITS = _CLASSES + "limits"
 _ANSWER = _CLASSES + "answer"
 _FLOOR = _CLASSES + "floor"
+_LOOPS = _CLASSES + "smooth_loops"
 #: Read by columns, and by nothing before them.
 _COLUMNS = (
     _CLASSES + "columns",
@@ -75,10 +76,15 @@ class Reads:
         return self.constant.module == _FLOOR
 
     @property
+    def is_of_loops(self) -> bool:
+        """Smooth loops, which the decision asks for."""
+        return self.constant.module == _LOOPS
+
+    @property
     def is_of_answer_alone(self) -> bool:
         """Held-out squares or decision, and no step before them."""
         is_limit = self.constant.is_field and self.constant.name not in OF_TABLE
-        return is_limit or self.constant.module in (_LIMITS, _ANSWER)
+        return is_limit or self.constant.module in (_LIMITS, _ANSWER, _LOOPS)
 
     @property
     def is_of_answer(self) -> bool:

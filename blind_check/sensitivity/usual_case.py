@@ -118,7 +118,8 @@ class UsualCase:
         limits = element_limits()
         if reads.is_of_answer_alone:
             known = {} if reads.is_of_scores else made.table.scores.known
-            return self._told(problem, _scored(made.table, limits, known))
+            asked = replace(made.table, loops={}) if reads.is_of_loops else made.table
+            return self._told(problem, _scored(asked, limits, known))
         counted: CountedRuns | None = made.counted
         if reads.is_of_counted:
             counted = counted_runs(problem.model, problem.records, problem.noise, limits)

@@ -7,7 +7,7 @@ from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_de
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, HeldOutSquares
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING, ClassAnswer
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.element.classes.drive_in_time import (
     has_one_frequency,
@@ -18,6 +18,7 @@ from carrierflex.diagnosis.element.classes.laws import (
     DRIVE_SIDE,
     HYSTERESIS,
     MEMORY,
+    RESTORING_FORCE,
     TIME_VARIATION,
 )
 from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable
@@ -109,12 +110,15 @@ def _as_smooth_loop(
 
     One cause that explains the gap better than any two, or than the coupled class, is the simpler
     answer and the better one. So are two in place of two others, where the second one is a cause
-    beside the loop as it is beside any class. A single class that is named already needs none.
+    beside the loop as it is beside any class. A loop that hardens is taken for sliders, for a
+    spring beside a loss, or for both in one surface: other answers are not asked, nor is a single
+    class that is named already.
     """
     surface = own.table.surface
     is_one = len(decision.classes) == 1 and decision.classes != (surface,)
-    is_settled = decision.state == NOTHING or (is_one and decision.state == NAMED_CLASS)
-    if is_settled or HYSTERESIS not in candidates:
+    is_settled = is_one and decision.state == NAMED_CLASS
+    may_be_loop = {HYSTERESIS, RESTORING_FORCE, surface}.intersection(decision.classes)
+    if is_settled or HYSTERESIS not in candidates or not may_be_loop:
         return own, decision
     alone, loop = left_by_loop(own, "")
     found = None

@@ -33,13 +33,14 @@ from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
 from carrierflex.simulation.element.loop_kernels import loop_states
 from carrierflex.simulation.element.memory_laws import N_STIFFNESS
 
-_AT = np.linspace(-1.0, 1.0, N_STIFFNESS)
-#: Stiffnesses from which the fit begins: three times as stiff after a reversal as where it slips,
-#: and one that hardens by two fifths while it turns back at twice the stiffness.
-_STARTS = (3.0 * (1.05 - _AT), 0.7 * np.where(_AT > 0.0, 1.0 + 0.4 * _AT, 1.0 - 1.2 * _AT))
+#: Stiffnesses at -1, 0 and 1 from which the fit begins, linear between: of sliders, and of a loop
+#: that hardens and turns back at twice its stiffness.
+_OF_SLIDERS = (6.15, 3.15, 0.15)
+_OF_HARDENING = (1.54, 0.7, 0.98)
 #: Weight of the curvature of log c, over the RMS of the force: keeps values in hand that no motion
 #: reaches.
 _CURVATURE = 3e-3
+#: Steps of a fit at most.
 _MOST_STEPS = 30
 #: Change of the square in a step, over the square, at which a fit has settled.
 _SETTLED = 1e-4
@@ -110,7 +111,8 @@ def fitted_loop(
         spread[half, half] = 1.0
     problem = _problem(own, weights, size, beside, spread)
     fits = []
-    for start in _STARTS:
+    for stiffness in (_OF_SLIDERS, _OF_HARDENING):
+        start = np.interp(np.linspace(-1.0, 1.0, N_STIFFNESS), (-1.0, 0.0, 1.0), stiffness)
         found = least_squares(
             problem.residual,
             np.linalg.lstsq(spread, np.log(start), rcond=None)[0],
