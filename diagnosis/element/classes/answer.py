@@ -111,13 +111,13 @@ def _as_smooth_loop(
     One cause that explains the gap better than any two, or than the coupled class, is the simpler
     answer and the better one. So are two in place of two others, where the second one is a cause
     beside the loop as it is beside any class. A loop that hardens is taken for sliders, for a
-    spring beside a loss, or for both in one surface: other answers are not asked, nor is a single
-    class that is named already.
+    spring beside a loss, for a memory, or for a surface: other answers are not asked, nor is a
+    single class that is named already.
     """
     surface = own.table.surface
     is_one = len(decision.classes) == 1 and decision.classes != (surface,)
     is_settled = is_one and decision.state == NAMED_CLASS
-    may_be_loop = {HYSTERESIS, RESTORING_FORCE, surface}.intersection(decision.classes)
+    may_be_loop = {HYSTERESIS, RESTORING_FORCE, MEMORY, surface}.intersection(decision.classes)
     if is_settled or HYSTERESIS not in candidates or not may_be_loop:
         return own, decision
     alone, loop = left_by_loop(own, "")
