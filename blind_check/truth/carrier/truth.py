@@ -19,11 +19,13 @@ from carrierflex.blind_check.labels import (
     NOTHING,
     ONE_CONDITION,
     OUTSIDE,
+    SEVERAL,
     STAGE,
     CasePlan,
     Label,
 )
 from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.carrier.alias_sets import alias_sets
 from carrierflex.blind_check.truth.carrier.label import largest_cell, named_parameters
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
 from carrierflex.blind_check.truth.carrier.rig import (
@@ -54,6 +56,7 @@ from carrierflex.blind_check.truth.noise import (
     added_rng,
     case_rng,
     coloured_noise,
+    largest_leak,
     noise_rng,
     root_mean_square,
     uniform_std,
@@ -158,6 +161,13 @@ def carrier_case(
     if plan.family in FORM_FAMILIES:
         own_gaps = [_size(residuals(one)) / floor for one in _each_alone(plan, ideal)]
         label = _form_label(plan, label, loads, own_gaps)
+        if plan.family == SEVERAL:
+            alone = {
+                name: _differences(one.read(records), known.read(records))
+                for name, one in zip(plan.effects, _each_alone(plan, ideal), strict=True)
+            }
+            aliases = alias_sets(alone, records, baseline, largest_leak(plan) * floor)
+            label = replace(label, class_aliases=aliases)
     # What is outside the library, and a drift, have no place among the orders.
     elif label.effects and "thermal_drift" not in label.effects:
         label = replace(label, where=largest_cell(residuals(ideal), declared))
