@@ -132,7 +132,7 @@ class Shares:
         n_folds = differences.size
         if n_folds < 2:
             return False
-        scatter = float(differences.std(ddof=1)) / np.sqrt(n_folds)
+        scatter = float(differences.std(ddof=1) / np.sqrt(n_folds))
         least = float(student_t.ppf(_INTERVAL[1], n_folds - 1)) * scatter
         is_seen = float(differences.sum()) > self.constants.least_left * float(self.floor.sum())
         return is_seen and float(differences.mean()) > least

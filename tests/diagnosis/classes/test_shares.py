@@ -100,14 +100,15 @@ def test_folds_that_agree_prefer_the_result_that_leaves_less_though_both_are_equ
     # The same in one fold alone: t is 1 of 2.57.
     one = held(np.where(folds == 3, 4.2, 3.0))
     assert not SHARES.folds_prefer(held(3.0), one, folds)
-    # Student's t: 2.7 standard errors are enough of six folds and of two are not.
-    t = 2.7
+    # Student's t of six folds is 2.57 standard errors, of two 12.7.
     spread = np.resize([1.0, -1.0], 6) / np.sqrt(1.2)
-    of_six = held(3.0 + (t / np.sqrt(6.0) + spread)[folds] / 8.0)
-    assert SHARES.folds_prefer(held(3.0), of_six, folds)
+    for t, is_told in ((2.7, True), (2.45, False)):
+        of_six = held(3.0 + (t / np.sqrt(6.0) + spread)[folds] / 8.0)
+        assert SHARES.folds_prefer(held(3.0), of_six, folds) is is_told
     two = folds // 3
-    of_two = held(3.0 + (t + np.array([1.0, -1.0]))[two] / 16.0)
-    assert not SHARES.folds_prefer(held(3.0), of_two, two)
+    for t, is_told in ((13.0, True), (12.0, False)):
+        of_two = held(3.0 + (t + np.array([1.0, -1.0]))[two] / 64.0)
+        assert SHARES.folds_prefer(held(3.0), of_two, two) is is_told
     # Less than a result is taken to leave at least: no precision of any column.
     assert not SHARES.folds_prefer(held(3.0), held(3.0 + 0.9 * LIMITS.least_left), folds)
     assert SHARES.folds_prefer(held(3.0), held(3.0 + 1.1 * LIMITS.least_left), folds)
