@@ -114,10 +114,18 @@ class CarrierReading:
         return self._scores(model, RunParts(records, len(campaign.runs)))
 
     def _source_of_set(self) -> ColumnSource:
-        """Columns of the fitted set alone."""
-        names = {*self.model.contained, *self.effects}
+        """Columns of the fitted set alone, at moved sensors and later where it moves or delays."""
         source = self.model.source
-        effects = {name: one for name, one in source.effects.items() if name in names}
+        own = {name: source.effects[name] for name in (*self.model.contained, *self.effects)}
+        parts = {one.measurement for one in own.values()}
+        effects = {
+            name: replace(
+                one,
+                follows_sensor=one.follows_sensor and Measurement.ANGLE in parts,
+                follows_delay=one.follows_delay and Measurement.DELAY in parts,
+            )
+            for name, one in own.items()
+        }
         return replace(source, effects=effects)
 
     def _scores(self, model: CarrierModel, parts: RunParts) -> FloatArray:
