@@ -98,7 +98,8 @@ class Label:
         Class ids of the withheld causes, sorted (kinds judged by class); empty where no class holds
         them.
     class_aliases : tuple of tuple of str
-        Other sets of class ids that these records may not tell from `classes`.
+        Other sets of class ids, of a carrier of frames and patterns, that these records may not
+        tell from `classes`.
     drive : str
         How an element is driven.
     changes : tuple of float

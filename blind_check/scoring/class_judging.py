@@ -20,7 +20,7 @@ that the sensors really have may stand beside the truth's.
 
 Several causes at once are judged one by one
 (:mod:`carrierflex.blind_check.scoring.several_judging`): right where every cause of two floors is
-found and none is false, else wrong.
+found and none is false; a tie where one of the answer and its ties alone is that; else wrong.
 
 A named law is false where none of its classes is the truth's or in its alias table.
 """
@@ -152,8 +152,7 @@ def judge_by_class(label: Label, verdict: Verdict) -> ClassJudged:
     causes = judge_causes(label, sets) if label.family == SEVERAL else None
     outcome = _outcome(label, document, answer, sets, names_law=bool(laws))
     if causes is not None and outcome in (RIGHT, TIE, WRONG):
-        is_right = causes.finds_all(CLEAR_CLASS_GAP) and not causes.false
-        outcome = RIGHT if is_right else WRONG
+        outcome = _of_causes(causes)
     return ClassJudged(label, verdict, answer, outcome, laws, false, causes)
 
 
@@ -192,6 +191,13 @@ def _outcome(
         return WRONG
     others = sets - {true}
     return RIGHT if others <= set(label.class_aliases) else TIE
+
+
+def _of_causes(causes: JudgedCauses) -> str:
+    """Outcome of an answer to several causes."""
+    if causes.is_right(CLEAR_CLASS_GAP):
+        return RIGHT
+    return TIE if causes.is_tie(CLEAR_CLASS_GAP) else WRONG
 
 
 def _compared(ids: Sequence[str], label: Label) -> tuple[str, ...]:

@@ -6,6 +6,9 @@ found
 false
     An id of the answer or of a tie that is no cause's, no alias of one and no error that the
     sensors really have; however small the causes are.
+tie
+    One of answer and ties holds every cause of two floors and none that is false; together with
+    the others they do not.
 
 Ids are compared as for one cause: frame and pattern of a carrier, all of a mounting's.
 """
@@ -56,11 +59,14 @@ class JudgedCauses:
     in_every_set : bool
         Whether each of answer and ties holds one of them; a tie of what is there with what is not
         does not.
+    sets : tuple of JudgedCauses
+        Of several sets, each as if it were the whole answer.
     """
 
     causes: tuple[JudgedCause, ...]
     false: tuple[str, ...]
     in_every_set: bool
+    sets: tuple["JudgedCauses", ...] = ()
 
     def of_gap(self, least: float) -> tuple[JudgedCause, ...]:
         """Causes that leave at least a gap alone."""
@@ -69,6 +75,14 @@ class JudgedCauses:
     def finds_all(self, least: float) -> bool:
         """Whether every cause is found that leaves at least a gap alone."""
         return all(cause.is_found for cause in self.of_gap(least))
+
+    def is_right(self, least: float) -> bool:
+        """Whether every cause is found that leaves at least a gap alone, and none is false."""
+        return self.finds_all(least) and not self.false
+
+    def is_tie(self, least: float) -> bool:
+        """Whether one of several sets alone is right, and all of them together are not."""
+        return not self.is_right(least) and any(own.is_right(least) for own in self.sets)
 
 
 def judge_causes(label: Label, sets: Collection[tuple[str, ...]]) -> JudgedCauses:
@@ -82,7 +96,7 @@ def judge_causes(label: Label, sets: Collection[tuple[str, ...]]) -> JudgedCause
         Ids of the answer and of each of its ties, as they are compared.
     """
     classes = [_CLASS_OF_CAUSE[label.kind][name] for name in label.effects]
-    aliases = {own: _aliases_of(label, own) for own in classes}
+    aliases = {own: _aliases_of(label, own, classes) for own in classes}
     causes = tuple(
         JudgedCause(own, gap, _is_found(own, aliases[own], sets))
         for own, gap in zip(classes, label.own_gaps, strict=True)
@@ -90,12 +104,18 @@ def judge_causes(label: Label, sets: Collection[tuple[str, ...]]) -> JudgedCause
     allowed = {*classes, *(other for others in aliases.values() for other in others)}
     named = {name for ids in sets for name in ids}
     in_every_set = bool(sets) and not any(allowed.issuperset(ids) for ids in sets)
-    return JudgedCauses(causes, tuple(sorted(named - allowed)), in_every_set)
+    each = tuple(judge_causes(label, [ids]) for ids in sorted(sets)) if len(sets) > 1 else ()
+    return JudgedCauses(causes, tuple(sorted(named - allowed)), in_every_set, each)
 
 
-def _aliases_of(label: Label, class_id: str) -> frozenset[str]:
-    """Ids that stand in the place of a class in the truth's alias table."""
-    instead = [set(ids) - set(label.classes) for ids in label.class_aliases if class_id not in ids]
+def _aliases_of(label: Label, class_id: str, classes: Collection[str]) -> frozenset[str]:
+    """Ids that stand in the place of one of the classes in the truth's alias table."""
+    missing = [set(classes) - set(ids) for ids in label.class_aliases]
+    instead = [
+        set(ids) - set(classes)
+        for ids, without in zip(label.class_aliases, missing, strict=True)
+        if without == {class_id}
+    ]
     return frozenset(name for ids in instead for name in ids)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from carrierflex.blind_check.scoring.class_judging import (
     CLEAR_CLASS_GAP,
+    OUTCOMES,
     UNDETERMINED,
     ClassJudged,
 )
@@ -54,6 +55,7 @@ def several_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
             [not _judged(case).in_every_set for case in cases],
         ),
         share_figure(kind, f"{_HEAD}: every one of 2 floors found and none false", both),
+        *_outcome_figures(kind, cases),
     ]
     for number in sorted({len(case.label.effects) for case in cases}):
         own = [hit for hit, case in zip(found, asked, strict=True) if _number(case) == number]
@@ -71,6 +73,14 @@ def several_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
         figures.append(share_figure(kind, f"{_HEAD}: what a found one follows is right", follows))
     false_laws = [bool(case.false_laws) for case in cases]
     return [*figures, share_figure(kind, f"{_HEAD}: law named, class wrong", false_laws)]
+
+
+def _outcome_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
+    """Shares of all cases by outcome, each apart."""
+    return [
+        share_figure(kind, f"{_HEAD}: {outcome}", [case.outcome == outcome for case in cases])
+        for outcome in OUTCOMES
+    ]
 
 
 #: Bins of the gap that a cause leaves alone.

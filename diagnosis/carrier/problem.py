@@ -254,8 +254,8 @@ class CarrierProblem:
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What the declared errors of channels and inputs do to a fit."""
-        reading = CarrierReading(self.campaign, self.model, self._parts)
-        return reading.misread(effects, theta, self._choice(effects))
+        own = (effects, theta, self._choice(effects))
+        return CarrierReading(self.campaign, self.model, self._parts, *own).misread()
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""

@@ -91,6 +91,8 @@ class GramTable:
     plain : mapping of str to tuple of str
         Groups of a class without the members that bend its law: these imitate other classes, and
         another class beside the plain law is asked before them.
+    has_whole_conditions : bool
+        Whether each fold is a condition of its own.
     """
 
     gram: FloatArray
@@ -107,6 +109,7 @@ class GramTable:
     coupled_parts: frozenset[str] = frozenset()
     uncoupled_part: str = ""
     plain: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    has_whole_conditions: bool = False
 
     @cached_property
     def total(self) -> FloatArray:

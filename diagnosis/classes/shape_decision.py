@@ -220,7 +220,8 @@ def ties_of(
 ) -> tuple[Classes, ...]:
     """Sets with one member of another shape that leave as much with no more columns.
 
-    Of the ways to follow the loads of a shape the simplest is listed.
+    Of the ways to follow the loads of a shape the simplest is listed. What leaves a little more in
+    one condition after the other is no tie: of waves of which 96 % are alike 4 % tell.
     """
     held = scores.of(answer)
     taken = {shape_of(name) for name in answer}
@@ -233,9 +234,22 @@ def ties_of(
             rival = tuple(sorted((*others, name)))
             # A simpler way leaves more than its shape does: what would be equal to it alone is not.
             best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, own)]
-            if shares.are_equal(scores.of(rival), held) and shares.are_equal(*best):
+            pairs = [(held, scores.of(rival)), (best[1], best[0])]
+            if all(_is_tie(scores, shares, *pair) for pair in pairs):
                 found.setdefault(tuple(sorted(map(shape_of, rival))), rival)
     return tuple(found.values())
+
+
+def _is_tie(
+    scores: ClassScores, shares: Shares, own: HeldOutSquares, rival: HeldOutSquares
+) -> bool:
+    """Whether the records do not tell a result from a rival.
+
+    Folds of blocks of every condition lack the same and agree on anything.
+    """
+    table = scores.table
+    is_told = table.has_whole_conditions and shares.folds_prefer(own, rival, table.folds)
+    return shares.are_equal(own, rival) and not is_told
 
 
 def _in_best_way(

@@ -72,7 +72,8 @@ class Misreading:
     errors : tuple of DeclaredError
         Declared errors.
     scores : ndarray, shape (E, p)
-        ``J.T (r_e - r)`` of each, then of further errors that follow from the declared noise.
+        ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the
+        noise of a run, of the waves of a carrier's curves.
     """
 
     errors: tuple[DeclaredError, ...]

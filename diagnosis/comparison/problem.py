@@ -132,6 +132,12 @@ class SegmentSums:
         np.put_along_axis(full, self.unknowns, self.right_side, axis=1)
         return full
 
+    def n_segments_of_each(self) -> NDArray[np.int64]:
+        """Segments in which each unknown acts, shape (p,)."""
+        if self.unknowns is None:
+            return np.asarray(np.count_nonzero(np.einsum("sqq->sq", self.matrix), axis=0))
+        return np.bincount(self.unknowns.ravel(), minlength=self.n_unknowns)
+
     def total_matrix(self, chosen: BoolArray | None = None) -> FloatArray:
         """``J.T J`` over the chosen segments, or all, shape (p, p)."""
         which = slice(None) if chosen is None else chosen

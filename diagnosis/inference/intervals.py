@@ -4,7 +4,8 @@
 blocks, `gamma` the relative standard deviation by the declared gains of the signals, `d` the shift
 beside a discrepancy of no known form, `m` what a hidden cause moves at most. Published is
 ``h / 1.96``. Of carriers and mountings `gamma` is the covariance of the declared errors of all
-signals in the fit (:func:`misread_moves`), of which the powers of an element are a case.
+signals, and of the waves of a carrier's curves, in the fit (:func:`misread_moves`), of which the
+powers of an element are a case.
 
 A cause is hidden where the verdict "at the noise floor" would pass it: its square is the share of
 the floor that this verdict allows. Of all causes of that size the one along the parameter's own
@@ -75,7 +76,8 @@ def small_sample_factor(fit: EffectFit) -> float:
     """Factor on the sandwich's standard deviations for p parameters found from few blocks.
 
     ``t_{0.975, B-p} / 1.96 sqrt((B - 1) / (B - p))``: the fit takes p of the B degrees of freedom
-    of the blocks' scores; the covariance of the fit counts one of them.
+    of the blocks' scores; the covariance of the fit counts one of them. A run's own parameter is
+    not among the p where the run is a single block: its scatter is in no score of another one.
 
     Parameters
     ----------
@@ -87,7 +89,9 @@ def small_sample_factor(fit: EffectFit) -> float:
     float
         Not a number where there are no more blocks than free parameters.
     """
-    n_free = int((_is_free(fit) & ~fit.at_bound).sum())
+    of_one_block = np.array([own.run is not None for own in fit.parameters], dtype=bool)
+    of_one_block &= fit.sums.n_segments_of_each() < 2
+    n_free = int((_is_free(fit) & ~fit.at_bound & ~of_one_block).sum())
     n_blocks = len(fit.sums.square)
     degrees = n_blocks - max(n_free, 1)
     if degrees < 1:

@@ -68,7 +68,7 @@ def published_values(
     if isinstance(problem, WithMisreading):
         misreading = problem.misreading(fit.effects, fit.theta)
         moves = np.concatenate([misread_moves(fit, misreading.scores), prior_moves(fit)])
-        values = named_values(fit, moves=moves)
+        values = named_values(fit, few_blocks=True, moves=moves)
         return PublishedValues(values, errors_words(misreading.errors), ())
     if not isinstance(problem, WithDiscrepancy):
         return PublishedValues(named_values(fit, few_blocks=gains is not None), words, ())

@@ -82,12 +82,23 @@ def outcome(truth, own):
         (
             (3.0, 3.0, 1.0),
             answer(DRIFT, TILT, ties=[(DRIFT, WAVES)]),
-            ("wrong", ["housing/tilt"], ["carrier/waves"]),
+            ("tie", ["housing/tilt"], ["carrier/waves"]),
         ),
         (
             (3.0, 3.0, 1.0),
             answer(DRIFT, TILT, ties=[(TILT, "nonsynchronous/line/none")]),
-            ("wrong", ["housing/offset"], ["nonsynchronous/line"]),
+            ("tie", ["housing/offset"], ["nonsynchronous/line"]),
+        ),
+        # None of the sets holds all, or each holds a false one.
+        (
+            (3.0, 3.0, 3.0),
+            answer(DRIFT, TILT, ties=[(DRIFT, SADDLE)]),
+            ("wrong", ["housing/tilt", "housing/saddle"], []),
+        ),
+        (
+            (3.0, 1.0, 1.0),
+            answer(DRIFT, WAVES, ties=[(DRIFT, "carrier/tilt/torque")]),
+            ("wrong", [], ["carrier/tilt", "carrier/waves"]),
         ),
         (
             (3.0, 3.0, 3.0),
@@ -99,6 +110,29 @@ def outcome(truth, own):
 )
 def test_causes_of_a_carrier_are_judged_one_by_one(gaps, own, expected):
     assert outcome(carrier(*gaps), own) == expected
+
+
+@pytest.mark.parametrize(
+    ("own", "expected"),
+    [
+        # The table holds waves for the tilt: in a tie with it they are not false, alone it is
+        # missed; for the saddle it holds none.
+        (answer(DRIFT, TILT, SADDLE, ties=[(DRIFT, WAVES, SADDLE)]), ("right", [], [])),
+        (answer(DRIFT, WAVES, SADDLE), ("wrong", ["housing/tilt"], [])),
+        (
+            answer(DRIFT, TILT, SADDLE, ties=[(DRIFT, TILT, WAVES)]),
+            ("tie", ["housing/saddle"], []),
+        ),
+        (
+            answer(DRIFT, TILT, SADDLE, ties=[(DRIFT, "carrier/tilt/torque", SADDLE)]),
+            ("tie", ["housing/tilt"], ["carrier/tilt"]),
+        ),
+    ],
+)
+def test_frames_and_patterns_of_the_alias_table_stand_in_for_a_carriers_cause(own, expected):
+    aliases = (("carrier/waves", "housing/offset", "housing/saddle"),)
+    truth = Label(**{**vars(carrier(3.0, 3.0, 3.0)), "class_aliases": aliases})
+    assert outcome(truth, own) == expected
 
 
 @pytest.mark.parametrize(
@@ -165,6 +199,10 @@ def test_figures_of_a_table_made_by_hand():
             None,
         ),
         "several causes: every one of 2 floors found and none false": (17 / 19, 19, None),
+        "several causes: right": (17 / 20, 20, None),
+        "several causes: tie": (0.0, 20, None),
+        "several causes: wrong": (2 / 20, 20, None),
+        "several causes: silent": (1 / 20, 20, None),
         "several causes, 3: every one of 2 floors found": (18 / 19, 19, None),
         "several causes: single ones of less than 1 floors found": (0.0, 1, None),
         "several causes: single ones of 1 to 2 floors found": (1 / 21, 21, None),

@@ -61,15 +61,12 @@ class OtherForm:
         Signal of a run, shape (n_channels, n), of unit size; its values are those drawn.
     draw : callable
         Values of its form from random numbers.
-    aliases : tuple of str
-        Other frames and patterns that four sensors a quarter turn apart do not tell from its own.
     """
 
     shape: str
     follows: str
     signal: Callable[[RimRecord, Values], FloatArray]
     draw: Callable[[np.random.Generator], dict[str, float]]
-    aliases: tuple[str, ...] = ()
 
 
 def other_form_signal(name: str, record: RimRecord, values: Values) -> FloatArray:

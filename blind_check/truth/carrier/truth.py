@@ -19,11 +19,13 @@ from carrierflex.blind_check.labels import (
     NOTHING,
     ONE_CONDITION,
     OUTSIDE,
+    SEVERAL,
     STAGE,
     CasePlan,
     Label,
 )
 from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.carrier.alias_sets import alias_sets
 from carrierflex.blind_check.truth.carrier.label import largest_cell, named_parameters
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
 from carrierflex.blind_check.truth.carrier.rig import (
@@ -54,6 +56,7 @@ from carrierflex.blind_check.truth.noise import (
     added_rng,
     case_rng,
     coloured_noise,
+    largest_leak,
     noise_rng,
     root_mean_square,
     uniform_std,
@@ -129,8 +132,7 @@ def carrier_case(
 
     def residuals(read_state: CarrierState) -> list[FloatArray]:
         """Measured less baseline of every run, as the state's readings make it."""
-        # Of everything, not of the effect alone: what the baseline holds keeps its bound from
-        # acting too early.
+        # Not of the effect alone: what the baseline holds keeps its bound from acting too early.
         return baseline.residuals(read_state.read(records))
 
     ideal, floor = sized_state(
@@ -158,6 +160,7 @@ def carrier_case(
     if plan.family in FORM_FAMILIES:
         own_gaps = [_size(residuals(one)) / floor for one in _each_alone(plan, ideal)]
         label = _form_label(plan, label, loads, own_gaps)
+        label = _with_aliases(label, plan, (ideal, known), (records, baseline))
     # What is outside the library, and a drift, have no place among the orders.
     elif label.effects and "thermal_drift" not in label.effects:
         label = replace(label, where=largest_cell(residuals(ideal), declared))
@@ -241,6 +244,29 @@ def _form_label(
         drive="six_loads" if len(loads) == len(_LOADS) else "eight_loads",
         own_gaps=tuple(own_gaps),
     )
+
+
+def _with_aliases(
+    label: Label,
+    plan: CasePlan,
+    states: tuple[CarrierState, CarrierState],
+    measured: tuple[Sequence[RimRecord], LinearBaseline],
+) -> Label:
+    """Label of several causes with the sets of classes that the sensors do not tell from theirs.
+
+    `states` are those with and without the causes, `measured` what acts and what is refitted.
+    Labels of one cause or two are what they were: a tie is no right answer there.
+    """
+    if plan.family != SEVERAL:
+        return label
+    (ideal, known), (records, baseline) = states, measured
+    without = known.read(records)
+    alone = {
+        name: _differences(one.read(records), without)
+        for name, one in zip(plan.effects, _each_alone(plan, ideal), strict=True)
+    }
+    most = largest_leak(plan) * label.floor
+    return replace(label, class_aliases=alias_sets(alone, records, baseline, most))
 
 
 def _rho(

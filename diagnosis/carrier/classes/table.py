@@ -1,7 +1,7 @@
 """Table of products for the classes of a carrier: target, baseline, classes and laws by block."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from operator import itemgetter
 
@@ -21,6 +21,7 @@ from carrierflex.diagnosis.carrier.classes.dependence import NONE, torque_levels
 from carrierflex.diagnosis.carrier.classes.table_blocks import (
     block_of_each_segment,
     fold_of_each_block,
+    holds_out_conditions,
 )
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
@@ -144,7 +145,9 @@ def carrier_table(
         float(campaign.rig["sensor_radius"]),
         {name: own.weights for name, own in of_classes.groups.items()},
     )
-    return _assembled(gram, places.n_base, groups, options, laws, floor, folds, visited)
+    own = _assembled(gram, places.n_base, groups, options, laws, floor, folds, visited)
+    has_conditions = holds_out_conditions(conditions, is_told=is_told)
+    return replace(own, table=replace(own.table, has_whole_conditions=has_conditions))
 
 
 def _mean_loads(model: CarrierModel, records: CarrierSums) -> FloatArray:

@@ -99,8 +99,13 @@ def fold_of_each_block(conditions: Sequence[str], runs: IntArray, *, is_told: bo
     ndarray of int, shape (n_blocks,)
         Fold in which each block is held out.
     """
-    names = list(dict.fromkeys(conditions))
-    if len(names) >= _FEWEST_CONDITIONS and is_told:
+    if holds_out_conditions(conditions, is_told=is_told):
+        names = list(dict.fromkeys(conditions))
         return np.array([names.index(name) for name in conditions])
     first = np.searchsorted(runs, runs)
     return np.asarray((np.arange(runs.size) - first + runs) % _BLOCKS_A_RUN)
+
+
+def holds_out_conditions(conditions: Sequence[str], *, is_told: bool) -> bool:
+    """Whether each fold is a whole condition; the arguments are those of the folds."""
+    return len(set(conditions)) >= _FEWEST_CONDITIONS and is_told

@@ -1,16 +1,20 @@
-"""What declared errors of sensors and inputs do to the fit of a carrier.
+"""What errors of sensors, inputs and curves do to the fit of a carrier.
 
-An error of a sensor is an effect of the library that is not there: its derivative at zero is the
-change of the reading, and stands in the sums over the records. What an input does to the columns
-is in no sum; the columns of the fitted set are made once more from the input as it would be read.
+A gain or a zero of a sensor is an effect of the library that is not there: its derivative at zero
+is the change of the reading, and stands in the sums over the records. What the place of a sensor,
+a delay, an input or a deflection curve does to the columns is in no sum, or of some effects alone
+and about a sensor that stands where it should; the columns of the fitted set are made once more
+from what would be read.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.closed_fit import sums_of_runs
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, Places
+from carrierflex.diagnosis.carrier.records.columns import ColumnSource
+from carrierflex.diagnosis.carrier.records.curve_errors import rigs_of_curve_errors, shows_curves_of
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import accumulated_sums
 from carrierflex.diagnosis.carrier.weight_table import FloatArray, IntArray, WeightTable
@@ -21,13 +25,20 @@ from carrierflex.diagnosis.comparison.declared_errors import (
 )
 from carrierflex.diagnosis.comparison.problem import BoolArray, Effects
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.measurement import Measurement
+from carrierflex.simulation.sensing import delayed_angle
+
+#: Input that a delay of all channels shifts.
+_CARRIER_ANGLE = "carrier_angle"
+#: Errors that change the columns of an effect, not its reading alone.
+_OF_COLUMNS = (Measurement.ANGLE, Measurement.DELAY)
 
 
 @dataclass(frozen=True, eq=False)
 class CarrierReading:
-    """Records of a carrier that may be misread.
+    """A fitted set of effects, whose records may be misread.
 
     Parameters
     ----------
@@ -37,49 +48,121 @@ class CarrierReading:
         Weights of the columns, and what the campaign declares.
     parts : RunParts
         Products of the columns.
+    effects : tuple of str
+        Effects beside the baseline.
+    theta : ndarray, shape (p,)
+        Parameters of the set.
+    choice : mapping of str to int
+        Channel of every effect of one sensor.
     """
 
     campaign: Campaign
     model: CarrierModel
     parts: RunParts
+    effects: Effects
+    theta: FloatArray
+    choice: Choice
 
-    def misread(self, effects: Effects, theta: FloatArray, choice: Choice) -> Misreading:
-        """What every declared error does to the gradient of a fit.
-
-        Parameters
-        ----------
-        effects : tuple of str
-            Effects beside the baseline.
-        theta : ndarray, shape (p,)
-            Parameters of the set.
-        choice : mapping of str to int
-            Channel of every effect of one sensor.
-        """
+    def misread(self) -> Misreading:
+        """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
-        scores = np.zeros((len(errors), theta.size))
-        of_sensors = {error.part for error in errors if not error.is_of_input}
-        by_channel = {part: self._of_sensors(part, effects, theta, choice) for part in of_sensors}
-        of_inputs = any(error.is_of_input for error in errors)
-        as_read = self._score(self.model, self.parts, effects, theta, choice) if of_inputs else 0.0
-        for e, error in enumerate(errors):
-            if error.is_of_input:
-                scores[e] = self._of_input(error, effects, theta, choice) - as_read
-            elif error.channel is None:
-                scores[e] = error.std * by_channel[error.part].sum(axis=0)
+        as_read = self._scores(self.model, self.parts)
+        of_channels = {
+            part: self._of_sensors(part)
+            for part in {error.part for error in errors if error.channel is not None}
+            if part not in _OF_COLUMNS
+        }
+        moved = self._of_places(errors) - as_read if _declares(errors, Measurement.ANGLE) else None
+        scores = []
+        for error in errors:
+            if error.channel is None:
+                runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
+                change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
+                if error.part is Measurement.DELAY:
+                    change += error.std * self._of_prediction(error.part).sum(axis=0)
+            elif error.part is Measurement.ANGLE:
+                assert moved is not None
+                change = moved[error.channel]
+                change = change + error.std * self._of_prediction(error.part)[error.channel]
             else:
-                scores[e] = error.std * by_channel[error.part][error.channel]
-        return Misreading(errors, scores)
+                change = error.std * of_channels[error.part][error.channel]
+            scores.append(change)
+        scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
+        return Misreading(errors, np.array(scores).reshape(len(scores), self.theta.size))
 
-    def _of_sensors(
-        self, part: Measurement, effects: Effects, theta: FloatArray, choice: Choice
-    ) -> FloatArray:
+    def _of_places(self, errors: Sequence[DeclaredError]) -> FloatArray:
+        """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""
+        channels = list(self.campaign.channels)
+        for error in errors:
+            if error.part is Measurement.ANGLE and error.channel is not None:
+                channels[error.channel] = _behind(channels[error.channel], error.std)
+        return self._made_again(replace(self.campaign, channels=tuple(channels)))
+
+    def _of_curves(self) -> Iterator[FloatArray]:
+        """``J.T r`` by channel with each wave of the curves one standard deviation off."""
+        source = self._source_of_set()
+        for rig in rigs_of_curve_errors(source.rig):
+            other = replace(source, rig=rig)
+            if shows_curves_of(self.campaign, source, other):
+                yield self._made_again(self.campaign, other)
+
+    def _made_again(self, campaign: Campaign, source: ColumnSource | None = None) -> FloatArray:
+        """``J.T r`` by channel with the columns of the set made from other records, (C, p)."""
+        own = source or self._source_of_set()
+        records = accumulated_sums(campaign, own)
+        model = replace(self.model, source=own, index=records.index)
+        return self._scores(model, RunParts(records, len(campaign.runs)))
+
+    def _source_of_set(self) -> ColumnSource:
+        """Columns of the fitted set alone, at moved sensors and later where it moves or delays."""
+        source = self.model.source
+        own = {name: source.effects[name] for name in (*self.model.contained, *self.effects)}
+        parts = {one.measurement for one in own.values()}
+        effects = {
+            name: replace(
+                one,
+                follows_sensor=one.follows_sensor and Measurement.ANGLE in parts,
+                follows_delay=one.follows_delay and Measurement.DELAY in parts,
+            )
+            for name, one in own.items()
+        }
+        return replace(source, effects=effects)
+
+    def _scores(self, model: CarrierModel, parts: RunParts) -> FloatArray:
+        """``J.T r`` by channel over all runs, shape (C, p)."""
+        scores = np.zeros((len(self.campaign.channels), self.theta.size))
+        for runs in parts.slices:
+            table = model.weights(self.effects, self.choice, self.theta, runs)
+            gram = parts.gram_of_runs(table.columns, runs)
+            products = np.einsum(
+                "rcpk,rckl,rcl->rcp", table.slopes, gram, table.residual, optimize=True
+            )
+            _add_by_unknown(scores, table.unknowns, products)
+        return scores
+
+    def _of_prediction(self, part: Measurement) -> FloatArray:
+        """``J.T dr/de`` by channel of a place or a delay, of another simulator's prediction.
+
+        Nobody can make its columns again.
+        """
+        if not self.model.index.has_prediction:
+            return np.zeros((len(self.campaign.channels), self.theta.size))
+        still = {
+            name: replace(one, follows_sensor=False, follows_delay=False)
+            for name, one in self.model.source.effects.items()
+        }
+        source = replace(self.model.source, effects=still)
+        return replace(self, model=replace(self.model, source=source))._of_sensors(part)
+
+    def _of_sensors(self, part: Measurement) -> FloatArray:
         """``J.T dr/de`` of an error of every channel, shape (C, p)."""
+        effects, theta, choice = self.effects, self.theta, self.choice
         name = next(own.id for own in self.model.effects.values() if own.measurement is part)
         is_fitted = name in (*self.model.contained, *effects)
         with_error = effects if is_fitted else (*effects, name)
         values = theta if is_fitted else np.append(theta, 0.0)
         everywhere: Places = {**choice, name: slice(None)}
-        place = int(np.flatnonzero(self._is_of(name, with_error, choice))[0])
+        place = int(np.flatnonzero(self._is_of(name, with_error))[0])
         scores = np.zeros((len(self.campaign.channels), theta.size))
         for runs in self.parts.slices:
             fitted = self.model.weights(effects, choice, theta, runs)
@@ -90,41 +173,24 @@ class CarrierReading:
             change = _widened(read, read.slopes[:, :, [number]], columns)
             slopes = _widened(fitted, fitted.slopes, columns)
             products = np.einsum("rcpk,rckl,rcl->rcp", slopes, gram, change[:, :, 0], optimize=True)
-            for r, own in enumerate(fitted.unknowns):
-                np.add.at(scores.T, own, products[r].T)
+            _add_by_unknown(scores, fitted.unknowns, products)
         return scores
 
-    def _is_of(self, name: str, effects: Effects, choice: Choice) -> BoolArray:
+    def _is_of(self, name: str, effects: Effects) -> BoolArray:
         """Whether each parameter of a set is of an effect."""
-        named = {**choice, name: choice.get(name, 0)}
+        named = {**self.choice, name: self.choice.get(name, 0)}
         parameters = self.model.parameters(effects, named)
         return np.array([own.effect == name for own in parameters], dtype=bool)
 
-    def _of_input(
-        self, error: DeclaredError, effects: Effects, theta: FloatArray, choice: Choice
-    ) -> FloatArray:
-        """``J.T r`` where an input is read one standard deviation off, shape (p,)."""
-        names = {*self.model.contained, *effects}
-        source = self.model.source
-        own = replace(
-            source, effects={name: one for name, one in source.effects.items() if name in names}
-        )
-        runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
-        records = accumulated_sums(replace(self.campaign, runs=runs), own)
-        model = replace(self.model, source=own, index=records.index)
-        parts = RunParts(records, len(runs))
-        return self._score(model, parts, effects, theta, choice)
 
-    def _score(
-        self,
-        model: CarrierModel,
-        parts: RunParts,
-        effects: Effects,
-        theta: FloatArray,
-        choice: Choice,
-    ) -> FloatArray:
-        """``J.T r`` over all runs and channels, shape (p,)."""
-        return sums_of_runs(model, parts.gram_of_runs, effects, choice, theta, parts.slices).slope
+def _declares(errors: Sequence[DeclaredError], part: Measurement) -> bool:
+    return any(error.part is part for error in errors)
+
+
+def _add_by_unknown(scores: FloatArray, unknowns: IntArray, products: FloatArray) -> None:
+    """Add products of every run to the scores of its unknowns, in place."""
+    for own, of_run in zip(unknowns, products, strict=True):
+        np.add.at(scores.T, own, of_run.T)
 
 
 def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatArray:
@@ -134,8 +200,18 @@ def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatAr
     return wide
 
 
+def _behind(channel: Channel, angle: float) -> Channel:
+    """Channel that is taken to stand an angle [rad] behind where it is declared."""
+    assert channel.angle is not None, "a channel that declares an error of its angle has one"
+    return replace(channel, angle=channel.angle - angle)
+
+
 def _misread_run(run: Run, error: DeclaredError) -> Run:
-    """Run with an input as it is read one standard deviation off."""
+    """Run with an input, or with all channels' delay, one standard deviation off."""
+    if error.part is Measurement.DELAY:
+        # Channels that are late show a carrier that has turned further.
+        ahead = delayed_angle(run.time, run.inputs[_CARRIER_ANGLE], -error.std)
+        return replace(run, inputs={**run.inputs, _CARRIER_ANGLE: ahead})
     return replace(
         run, inputs={**run.inputs, error.signal: error.misread(run.inputs[error.signal])}
     )

@@ -106,9 +106,9 @@ def _as_smooth_loop(
     *,
     shows_two_causes: bool,
 ) -> tuple[ElementTable, Decision]:
-    """Table and decision, hysteresis in it where its smooth loop leaves less than the answer.
+    """Table and decision, hysteresis in it where its smooth loop leaves far less than the answer.
 
-    One cause that explains the gap better than any two, or than the coupled class, is the simpler
+    The loop is fitted to all blocks: that they agree on a small gain says little. One cause that explains the gap better than any two, or than the coupled class, is the simpler
     answer and the better one. So are two in place of two others, where the second one is a cause
     beside the loop as it is beside any class. A loop that hardens is taken for sliders, for a
     spring beside a loss, for a memory, or for a surface: other answers are not asked, nor is a
@@ -122,7 +122,7 @@ def _as_smooth_loop(
         return own, decision
     alone, loop = left_by_loop(own, "")
     found = None
-    if shares.leaves_less(alone, decision.held) and _is_loop(own, shares, alone, ""):
+    if shares.leaves_far_less(alone, decision.held) and _is_loop(own, shares, alone, ""):
         found = loop, _answered(decision, shares, (HYSTERESIS,), alone)
     others = () if is_one or HYSTERESIS in decision.classes else decision.classes
     for other in others if shows_two_causes else ():
@@ -131,7 +131,7 @@ def _as_smooth_loop(
         both, loop = left_by_loop(own, other)
         least = found[1].held if found else decision.held
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
-        if is_cause and shares.leaves_less(both, least) and _is_loop(own, shares, both, other):
+        if is_cause and shares.leaves_far_less(both, least) and _is_loop(own, shares, both, other):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
             found = loop, _answered(decision, shares, pair, both)
     return (with_loop(model, own, found[0]), found[1]) if found else (own, decision)
@@ -139,7 +139,7 @@ def _as_smooth_loop(
 
 def _is_loop(own: ElementTable, shares: Shares, held: HeldOutSquares, beside: str) -> bool:
     """Whether a smooth loop leaves less than a curve in its place."""
-    return shares.leaves_less(held, left_by_loop(own, beside, is_curve=True)[0])
+    return shares.leaves_far_less(held, left_by_loop(own, beside, is_curve=True)[0])
 
 
 def _answered(

@@ -10,7 +10,14 @@ from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import FORM, SEVERAL, CasePlan
 from carrierflex.blind_check.several_plans import LARGEST_OWN, SMALLEST_OWN
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
+from carrierflex.blind_check.truth.carrier.alias_sets import alias_sets
+from carrierflex.blind_check.truth.carrier.other_forms import (
+    OTHER_FORMS,
+    drawn_form,
+    other_form_signal,
+)
+from carrierflex.blind_check.truth.carrier.rig import drawn_record as rim_record
+from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 from carrierflex.blind_check.truth.mounting.loads import drawn_record
 from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS, STATIC_MAPS
 from carrierflex.blind_check.truth.mounting.rig import RIG, bodies
@@ -153,3 +160,49 @@ def test_a_main_bearing_that_hardly_gives_way_is_integrated_in_steps_that_it_bea
     rigid = MountingState(bushings)
     signals, held = (state.read(bodies(), [record])[0] for state in (stiff, rigid))
     assert np.abs(signals - held).max() < 0.01 * np.abs(held).max()
+
+
+def rim_case(sensors):
+    """Runs of three torques at such sensors, and a baseline of offsets alone."""
+    rng = np.random.default_rng(2)
+    loads = [(share, y, 0.0, 2.0) for share, y in ((1.0, 0.0), (0.5, 1e5), (0.75, -1e5))]
+    records = [rim_record(rng, k, load, 24.0) for k, load in enumerate(loads)]
+    records = [replace(record, sensors=np.array(sensors)[:, None]) for record in records]
+    nothing = [np.zeros((len(sensors) * record.time.size, 0)) for record in records]
+    return records, LinearBaseline(nothing, own_offset=True)
+
+
+def signals_of(records, name, **values):
+    drawn = drawn_form(name, np.random.default_rng(1)) | values
+    return [other_form_signal(name, record, drawn) for record in records]
+
+
+def test_lobes_are_planets_that_pass_to_four_sensors_and_not_to_five():
+    """``cos 3(v - theta)``: where 3 v is -v beside a constant this is a tilt at order 3."""
+    four, five = (np.deg2rad(47.0) + 2.0 * np.pi / n * np.arange(n) for n in (4, 5))
+    for sensors, is_alias in ((four, True), (five, False)):
+        records, baseline = rim_case(sensors)
+        lobes = {"bounded_lobes": signals_of(records, "bounded_lobes", form_third=0.0)}
+        found = alias_sets(lobes, records, baseline, 0.05e-5)
+        assert (("housing/planet_pass",) in found) is is_alias
+    # With a third wave of half the size nothing but lobes makes it.
+    records, baseline = rim_case(four)
+    lobes = {"bounded_lobes": signals_of(records, "bounded_lobes", form_third=0.5)}
+    assert alias_sets(lobes, records, baseline, 0.05e-5) == ()
+    # Planets that pass move an offset too, which lobes do not.
+    passing = {"steady_pass": signals_of(records, "steady_pass", form_tilt=0.5)}
+    assert alias_sets(passing, records, baseline, 0.05e-5) == ()
+
+
+def test_each_of_several_causes_is_exchanged_by_itself():
+    records, baseline = rim_case(np.deg2rad(47.0) + 0.5 * np.pi * np.arange(4))
+    causes = {
+        "bounded_lobes": signals_of(records, "bounded_lobes", form_third=0.0),
+        "rooted_drift": signals_of(records, "rooted_drift"),
+    }
+    found = alias_sets(causes, records, baseline, 0.05e-5)
+    assert found == (("housing/offset", "housing/planet_pass"),)
+    # Of what leaves less than it may, every class is an alias.
+    small = {name: [1e-3 * own for own in signals] for name, signals in causes.items()}
+    assert len(alias_sets(small, records, baseline, 0.05e-5)) > 10
+    assert alias_sets({}, records, baseline, 1.0) == ()

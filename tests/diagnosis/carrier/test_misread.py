@@ -7,14 +7,17 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.carrier.records.curve_errors import rigs_of_curve_errors
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.intervals import misread_moves
 from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.identification.campaign.declarations import InputSignal
-from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, twin_campaign
+from carrierflex.simulation.sensing import delayed_angle
+from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CHANNELS, CURVES, twin_campaign
 
-GAIN, ANGLE, TORQUE = 0.01, 0.004, 0.02
+GAIN, ANGLE, TORQUE, DELAY = 0.01, 0.004, 0.02, 2e-3
 AXIAL = CHANNELS[:4]
+RADIUS = AXIAL[0].radius
 EFFECT = ("torque_tilt",)
 
 
@@ -30,9 +33,20 @@ def campaign():
     return replace(made, inputs=(InputSignal("torque", "N m", gain_std=TORQUE),))
 
 
+def turned(run):
+    return run.inputs["carrier_angle"]
+
+
 def _misread(campaign, what):
     """Campaign as it is read one standard deviation off."""
     second = campaign.channels[1]
+    if what == "delay":
+        late = {own.name: delayed_angle(own.time, turned(own), -DELAY) for own in campaign.runs}
+        runs = [
+            replace(run, inputs={**run.inputs, "carrier_angle": late[run.name]})
+            for run in campaign.runs
+        ]
+        return replace(campaign, runs=tuple(runs))
     if what == "angle":
         # The sensor stands further on than is declared.
         moved = replace(second, angle=second.angle - ANGLE)
@@ -71,6 +85,67 @@ def test_misread_signals_move_the_fit_as_declared_errors_say(campaign):
             atol=0.05 * np.abs(change / scale).max(),
         )
         assert np.abs(change / scale).max() > 1e-4
+
+
+def _moved(problem, effects, row):
+    """Moves of a fit in scales of its parameters, and those scales."""
+    fit = fit_effects(problem, effects)
+    moves = misread_moves(fit, problem.misreading(effects, fit.theta).scores[row][None])[0]
+    return fit, moves, np.array([parameter.scale for parameter in fit.parameters])
+
+
+@pytest.mark.parametrize(
+    ("effects", "what"),
+    [
+        # Waves that no sensor's own effect moves; a delay of 3 degrees beside what is late by it.
+        (("face_runout",), "angle"),
+        (("ring_pass",), "delay"),
+        (("sensor_delay",), "angle"),
+    ],
+)
+def test_places_and_delays_move_whatever_is_fitted(effects, what):
+    declared = {"angle": {"angle_std": ANGLE}, "delay": {"delay_std": DELAY}}[what]
+    channels = (AXIAL[0], replace(AXIAL[1], **declared), *AXIAL[2:])
+    campaign = twin_campaign(*effects, channels=channels, turns=8)
+    problem = carrier_problem(campaign, CURVES)
+    fit, moves, scale = _moved(problem, effects, 0)
+    again = fit_effects(carrier_problem(_misread(campaign, what), CURVES), effects)
+    change = (again.theta - fit.theta) / scale
+    own = np.array([parameter.effect in effects for parameter in fit.parameters])
+    assert np.abs(change[own]).max() > 1e-4
+    assert_allclose(moves / scale, change, atol=0.05 * np.abs(change).max())
+    assert_allclose((moves / scale)[own], change[own], atol=0.05 * np.abs(change[own]).max())
+
+
+def test_waves_of_a_curve_that_are_off_move_the_fit_as_a_fit_with_such_curves_does():
+    campaign = twin_campaign("ring_pass", channels=AXIAL, turns=8)
+    fit, _, scale = _moved(carrier_problem(campaign, CURVES), ("ring_pass",), 0)
+    misreading = carrier_problem(campaign, CURVES).misreading(("ring_pass",), fit.theta)
+    assert not misreading.errors
+    changes = []
+    for rig in rigs_of_curve_errors(CARRIER_RIG):
+        again = fit_effects(carrier_problem(campaign, rig.curves), ("ring_pass",))
+        changes.append((again.theta - fit.theta) / scale)
+    shown = [change for change in changes if np.abs(change).max() > 1e-5]
+    moves = misread_moves(fit, misreading.scores) / scale
+    # Orders 6 and 9 of flexible pins under torque; those of a single pin are in no column.
+    assert len(moves) == len(shown) == 2
+    for move, change in zip(moves, shown, strict=True):
+        assert_allclose(move, change, atol=0.1 * np.abs(change).max())
+    # At these sensors a tilt at order 3 is order 3 of the pins: order 6 tells how much is whose.
+    names = [parameter.name for parameter in fit.parameters]
+    in_metres = dict(zip(names, np.abs(moves[0]) * scale, strict=True))
+    assert RADIUS * in_metres["q_c"] > 20.0 * in_metres["p_c"]
+
+
+def test_a_curve_that_is_too_small_as_a_whole_is_no_error():
+    for rig in rigs_of_curve_errors(CARRIER_RIG):
+        changed = [name for name in CURVES if rig.curves[name] is not CURVES[name]]
+        for name in changed:
+            before, after = (own.axial_order_content() for own in (CURVES[name], rig.curves[name]))
+            moved = np.flatnonzero(~np.isclose(after, before, rtol=1e-6, atol=1e-3 * before.max()))
+            assert len(moved) <= 1
+            assert moved.tolist() != [int(before[1:].argmax()) + 1]
 
 
 def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):

@@ -1,5 +1,7 @@
 """Which shapes are named, in which way and with which ties, on sets whose remainders are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -233,6 +235,20 @@ def test_what_leaves_as_much_as_a_simple_way_but_more_than_its_shape_is_no_tie()
     classes["wear/all"] = {"tilt": 0.0}
     found = decided(causes, classes, sizes=sizes | {"wear/all": 6}, as_good=is_no_clear_gain)
     assert (found.classes, found.ties) == (("tilt/one",), (("wear/one",),))
+
+
+def test_a_rival_that_leaves_a_little_more_in_every_condition_is_no_tie():
+    causes = {"tilt": 50.0, "rest": 1.0}
+    classes = {"tilt/one": {"tilt": 0.0}, "wear/one": {"tilt": 1e-3}}
+    scores, shares = known_scores(causes, classes)
+    sizes = dict.fromkeys(classes, 1)
+    assert ties_of(scores, shares, ("tilt/one",), sizes) == (("wear/one",),)
+    conditions = replace(scores.table, has_whole_conditions=True)
+    assert ties_of(replace(scores, table=conditions), shares, ("tilt/one",), sizes) == ()
+    # The other way round the rival leaves less, and nothing tells them apart.
+    assert ties_of(replace(scores, table=conditions), shares, ("wear/one",), sizes) == (
+        ("tilt/one",),
+    )
 
 
 def test_of_several_classes_one_is_exchanged_in_a_tie():

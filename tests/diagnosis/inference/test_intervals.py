@@ -13,7 +13,7 @@ from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
 from carrierflex.diagnosis.element.channel_noise import declared_gains
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
-from carrierflex.diagnosis.inference.intervals import NORMAL_95
+from carrierflex.diagnosis.inference.intervals import NORMAL_95, small_sample_factor
 from carrierflex.diagnosis.inference.named_values import named_values
 from carrierflex.identification.campaign.declarations import InputSignal
 from tests.diagnosis.element.element_campaigns import (
@@ -96,6 +96,29 @@ def test_small_sample_factor_counts_the_parameters_that_moved():
     held = replace(fit.parameters[3], lower=1.0, upper=1.0)
     with_held = replace(fit, parameters=(*fit.parameters[:3], held))
     assert_allclose(factor(with_held), student_t.ppf(0.975, 7) / NORMAL_95 * np.sqrt(9 / 7))
+
+
+def test_parameters_of_runs_of_one_block_take_no_degree_of_freedom_of_the_others():
+    fit = _linear_fit(np.random.default_rng(3))
+    of_run = replace(fit.parameters[3], run="first")
+
+    def factor(n_blocks):
+        """Factor where the last unknown acts in so many blocks."""
+        matrix = fit.sums.matrix.copy()
+        matrix[n_blocks:, 3], matrix[n_blocks:, :, 3] = 0.0, 0.0
+        sums = replace(fit.sums, matrix=matrix)
+        return small_sample_factor(
+            replace(fit, parameters=(*fit.parameters[:3], of_run), sums=sums)
+        )
+
+    three, four = (student_t.ppf(0.975, 10 - p) / NORMAL_95 * np.sqrt(9 / (10 - p)) for p in (3, 4))
+    assert_allclose(factor(1), three)
+    assert_allclose(factor(2), four)
+    # The same where sums keep the unknowns of every block alone.
+    own = np.tile(np.arange(4), (10, 1))
+    own[1:, 3] = 0
+    short = SegmentSums(fit.sums.matrix, fit.sums.right_side, fit.sums.square, own, 4)
+    assert short.n_segments_of_each().tolist() == [19, 10, 10, 1]
 
 
 def test_no_interval_where_blocks_are_no_more_than_parameters():
