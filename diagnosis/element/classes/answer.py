@@ -108,11 +108,12 @@ def _as_smooth_loop(
 ) -> tuple[ElementTable, Decision]:
     """Table and decision, hysteresis in it where its smooth loop leaves far less than the answer.
 
-    The loop is fitted to all blocks: that they agree on a small gain says little. One cause that explains the gap better than any two, or than the coupled class, is the simpler
-    answer and the better one. So are two in place of two others, where the second one is a cause
-    beside the loop as it is beside any class. A loop that hardens is taken for sliders, for a
-    spring beside a loss, for a memory, or for a surface: other answers are not asked, nor is a
-    single class that is named already.
+    The loop is fitted to all blocks: that they agree on a small gain says little. One cause that
+    explains the gap better than any two, or than the coupled class, is the simpler answer and the
+    better one. So are two in place of two others, where the second one is a cause beside the loop
+    as it is beside any class. A loop that hardens is taken for sliders, for a spring beside a loss,
+    for a memory, or for a surface: other answers are not asked, nor is a single class that is named
+    already.
     """
     surface = own.table.surface
     is_one = len(decision.classes) == 1 and decision.classes != (surface,)
