@@ -49,6 +49,10 @@ _GROUPS: dict[str, tuple[str, ...]] = {
 }
 
 
+#: Turns after which a loop is drawn: smooth ones drift to where they close.
+_SETTLING = 12
+
+
 @dataclass(frozen=True, eq=False)
 class _Curve:
     """Rows of a curve: abscissa, values of each column along it, names of both axes."""
@@ -163,11 +167,12 @@ def _curve(own: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
         return _Curve(v, rows, ("speed", "dissipative force"), (f"{length}/s", force))
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)
-        turns = middle + size.half_range * np.sin(np.linspace(0.0, 4.5 * np.pi, 9 * POINTS))
+        angle = np.linspace(0.0, (2.0 * _SETTLING + 0.5) * np.pi, (4 * _SETTLING + 1) * POINTS)
+        turns = middle + size.half_range * np.sin(angle)
         rows = stops_columns(turns, size)
         if own.loop is not None:
             rows = np.vstack([rows, own.loop.along(turns)])
-        turn = slice(5 * POINTS, None)
+        turn = slice(-4 * POINTS, None)
         return _Curve(
             turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
         )
