@@ -32,7 +32,7 @@ def main(
     workers: int = 1,
     standing: bool = False,
     quiet: bool = False,
-) -> Mapping[str, int]:
+) -> None:
     """Move every constant and count the answers that change.
 
     Cases are made in the order of their numbers, which says nothing about their content: those
@@ -52,11 +52,6 @@ def main(
         Make no case; table of those that stand.
     quiet : bool
         Show no progress.
-
-    Returns
-    -------
-    mapping of str to int
-        Changed answers by "module.name xFACTOR".
     """
     folder = prepared_folder(out)
     plans = case_plans("element", cases, seed)
@@ -68,7 +63,6 @@ def main(
     made = [read_json(file, "answers of a case") for file in files if file.is_file()]
     changed = Counter(name for case in made for name in case["changed"])
     write_table(folder / "constants.md", _table(changed, len(made)))
-    return changed
 
 
 def _write_answers(plan: CasePlan, path: Path) -> None:
