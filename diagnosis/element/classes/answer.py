@@ -123,7 +123,7 @@ def _as_smooth_loop(
         return own, decision
     alone, loop = left_by_loop(own, "")
     found = None
-    if shares.leaves_far_less(alone, decision.held) and _is_loop(own, shares, alone, ""):
+    if _is_answer(own, shares, alone, decision.held, ""):
         found = loop, _answered(decision, shares, (HYSTERESIS,), alone)
     others = () if is_one or HYSTERESIS in decision.classes else decision.classes
     for other in others if shows_two_causes else ():
@@ -132,15 +132,21 @@ def _as_smooth_loop(
         both, loop = left_by_loop(own, other)
         least = found[1].held if found else decision.held
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
-        if is_cause and shares.leaves_far_less(both, least) and _is_loop(own, shares, both, other):
+        if is_cause and _is_answer(own, shares, both, least, other):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
             found = loop, _answered(decision, shares, pair, both)
     return (with_loop(model, own, found[0]), found[1]) if found else (own, decision)
 
 
-def _is_loop(own: ElementTable, shares: Shares, held: HeldOutSquares, beside: str) -> bool:
-    """Whether a smooth loop leaves less than a curve in its place."""
-    return shares.leaves_far_less(held, left_by_loop(own, beside, is_curve=True)[0])
+def _is_answer(
+    own: ElementTable, shares: Shares, held: HeldOutSquares, other: HeldOutSquares, beside: str
+) -> bool:
+    """Whether a smooth loop explains the gap, far better than another answer and than a curve."""
+    return (
+        state_of(shares, held) == NAMED_CLASS
+        and shares.leaves_far_less(held, other)
+        and shares.leaves_far_less(held, left_by_loop(own, beside, is_curve=True)[0])
+    )
 
 
 def _answered(
