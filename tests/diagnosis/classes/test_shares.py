@@ -91,6 +91,14 @@ def test_of_two_results_the_one_of_the_smaller_total_leaves_less_unless_they_are
     assert not SHARES.leaves_less(held(3.0), held(3.1))
 
 
+def test_far_less_is_left_beyond_the_ratio_of_results_that_may_be_equal():
+    # Without the error of the floor the ratio is that of what is left: 1.56 and no scatter.
+    sure = Shares(BEFORE, FLOOR, replace(LIMITS, floor_error=0.0))
+    assert sure.leaves_far_less(leaving(0.9), leaving(1.0 - 0.157))
+    assert not sure.leaves_far_less(leaving(0.9), leaving(1.0 - 0.155))
+    assert not sure.leaves_far_less(leaving(0.5), leaving(0.9))
+
+
 def test_folds_that_agree_prefer_the_result_that_leaves_less_though_both_are_equal():
     folds = np.repeat(np.arange(6), N_BLOCKS // 6)
     more = held(3.0 + np.repeat([0.1, 0.3, 0.2, 0.1, 0.3, 0.2], N_BLOCKS // 6))
