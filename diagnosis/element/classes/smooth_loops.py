@@ -46,6 +46,8 @@ _MOST_STEPS = 30
 _SETTLED = 1e-4
 #: Eigenvalues of the products of unit columns, over the largest, below which columns are one.
 _SPANNED = 1e-10
+#: Largest log c: a stiffness that no motion reaches may go anywhere.
+_LARGEST_LOG = 20.0
 #: Step of log c for the derivatives.
 _DIFFERENCE = 1e-4
 
@@ -150,7 +152,8 @@ class _Problem:
 
     def loop(self, unknowns: FloatArray) -> SmoothLoop:
         """Loop of some stiffnesses."""
-        return SmoothLoop(self.size.half_range, np.exp(self.spread @ unknowns))
+        log_c = np.clip(self.spread @ unknowns, -_LARGEST_LOG, _LARGEST_LOG)
+        return SmoothLoop(self.size.half_range, np.exp(log_c))
 
     def residual(self, unknowns: FloatArray) -> FloatArray:
         """What the loop leaves of the force, and the curvature of log c."""
