@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.plain_parts import plain_first
 from carrierflex.diagnosis.classes.results import (
@@ -93,7 +94,7 @@ def decide(
         singles,
         pairs,
         best,
-        coupled_parts=scores.table.coupled_parts,
+        never_small=_never_small(scores.table, best),
         shows_small_causes=shows_small_causes,
     )
     limits = scores.constants
@@ -185,13 +186,22 @@ def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSqu
     )
 
 
+def _never_small(table: GramTable, best: str) -> tuple[frozenset[str], ...]:
+    """Pairs of which neither part is a small cause beside the other.
+
+    One damping in two parts is no second cause: whether it is a product is asked apart. Nor is what
+    the best class lacks in second order.
+    """
+    return (table.coupled_parts, frozenset({best, table.second_orders.get(best, best)}))
+
+
 def _single_or_pair(
     shares: Shares,
     singles: dict[str, HeldOutSquares],
     pairs: dict[Classes, HeldOutSquares],
     best: str,
     *,
-    coupled_parts: frozenset[str],
+    never_small: Sequence[frozenset[str]],
     shows_small_causes: bool,
 ) -> tuple[Classes, tuple[Classes, ...]]:
     """The best class with its ties, or the best pair where it clearly gains."""
@@ -201,8 +211,7 @@ def _single_or_pair(
     )
     pair = _best_pair(shares, pairs, best)
     limits = shares.constants
-    # One damping in two parts is no second cause: whether it is a product is asked apart.
-    may_be_small = shows_small_causes and set(pair) != coupled_parts
+    may_be_small = shows_small_causes and set(pair) not in never_small
     is_cause = shares.is_clear_gain(pairs[pair], held, limits.second_cause) or (
         may_be_small and shares.takes_of_left(pairs[pair], held, limits.small_cause_takes)
     )

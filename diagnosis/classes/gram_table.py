@@ -88,6 +88,9 @@ class GramTable:
     uncoupled_part : str
         The one of them that holds a function of one argument, ``g(v)``: alone it gives way to the
         coupled class where that takes half of what it leaves. Empty where there is none.
+    second_orders : mapping of str to str
+        Class that is like the second order of another, by that other: a little of it beside that
+        one is what its columns lack, and no cause.
     plain : mapping of str to tuple of str
         Groups of a class without the members that bend its law: these imitate other classes, and
         another class beside the plain law is asked before them.
@@ -108,6 +111,7 @@ class GramTable:
     beyond_laws: Mapping[str, str] = field(default_factory=dict)
     coupled_parts: frozenset[str] = frozenset()
     uncoupled_part: str = ""
+    second_orders: Mapping[str, str] = field(default_factory=dict)
     plain: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
 

@@ -358,6 +358,8 @@ def _assembled(products: BlockProducts, model: ElementModel) -> GramTable:
         beyond_laws={MEMORY: "curved_prony"},
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,
+        # Both exp(-s tau) and a short relaxing branch are s to first order.
+        second_orders={DELAY: MEMORY},
     )
 
 
