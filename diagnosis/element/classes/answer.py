@@ -14,7 +14,9 @@ from carrierflex.diagnosis.element.classes.drive_in_time import (
     is_separable_from_time,
 )
 from carrierflex.diagnosis.element.classes.laws import (
+    COUPLED_DAMPING,
     DELAY,
+    DISSIPATION,
     DRIVE_SIDE,
     HYSTERESIS,
     MEMORY,
@@ -125,10 +127,7 @@ def _as_smooth_loop(
     found = None
     if _is_answer(own, shares, alone, decision.held, ""):
         found = loop, _answered(decision, shares, (HYSTERESIS,), alone)
-    others = () if is_one or HYSTERESIS in decision.classes else decision.classes
-    for other in others if shows_two_causes else ():
-        if other == surface:
-            continue
+    for other in _partners(decision, surface) if shows_two_causes and not is_one else ():
         both, loop = left_by_loop(own, other)
         least = found[1].held if found else decision.held
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
@@ -136,6 +135,19 @@ def _as_smooth_loop(
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
             found = loop, _answered(decision, shares, pair, both)
     return (with_loop(model, own, found[0]), found[1]) if found else (own, decision)
+
+
+def _partners(decision: Decision, surface: str) -> list[str]:
+    """Classes that a smooth loop may stand beside in place of two answered ones.
+
+    In place of the surface one of the dampings that it holds: beside a loop that damps, a surface
+    takes both.
+    """
+    if HYSTERESIS in decision.classes:
+        return []
+    others = [name for name in decision.classes if name != surface]
+    dampings = [DISSIPATION, COUPLED_DAMPING] if surface in decision.classes else []
+    return others + dampings
 
 
 def _is_answer(

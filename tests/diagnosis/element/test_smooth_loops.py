@@ -170,7 +170,7 @@ def told(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True):
 def test_a_loop_takes_the_place_of_what_leaves_far_more(
     monkeypatch, classes, state, answer, loop, curve, expected
 ):
-    loops = dict.fromkeys(("", *PAIR), (loop, curve))
+    loops = dict.fromkeys(("", "coupled_damping", *PAIR), (loop, curve))
     assert told(monkeypatch, classes, answer, loops, state=state) == expected
 
 
@@ -185,5 +185,9 @@ def test_a_second_cause_beside_the_loop_is_one_beside_any_class(monkeypatch):
     assert told(monkeypatch, PAIR, 0.10, little) == ("hysteresis",)
     curve = {**loops, "dissipation": (0.02, 0.03)}
     assert told(monkeypatch, PAIR, 0.10, curve) == ("hysteresis",)
+    # A surface takes up a damping beside the loop, and a memory stands for the loop itself.
+    beside = {"": (0.08, 0.4), "memory": (0.08, 0.3), "coupled_damping": (0.08, 0.3)}
+    taken = {**beside, "dissipation": (0.02, 0.3)}
+    assert told(monkeypatch, (SURFACE, "memory"), 0.06, taken) == both
     # Hysteresis is among the two already: only alone it is another answer.
     assert told(monkeypatch, ("dissipation", "hysteresis"), 0.05, loops) == both
