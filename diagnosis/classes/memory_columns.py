@@ -47,7 +47,10 @@ def stops(x: FloatArray, yields: FloatArray, *, from_rest: bool = False) -> Floa
     ----------
     .. [1] W. D. Iwan, "A distributed-element model for hysteresis", J. Appl. Mech. 33 (1966) 893.
     """
-    return _along(_stops, x, yields, from_rest=from_rest) / yields[:, None]
+    deflections = along(
+        lambda q, state: _stops(q, yields, state), x, np.zeros(yields.size), from_rest=from_rest
+    )
+    return deflections / yields[:, None]
 
 
 @njit(cache=True)
@@ -86,17 +89,34 @@ def dahl_friction(x: FloatArray, lengths: FloatArray, *, from_rest: bool = False
     ----------
     .. [1] P. R. Dahl, "A solid friction model", Aerospace Corporation TOR-0158 (1968).
     """
-    return _along(_dahl, x, lengths, from_rest=from_rest)
+    return along(
+        lambda q, state: _dahl(q, lengths, state), x, np.zeros(lengths.size), from_rest=from_rest
+    )
 
 
-def _along(
-    elements: Callable[..., FloatArray], x: FloatArray, sizes: FloatArray, *, from_rest: bool
+def along(
+    elements: Callable[[FloatArray, FloatArray], FloatArray],
+    x: FloatArray,
+    state: FloatArray,
+    *,
+    from_rest: bool,
 ) -> FloatArray:
-    """Elements along a motion, relaxed at first or as the motion played backwards leaves them."""
-    state = np.zeros(sizes.size)
+    """Elements along a motion, relaxed at first or as the motion played backwards leaves them.
+
+    Parameters
+    ----------
+    elements : callable
+        Gives what is wanted of them along a motion, and moves their state.
+    x : ndarray, shape (n,)
+        Deflection.
+    state : ndarray
+        Relaxed state; it is changed.
+    from_rest : bool
+        Whether they are relaxed at the first sample.
+    """
     if not from_rest:
-        elements(np.ascontiguousarray(x[::-1]), sizes, state)
-    return np.asarray(elements(np.ascontiguousarray(x), sizes, state))
+        elements(np.ascontiguousarray(x[::-1]), state)
+    return np.asarray(elements(np.ascontiguousarray(x), state), dtype=np.float64)
 
 
 def relaxing_branches(

@@ -59,7 +59,7 @@ def moved_loop(z: float, way: float, stiffness: Array) -> float:
 
 
 @njit(cache=True)
-def loop_states(q: Array, half_range: float, stiffness: Array, start: float) -> Array:
+def loop_states(q: Array, half_range: float, stiffness: Array, state: Array) -> Array:
     """State at every sample of a motion, straight between them, shape (n,).
 
     Parameters
@@ -70,13 +70,12 @@ def loop_states(q: Array, half_range: float, stiffness: Array, start: float) -> 
         Deflection over which a stiffness of one changes the state by one.
     stiffness : ndarray
         As of :func:`moved_loop`.
-    start : float
-        State at the first sample.
+    state : ndarray, shape (1,)
+        State at the first sample; left as it is at the last one.
     """
     states = np.empty(q.size)
-    z = start
     for i in range(q.size):
         if i:
-            z = moved_loop(z, (q[i] - q[i - 1]) / half_range, stiffness)
-        states[i] = z
+            state[0] = moved_loop(state[0], (q[i] - q[i - 1]) / half_range, stiffness)
+        states[i] = state[0]
     return states

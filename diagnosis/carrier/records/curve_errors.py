@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, delay_nodes
-from carrierflex.diagnosis.carrier.records.run_columns import inputs_of
+from carrierflex.diagnosis.carrier.records.run_columns import inputs_at, inputs_of
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.carrier.models import rim_sensor
-from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig
+from carrierflex.simulation.carrier.rim import CarrierRig
 
 #: Relative standard deviation of a wave beside the largest of its curve, of a carrier with pins
 #: that give way and with stiff ones: order 6 over order 3, and order 3 over order 6, of the default
@@ -69,12 +69,7 @@ def shows_curves_of(campaign: Campaign, source: ColumnSource, other: ColumnSourc
         The same effects with the curves of two rigs.
     """
     run = campaign.runs[0]
-    inputs = inputs_of(run)
-    samples = np.linspace(0, run.time.size - 1, _SAMPLES).astype(int)
-    names = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
-    some: CarrierInputs = replace(
-        inputs, **{name: getattr(inputs, name)[samples] for name in names}
-    )
+    some = inputs_at(inputs_of(run), np.linspace(0, run.time.size - 1, _SAMPLES).astype(int))
     late = [some] * delay_nodes(source.rig.n_planets).size
     for channel in campaign.channels:
         sensor = rim_sensor(channel)

@@ -32,8 +32,6 @@ from carrierflex.simulation.sensing import delayed_angle
 
 #: Input that a delay of all channels shifts.
 _CARRIER_ANGLE = "carrier_angle"
-#: Errors that change the columns of an effect, not its reading alone.
-_OF_COLUMNS = (Measurement.ANGLE, Measurement.DELAY)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +65,12 @@ class CarrierReading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
         as_read = self._scores(self.model, self.parts)
-        of_channels = {
-            part: self._of_sensors(part)
-            for part in {error.part for error in errors if error.channel is not None}
-            if part not in _OF_COLUMNS
-        }
-        moved = self._of_places(errors) - as_read if _declares(errors, Measurement.ANGLE) else None
+        parts = {error.part for error in errors if error.channel is not None}
+        has_places = Measurement.ANGLE in parts
+        of_channels = {part: self._of_sensors(part) for part in parts - {Measurement.ANGLE}}
+        if has_places:
+            of_channels[Measurement.ANGLE] = self._of_prediction(Measurement.ANGLE)
+        moved = self._of_places(errors) - as_read if has_places else np.zeros_like(as_read)
         scores = []
         for error in errors:
             if error.channel is None:
@@ -80,12 +78,10 @@ class CarrierReading:
                 change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
                 if error.part is Measurement.DELAY:
                     change += error.std * self._of_prediction(error.part).sum(axis=0)
-            elif error.part is Measurement.ANGLE:
-                assert moved is not None
-                change = moved[error.channel]
-                change = change + error.std * self._of_prediction(error.part)[error.channel]
             else:
                 change = error.std * of_channels[error.part][error.channel]
+                if error.part is Measurement.ANGLE:
+                    change += moved[error.channel]
             scores.append(change)
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
         return Misreading(errors, np.array(scores).reshape(len(scores), self.theta.size))
@@ -181,10 +177,6 @@ class CarrierReading:
         named = {**self.choice, name: self.choice.get(name, 0)}
         parameters = self.model.parameters(effects, named)
         return np.array([own.effect == name for own in parameters], dtype=bool)
-
-
-def _declares(errors: Sequence[DeclaredError], part: Measurement) -> bool:
-    return any(error.part is part for error in errors)
 
 
 def _add_by_unknown(scores: FloatArray, unknowns: IntArray, products: FloatArray) -> None:

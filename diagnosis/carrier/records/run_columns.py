@@ -125,7 +125,7 @@ class RunColumns:
             samples = np.sort(
                 np.concatenate([self.revolutions[r] for block in chunk for r in block])
             )
-            inputs = _part(self.inputs, samples)
+            inputs = inputs_at(self.inputs, samples)
             rows = self._rows(channel, samples, inputs, owners)
             index = ColumnIndex({key: number for number, key in enumerate(rows)})
             table = np.array(list(rows.values()))
@@ -141,7 +141,7 @@ class RunColumns:
         owners: Collection[str] | None = None,
     ) -> dict[Key, FloatArray]:
         """Columns at a sensor at some samples, whose inputs are given, the target first."""
-        late = [_part(shifted, samples) for shifted in self.delayed_inputs]
+        late = [inputs_at(shifted, samples) for shifted in self.delayed_inputs]
         delays = delay_nodes(self.source.rig.n_planets)
         return {
             **_target_rows(self.run, channel, samples, delays / self.source.speed),
@@ -225,7 +225,7 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> S
         samples = np.unique(np.concatenate([even, close, last - close]))
         columns = RunColumns(run, source)
         chosen.append(samples)
-        parts.append([_part(own, samples) for own in (columns.inputs, *columns.delayed_inputs)])
+        parts.append([inputs_at(own, samples) for own in (columns.inputs, *columns.delayed_inputs)])
     inputs, *late = [_in_a_row(own) for own in zip(*parts, strict=True)]
     return SomeSamples(runs, chosen, source, inputs, late)
 
@@ -250,7 +250,7 @@ def inputs_of(run: Run) -> CarrierInputs:
 def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> ColumnIndex:
     """Numbers of the columns, from one sample of a run."""
     columns = RunColumns(run, source)
-    first = _part(columns.inputs, np.arange(1))
+    first = inputs_at(columns.inputs, np.arange(1))
     shifts = delay_nodes(source.rig.n_planets)
     rows = {
         **_target_rows(run, channel, np.arange(1), shifts / source.speed),
@@ -285,6 +285,7 @@ def _prediction_rows(
     return rows
 
 
-def _part(inputs: CarrierInputs, samples: IntArray) -> CarrierInputs:
+def inputs_at(inputs: CarrierInputs, samples: IntArray) -> CarrierInputs:
+    """What acts on the carrier at some samples of a run."""
     names = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
     return replace(inputs, **{name: getattr(inputs, name)[samples] for name in names})

@@ -126,14 +126,14 @@ def _as_smooth_loop(
     alone, loop = left_by_loop(own, "")
     found = None
     if _is_answer(own, shares, alone, decision.held, ""):
-        found = loop, _answered(decision, shares, (HYSTERESIS,), alone)
+        found = loop, _answered(decision, (HYSTERESIS,), alone)
     for other in _partners(decision, surface) if shows_two_causes and not is_one else ():
         both, loop = left_by_loop(own, other)
         least = found[1].held if found else decision.held
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
         if is_cause and _is_answer(own, shares, both, least, other):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
-            found = loop, _answered(decision, shares, pair, both)
+            found = loop, _answered(decision, pair, both)
     return (with_loop(model, own, found[0]), found[1]) if found else (own, decision)
 
 
@@ -161,11 +161,9 @@ def _is_answer(
     )
 
 
-def _answered(
-    decision: Decision, shares: Shares, classes: Classes, held: HeldOutSquares
-) -> Decision:
-    """Decision for other classes."""
-    return replace(decision, state=state_of(shares, held), classes=classes, ties=(), held=held)
+def _answered(decision: Decision, classes: Classes, held: HeldOutSquares) -> Decision:
+    """Decision for other classes, which are named."""
+    return replace(decision, state=NAMED_CLASS, classes=classes, ties=(), held=held)
 
 
 def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:

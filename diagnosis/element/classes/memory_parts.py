@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import gamma
 
+from carrierflex.diagnosis.classes.memory_columns import along
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.simulation.element.memory_kernels import forces_along
@@ -92,7 +93,6 @@ def memory_law_force(law: MemoryLaw, own: ForceRecord) -> FloatArray:
     Shape (n,); dry friction, which has no memory, is not in it.
     """
     parts = flat_parts(MemoryParts(law.stops, law.branches, NO_PARTS.levels, law.loops))
-    x = np.ascontiguousarray(own.x)
-    if not own.from_rest:
-        forces_along(x[::-1].copy(), own.step, parts)
-    return np.asarray(forces_along(x, own.step, parts), dtype=np.float64)
+    return along(
+        lambda x, moved: forces_along(x, own.step, moved), own.x, parts, from_rest=own.from_rest
+    )

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from carrierflex.diagnosis.classes.group_columns import GroupColumns
+from carrierflex.diagnosis.classes.memory_columns import along
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.laws import MotionSize
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
@@ -69,11 +70,12 @@ class SmoothLoop:
 
     def along(self, x: FloatArray, *, from_rest: bool = False) -> FloatArray:
         """State z along a motion, begun at rest or where a motion like this one leaves it."""
-        x = np.ascontiguousarray(x)
-        start = 0.0
-        if not from_rest:
-            start = float(loop_states(x[::-1].copy(), self.half_range, self.stiffness, 0.0)[-1])
-        return np.asarray(loop_states(x, self.half_range, self.stiffness, start))
+        return along(
+            lambda q, state: loop_states(q, self.half_range, self.stiffness, state),
+            x,
+            np.zeros(1),
+            from_rest=from_rest,
+        )
 
     def row(self, force: float) -> FloatArray:
         """Row of the loop among the parts of a law, with its force at z = 1."""

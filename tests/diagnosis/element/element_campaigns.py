@@ -92,6 +92,17 @@ def force_campaign(
     )
 
 
+def bouc_wen(q, length, *, exponent, beta, gamma, parts):
+    """State of a Bouc-Wen loop along a motion, each step of it in some parts."""
+    z, states = 0.0, np.empty(q.size)
+    for k in range(q.size):
+        moved = (q[k] - q[k - 1]) / length if k else 0.0
+        for _ in range(parts):
+            z += moved / parts * (1.0 - abs(z) ** exponent * (beta * np.sign(moved * z) + gamma))
+        states[k] = z
+    return states
+
+
 def displacement_campaign(law, *, amplitudes=(0.5e-3, 1e-3, 2e-3), noise=0.05, seed=0, n=4000):
     """Element moved by a slow random multisine; the force is K q + C v + law(q, v)."""
     rng = np.random.default_rng(seed)

@@ -34,7 +34,7 @@ from carrierflex.simulation.element.memory_laws import (
 )
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
 from carrierflex.workflows.diagnosis import diagnose_campaign
-from tests.diagnosis.element.element_campaigns import STEP, displacement_campaign
+from tests.diagnosis.element.element_campaigns import STEP, bouc_wen, displacement_campaign
 from tests.diagnosis.element.test_measured_laws import shrinkage
 from tests.simulation.changed_law_files import check_refused
 
@@ -125,13 +125,7 @@ def test_the_size_scales_forces_and_no_deflection():
 
 def smooth_loop(q, v):
     """Bouc-Wen loop, whose turns are round: no law of the library."""
-    z, force = 0.0, np.empty(q.size)
-    for k in range(q.size):
-        moved = (q[k] - q[k - 1]) / 3e-4 if k else 0.0
-        for _ in range(4):
-            z += 0.25 * moved * (1.0 - abs(z) ** 1.5 * (0.8 * np.sign(moved * z) + 0.2))
-        force[k] = 6.0 * z
-    return force
+    return 6.0 * bouc_wen(q, 3e-4, exponent=1.5, beta=0.8, gamma=0.2, parts=4)
 
 
 def rubber(q, v):

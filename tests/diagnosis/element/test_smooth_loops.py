@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
+from carrierflex.diagnosis.classes.memory_columns import stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
 from carrierflex.diagnosis.classes.shares import PairedShares
 from carrierflex.diagnosis.element.classes import answer as answers
@@ -25,7 +26,7 @@ from carrierflex.simulation.element.memory_laws import (
     joined_parts,
 )
 from carrierflex.simulation.law_files import read_measured_law, write_measured_law
-from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.diagnosis.element.element_campaigns import bouc_wen, displacement_campaign
 from tests.diagnosis.element.test_measured_laws import shrinkage
 
 PLACES = np.linspace(-1.0, 1.0, N_STIFFNESS)
@@ -53,17 +54,17 @@ def test_beyond_the_last_place_the_stiffness_is_that_of_the_last():
 def test_the_state_hangs_on_the_way_alone_and_not_on_how_it_is_cut():
     q = np.cumsum(np.random.default_rng(2).uniform(-0.3, 0.3, 200))
     fine = np.interp(np.linspace(0, 199, 199 * 7 + 1), np.arange(200), q)
-    coarse = loop_states(q, 0.7, SOFTENING, 0.2)
-    assert_allclose(loop_states(fine, 0.7, SOFTENING, 0.2)[::7], coarse, atol=1e-12)
+    coarse = loop_states(q, 0.7, SOFTENING, np.array([0.2]))
+    assert_allclose(loop_states(fine, 0.7, SOFTENING, np.array([0.2]))[::7], coarse, atol=1e-12)
 
 
 def test_a_stiffness_without_direction_has_no_loop():
     q = np.concatenate([np.linspace(0, 0.6, 50), np.linspace(0.6, -0.6, 100)])
     even = 1.0 + PLACES**2
-    states = loop_states(q, 1.0, even, 0.0)
+    states = loop_states(q, 1.0, even, np.zeros(1))
     back = np.interp(q[:50], q[:49:-1], states[:49:-1])
     assert_allclose(back, states[:50], atol=2e-4)
-    with_loop = loop_states(q, 1.0, SOFTENING, 0.0)
+    with_loop = loop_states(q, 1.0, SOFTENING, np.zeros(1))
     assert np.abs(np.interp(q[:50], q[:49:-1], with_loop[:49:-1]) - with_loop[:50]).max() > 0.2
 
 
@@ -74,26 +75,16 @@ def test_a_loop_among_the_parts_is_force_times_its_state():
         "own", "hysteresis", NO_PARTS.stops, NO_PARTS.branches, ("N", "m"), (-1, 1), loops=row
     )
     force = forces_along(q, 1e-3, flat_parts(joined_parts([(law, 2.0)])))
-    assert_allclose(force, 6.0 * loop_states(q, 2e-3, SOFTENING, 0.0), atol=1e-12)
+    assert_allclose(force, 6.0 * loop_states(q, 2e-3, SOFTENING, np.zeros(1)), atol=1e-12)
 
 
 def hardening_loop(q, v):
     """Bouc-Wen loop that stiffens as it grows and turns back more than twice as stiff."""
-    z, force = 0.0, np.empty(q.size)
-    for k in range(q.size):
-        moved = (q[k] - q[k - 1]) / 8e-4 if k else 0.0
-        for _ in range(8):
-            z += 0.125 * moved * (1.0 - abs(z) * (0.4 * np.sign(moved * z) - 0.9))
-        force[k] = 4.0 * z
-    return force
+    return 4.0 * bouc_wen(q, 8e-4, exponent=1.0, beta=0.4, gamma=-0.9, parts=8)
 
 
 def hardening_spring_and_slider(q, v):
-    z, force = 0.0, np.empty(q.size)
-    for k in range(q.size):
-        z = np.clip(z + (q[k] - q[k - 1] if k else 0.0), -2e-4, 2e-4)
-        force[k] = 4.0 * z / 2e-4
-    return force + 1.5e9 * q**3
+    return 4.0 * stops(q, np.array([2e-4]), from_rest=True)[0] + 1.5e9 * q**3
 
 
 @cache
