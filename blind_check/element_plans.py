@@ -38,7 +38,7 @@ _DECAYS, _DECAY_CYCLE = 60, 6
 FULL_SIZE = DRIVEN_SIZE + _DECAYS
 #: Gap over floor, drawn with a uniform logarithm.
 SMALLEST_RATIO, LARGEST_RATIO = 0.7, 50.0
-#: Every fourth case with a cause holds two.
+#: Every fourth round of the drives holds two causes, so that pairs meet every drive.
 _PAIR_EVERY = 4
 
 
@@ -61,9 +61,10 @@ def element_plans(counts: dict[str, int], seed: int, rng: np.random.Generator) -
     """
     drawn: list[tuple[str, tuple[str, ...], float, str]] = []
     for stratum, count in counts.items():
-        drives = _in_turn(rng, _STRATA[stratum][1], count)
+        names = _STRATA[stratum][1]
+        drives = _in_turn(rng, names, count)
         for k, (drive, ratio) in enumerate(zip(drives, _ratios(rng, count), strict=True)):
-            family, effects = _content(stratum, drive, k, rng)
+            family, effects = _content(stratum, drive, k // len(names), rng)
             drawn.append((family, effects, 0.0 if family == NOTHING else ratio, drive))
     order = rng.permutation(len(drawn))
     return [CasePlan("element", n + 1, seed, *drawn[k]) for n, k in enumerate(order)]
@@ -119,15 +120,15 @@ def _in_turn(rng: np.random.Generator, names: Sequence[str], count: int) -> list
 
 
 def _content(
-    stratum: str, drive: str, k: int, rng: np.random.Generator
+    stratum: str, drive: str, turn: int, rng: np.random.Generator
 ) -> tuple[str, tuple[str, ...]]:
-    """Family and causes of case k of a stratum."""
+    """Family and causes of a case of a stratum, in a round of its drives."""
     if stratum == NOTHING:
         return NOTHING, ()
     if stratum == OUTSIDE:
-        return OUTSIDE, (OUTSIDE_CAUSES[k % len(OUTSIDE_CAUSES)],)
+        return OUTSIDE, (OUTSIDE_CAUSES[turn % len(OUTSIDE_CAUSES)],)
     first = _drawn_cause(drive, rng)
-    if k % _PAIR_EVERY:
+    if turn % _PAIR_EVERY:
         return SINGLE, (first,)
     while True:
         second = _drawn_cause(drive, rng)

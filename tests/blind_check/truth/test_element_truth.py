@@ -280,6 +280,18 @@ def test_a_full_check_holds_200_clear_cases_of_every_stratum_with_a_target():
     assert len(seen) == 9
 
 
+def test_pairs_and_outside_causes_meet_every_drive():
+    plans = case_plans("element", full_size("element"), 7)
+    for stratum in ("wide_band", "levels"):
+        own = [plan for plan in plans if STRATUM[plan.drive] == stratum]
+        pairs = Counter(plan.drive for plan in own if plan.family == PAIR)
+        assert len(pairs) == 2
+        assert max(pairs.values()) - min(pairs.values()) <= 1
+    outside = Counter((plan.drive, plan.effects) for plan in plans if plan.family == OUTSIDE)
+    driven = {drive for drive, _ in outside} - {DECAY}
+    assert len([pair for pair in outside if pair[0] in driven]) == len(driven) * 5
+
+
 def test_linear_causes_are_not_asked_of_one_frequency():
     plans = case_plans("element", full_size("element"), 6)
     for plan in plans:

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 
-from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
 from carrierflex.diagnosis.element.classes.measured.measured_laws import (
@@ -157,10 +157,17 @@ def test_a_saved_law_with_a_memory_explains_its_class_on_new_records(cause, name
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [57, 77, 99, 218])
-def test_it_moves_in_the_simulator_as_the_rig_does(number, tmp_path):
-    # Sliders, an Iwan joint and rubbers under forces: sweeps, noise, a multisine.
-    plan = case_plans("element", 400, 8123)[number - 1]
+@pytest.mark.parametrize(
+    ("number", "cause", "ratio", "drive"),
+    [
+        (57, "slider", 16.34, "sweeps"),
+        (77, "iwan", 4.564, "noise"),
+        (99, "two_maxwell", 13.02, "sweeps"),
+        (218, "maxwell", 9.239, "multisine"),
+    ],
+)
+def test_it_moves_in_the_simulator_as_the_rig_does(number, cause, ratio, drive, tmp_path):
+    plan = CasePlan("element", number, 8123, SINGLE, (cause,), ratio, drive)
     law = kept(case_campaign(plan)[0], tmp_path / "law.toml")
     problem = element_problem(case_campaign(plan, repeat=1)[0], (law,))
     assert shrinkage(problem, law) > 0.98 * problem.class_answer().share

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.signal import cont2discrete, lfilter
 
-from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.element import linear
 from carrierflex.diagnosis.element.linear import linear_element
@@ -105,7 +105,7 @@ def test_where_no_round_gives_an_element_resonances_are_tried(monkeypatch):
 @pytest.mark.long
 def test_the_baseline_follows_sines_above_its_resonance():
     """A blind check's case with nothing missing whose every start ran away."""
-    plan = next(p for p in case_plans("element", 602, 303) if p.name == "element-0165")
+    plan = CasePlan("element", 165, 303, NOTHING, (), 0.0, "sines")
     problem, _ = problem_of(case_campaign(plan)[0], None)
     left = mean_square_left(problem, fit_effects(problem, ()))
     assert left < 1.2 * problem.noise_square.sum() / problem.cell_counts.sum()

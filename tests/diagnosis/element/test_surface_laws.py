@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
 from carrierflex.diagnosis.element.classes.measured.measured_laws import (
@@ -183,10 +183,15 @@ def test_a_saved_surface_explains_its_class_on_new_records(cause, tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [205, 433])
-def test_it_moves_in_the_simulator_as_the_truth_does(number, tmp_path):
-    # Friction by place under sines, an orifice under a multisine.
-    plan = case_plans("element", 1064, 8123)[number - 1]
+@pytest.mark.parametrize(
+    ("number", "cause", "ratio", "drive"),
+    [
+        (205, "position_dependent_friction", 11.45, "sines"),
+        (433, "metered_orifice", 23.99, "multisine"),
+    ],
+)
+def test_it_moves_in_the_simulator_as_the_truth_does(number, cause, ratio, drive, tmp_path):
+    plan = CasePlan("element", number, 8123, SINGLE, (cause,), ratio, drive)
     law = kept(case_campaign(plan)[0], tmp_path / "law.toml")
     problem = element_problem(case_campaign(plan, repeat=1)[0], (law,))
     assert shrinkage(problem, law) > 0.98 * problem.class_answer().share
@@ -194,7 +199,8 @@ def test_it_moves_in_the_simulator_as_the_truth_does(number, tmp_path):
 
 @pytest.mark.long
 def test_one_curve_of_deflection_and_speed_is_no_surface():
-    plan = case_plans("element", 1064, 8123)[155 - 1]
+    cause = ("position_dependent_friction",)
+    plan = CasePlan("element", 155, 8123, SINGLE, cause, 10.3, "one_sine")
     answer = element_problem(case_campaign(plan)[0]).class_answer()
     assert answer.ids == ("force_surface",)
     with pytest.raises(ValueError, match="one curve of deflection and speed"):
