@@ -68,8 +68,7 @@ class ClassConstants:
         heat softens follows Coulomb's law as well as any friction, and both leave a tenth).
     least_curved : float
         Share of the gap that curved members of a class must gain for its law to lose its name: what
-        a law and its baseline may be off themselves gains a few ten-thousandths. So must a coupled
-        class over the sum of its parts to take their place.
+        a law and its baseline may be off themselves gains a few ten-thousandths.
     law_parameter : float
         Share that a further parameter of a law must gain among laws, and a coupled class over the
         class of a law for the law to lose its name.

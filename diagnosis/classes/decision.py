@@ -101,9 +101,9 @@ def decide(
     coupled = _coupled(scores, shares, candidates)
     if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
         answer, ties = coupled, ()
-    whole = _as_one(scores, shares, answer, shows_small_causes=shows_small_causes)
-    if whole:
-        answer, ties = whole, ()
+    damping = _sum_or_product(scores, shares, answer, shows_small_causes=shows_small_causes)
+    if damping != answer:
+        answer, ties = damping, ()
     plain = plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
     if plain != answer:
         answer, ties = plain, ()
@@ -137,29 +137,54 @@ def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> 
     return best if shares.is_clear_gain(scores.of(best), scores.of(alone), second) else alone
 
 
-def _as_one(
+def _sum_or_product(
     scores: ClassScores, shares: Shares, answer: Classes, *, shows_small_causes: bool
 ) -> Classes:
-    """The coupled class in place of its parts where it is more than their sum; else empty.
+    """Answer in place of a damping of one argument or of a sum of two, where there is a better one.
 
-    Both parts are one damping already. Whether it is a product or a sum is no question of a second
-    cause, and as little decides it as what takes the name of a law whose class is curved. A damping
-    of the speed alone gives way to one of both where that takes half of what it leaves, in block
-    after block.
+    What damps by deflection and speed is a sum ``g(v) + h(x) v`` or a product ``h(x) g(v)``. Its
+    products with the dry and with the quadratic damping have as many columns as the sum, neither
+    set holds the other, and the one that leaves least is the answer. The coupled class says less:
+    it leaves little of a sum too. A damping of the speed alone gives way to both arguments where
+    they take half of what it leaves, in block after block.
+
+    Returns
+    -------
+    tuple of str
+        The coupled class with what stands beside it, the sum, or the answer itself.
     """
     table, limits = scores.table, scores.constants
-    if not table.coupled_parts:
-        return ()
-    found = scores.of(answer)
-    if table.coupled_parts <= set(answer):
-        whole = tuple(sorted({table.surface, *answer} - table.coupled_parts))
-        is_more = shares.is_gain(scores.of(whole), found, limits.least_curved)
-    else:
-        beside = [name for name in answer if not table.is_in_surface(name)]
-        whole = tuple(sorted({table.surface, *beside}))
-        may_be = shows_small_causes and table.uncoupled_part in answer
-        is_more = may_be and shares.takes_of_left(scores.of(whole), found, limits.gain_of_left)
-    return whole if is_more else ()
+    parts = table.coupled_parts
+    if not parts:
+        return answer
+    if parts == set(answer):
+        is_product = _product(scores, ()).total < scores.of(answer).total
+        return (table.surface,) if is_product else answer
+    if not shows_small_causes or table.uncoupled_part not in answer:
+        return answer
+    beside = tuple(name for name in answer if name != table.uncoupled_part)
+    whole = tuple(sorted({table.surface, *(n for n in beside if not table.is_in_surface(n))}))
+    both, found = scores.of(whole), scores.of(answer)
+    if any(map(table.is_in_surface, beside)):
+        takes = shares.takes_of_left(both, found, limits.gain_of_left)
+        return whole if takes else answer
+    product, total = _product(scores, beside), scores.of((*sorted(parts), *beside))
+    least = min(both, product, total, key=lambda held: held.total)
+    if not shares.takes_of_left(least, found, limits.gain_of_left):
+        return answer
+    if product.total < total.total:
+        return whole
+    # Beside another class the sum would be a third cause.
+    return answer if beside else tuple(sorted(parts))
+
+
+def _product(scores: ClassScores, beside: Classes) -> HeldOutSquares:
+    """The product of the coupled class that leaves least beside another class."""
+    products = scores.products
+    return min(
+        (products.of((name, *beside)) for name in scores.table.products),
+        key=lambda held: held.total,
+    )
 
 
 def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
@@ -189,7 +214,7 @@ def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSqu
 def _never_small(table: GramTable, best: str) -> tuple[frozenset[str], ...]:
     """Pairs of which neither part is a small cause beside the other.
 
-    One damping in two parts is no second cause: whether it is a product is asked apart. Nor is what
+    Whether one damping has two parts, and whether they are a product, is asked apart. Nor is what
     the best class lacks in second order.
     """
     return (table.coupled_parts, frozenset({best, table.second_orders.get(best, best)}))

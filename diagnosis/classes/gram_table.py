@@ -84,13 +84,16 @@ class GramTable:
     coupled_parts : frozenset of str
         Classes that share out one coupled cause where an answer holds them all: a damping
         ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws. The
-        coupled class takes their place where it is more than their sum.
+        coupled class takes their place where one of its products leaves less than their sum.
     uncoupled_part : str
         The one of them that holds a function of one argument, ``g(v)``: alone it gives way to the
         coupled class where that takes half of what it leaves. Empty where there is none.
     second_orders : mapping of str to str
         Class that is like the second order of another, by that other: a little of it beside that
         one is what its columns lack, and no cause.
+    products : mapping of str to tuple of str
+        Groups of the coupled class in as few columns as the sum of its parts, by what they are: a
+        power of the speed other than the first, times any function of the place.
     plain : mapping of str to tuple of str
         Groups of a class without the members that bend its law: these imitate other classes, and
         another class beside the plain law is asked before them.
@@ -112,6 +115,7 @@ class GramTable:
     coupled_parts: frozenset[str] = frozenset()
     uncoupled_part: str = ""
     second_orders: Mapping[str, str] = field(default_factory=dict)
+    products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     plain: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
 

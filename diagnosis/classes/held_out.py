@@ -85,6 +85,12 @@ class ClassScores:
         }
         return ClassScores(table, self.constants, shared)
 
+    @cached_property
+    def products(self) -> "ClassScores":
+        """Scores of the same classes, and of the products of the coupled class as if they were."""
+        table = replace(self.table, classes={**self.table.classes, **self.table.products})
+        return ClassScores(table, self.constants, self.known)
+
     def ceiling(self) -> HeldOutSquares:
         """Held-out squares of the union of all classes."""
         key = ("union",)

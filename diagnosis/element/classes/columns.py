@@ -1,6 +1,6 @@
 """Columns of every class along a run."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -112,7 +112,8 @@ def group_columns(
     Returns
     -------
     tuple of GroupColumns
-        Names: f, g, jump, presliding, stops, prony, curved_prony, delay, h, surface, time, side.
+        Names: f, g, jump, presliding, stops, prony, curved_prony, delay, h, dry_by_place,
+        quadratic_by_place, surface, time, side.
     """
     size = bases.size
     n_plain = yields(size).size
@@ -150,11 +151,7 @@ def group_columns(
         GroupColumns("prony", partial(branches, bases), np.zeros((_N_PRONY,) * 2), True),
         GroupColumns("curved_prony", partial(curved_branches, bases), np.eye(2 * _N_PRONY)),
         GroupColumns("delay", lambda own: rate_of_side(own)[None], np.zeros((1, 1))),
-        GroupColumns(
-            "h",
-            lambda own: bases.coupled(own.x) * own.v,
-            difference_penalty(_N_COUPLED, 2),
-        ),
+        *_by_place(bases),
         GroupColumns(
             "surface",
             lambda own: surface_products(bases, own.x, own.v),
@@ -162,6 +159,24 @@ def group_columns(
         ),
         GroupColumns("time", in_time, _three_times(difference_penalty(bases.time.n, 1))),
         GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
+    )
+
+
+def _by_place(bases: ElementBases) -> tuple[GroupColumns[ForceRecord], ...]:
+    """Dampings of three powers of the speed, each times splines of the place."""
+    size = bases.size
+    powers: dict[str, Callable[[FloatArray], FloatArray]] = {
+        "h": lambda v: v,
+        "dry_by_place": lambda v: step_at_rest(v, size).sum(axis=0),
+        "quadratic_by_place": lambda v: v * np.abs(v),
+    }
+
+    def along(own: ForceRecord, power: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        return bases.coupled(own.x) * power(own.v)
+
+    penalty = difference_penalty(_N_COUPLED, 2)
+    return tuple(
+        GroupColumns(name, partial(along, power=power), penalty) for name, power in powers.items()
     )
 
 

@@ -70,6 +70,13 @@ CLASS_GROUPS: dict[str, tuple[str, ...]] = {
     TIME_VARIATION: ("time",),
     DRIVE_SIDE: ("side",),
 }
+#: Damping ``h(x) g(v)``, dry and quadratic, alone and beside a damping of the speed.
+PRODUCT_GROUPS: dict[str, tuple[str, ...]] = {
+    "dry": ("dry_by_place",),
+    "quadratic": ("quadratic_by_place",),
+    "dry and g(v)": (*CLASS_GROUPS[DISSIPATION], "dry_by_place"),
+    "quadratic and g(v)": (*CLASS_GROUPS[DISSIPATION], "quadratic_by_place"),
+}
 #: Hysteresis of one strength and one straight spring: sliders alike in both directions (Masing).
 PLAIN_GROUPS: dict[str, tuple[str, ...]] = {HYSTERESIS: ("plain_stops",)}
 CEILING = (*CLASS_GROUPS[FORCE_SURFACE], "stops", "prony", "delay", "time", "side")
@@ -358,6 +365,7 @@ def _assembled(products: BlockProducts, model: ElementModel) -> GramTable:
         beyond_laws={MEMORY: "curved_prony"},
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,
+        products=PRODUCT_GROUPS,
         # Both exp(-s tau) and a short relaxing branch are s to first order.
         second_orders={DELAY: MEMORY},
     )

@@ -131,17 +131,37 @@ def test_a_small_second_cause_holds_in_block_after_block():
     assert answered(A + 0.06 * B * once, noise=0.01).ids == ("a",)
 
 
-def test_a_damping_of_the_speed_gives_way_to_one_of_both_that_takes_half_of_what_it_leaves():
-    table = toy_table(A + 0.1 * MORE, COLUMNS, noise=0.01)
-    parts = {"coupled_parts": frozenset({"a", "b"}), "uncoupled_part": "a"}
-    candidates = ("a", "b", "c")
-    assert answer_of(table, candidates).ids == ("a",)
-    assert answer_of(replace(table, **parts), candidates).ids == ("surface",)
-    few = answer_of(replace(table, **parts), candidates, shows_small_causes=False)
-    assert few.ids == ("a",)
+#: Parts of one damping, of which one is of the speed alone, and a product of it.
+PARTS = {
+    "coupled_parts": frozenset({"a", "b"}),
+    "uncoupled_part": "a",
+    "products": {"p": ("a", "more")},
+}
+
+
+@pytest.mark.parametrize(
+    ("beside", "product", "total"),
+    [(0.0, ("surface",), ("a", "b")), (1.0, ("d", "surface"), ("a", "d"))],
+)
+def test_a_damping_of_the_speed_gives_way_to_one_of_both_that_takes_half_of_what_it_leaves(
+    beside, product, total
+):
+    other = np.random.default_rng(5).standard_normal((2, A.size))
+    columns = COLUMNS | {"d": other}
+
+    def found(signal, parts=PARTS, **options):
+        table = toy_table(signal + beside * other.sum(axis=0), columns, noise=0.01)
+        classes = table.classes | {"surface": tuple(COLUMNS)}
+        return answer_of(replace(table, classes=classes, **parts), tuple("abcd"), **options).ids
+
+    alone = ("a",) if beside == 0.0 else ("a", "d")
+    assert found(A + 0.1 * MORE, {}) == alone
+    assert found(A + 0.1 * MORE) == product
+    assert found(A + 0.1 * MORE, shows_small_causes=False) == alone
     # The other part, which both arguments make, stays what it is.
-    other = replace(table, **parts | {"uncoupled_part": "b"})
-    assert answer_of(other, candidates).ids == ("a",)
+    assert found(A + 0.1 * MORE, PARTS | {"uncoupled_part": "b"}) == alone
+    # A sum of both parts, which beside another class would be a third cause.
+    assert found(A + 0.06 * B) == total
 
 
 def test_what_is_learnt_below_the_floor_is_no_second_cause():
@@ -286,21 +306,12 @@ def test_a_pair_that_holds_the_best_single_class_goes_before_an_equal_one_and_no
     assert _best_pair(shares, pairs | {("a", "c"): left(3.5)}, "c") == ("a", "b")
 
 
-@pytest.mark.parametrize(
-    ("more", "noise", "answer"),
-    [
-        # A thousandth of the gap is enough: the class that holds both is asked for no second cause.
-        (0.05, 0.01, ("surface",)),
-        # As small a part as any class may be off.
-        (0.01, 0.01, ("a", "b")),
-        # Hidden by noise.
-        (0.05, 1.0, ("a", "b")),
-    ],
-)
-def test_a_coupled_class_takes_the_place_of_its_parts_where_it_is_more_than_their_sum(
-    more, noise, answer
-):
-    table = toy_table(A + B + more * MORE, COLUMNS, noise=noise)
-    for parts, expected in ((frozenset("ab"), answer), (frozenset(), ("a", "b"))):
-        found = answer_of(replace(table, coupled_parts=parts), tuple(table.classes))
-        assert tuple(own.id for own in found.classes) == expected
+@pytest.mark.parametrize(("share", "answer"), [(1.0, ("surface",)), (0.9, ("a", "b"))])
+def test_a_coupled_class_takes_the_place_of_its_parts_where_a_product_leaves_less(share, answer):
+    # As much of a third part as no class would be asked for.
+    signal = A + B + 0.05 * MORE
+    product = np.array([A + share * B + 0.05 * MORE])
+    table = toy_table(signal, COLUMNS | {"product": product}, noise=0.01)
+    assert answer_of(table, ("a", "b", "c")).ids == ("a", "b")
+    parts = PARTS | {"products": {"p": ("product",)}}
+    assert answer_of(replace(table, **parts), ("a", "b", "c")).ids == answer
