@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.plain_parts import plain_first
 from carrierflex.diagnosis.classes.results import (
@@ -94,11 +93,11 @@ def decide(
         singles,
         pairs,
         best,
-        never_small=_never_small(scores.table, best),
+        one_damping=scores.table.coupled_parts,
         shows_small_causes=shows_small_causes,
     )
     limits = scores.constants
-    coupled = _coupled(scores, shares, candidates)
+    coupled = _coupled(scores, shares, candidates, shows_small_causes=shows_small_causes)
     if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
         answer, ties = coupled, ()
     damping = _sum_or_product(scores, shares, answer, shows_small_causes=shows_small_causes)
@@ -124,8 +123,10 @@ def state_of(shares: Shares, held: HeldOutSquares) -> str:
     return LEADING_CLASS if share >= limits.leading_share else NO_CLASS
 
 
-def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> Classes:
-    """The coupled class, with a second cause that it does not hold where that clearly gains."""
+def _coupled(
+    scores: ClassScores, shares: Shares, candidates: Sequence[str], *, shows_small_causes: bool
+) -> Classes:
+    """The coupled class, with a second cause that it does not hold where there is one."""
     table = scores.table
     if not table.surface:
         return ()
@@ -133,8 +134,11 @@ def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> 
     alone = (table.surface,)
     pairs: list[Classes] = [tuple(sorted((table.surface, name))) for name in partners]
     best = min(pairs, key=lambda pair: scores.of(pair).total, default=alone)
-    second = shares.constants.second_cause
-    return best if shares.is_clear_gain(scores.of(best), scores.of(alone), second) else alone
+    limits, found, held = shares.constants, scores.of(best), scores.of(alone)
+    is_cause = shares.is_clear_gain(found, held, limits.second_cause) or (
+        shows_small_causes and shares.takes_of_left(found, held, limits.small_cause_takes)
+    )
+    return best if is_cause else alone
 
 
 def _sum_or_product(
@@ -211,22 +215,13 @@ def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSqu
     )
 
 
-def _never_small(table: GramTable, best: str) -> tuple[frozenset[str], ...]:
-    """Pairs of which neither part is a small cause beside the other.
-
-    Whether one damping has two parts, and whether they are a product, is asked apart. Nor is what
-    the best class lacks in second order.
-    """
-    return (table.coupled_parts, frozenset({best, table.second_orders.get(best, best)}))
-
-
 def _single_or_pair(
     shares: Shares,
     singles: dict[str, HeldOutSquares],
     pairs: dict[Classes, HeldOutSquares],
     best: str,
     *,
-    never_small: Sequence[frozenset[str]],
+    one_damping: frozenset[str],
     shows_small_causes: bool,
 ) -> tuple[Classes, tuple[Classes, ...]]:
     """The best class with its ties, or the best pair where it clearly gains."""
@@ -236,7 +231,8 @@ def _single_or_pair(
     )
     pair = _best_pair(shares, pairs, best)
     limits = shares.constants
-    may_be_small = shows_small_causes and set(pair) not in never_small
+    # Whether one damping has two parts, and whether they are a product, is asked apart.
+    may_be_small = shows_small_causes and set(pair) != one_damping
     is_cause = shares.is_clear_gain(pairs[pair], held, limits.second_cause) or (
         may_be_small and shares.takes_of_left(pairs[pair], held, limits.small_cause_takes)
     )

@@ -88,9 +88,6 @@ class GramTable:
     uncoupled_part : str
         The one of them that holds a function of one argument, ``g(v)``: alone it gives way to the
         coupled class where that takes half of what it leaves. Empty where there is none.
-    second_orders : mapping of str to str
-        Class that is like the second order of another, by that other: a little of it beside that
-        one is what its columns lack, and no cause.
     products : mapping of str to tuple of str
         Groups of the coupled class in as few columns as the sum of its parts, by what they are: a
         power of the speed other than the first, times any function of the place.
@@ -114,7 +111,6 @@ class GramTable:
     beyond_laws: Mapping[str, str] = field(default_factory=dict)
     coupled_parts: frozenset[str] = frozenset()
     uncoupled_part: str = ""
-    second_orders: Mapping[str, str] = field(default_factory=dict)
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     plain: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False

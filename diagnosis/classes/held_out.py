@@ -134,6 +134,17 @@ class ClassScores:
             further=held.further,
         )
 
+    def amplitudes(self, held: HeldOutSquares) -> dict[int, float]:
+        """Coefficient of every column of a result in the fit to all blocks, by its place.
+
+        Column k of the table is the raw column times scale[k], the target times scale[0]: of the
+        raw columns, in the unit of the target.
+        """
+        model, scale = self.model(held), self.table.scale
+        c = coefficients(products_of(self.table.total, model), model)
+        raw = c * scale[model.columns] / scale[0]
+        return dict(zip(model.columns.tolist(), raw.tolist(), strict=True))
+
     @property
     def _ridges(self) -> tuple[float, ...]:
         return self.constants.ridges

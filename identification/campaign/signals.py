@@ -132,6 +132,37 @@ def band_limited(
     return filtered + trend
 
 
+def change_over(signal: FloatArray, step: float, cutoff_hz: float, lag: float) -> FloatArray:
+    """Mean rate of a signal over a lag, ``(x(t) - x(t - lag)) / lag``, in a band.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Evenly sampled.
+    step : float
+        Sampling interval [s].
+    cutoff_hz : float
+        End of the band [Hz].
+    lag : float
+        Lag [s], of either sign; zero for the derivative.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Rate [1/s].
+    """
+    if lag == 0.0:
+        return band_limited(signal, step, cutoff_hz, derivative=1)
+    slope = (signal[-1] - signal[0]) / (step * (signal.size - 1))
+    change = with_gain(
+        signal,
+        step,
+        lambda f: pass_gain(f, cutoff_hz) * -np.expm1(-2j * np.pi * f * lag) / lag,
+        reach=int(20.0 / (cutoff_hz * step)) + 10,
+    )
+    return change + slope
+
+
 def with_gain(
     signal: FloatArray,
     step: float,

@@ -7,7 +7,6 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.classes.catalogue import UNDETERMINED, shapes
 from carrierflex.diagnosis.carrier.classes.dependence import LoadFunction, load_functions
-from carrierflex.diagnosis.classes.fits import coefficients, products_of
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -118,11 +117,7 @@ def law_of_class(
 
 def _fitted(scores: ClassScores, name: str, held: HeldOutSquares) -> dict[str, FloatArray]:
     """Coefficients of every group of a class in the fit of an answer to all records [m]."""
-    table = scores.table
-    model = scores.model(held)
-    c = coefficients(products_of(table.total, model), model)
-    amplitudes = c * table.scale[model.columns] / table.scale[0]
-    by_column = dict(zip(model.columns.tolist(), amplitudes.tolist(), strict=True))
+    table, by_column = scores.table, scores.amplitudes(held)
     return {
         group: np.array([by_column[k] for k in table.groups[group].columns.tolist()])
         for group in table.classes[name]

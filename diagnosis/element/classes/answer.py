@@ -23,7 +23,12 @@ from carrierflex.diagnosis.element.classes.laws import (
     RESTORING_FORCE,
     TIME_VARIATION,
 )
-from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable
+from carrierflex.diagnosis.element.classes.table import (
+    CLASS_GROUPS,
+    ElementRuns,
+    ElementTable,
+    table_of,
+)
 from carrierflex.diagnosis.element.classes.table_of_loop import left_by_loop, with_loop
 from carrierflex.diagnosis.element.model import ElementModel
 
@@ -37,6 +42,8 @@ _ONE_FREQUENCY_NOTE = (
 )
 #: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
 _SAME_LEVEL = 1.1
+#: Passes from the first order of a delay to the delay itself.
+_LAG_PASSES = 2
 
 
 def answer_of_table(
@@ -76,16 +83,26 @@ def answer_of_table(
         # A decay is one line, to which a relaxing branch is one spring and one damper.
         inseparable |= {MEMORY}
     candidates = [name for name in CLASS_GROUPS if name not in left_out | inseparable]
-    shares, decision = class_decision(
-        own.scores,
-        candidates,
-        floor_is_known=not noise_note,
-        inseparable=sorted(inseparable - left_out),
-        # The band holds one line and its harmonics: two causes share out what one makes.
-        shows_two_causes=not is_one_line,
-        shows_small_causes=not is_one_frequency,
-        drive_note="; ".join(text for text in (noise_note, note) if text),
-    )
+
+    def decided(own: ElementTable) -> tuple[Shares, Decision]:
+        return class_decision(
+            own.scores,
+            candidates,
+            floor_is_known=not noise_note,
+            inseparable=sorted(inseparable - left_out),
+            # The band holds one line and its harmonics: two causes share out what one makes.
+            shows_two_causes=not is_one_line,
+            shows_small_causes=not is_one_frequency,
+            drive_note="; ".join(text for text in (noise_note, note) if text),
+        )
+
+    shares, decision = decided(own)
+    for _ in range(_LAG_PASSES):
+        if DELAY not in decision.classes:
+            break
+        # Its first order alone leaves what looks like another cause beside a delay.
+        own = _with_lag(model, own, decision.held)
+        shares, decision = decided(own)
     own, decision = _as_smooth_loop(
         own, model, shares, decision, candidates, shows_two_causes=not is_one_line
     )
@@ -97,6 +114,15 @@ def answer_of_table(
         shape_of=shape_of(own),
         shows_laws=not (is_one_line and has_one_level(own)),
     )
+
+
+def _with_lag(model: ElementModel, own: ElementTable, held: HeldOutSquares) -> ElementTable:
+    """Table whose column of a delay is exact at the delay that a result finds."""
+    column = int(own.table.groups["delay"].columns[0])
+    lag = own.scores.amplitudes(held)[column]
+    records = tuple(replace(record, lag=lag) for record in own.records)
+    runs = ElementRuns(records, own.bases.size, own.weights, own.bases)
+    return table_of(model, runs, own.scores.constants)
 
 
 def _as_smooth_loop(

@@ -19,7 +19,7 @@ from carrierflex.diagnosis.classes.splines import (
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
-from carrierflex.diagnosis.element.classes.laws import MotionSize, rate_of_side, yields
+from carrierflex.diagnosis.element.classes.laws import MotionSize, change_by_delay, yields
 from carrierflex.diagnosis.element.classes.memory_parts import parts_of_stops
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.simulation.element.memory_laws import OUTSIDE, MemoryParts
@@ -150,7 +150,7 @@ def group_columns(
         ),
         GroupColumns("prony", partial(branches, bases), np.zeros((_N_PRONY,) * 2), True),
         GroupColumns("curved_prony", partial(curved_branches, bases), np.eye(2 * _N_PRONY)),
-        GroupColumns("delay", lambda own: rate_of_side(own)[None], np.zeros((1, 1))),
+        GroupColumns("delay", lambda own: change_by_delay(own)[None], np.zeros((1, 1))),
         *_by_place(bases),
         GroupColumns(
             "surface",

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.memory_parts import memory_law_force
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel
-from carrierflex.identification.campaign.signals import band_end, band_limited
+from carrierflex.identification.campaign.signals import band_end, change_over
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, MemoryLaw
 from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
@@ -138,7 +138,8 @@ def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSiz
             force = force + _friction(model.memory[law], own, size)
         return force[None, None]
     if law == "sensor_delay":
-        return _delayed(own, is_force=model.by_force)[None]
+        sign = 1.0 if model.by_force else -1.0
+        return sign * change_by_delay(own)[None, None]
     if law == "maxwell_branch":
         taus = shapes_of(law, size)
         return relaxing_branches(own.x, taus, own.step, from_rest=own.from_rest)[:, None]
@@ -164,18 +165,14 @@ def shapes_of(law: str, size: MotionSize) -> FloatArray:
     return shapes[law]
 
 
-def _delayed(own: ForceRecord, *, is_force: bool) -> FloatArray:
-    """Rate of the driving force, or of the force that the baseline predicts, shape (1, n)."""
-    sign = 1.0 if is_force else -1.0
-    return sign * rate_of_side(own)[None]
+def change_by_delay(own: ForceRecord) -> FloatArray:
+    """What the measured force changes by in a delay, by that delay, shape (n,).
 
-
-def rate_of_side(own: ForceRecord) -> FloatArray:
-    """Derivative of the drive side by time, exact up to the band's end, shape (n,).
-
-    Differences of neighbours are 6 % too small at a tenth of the sampling frequency.
+    ``F(t) - F(t - tau)`` beside a deflection that is measured late, and less ``F(t + tau)`` of a
+    force that is. Exact up to the band's end: differences of neighbours are 6 % too small at a
+    tenth of the sampling frequency.
     """
-    return band_limited(own.side, own.step, band_end(np.inf, own.step), derivative=1)
+    return change_over(own.force, own.step, band_end(np.inf, own.step), own.lag)
 
 
 def yields(size: MotionSize) -> FloatArray:

@@ -366,8 +366,6 @@ def _assembled(products: BlockProducts, model: ElementModel) -> GramTable:
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,
         products=PRODUCT_GROUPS,
-        # Both exp(-s tau) and a short relaxing branch are s to first order.
-        second_orders={DELAY: MEMORY},
     )
 
 

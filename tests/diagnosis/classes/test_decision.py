@@ -112,18 +112,6 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     assert answered(signal + rest, noise=0.01).ids == ("a",)
 
 
-def test_what_a_class_lacks_in_second_order_is_no_small_cause():
-    table = toy_table(A + 0.06 * B, COLUMNS, noise=0.01)
-    candidates = ("a", "b", "c")
-    assert answer_of(table, candidates).ids == ("a", "b")
-    assert answer_of(replace(table, second_orders={"a": "b"}), candidates).ids == ("a",)
-    # The other way round, and beside another class, it is one; so it is where it gains enough.
-    assert answer_of(replace(table, second_orders={"b": "a"}), candidates).ids == ("a", "b")
-    assert answer_of(replace(table, second_orders={"a": "c"}), candidates).ids == ("a", "b")
-    large = replace(toy_table(A + 0.4 * B, COLUMNS, noise=0.01), second_orders={"a": "b"})
-    assert answer_of(large, candidates).ids == ("a", "b")
-
-
 def test_a_small_second_cause_holds_in_block_after_block():
     # All of it in three blocks of 24: their square is that of a cause in all of them.
     rows = np.arange(A.size) // N_SAMPLES
@@ -175,6 +163,15 @@ def test_what_is_learnt_below_the_floor_is_no_second_cause():
 def test_a_coupled_cause_is_the_surface():
     found = answered(A + MORE)
     assert found.ids == ("surface",)
+
+
+def test_a_small_cause_beside_the_coupled_class_is_seen_as_beside_another():
+    columns = COLUMNS | {"d": np.random.default_rng(5).standard_normal((2, A.size))}
+    table = toy_table(A + MORE + 0.12 * columns["d"].sum(axis=0), columns, noise=0.01)
+    table = replace(table, classes=table.classes | {"surface": tuple(COLUMNS)})
+    candidates = ("a", "b", "c", "d")
+    assert answer_of(table, candidates).ids == ("d", "surface")
+    assert answer_of(table, candidates, shows_small_causes=False).ids == ("surface",)
 
 
 def test_words_follow_the_share():

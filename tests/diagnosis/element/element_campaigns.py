@@ -1,9 +1,11 @@
 """Simulated element campaigns of known truth, integrated by another method than the simulator's."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Baseline, Channel
@@ -128,3 +130,14 @@ def displacement_campaign(law, *, amplitudes=(0.5e-3, 1e-3, 2e-3), noise=0.05, s
     channel = Channel("F", "force", "N", noise_std=noise)
     rig = {"drive": "displacement", "settle_samples": 100}
     return Campaign("element", "twin", Baseline("model"), rig, (channel,), tuple(runs))
+
+
+def late(campaign, delay):
+    """Campaign whose channel is read `delay` [s] ago."""
+    name = campaign.channels[0].name
+
+    def of(run):
+        moved = CubicSpline(run.time, run.signals[name])(run.time - delay)
+        return replace(run, signals={name: moved})
+
+    return replace(campaign, runs=tuple(of(run) for run in campaign.runs))

@@ -8,12 +8,10 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.memory_columns import dahl_friction, stops
-from carrierflex.diagnosis.element.classes.laws import rate_of_side
 from carrierflex.diagnosis.element.classes.memory_parts import (
     parts_of_stops,
     stops_of_bristles,
 )
-from carrierflex.diagnosis.element.classes.motion.force_records import force_records
 from carrierflex.diagnosis.element.classes.table import element_table
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.simulation.element.memory_kernels import forces_along
@@ -91,13 +89,3 @@ def test_stops_turn_as_a_bristle_does():
     # One stop of the same length is a tenth of it off.
     single = force * stops(q, np.array([length]), from_rest=True)[0]
     assert np.abs(single - bristle)[after_first_turn].max() > 0.1 * force
-
-
-def test_the_rate_of_the_drive_side_is_exact_up_to_a_tenth_of_the_sampling_frequency():
-    problem = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=N))
-    record = force_records(problem.model, problem.records, problem.noise)[0]
-    omega = 2.0 * np.pi * 0.1 / STEP
-    t = STEP * np.arange(record.x.size)
-    inner = slice(300, -300)
-    rate = rate_of_side(replace(record, side=np.sin(omega * t)))
-    assert_allclose(rate[inner], omega * np.cos(omega * t)[inner], atol=1e-3 * omega)

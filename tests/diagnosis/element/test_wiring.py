@@ -8,20 +8,9 @@ from scipy.interpolate import CubicSpline
 
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.wiring.clocks import element_clocks
-from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign, late
 
 CAMPAIGNS = {"force": force_campaign, "displacement": displacement_campaign}
-
-
-def late(campaign, delay):
-    """Campaign whose channel is read `delay` [s] ago."""
-    name = campaign.channels[0].name
-
-    def of(run):
-        moved = CubicSpline(run.time, run.signals[name])(run.time - delay)
-        return replace(run, signals={name: moved})
-
-    return replace(campaign, runs=tuple(of(run) for run in campaign.runs))
 
 
 @pytest.mark.parametrize("drive", list(CAMPAIGNS))

@@ -17,6 +17,7 @@ from carrierflex.diagnosis.element.classes.motion.steady_motion import with_harm
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 #: Periods of the band's end left out at each end of a record, where derivatives are guesses, and
@@ -64,6 +65,8 @@ class ForceRecord:
         Motion in its trusted band.
     side : ndarray, shape (n,)
         Signal of the drive side: the force applied, or the baseline's own force.
+    force : ndarray, shape (n,)
+        Force as it was measured: applied, or that of a driven deflection in the band of the target.
     band_hz : float
         End of the band in which forces are compared.
     block : ndarray of int, shape (n,)
@@ -76,6 +79,8 @@ class ForceRecord:
     noise_motion : tuple of ndarray, optional
         Deflection, speed and acceleration of what was measured beside a motion that is known from
         its harmonics: `base` does not hold it.
+    lag : float
+        Lag over which the column of a delay takes the change of the force [s]; zero for its rate.
     """
 
     record: ElementRecord
@@ -85,11 +90,13 @@ class ForceRecord:
     v: FloatArray
     a: FloatArray
     side: FloatArray
+    force: FloatArray
     band_hz: float
     block: np.ndarray
     from_rest: bool = False
     speed_error: float = 0.0
     noise_motion: Motion | None = None
+    lag: float = 0.0
 
     @property
     def step(self) -> float:
@@ -140,6 +147,7 @@ def force_records(
         band = _band(model, record)
         own, nearest, noise_motion = with_harmonics(model, record, nearest, float(variance))
         base = base_columns(model, own)
+        side = _applied(model, own)
         found.append(
             ForceRecord(
                 record=own,
@@ -148,7 +156,8 @@ def force_records(
                 x=nearest[0],
                 v=nearest[1],
                 a=nearest[2],
-                side=_applied(model, own),
+                side=side,
+                force=side if model.by_force else _response(own, band),
                 band_hz=band,
                 block=block,
                 speed_error=speed_error,
@@ -218,6 +227,13 @@ def _target(model: ElementModel, record: ElementRecord, band_hz: float) -> Float
         return known_force(model, record)
     force = record.drive if model.by_force else record.response
     return force - (model.mass or 0.0) * record.motion[2]
+
+
+def _response(record: ElementRecord, band_hz: float) -> FloatArray:
+    """Measured force of a driven deflection, in the band of the target."""
+    if band_hz == record.flat_hz:
+        return band_limited(record.response, record.step, record.cutoff_hz)
+    return record.response
 
 
 def _band(model: ElementModel, record: ElementRecord) -> float:
