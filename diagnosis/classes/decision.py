@@ -14,6 +14,11 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.classes.shares import Shares
 
+_MORE_NOTE = (
+    "one frequency drives all runs: a second cause is not separable from what one class leaves "
+    "in these records"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Decision:
@@ -71,7 +76,8 @@ def decide(
         named.
     shows_small_causes : bool
         Whether the drive moves at so many frequencies that a second cause is seen by how much it
-        takes of what the first leaves, however little that is.
+        takes of what the first leaves, however little that is; else no class is named where one
+        would be seen.
     drive_note : str
         What the drive does not separate.
 
@@ -80,25 +86,59 @@ def decide(
     Decision
         Answer with its ties.
     """
-    singles = {name: scores.of((name,)) for name in candidates}
-    best = min(singles, key=lambda name: singles[name].total)
-    pairs: dict[tuple[str, ...], HeldOutSquares] = {
-        pair: scores.of(pair) for pair in combinations(sorted(candidates), 2)
-    }
+    singles, pairs = _singles(scores, candidates), _pairs(scores, candidates)
     best_pair = min(pairs, key=lambda pair: pairs[pair].total)
     if is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
+    answer, ties = _answer(
+        scores,
+        shares,
+        candidates,
+        shows_two_causes=shows_two_causes,
+        shows_small_causes=shows_small_causes,
+    )
+    held = scores.of(answer)
+    limits = scores.constants
+    is_single = len(answer) == 1 and answer != (scores.table.surface,)
+    is_mixed = not (shows_two_causes or is_single) or any(
+        shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
+    )
+    # What a small cause would take: the drive does not tell it from what the answer lacks itself.
+    is_more = not shows_small_causes and _answer(scores, shares, candidates)[0] != answer
+    state = NO_CLASS if is_mixed or is_more else state_of(shares, held)
+    note = "; ".join(text for text in (drive_note, _MORE_NOTE if is_more else "") if text)
+    return Decision(state, answer, ties, held, best_pair, note)
+
+
+def _singles(scores: ClassScores, candidates: Sequence[str]) -> dict[str, HeldOutSquares]:
+    return {name: scores.of((name,)) for name in candidates}
+
+
+def _pairs(scores: ClassScores, candidates: Sequence[str]) -> dict[Classes, HeldOutSquares]:
+    return {pair: scores.of(pair) for pair in combinations(sorted(candidates), 2)}
+
+
+def _answer(
+    scores: ClassScores,
+    shares: Shares,
+    candidates: Sequence[str],
+    *,
+    shows_two_causes: bool = True,
+    shows_small_causes: bool = True,
+) -> tuple[Classes, tuple[Classes, ...]]:
+    """The class, pair or coupled class that explains the gap best, and its ties."""
+    singles = _singles(scores, candidates)
     answer, ties = _single_or_pair(
         shares,
         singles,
-        pairs,
-        best,
+        _pairs(scores, candidates),
+        min(singles, key=lambda name: singles[name].total),
         one_damping=scores.table.coupled_parts,
         shows_small_causes=shows_small_causes,
     )
-    limits = scores.constants
+    second_cause = scores.constants.second_cause
     coupled = _coupled(scores, shares, candidates, shows_small_causes=shows_small_causes)
-    if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
+    if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), second_cause):
         answer, ties = coupled, ()
     damping = _sum_or_product(scores, shares, answer, shows_small_causes=shows_small_causes)
     if damping != answer:
@@ -106,13 +146,7 @@ def decide(
     plain = plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
     if plain != answer:
         answer, ties = plain, ()
-    held = scores.of(answer)
-    is_single = len(answer) == 1 and answer != (scores.table.surface,)
-    is_mixed = not (shows_two_causes or is_single) or any(
-        shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
-    )
-    state = NO_CLASS if is_mixed else state_of(shares, held)
-    return Decision(state, answer, ties, held, best_pair, drive_note)
+    return answer, ties
 
 
 def state_of(shares: Shares, held: HeldOutSquares) -> str:
