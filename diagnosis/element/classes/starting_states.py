@@ -93,10 +93,12 @@ def _total(starts: Sequence[Sequence[FloatArray]], relaxed: Sequence[bool]) -> F
 
 def is_switched_on(own: ForceRecord) -> bool:
     """Whether the drive of a run begins in it: a quarter of its first period is all but still."""
-    if not own.counts.any():
+    x, v = own.x[own.counts], own.v[own.counts]
+    # One sample may be all that is left of a run where the folds overlap.
+    if x.size < 2:
         return False
     drive = own.record.drive - own.record.drive.mean()
-    omega = float(own.v[own.counts].std() / own.x[own.counts].std())
+    omega = float(v.std() / x.std())
     first = drive[: max(int(0.5 * np.pi / (omega * own.step)), 2)]
     return bool(np.sqrt(np.mean(first**2)) < _STILL * drive.std())
 

@@ -351,4 +351,5 @@ def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does()
     kept = while_sliding(replace(own, v=v), 1e-6 * speed)
     assert not kept.counts[still].any()
     assert_array_equal(np.delete(kept.counts, still), np.delete(own.counts, still))
-    assert while_sliding(replace(own, v=0.0 * v), 1e-6 * speed) is None
+    for still in ({"v": 0.0 * v}, {"v": 0.0 * v, "a": 0.0 * v}):
+        assert while_sliding(replace(own, **still), 1e-6 * speed) is None

@@ -353,6 +353,8 @@ def while_sliding(own: ForceRecord, rest_speed: float) -> ForceRecord | None:
     ForceRecord or None
         Copy in which they do not count; None where the mass hardly moves in the whole run.
     """
+    if np.abs(own.v[own.counts]).max(initial=0.0) < rest_speed:
+        return None
     rate = float(np.sqrt(np.mean(own.a[own.counts] ** 2)))
     passage = 2.0 * rest_speed / max(rate * own.step, 1e-300)
     longest = max(_STANDS * passage, _FEWEST_AT_REST)
