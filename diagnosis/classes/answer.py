@@ -112,9 +112,19 @@ def class_answer(
     surface = scores.table.surface
     names = [name for name in candidates if name != surface] + ([surface] if surface else [])
     found = answer_of(scores, shares, decision, names, shape_of=shape_of, note=decision.note)
-    if shows_laws:
-        return found
-    return replace(found, classes=tuple(replace(own, law_named=False) for own in found.classes))
+    return replace(
+        found,
+        classes=tuple(
+            replace(own, law_named=own.law_named and shows_laws and _is_in_ties(found, own.law))
+            for own in found.classes
+        ),
+    )
+
+
+def _is_in_ties(found: ClassAnswer, law: str) -> bool:
+    """Whether a law lies in a class of every tied set: else its own class is not certain."""
+    own = set(found.classes_of_law.get(law, ()))
+    return all(own.intersection(ids) for ids in found.ties)
 
 
 def answer_of(

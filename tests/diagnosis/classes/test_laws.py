@@ -10,7 +10,12 @@ from carrierflex.diagnosis.classes.gram_table import LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import _explains, _is_curved, nearest_law
 from carrierflex.diagnosis.classes.shares import Shares
-from tests.diagnosis.classes.toy_table import N_BLOCKS, toy_columns, toy_table
+from tests.diagnosis.classes.toy_table import (
+    N_BLOCKS,
+    answer_of_scores,
+    toy_columns,
+    toy_table,
+)
 
 LIMITS = ClassConstants()
 COLUMNS = toy_columns()
@@ -42,6 +47,20 @@ def test_a_law_that_is_nearest_and_leaves_what_its_class_holds_is_not_the_class(
     assert found.held is not None
     assert _explains(shares, found.held)
     assert (found.id, found.is_equal) == ("law_a", False)
+
+
+def test_a_law_is_named_where_its_class_is_certain_or_every_tied_one_holds_it_too():
+    # The columns of a once more, as if of another class.
+    columns = COLUMNS | {"b": COLUMNS["a"] + 1e-6 * COLUMNS["b"]}
+    table = toy_table(A, columns, laws={"a": A, "b": A})
+    other, own = table.laws["b"][0], table.laws["a"][0]
+    both = {"a": (own,), "b": (replace(other, id=own.id),)}
+    for laws, is_named in ((table.laws, False), (table.laws | both, True)):
+        found = answer_of_scores(scored(replace(table, laws=laws))[0], ("a", "b", "c"))
+        assert found.ties in ((("a",),), (("b",),))
+        assert [law.law_named for law in found.classes] == [is_named]
+    alone = answer_of_scores(scored(table)[0], ("a", "c"))
+    assert (alone.ties, alone.classes[0].law_named) == ((), True)
 
 
 def test_a_law_explains_down_to_the_floor_or_nearly_all_of_the_gap():
