@@ -109,6 +109,8 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     found = answered(signal, noise=0.01, options=few)
     assert (found.state, found.ids) == (NO_CLASS, ())
     assert found.note.startswith("one frequency drives all runs: a second cause")
+    both = answered(signal, noise=0.01, options=few | {"drive_note": "short"}).note
+    assert both == f"short; {found.note}"
     # What is left of one class alone is noise: nothing hides in it.
     found = answered(A, noise=0.01, options=few)
     assert (found.ids, found.note) == (("a",), "")
