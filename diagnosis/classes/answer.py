@@ -172,7 +172,7 @@ def answer_of(
         rivals={
             name: at_most_one(shares.of(scores.of((name,))))
             for name in rivals
-            if not _holds(table, name, decision.classes)
+            if not (is_class and _holds(table, name, decision.classes))
         },
         share=at_most_one(shares.of(held)),
         share_ci95=shares.interval(held),

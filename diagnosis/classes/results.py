@@ -141,7 +141,7 @@ class ClassAnswer:
     ties : tuple of tuple of str
         Sets of classes that the records cannot tell from the answer.
     rivals : mapping of str to float
-        Share of every other class alone.
+        Share of every other class alone; of all of them where none is named.
     share, share_ci95 : float, tuple of float
         Share of the whole answer.
     learnable : float

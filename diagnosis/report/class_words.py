@@ -50,8 +50,8 @@ def class_sentence(answer: ClassAnswer | None) -> str:
         return ""
     if answer.state == NO_CLASS:
         return (
-            f"No class of effect explains the gap: the best {share_words(answer.share)}, all "
-            f"together {share_words(max(answer.learnable, answer.share))}."
+            f"No class of effect is named: the best explains {share_words(answer.share)} of the "
+            f"gap, all together {share_words(max(answer.learnable, answer.share))}."
         )
     first, *others = (_finding_words(finding, answer) for finding in answer.classes)
     text = ". ".join([first, *(text[:1].upper() + text[1:] for text in others)])
