@@ -189,6 +189,18 @@ def in_words(answer: ClassAnswer) -> str:
     return ": ".join(text for text in (answer.state, classes, ", ".join(laws)) if text)
 
 
+def are_opposed(first: str, second: str) -> bool:
+    """Whether two answers in words name classes and allow no set of them both."""
+    sets = [_allowed_sets(words) for words in (first, second)]
+    return all(sets) and sets[0].isdisjoint(sets[1])
+
+
+def _allowed_sets(words: str) -> frozenset[str]:
+    """Sets of classes that an answer in words holds possible; empty where it names none."""
+    classes = words.partition(": ")[2].partition(": ")[0]
+    return frozenset(classes.split(" or ")) if classes else frozenset()
+
+
 def element_problem_of(campaign: Campaign) -> ElementProblem:
     """Comparison problem of a campaign of kind element."""
     problem, _ = problem_of(campaign, None)

@@ -13,6 +13,7 @@ from carrierflex.blind_check.sensitivity.read_steps import OF_SCORES, OF_TABLE
 from carrierflex.blind_check.sensitivity.sameness import equal_groups, is_same
 from carrierflex.blind_check.sensitivity.usual_case import (
     NO_ANSWER,
+    are_opposed,
     element_problem_of,
     in_words,
     usual_case,
@@ -87,6 +88,22 @@ def test_the_answer_that_is_compared_is_that_of_a_diagnosis():
     campaign = displacement_campaign(lambda q, v: 5e9 * q**3)
     assert usual_case(campaign).answer == plain_answer(campaign)
     assert plain_answer(campaign).startswith("named: restoring_force")
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "expected"),
+    [
+        ("named: memory", "named: dissipation", True),
+        ("named: memory", "leading: dissipation + memory", True),
+        ("named: memory: maxwell_branch", "named: delay or memory", False),
+        ("leading: delay or dissipation", "named: coupled_damping or delay: sensor_delay", False),
+        ("named: memory", "leading: memory", False),
+        ("named: memory", "no_class", False),
+        ("nothing", "no_class", False),
+    ],
+)
+def test_answers_are_opposed_where_they_share_no_set_of_classes(first, second, expected):
+    assert are_opposed(first, second) is are_opposed(second, first) is expected
 
 
 #: Of each way that a constant takes to an answer; all but three change one of the answers below.

@@ -1,8 +1,9 @@
 """How many answers by class every constant changes that is moved by a fifth, either way.
 
 Cases of the blind check of kind element; writes CASE.json for every case, which a later call takes
-up, and constants.md: every constant that can change an answer, with its value, its reason and what
-it changed. A good answer: at most two per cent each.
+up, and constants.md: every constant that can change an answer, with its value, its reason, how many
+answers it changed (state, classes, ties, laws) and, in brackets, how many of them to other classes:
+to one that allows none of the sets that the usual answer does. A good answer: at most two per cent.
 """
 
 from collections import Counter
@@ -17,6 +18,7 @@ from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import CasePlan
 from carrierflex.blind_check.sensitivity.listed_constants import Constant, listed_constants
 from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, answers_of_case
+from carrierflex.blind_check.sensitivity.usual_case import are_opposed
 from carrierflex.files.json_files import read_json, save_json
 from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing, write_table
 from carrierflex.workflows.support.executors import work_executor
@@ -61,8 +63,7 @@ def main(
         with stages.stage("moving the constants"), work_executor(workers) as executor:
             make_missing(plans, files, _write_answers, executor, stages)
     made = [read_json(file, "answers of a case") for file in files if file.is_file()]
-    changed = Counter(name for case in made for name in case["changed"])
-    write_table(folder / "constants.md", _table(changed, len(made)))
+    write_table(folder / "constants.md", _table(made))
 
 
 def _write_answers(plan: CasePlan, path: Path) -> None:
@@ -71,20 +72,30 @@ def _write_answers(plan: CasePlan, path: Path) -> None:
     save_json(path, answers)
 
 
-def _table(changed: Mapping[str, int], n_cases: int) -> Iterator[str]:
+def _table(cases: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Rows in the order of the modules; constants that change nothing below them."""
+    changed = Counter(name for case in cases for name in case["changed"])
+    opposed = Counter(
+        name
+        for case in cases
+        for name, words in case["changed"].items()
+        if are_opposed(case["answer"], words)
+    )
     counts = {
-        constant: [changed.get(f"{constant.module}.{constant.name} x{f}", 0) for f in FACTORS]
+        constant: [
+            (changed[name], opposed[name])
+            for name in (f"{constant.module}.{constant.name} x{f}" for f in FACTORS)
+        ]
         for constant in listed_constants()
     }
-    yield f"Answers changed, of {n_cases} cases."
+    yield f"Answers changed (in brackets: to other classes), of {len(cases)} cases."
     yield ""
     yield "| constant | value | " + " | ".join(f"x {factor}" for factor in FACTORS) + " | reason |"
     yield "|---|---|" + "---|" * len(FACTORS) + "---|"
     for constant, own in counts.items():
-        if any(own):
+        if any(map(max, own)):
             yield _row(constant, own)
-    still = [_name(constant) for constant, own in counts.items() if not any(own)]
+    still = [_name(constant) for constant, own in counts.items() if not any(map(max, own))]
     yield ""
     yield f"{len(still)} of {len(counts)} change nothing: {', '.join(still)}."
 
@@ -93,8 +104,8 @@ def _name(constant: Constant) -> str:
     return f"`{constant.module.rpartition('.')[2]}.{constant.name}`"
 
 
-def _row(constant: Constant, counts: Sequence[int]) -> str:
-    told = " | ".join(str(count) for count in counts)
+def _row(constant: Constant, counts: Sequence[tuple[int, int]]) -> str:
+    told = " | ".join(f"{count} ({to_others})" for count, to_others in counts)
     return f"| {_name(constant)} | {_value(constant.value)} | {told} | {constant.reason} |"
 
 
