@@ -127,12 +127,10 @@ def _answer(
     shows_small_causes: bool = True,
 ) -> tuple[Classes, tuple[Classes, ...]]:
     """The class, pair or coupled class that explains the gap best, and its ties."""
-    singles = _singles(scores, candidates)
     answer, ties = _single_or_pair(
         shares,
-        singles,
+        _singles(scores, candidates),
         _pairs(scores, candidates),
-        min(singles, key=lambda name: singles[name].total),
         one_damping=scores.table.coupled_parts,
         shows_small_causes=shows_small_causes,
     )
@@ -168,11 +166,18 @@ def _coupled(
     alone = (table.surface,)
     pairs: list[Classes] = [tuple(sorted((table.surface, name))) for name in partners]
     best = min(pairs, key=lambda pair: scores.of(pair).total, default=alone)
-    limits, found, held = shares.constants, scores.of(best), scores.of(alone)
-    is_cause = shares.is_clear_gain(found, held, limits.second_cause) or (
-        shows_small_causes and shares.takes_of_left(found, held, limits.small_cause_takes)
-    )
+    is_cause = _is_cause(shares, scores.of(best), scores.of(alone), may_be_small=shows_small_causes)
     return best if is_cause else alone
+
+
+def _is_cause(
+    shares: Shares, richer: HeldOutSquares, simpler: HeldOutSquares, *, may_be_small: bool
+) -> bool:
+    """Whether what a richer answer adds is a second cause, however small where that is seen."""
+    limits = shares.constants
+    return shares.is_clear_gain(richer, simpler, limits.second_cause) or (
+        may_be_small and shares.takes_of_left(richer, simpler, limits.small_cause_takes)
+    )
 
 
 def _sum_or_product(
@@ -253,24 +258,20 @@ def _single_or_pair(
     shares: Shares,
     singles: dict[str, HeldOutSquares],
     pairs: dict[Classes, HeldOutSquares],
-    best: str,
     *,
     one_damping: frozenset[str],
     shows_small_causes: bool,
 ) -> tuple[Classes, tuple[Classes, ...]]:
     """The best class with its ties, or the best pair where it clearly gains."""
+    best = min(singles, key=lambda name: singles[name].total)
     held = singles[best]
     tied = tuple(
         (name,) for name, other in singles.items() if name != best and shares.are_equal(other, held)
     )
     pair = _best_pair(shares, pairs, best)
-    limits = shares.constants
     # Whether one damping has two parts, and whether they are a product, is asked apart.
     may_be_small = shows_small_causes and set(pair) != one_damping
-    is_cause = shares.is_clear_gain(pairs[pair], held, limits.second_cause) or (
-        may_be_small and shares.takes_of_left(pairs[pair], held, limits.small_cause_takes)
-    )
-    if not is_cause:
+    if not _is_cause(shares, pairs[pair], held, may_be_small=may_be_small):
         return (best,), tied
     equal = [
         other

@@ -86,8 +86,8 @@ class GramTable:
         ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws. The
         coupled class takes their place where one of its products leaves less than their sum.
     uncoupled_part : str
-        The one of them that holds a function of one argument, ``g(v)``: alone it gives way to the
-        coupled class where that takes half of what it leaves. Empty where there is none.
+        The one of them that holds a function of one argument, ``g(v)``: it gives way to one of
+        both, product or sum, that takes half of what it leaves. Empty where there is none.
     products : mapping of str to tuple of str
         Groups of the coupled class in as few columns as the sum of its parts, by what they are: a
         power of the speed other than the first, times any function of the place.

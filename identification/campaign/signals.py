@@ -119,11 +119,8 @@ def band_limited(
         Filtered signal.
     """
     slope = (signal[..., -1:] - signal[..., :1]) / (signal.shape[-1] - 1)
-    filtered = with_gain(
-        signal,
-        step,
-        lambda frequency: pass_gain(frequency, cutoff_hz) * (2j * np.pi * frequency) ** derivative,
-        reach=int(20.0 / (cutoff_hz * step)) + 10,
+    filtered = _in_band(
+        signal, step, cutoff_hz, lambda f: np.asarray((2j * np.pi * f) ** derivative)
     )
     trend = {
         0: slope * np.arange(signal.shape[-1]),
@@ -154,13 +151,23 @@ def change_over(signal: FloatArray, step: float, cutoff_hz: float, lag: float) -
     if lag == 0.0:
         return band_limited(signal, step, cutoff_hz, derivative=1)
     slope = (signal[-1] - signal[0]) / (step * (signal.size - 1))
-    change = with_gain(
+    change = _in_band(signal, step, cutoff_hz, lambda f: -np.expm1(-2j * np.pi * f * lag) / lag)
+    return change + slope
+
+
+def _in_band(
+    signal: FloatArray,
+    step: float,
+    cutoff_hz: float,
+    gain: Callable[[FloatArray], NDArray[np.complex128]],
+) -> FloatArray:
+    """Signal less the straight line between its ends, in a band, each frequency times a gain."""
+    return with_gain(
         signal,
         step,
-        lambda f: pass_gain(f, cutoff_hz) * -np.expm1(-2j * np.pi * f * lag) / lag,
+        lambda frequency: pass_gain(frequency, cutoff_hz) * gain(frequency),
         reach=int(20.0 / (cutoff_hz * step)) + 10,
     )
-    return change + slope
 
 
 def with_gain(

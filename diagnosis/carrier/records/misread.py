@@ -152,16 +152,16 @@ class CarrierReading:
 
     def _of_sensors(self, part: Measurement) -> FloatArray:
         """``J.T dr/de`` of an error of every channel, shape (C, p)."""
-        effects, theta, choice = self.effects, self.theta, self.choice
+        effects, theta = self.effects, self.theta
         name = next(own.id for own in self.model.effects.values() if own.measurement is part)
         is_fitted = name in (*self.model.contained, *effects)
         with_error = effects if is_fitted else (*effects, name)
         values = theta if is_fitted else np.append(theta, 0.0)
-        everywhere: Places = {**choice, name: slice(None)}
+        everywhere: Places = {**self.choice, name: slice(None)}
         place = int(np.flatnonzero(self._is_of(name, with_error))[0])
         scores = np.zeros((len(self.campaign.channels), theta.size))
         for runs in self.parts.slices:
-            fitted = self.model.weights(effects, choice, theta, runs)
+            fitted = self.model.weights(effects, self.choice, theta, runs)
             read = self.model.weights(with_error, everywhere, values, runs)
             columns = np.union1d(fitted.columns, read.columns)
             gram = self.parts.gram_of_runs(columns, runs)

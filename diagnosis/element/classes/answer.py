@@ -25,7 +25,6 @@ from carrierflex.diagnosis.element.classes.laws import (
 )
 from carrierflex.diagnosis.element.classes.table import (
     CLASS_GROUPS,
-    ElementRuns,
     ElementTable,
     table_of,
 )
@@ -121,8 +120,7 @@ def _with_lag(model: ElementModel, own: ElementTable, held: HeldOutSquares) -> E
     column = int(own.table.groups["delay"].columns[0])
     lag = own.scores.amplitudes(held)[column]
     records = tuple(replace(record, lag=lag) for record in own.records)
-    runs = ElementRuns(records, own.bases.size, own.weights, own.bases)
-    return table_of(model, runs, own.scores.constants)
+    return table_of(model, replace(own.runs, records=records), own.scores.constants)
 
 
 def _as_smooth_loop(

@@ -125,6 +125,11 @@ class ElementTable:
     loop: SmoothLoop | None = None
     loops: dict[tuple[str, bool], tuple[SmoothLoop, BlockProducts]] = field(default_factory=dict)
 
+    @property
+    def runs(self) -> "ElementRuns":
+        """What its columns are made of."""
+        return ElementRuns(self.records, self.bases.size, self.weights, self.bases)
+
 
 @dataclass(frozen=True, eq=False)
 class CountedRuns:

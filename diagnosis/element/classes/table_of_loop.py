@@ -12,7 +12,6 @@ from carrierflex.diagnosis.element.classes.motion.force_records import ForceReco
 from carrierflex.diagnosis.element.classes.smooth_loops import SmoothLoop, fitted_loop
 from carrierflex.diagnosis.element.classes.table import (
     CLASS_GROUPS,
-    ElementRuns,
     ElementTable,
     table_of,
 )
@@ -77,8 +76,7 @@ def left_by_loop(
 
 def with_loop(model: ElementModel, own: ElementTable, loop: SmoothLoop) -> ElementTable:
     """Table of all classes in which that of hysteresis holds a smooth loop too."""
-    runs = ElementRuns(own.records, own.bases.size, own.weights, own.bases)
-    made = table_of(model, runs, own.scores.constants, (_column(loop),))
+    made = table_of(model, own.runs, own.scores.constants, (_column(loop),))
     table = replace(
         made.table,
         classes={**CLASS_GROUPS, HYSTERESIS: _WITH_LOOP},

@@ -113,6 +113,9 @@ def test_a_run_is_switched_on_where_its_drive_grows_from_rest():
     t = np.linspace(0.0, 1.0, record.x.size)
     grown = replace(record.record, drive=record.record.drive * np.clip(8.0 * t, 0.0, 1.0) ** 3)
     assert is_switched_on(replace(record, record=grown))
+    # Of one sample nothing is known.
+    single = np.where(np.arange(record.x.size) == 1000, 0, -1)
+    assert not is_switched_on(replace(record, record=grown, block=single))
 
 
 def test_a_slider_with_a_spring_that_hardens_is_a_hysteresis():

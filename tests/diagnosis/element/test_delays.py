@@ -37,14 +37,14 @@ def cubic_spring(q, v):
 
 
 TWINS = {
-    "dissipation": displacement_campaign(cubic_damper),
-    "restoring_force": force_campaign(cubic_spring),
+    "dissipation": (displacement_campaign, cubic_damper),
+    "restoring_force": (force_campaign, cubic_spring),
 }
 
 
 def class_answer_of(beside, steps):
-    campaign = late(TWINS[beside], steps * STEP)
-    return element_problem(campaign).class_answer()
+    campaign_of, law = TWINS[beside]
+    return element_problem(late(campaign_of(law), steps * STEP)).class_answer()
 
 
 @pytest.mark.parametrize(

@@ -148,16 +148,17 @@ def force_records(
         own, nearest, noise_motion = with_harmonics(model, record, nearest, float(variance))
         base = base_columns(model, own)
         side = _applied(model, own)
+        measured = _measured(model, own, band)
         found.append(
             ForceRecord(
                 record=own,
-                target=_target(model, own, band),
+                target=_target(model, own, measured),
                 base=base,
                 x=nearest[0],
                 v=nearest[1],
                 a=nearest[2],
                 side=side,
-                force=side if model.by_force else _response(own, band),
+                force=side if model.by_force else measured,
                 band_hz=band,
                 block=block,
                 speed_error=speed_error,
@@ -218,22 +219,22 @@ def _applied(model: ElementModel, record: ElementRecord) -> FloatArray:
     return model.scale.C1 * v + model.scale.K1 * q
 
 
-def _target(model: ElementModel, record: ElementRecord, band_hz: float) -> FloatArray:
-    """Measured force less that of a given mass, in the band of the motion as the regressors are.
+def _measured(model: ElementModel, record: ElementRecord, band_hz: float) -> FloatArray:
+    """Measured force in the band of the motion, as the regressors are.
 
     Over the whole band where the motion is narrow: it has nothing near the end of its own.
     """
-    if record.gap is not None or band_hz == record.flat_hz:
-        return known_force(model, record)
     force = record.drive if model.by_force else record.response
-    return force - (model.mass or 0.0) * record.motion[2]
-
-
-def _response(record: ElementRecord, band_hz: float) -> FloatArray:
-    """Measured force of a driven deflection, in the band of the target."""
     if band_hz == record.flat_hz:
-        return band_limited(record.response, record.step, record.cutoff_hz)
-    return record.response
+        return band_limited(force, record.step, record.cutoff_hz)
+    return force
+
+
+def _target(model: ElementModel, record: ElementRecord, measured: FloatArray) -> FloatArray:
+    """Measured force less that of a given mass; what another simulator's prediction lacks."""
+    if record.gap is not None:
+        return known_force(model, record)
+    return measured - (model.mass or 0.0) * record.motion[2]
 
 
 def _band(model: ElementModel, record: ElementRecord) -> float:
