@@ -87,7 +87,8 @@ def diagnose(
     diagnosis = judged.diagnosis
     which = replace(
         diagnosis.attribution,
-        discriminating_experiment=_separating_test(search, selection, classes),
+        discriminating_experiment=_separating_test(search, selection, classes)
+        or _experiment_by_class(diagnosis),
     )
     note("pictures")
     pictures = _pictures(search, selection)
@@ -372,6 +373,11 @@ def _separating_test(
             if text
         )
     return ""
+
+
+def _experiment_by_class(diagnosis: Diagnosis) -> str:
+    """What to record so that the class of the cause shows; empty where nothing is asked."""
+    return diagnosis.classes.experiment if diagnosis.classes is not None else ""
 
 
 def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagnosis:

@@ -38,6 +38,8 @@ class Decision:
         The pair that leaves least.
     note : str
         What is not separable in these records.
+    is_inseparable : bool
+        Whether a class would be named, did these records not hold its cause mixed with others.
     """
 
     state: str
@@ -46,6 +48,7 @@ class Decision:
     held: HeldOutSquares
     best_pair: Classes
     note: str = ""
+    is_inseparable: bool = False
 
 
 def decide(
@@ -105,9 +108,10 @@ def decide(
     )
     # What a small cause would take: the drive does not tell it from what the answer lacks itself.
     is_more = not shows_small_causes and _answer(scores, shares, candidates)[0] != answer
-    state = NO_CLASS if is_mixed or is_more else state_of(shares, held)
+    explained = state_of(shares, held)
+    state = NO_CLASS if is_mixed or is_more else explained
     note = "; ".join(text for text in (drive_note, _MORE_NOTE if is_more else "") if text)
-    return Decision(state, answer, ties, held, best_pair, note)
+    return Decision(state, answer, ties, held, best_pair, note, state != explained)
 
 
 def _singles(scores: ClassScores, candidates: Sequence[str]) -> dict[str, HeldOutSquares]:

@@ -154,6 +154,9 @@ class ClassAnswer:
         Classes that hold each law, the narrowest first.
     note : str
         What the records cannot say, as a sentence; empty where nothing.
+    experiment : str
+        What to record so that the class shows, where these records hold causes only mixed; empty
+        where nothing is asked.
     same_scores : bool
         Whether laws and classes are scored on the same signals and held-out records; otherwise
         classes are compared in force space and laws are simulated.
@@ -170,6 +173,7 @@ class ClassAnswer:
     law_share: float
     classes_of_law: Mapping[str, tuple[str, ...]]
     note: str = ""
+    experiment: str = ""
     same_scores: bool = False
 
     @property

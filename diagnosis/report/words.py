@@ -101,6 +101,8 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
             return f"The simulation lacks {lacking}"
         if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
             return f"The simulation lacks {class_names(answer)}, or what looks the same here"
+    if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
+        return "These records show that an effect is missing, not which one"
     return _HEADINGS[diagnosis.verdict].format(
         effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     )

@@ -39,6 +39,10 @@ _ONE_FREQUENCY_NOTE = (
     "one frequency drives all runs: a slow change with time is not separable from what it leaves "
     "in these records"
 )
+_MORE_FREQUENCIES = (
+    "drive at many frequencies, at the same levels (a multisine, noise or a sweep): under one "
+    "frequency two causes share out what one makes"
+)
 #: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
 _SAME_LEVEL = 1.1
 #: Passes from the first order of a delay to the delay itself.
@@ -105,7 +109,7 @@ def answer_of_table(
     own, decision = _as_smooth_loop(
         own, model, shares, decision, candidates, shows_two_causes=not is_one_line
     )
-    return class_answer(
+    found = class_answer(
         own.scores,
         shares,
         decision,
@@ -113,6 +117,8 @@ def answer_of_table(
         shape_of=shape_of(own),
         shows_laws=not (is_one_line and has_one_level(own)),
     )
+    is_asked = is_one_frequency and decision.is_inseparable
+    return replace(found, experiment=_MORE_FREQUENCIES) if is_asked else found
 
 
 def _with_lag(model: ElementModel, own: ElementTable, held: HeldOutSquares) -> ElementTable:
@@ -187,7 +193,9 @@ def _is_answer(
 
 def _answered(decision: Decision, classes: Classes, held: HeldOutSquares) -> Decision:
     """Decision for other classes, which are named."""
-    return replace(decision, state=NAMED_CLASS, classes=classes, ties=(), held=held)
+    return replace(
+        decision, state=NAMED_CLASS, classes=classes, ties=(), held=held, is_inseparable=False
+    )
 
 
 def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:

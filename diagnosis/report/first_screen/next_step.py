@@ -73,6 +73,8 @@ def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
         )
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: the simulation is as good as this measurement can tell."
+    if answer is not None and answer.experiment:
+        return "Do not look for an unknown cause yet: classes below explain the gap, but not apart."
     return (
         "Look at where the gap lies, below: no effect of the library has that place and growth, so "
         "the cause is one that it does not know, or the measurement itself."

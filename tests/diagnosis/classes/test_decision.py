@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
+from carrierflex.diagnosis.classes.answer import class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import _best_pair
 from carrierflex.diagnosis.classes.fits import (
@@ -42,6 +43,11 @@ def answered(signal, columns=COLUMNS, *, options=None, **changed):
 
 def answer_of(table, candidates, **options):
     return answer_of_scores(ClassScores(table, LIMITS), candidates, **options)
+
+
+def decided(signal, options):
+    table = toy_table(signal, COLUMNS, noise=0.01)
+    return class_decision(ClassScores(table, LIMITS), tuple(table.classes), **options)[1]
 
 
 def test_noise_alone_is_nothing():
@@ -111,6 +117,8 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     # The one that would have been named is listed among the others.
     assert found.rivals["a"] > 0.99
     assert found.note.startswith("one frequency drives all runs: a second cause")
+    assert decided(signal, few).is_inseparable
+    assert not decided(signal, {}).is_inseparable
     both = answered(signal, noise=0.01, options=few | {"drive_note": "short"}).note
     assert both == f"short; {found.note}"
     # What is left of one class alone is noise: nothing hides in it.
@@ -190,6 +198,8 @@ def test_words_follow_the_share():
     found = answered(A + 2.0 * other)
     assert found.state == NO_CLASS
     assert found.classes == ()
+    # No class explains it: other records would not show one.
+    assert not decided(A + 2.0 * other, {"shows_two_causes": False}).is_inseparable
 
 
 def test_a_law_is_named_where_the_blocks_cannot_tell_it_from_its_class():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.element.element_campaigns import PERIOD, STEP, force_campaign
 
@@ -44,3 +44,19 @@ def test_a_line_that_changes_with_the_level_shows_the_class(law, state, found):
     lowest = problem.class_table.records[0]
     line_hz = LINE / (PERIOD * STEP)
     assert 1.2 * line_hz < lowest.band_hz < 2.0 * line_hz
+
+
+def test_two_causes_under_one_line_ask_for_more_frequencies():
+    def both(q, v):
+        return dry(q, v) + hard(q, v)
+
+    def answer(law):
+        campaign = force_campaign(law, amplitudes=LEVELS, lines=(LINE,), noise=NOISE, seed=3)
+        return element_problem(campaign).class_answer()
+
+    found = answer(both)
+    assert found.state == NO_CLASS
+    assert found.share > 0.95
+    assert found.experiment.startswith("drive at many frequencies")
+    # One cause is named, and nothing has to be recorded anew for it.
+    assert answer(hard).experiment == ""

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.classes.results import NO_CLASS
 from carrierflex.diagnosis.comparison.overlay import Overlay, SignalComparison
 from carrierflex.diagnosis.inference.results import VERDICTS, Attribution, GapReduction
 from carrierflex.diagnosis.report.first_screen.engineering import parameter_words, shown_unit
 from carrierflex.diagnosis.report.first_screen.machine_drawing import machine_figure
 from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
 from carrierflex.diagnosis.report.first_screen.signal_figure import signal_figure
+from carrierflex.diagnosis.report.words import verdict_heading
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_BY_DRIVE, MOUNTING
 from tests.diagnosis.element.element_campaigns import displacement_campaign
@@ -75,6 +77,22 @@ def test_a_class_without_a_shape_is_looked_for_and_not_taken_into_the_simulation
     line = with_verdict(diagnosis("named"), "class_named")
     assert next_step(line).startswith("Look for the source of motion at 0.47X")
     assert "--save-law" not in next_step(line)
+
+
+def test_classes_that_one_frequency_mixes_are_measured_apart_and_no_unknown_cause():
+    experiment = "drive at many frequencies, at the same levels"
+    line = with_verdict(diagnosis("named"), "class_named")
+    answer = replace(line.classes, state=NO_CLASS, classes=(), experiment=experiment)
+    which = replace(line.attribution, discriminating_experiment=experiment)
+    mixed = replace(line, verdict="none_of_these", classes=answer, attribution=which)
+    assert next_step(mixed).endswith(
+        "but not apart. Drive at many frequencies, at the same levels."
+    )
+    assert verdict_heading(mixed) == "These records show that an effect is missing, not which one"
+    # Without one, no class explains the gap.
+    unknown = replace(mixed, classes=replace(answer, experiment=""))
+    assert next_step(unknown).startswith("Look at where the gap lies")
+    assert verdict_heading(unknown) == "No known effect explains the gap"
 
 
 def test_the_worth_is_the_gap_before_and_after():
