@@ -103,7 +103,11 @@ def decide(
     held = scores.of(answer)
     limits = scores.constants
     is_single = len(answer) == 1 and answer != (scores.table.surface,)
-    is_mixed = not (shows_two_causes or is_single) or any(
+    # On one frequency deflection and speed tell where a steady motion stands, its level too: every
+    # cause that repeats is a surface there.
+    is_any = scores.table.surface in answer and not shows_small_causes
+    is_mixed = is_any or not (shows_two_causes or is_single)
+    is_mixed = is_mixed or any(
         shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
     )
     # What a small cause would take: the drive does not tell it from what the answer lacks itself.
@@ -112,6 +116,29 @@ def decide(
     state = NO_CLASS if is_mixed or is_more else explained
     note = "; ".join(text for text in (drive_note, _MORE_NOTE if is_more else "") if text)
     return Decision(state, answer, ties, held, best_pair, note, state != explained)
+
+
+def is_short(
+    scores: ClassScores, shares: Shares, decision: Decision, *, shows_small_causes: bool
+) -> bool:
+    """Whether all classes together explain more than an answer by what a second cause would.
+
+    No second class explains that much more by itself, else it would be in the answer: what is
+    missing are more causes than two, or one that no class holds whole.
+
+    Parameters
+    ----------
+    scores, shares
+        Held-out squares, gap and floor.
+    decision : Decision
+        The answer.
+    shows_small_causes : bool
+        Whether the drive moves at many frequencies. Where it moves at one, two causes share out
+        what one makes, and any gain may be a cause.
+    """
+    limits = scores.constants
+    least = limits.second_cause if shows_small_causes else limits.least_gain
+    return shares.is_gain(scores.ceiling(), decision.held, least)
 
 
 def _singles(scores: ClassScores, candidates: Sequence[str]) -> dict[str, HeldOutSquares]:

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.decision import Decision, state_of
+from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, HeldOutSquares
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.element.classes.drive_in_time import (
     has_one_frequency,
@@ -42,6 +42,18 @@ _ONE_FREQUENCY_NOTE = (
 _MORE_FREQUENCIES = (
     "drive at many frequencies, at the same levels (a multisine, noise or a sweep): under one "
     "frequency two causes share out what one makes"
+)
+_CAUSES_APART = (
+    "record small and large deflections, slow and fast motion, in runs of their own: more than two "
+    "effects are at work, or one that no class holds whole"
+)
+_STEADY = (
+    "drive as hard and at the same frequencies throughout every run (noise or a multisine): a slow "
+    "change with time shows beside a drive that does not change"
+)
+_SHORT_NOTE = (
+    "all classes together explain more than the best answer by what a further cause would: none is "
+    "named"
 )
 #: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
 _SAME_LEVEL = 1.1
@@ -86,6 +98,7 @@ def answer_of_table(
         # A decay is one line, to which a relaxing branch is one spring and one damper.
         inseparable |= {MEMORY}
     candidates = [name for name in CLASS_GROUPS if name not in left_out | inseparable]
+    shows_small_causes = not is_one_frequency
 
     def decided(own: ElementTable) -> tuple[Shares, Decision]:
         return class_decision(
@@ -95,7 +108,7 @@ def answer_of_table(
             inseparable=sorted(inseparable - left_out),
             # The band holds one line and its harmonics: two causes share out what one makes.
             shows_two_causes=not is_one_line,
-            shows_small_causes=not is_one_frequency,
+            shows_small_causes=shows_small_causes,
             drive_note="; ".join(text for text in (noise_note, note) if text),
         )
 
@@ -107,8 +120,18 @@ def answer_of_table(
         own = _with_lag(model, own, decision.held)
         shares, decision = decided(own)
     own, decision = _as_smooth_loop(
-        own, model, shares, decision, candidates, shows_two_causes=not is_one_line
+        own,
+        model,
+        shares,
+        decision,
+        candidates,
+        shows_two_causes=not is_one_line,
+        shows_small_causes=shows_small_causes,
     )
+    asked = ""
+    if is_short(own.scores, shares, decision, shows_small_causes=shows_small_causes):
+        decision = _unnamed(decision)
+        asked = _CAUSES_APART
     found = class_answer(
         own.scores,
         shares,
@@ -117,8 +140,10 @@ def answer_of_table(
         shape_of=shape_of(own),
         shows_laws=not (is_one_line and has_one_level(own)),
     )
-    is_asked = is_one_frequency and decision.is_inseparable
-    return replace(found, experiment=_MORE_FREQUENCIES) if is_asked else found
+    if not decision.is_inseparable:
+        return found
+    is_one_line_a_run = is_one_frequency or bool(model.states)
+    return replace(found, experiment=_MORE_FREQUENCIES if is_one_line_a_run else asked or _STEADY)
 
 
 def _with_lag(model: ElementModel, own: ElementTable, held: HeldOutSquares) -> ElementTable:
@@ -137,6 +162,7 @@ def _as_smooth_loop(
     candidates: Sequence[str],
     *,
     shows_two_causes: bool,
+    shows_small_causes: bool,
 ) -> tuple[ElementTable, Decision]:
     """Table and decision, hysteresis in it where its smooth loop leaves far less than the answer.
 
@@ -145,11 +171,15 @@ def _as_smooth_loop(
     better one. So are two in place of two others, where the second one is a cause beside the loop
     as it is beside any class. A loop that hardens is taken for sliders, for a spring beside a loss,
     for a memory, or for a surface: other answers are not asked, nor is a single class that is named
-    already.
+    already and beside which nothing is missing.
     """
     surface = own.table.surface
     is_one = len(decision.classes) == 1 and decision.classes != (surface,)
-    is_settled = is_one and decision.state == NAMED_CLASS
+    is_settled = (
+        is_one
+        and decision.state == NAMED_CLASS
+        and not is_short(own.scores, shares, decision, shows_small_causes=shows_small_causes)
+    )
     may_be_loop = {HYSTERESIS, RESTORING_FORCE, MEMORY, surface}.intersection(decision.classes)
     if is_settled or HYSTERESIS not in candidates or not may_be_loop:
         return own, decision
@@ -196,6 +226,14 @@ def _answered(decision: Decision, classes: Classes, held: HeldOutSquares) -> Dec
     return replace(
         decision, state=NAMED_CLASS, classes=classes, ties=(), held=held, is_inseparable=False
     )
+
+
+def _unnamed(decision: Decision) -> Decision:
+    """Decision that names no class, since what it explains is short of what all explain."""
+    if decision.state not in (NAMED_CLASS, LEADING_CLASS):
+        return decision
+    note = "; ".join(text for text in (decision.note, _SHORT_NOTE) if text)
+    return replace(decision, state=NO_CLASS, note=note, is_inseparable=True)
 
 
 def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:
