@@ -118,9 +118,7 @@ def decide(
     return Decision(state, answer, ties, held, best_pair, note, state != explained)
 
 
-def is_short(
-    scores: ClassScores, shares: Shares, decision: Decision, *, shows_small_causes: bool
-) -> bool:
+def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
     """Whether all classes together explain more than an answer by what a second cause would.
 
     No second class explains that much more by itself, else it would be in the answer: what is
@@ -132,12 +130,8 @@ def is_short(
         Held-out squares, gap and floor.
     decision : Decision
         The answer.
-    shows_small_causes : bool
-        Whether the drive moves at many frequencies. Where it moves at one, two causes share out
-        what one makes, and any gain may be a cause.
     """
-    limits = scores.constants
-    least = limits.second_cause if shows_small_causes else limits.least_gain
+    least = scores.constants.second_cause
     return shares.is_gain(scores.ceiling(), decision.held, least)
 
 

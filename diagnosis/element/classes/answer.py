@@ -98,7 +98,6 @@ def answer_of_table(
         # A decay is one line, to which a relaxing branch is one spring and one damper.
         inseparable |= {MEMORY}
     candidates = [name for name in CLASS_GROUPS if name not in left_out | inseparable]
-    shows_small_causes = not is_one_frequency
 
     def decided(own: ElementTable) -> tuple[Shares, Decision]:
         return class_decision(
@@ -108,7 +107,7 @@ def answer_of_table(
             inseparable=sorted(inseparable - left_out),
             # The band holds one line and its harmonics: two causes share out what one makes.
             shows_two_causes=not is_one_line,
-            shows_small_causes=shows_small_causes,
+            shows_small_causes=not is_one_frequency,
             drive_note="; ".join(text for text in (noise_note, note) if text),
         )
 
@@ -126,10 +125,9 @@ def answer_of_table(
         decision,
         candidates,
         shows_two_causes=not is_one_line,
-        shows_small_causes=shows_small_causes,
     )
     asked = ""
-    if is_short(own.scores, shares, decision, shows_small_causes=shows_small_causes):
+    if is_short(own.scores, shares, decision):
         decision = _unnamed(decision)
         asked = _CAUSES_APART
     found = class_answer(
@@ -162,7 +160,6 @@ def _as_smooth_loop(
     candidates: Sequence[str],
     *,
     shows_two_causes: bool,
-    shows_small_causes: bool,
 ) -> tuple[ElementTable, Decision]:
     """Table and decision, hysteresis in it where its smooth loop leaves far less than the answer.
 
@@ -176,9 +173,7 @@ def _as_smooth_loop(
     surface = own.table.surface
     is_one = len(decision.classes) == 1 and decision.classes != (surface,)
     is_settled = (
-        is_one
-        and decision.state == NAMED_CLASS
-        and not is_short(own.scores, shares, decision, shows_small_causes=shows_small_causes)
+        is_one and decision.state == NAMED_CLASS and not is_short(own.scores, shares, decision)
     )
     may_be_loop = {HYSTERESIS, RESTORING_FORCE, MEMORY, surface}.intersection(decision.classes)
     if is_settled or HYSTERESIS not in candidates or not may_be_loop:
