@@ -99,7 +99,9 @@ def _is_coupled(scores: ClassScores, shares: Shares, own: str, law: str, beside:
     if not table.is_in_surface(own):
         return False
     others = [name for name in beside if not table.is_in_surface(name)]
-    coupled = scores.of((table.surface, *others))
+    # In fewer columns than the surface a product of place and speed is seen where it is small.
+    products = [scores.products.of((name, *others)) for name in table.products]
+    coupled = min([scores.of((table.surface, *others)), *products], key=lambda held: held.total)
     return shares.is_clear_gain(coupled, scores.of(answer), scores.constants.law_parameter)
 
 

@@ -7,6 +7,7 @@ from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_de
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, HeldOutSquares
+from carrierflex.diagnosis.classes.laws import nearest_law
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.element.classes.drive_in_time import (
@@ -28,6 +29,7 @@ from carrierflex.diagnosis.element.classes.table import (
     ElementTable,
     table_of,
 )
+from carrierflex.diagnosis.element.classes.table_columns import PRESLIDING
 from carrierflex.diagnosis.element.classes.table_of_loop import left_by_loop, with_loop
 from carrierflex.diagnosis.element.model import ElementModel
 
@@ -126,6 +128,7 @@ def answer_of_table(
         candidates,
         shows_two_causes=not is_one_line,
     )
+    decision = _or_friction(own, shares, decision)
     asked = ""
     if is_short(own.scores, shares, decision):
         decision = _unnamed(decision)
@@ -221,6 +224,22 @@ def _answered(decision: Decision, classes: Classes, held: HeldOutSquares) -> Dec
     return replace(
         decision, state=NAMED_CLASS, classes=classes, ties=(), held=held, is_inseparable=False
     )
+
+
+def _or_friction(own: ElementTable, shares: Shares, decision: Decision) -> Decision:
+    """Decision with dry friction as a tie of hysteresis where one friction explains more.
+
+    Friction that turns over a length (Dahl) is a loop, and is dry friction. Where it leaves less
+    than sliders of every strength, the records do not tell a loop from friction before it slides.
+    """
+    if HYSTERESIS not in decision.classes or DISSIPATION in decision.classes:
+        return decision
+    beside = tuple(name for name in decision.classes if name != HYSTERESIS)
+    law = nearest_law(own.scores, shares, HYSTERESIS, beside)
+    if law.id != PRESLIDING or law.held is None or law.held.total >= decision.held.total:
+        return decision
+    tied: Classes = tuple(sorted((DISSIPATION, *beside)))
+    return replace(decision, ties=tuple(dict.fromkeys((*decision.ties, tied))))
 
 
 def _unnamed(decision: Decision) -> Decision:
