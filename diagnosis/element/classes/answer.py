@@ -1,7 +1,7 @@
 """Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
@@ -82,8 +82,74 @@ def answer_of_table(
     shape_of : callable
         Gives, for a table, the measured shape of a class.
     """
-    constants = own.scores.constants
-    note = _note_of_time(own, constants)
+    drive = _drive_of(own, model)
+
+    def decided(own: ElementTable) -> tuple[Shares, Decision]:
+        return class_decision(
+            own.scores,
+            drive.candidates,
+            floor_is_known=not noise_note,
+            inseparable=drive.inseparable,
+            # The band holds one line and its harmonics: two causes share out what one makes.
+            shows_two_causes=not drive.is_one_line,
+            shows_small_causes=not drive.is_one_frequency,
+            drive_note="; ".join(text for text in (noise_note, drive.note) if text),
+        )
+
+    shares, decision = decided(own)
+    for _ in range(_LAG_PASSES):
+        if DELAY not in decision.classes:
+            break
+        # Its first order alone leaves what looks like another cause beside a delay.
+        own = _with_lag(model, own, decision.held)
+        shares, decision = decided(own)
+    own, decision = _as_smooth_loop(
+        own, model, shares, decision, drive.candidates, shows_two_causes=not drive.is_one_line
+    )
+    decision = _or_friction(own, shares, decision)
+    is_without_class = decision.state == NO_CLASS
+    if is_short(own.scores, shares, decision):
+        decision = _unnamed(decision)
+    found = class_answer(
+        own.scores,
+        shares,
+        decision,
+        drive.candidates,
+        shape_of=shape_of(own),
+        shows_laws=not (drive.is_one_line and has_one_level(own)),
+    )
+    asked = drive.experiment if is_without_class or drive.is_one_frequency else _CAUSES_APART
+    return replace(found, experiment=asked) if decision.is_inseparable else found
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """What the drive of the records can show.
+
+    Parameters
+    ----------
+    candidates : tuple of str
+        Classes that it shows apart.
+    inseparable : tuple of str
+        Classes that it shows only mixed with others.
+    is_one_frequency, is_one_line : bool
+        Whether one frequency drives all runs; and as a force, so that the motion is one line.
+    note : str
+        Why a slow change with time cannot be told; empty where it can.
+    experiment : str
+        What to record where causes are mixed.
+    """
+
+    candidates: tuple[str, ...]
+    inseparable: tuple[str, ...]
+    is_one_frequency: bool
+    is_one_line: bool
+    note: str
+    experiment: str
+
+
+def _drive_of(own: ElementTable, model: ElementModel) -> _Drive:
+    note = _note_of_time(own, own.scores.constants)
     inseparable = {TIME_VARIATION} if note else set()
     is_one_frequency = note == _ONE_FREQUENCY_NOTE
     is_one_line = is_one_frequency and model.by_force
@@ -99,52 +165,14 @@ def answer_of_table(
         left_out |= {DELAY, DRIVE_SIDE}
         # A decay is one line, to which a relaxing branch is one spring and one damper.
         inseparable |= {MEMORY}
-    candidates = [name for name in CLASS_GROUPS if name not in left_out | inseparable]
-
-    def decided(own: ElementTable) -> tuple[Shares, Decision]:
-        return class_decision(
-            own.scores,
-            candidates,
-            floor_is_known=not noise_note,
-            inseparable=sorted(inseparable - left_out),
-            # The band holds one line and its harmonics: two causes share out what one makes.
-            shows_two_causes=not is_one_line,
-            shows_small_causes=not is_one_frequency,
-            drive_note="; ".join(text for text in (noise_note, note) if text),
-        )
-
-    shares, decision = decided(own)
-    for _ in range(_LAG_PASSES):
-        if DELAY not in decision.classes:
-            break
-        # Its first order alone leaves what looks like another cause beside a delay.
-        own = _with_lag(model, own, decision.held)
-        shares, decision = decided(own)
-    own, decision = _as_smooth_loop(
-        own,
-        model,
-        shares,
-        decision,
-        candidates,
-        shows_two_causes=not is_one_line,
+    return _Drive(
+        candidates=tuple(name for name in CLASS_GROUPS if name not in left_out | inseparable),
+        inseparable=tuple(sorted(inseparable - left_out)),
+        is_one_frequency=is_one_frequency,
+        is_one_line=is_one_line,
+        note=note,
+        experiment=_MORE_FREQUENCIES if is_one_frequency or model.states else _STEADY,
     )
-    decision = _or_friction(own, shares, decision)
-    asked = ""
-    if is_short(own.scores, shares, decision):
-        decision = _unnamed(decision)
-        asked = _CAUSES_APART
-    found = class_answer(
-        own.scores,
-        shares,
-        decision,
-        candidates,
-        shape_of=shape_of(own),
-        shows_laws=not (is_one_line and has_one_level(own)),
-    )
-    if not decision.is_inseparable:
-        return found
-    is_one_line_a_run = is_one_frequency or bool(model.states)
-    return replace(found, experiment=_MORE_FREQUENCIES if is_one_line_a_run else asked or _STEADY)
 
 
 def _with_lag(model: ElementModel, own: ElementTable, held: HeldOutSquares) -> ElementTable:
