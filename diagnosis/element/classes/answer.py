@@ -82,13 +82,13 @@ def answer_of_table(
     shape_of : callable
         Gives, for a table, the measured shape of a class.
     """
-    drive = _drive_of(own, model)
+    drive, floor_is_known = _drive_of(own, model), not noise_note
 
     def decided(own: ElementTable) -> tuple[Shares, Decision]:
         return class_decision(
             own.scores,
             drive.candidates,
-            floor_is_known=not noise_note,
+            floor_is_known=floor_is_known,
             inseparable=drive.inseparable,
             # The band holds one line and its harmonics: two causes share out what one makes.
             shows_two_causes=not drive.is_one_line,
@@ -103,12 +103,20 @@ def answer_of_table(
         # Its first order alone leaves what looks like another cause beside a delay.
         own = _with_lag(model, own, decision.held)
         shares, decision = decided(own)
+    # Records that were filtered before follow no law and tell no floor: what all classes learn
+    # beside the cause's own is the filter's.
     own, decision = _as_smooth_loop(
-        own, model, shares, decision, drive.candidates, shows_two_causes=not drive.is_one_line
+        own,
+        model,
+        shares,
+        decision,
+        drive.candidates,
+        shows_two_causes=not drive.is_one_line,
+        falls_short=floor_is_known and is_short(own.scores, shares, decision),
     )
     decision = _or_friction(own, shares, decision)
     is_without_class = decision.state == NO_CLASS
-    if is_short(own.scores, shares, decision):
+    if floor_is_known and is_short(own.scores, shares, decision):
         decision = _unnamed(decision)
     found = class_answer(
         own.scores,
@@ -191,6 +199,7 @@ def _as_smooth_loop(
     candidates: Sequence[str],
     *,
     shows_two_causes: bool,
+    falls_short: bool,
 ) -> tuple[ElementTable, Decision]:
     """Table and decision, hysteresis in it where its smooth loop leaves far less than the answer.
 
@@ -203,9 +212,7 @@ def _as_smooth_loop(
     """
     surface = own.table.surface
     is_one = len(decision.classes) == 1 and decision.classes != (surface,)
-    is_settled = (
-        is_one and decision.state == NAMED_CLASS and not is_short(own.scores, shares, decision)
-    )
+    is_settled = is_one and decision.state == NAMED_CLASS and not falls_short
     may_be_loop = {HYSTERESIS, RESTORING_FORCE, MEMORY, surface}.intersection(decision.classes)
     if is_settled or HYSTERESIS not in candidates or not may_be_loop:
         return own, decision

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 
 from carrierflex.diagnosis.classes.answer import class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.decision import _best_pair
+from carrierflex.diagnosis.classes.decision import _best_pair, is_short
 from carrierflex.diagnosis.classes.fits import (
     ClassModel,
     class_model,
@@ -180,6 +180,27 @@ def test_what_is_learnt_below_the_floor_is_no_second_cause():
 def test_a_coupled_cause_is_the_surface():
     found = answered(A + MORE)
     assert found.ids == ("surface",)
+
+
+def test_under_one_frequency_a_surface_holds_every_steady_cause():
+    found = decided(A + MORE, {"shows_small_causes": False})
+    assert (found.classes, found.state, found.is_inseparable) == (("surface",), NO_CLASS, True)
+
+
+def test_an_answer_falls_short_where_all_classes_explain_more_by_what_a_cause_would():
+    def falls_short(third, **changed):
+        table = toy_table(A + 0.5 * B + third * columns["c"].sum(axis=0), columns, noise=0.01)
+        scores = ClassScores(replace(table, surface="", **changed), LIMITS)
+        shares, decision = class_decision(scores, ("a", "b", "c"))
+        assert decision.classes == ("a", "b")
+        return is_short(scores, shares, decision)
+
+    # A third cause beside two: 1.25 of the gap's square are theirs.
+    columns = {name: COLUMNS[name] for name in "abc"}
+    assert falls_short(0.2)
+    assert not falls_short(0.15)
+    # Only what the classes learn is a cause: the same gap without the third.
+    assert not falls_short(0.2, ceiling=("a", "b"))
 
 
 def test_a_small_cause_beside_the_coupled_class_is_seen_as_beside_another():

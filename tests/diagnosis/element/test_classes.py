@@ -13,7 +13,7 @@ from carrierflex.diagnosis.classes.memory_columns import (
     relaxing_branches,
     stops,
 )
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
 from carrierflex.diagnosis.element.classes.motion.force_records import (
     fold_of,
@@ -229,6 +229,32 @@ def test_a_change_with_time_is_asked_only_of_drives_with_two_frequencies():
     assert found.state != NOTHING
     assert "time_variation" not in (*found.ids, *found.rivals)
     assert "one frequency drives all runs" in found.note
+
+
+def test_a_loop_that_one_friction_draws_better_than_sliders_may_be_dry_friction():
+    def turning(q, v):
+        return 4.0 * dahl_friction(q, np.array([3e-4]), from_rest=False)[0]
+
+    def sliding(q, v):
+        return 4.0 * stops(q, np.array([3e-4]), from_rest=False)[0]
+
+    found = answer(displacement_campaign(turning, n=2000))
+    assert (found.ids, found.ties) == (("hysteresis",), (("dissipation",),))
+    assert (found.classes[0].law, found.classes[0].law_named) == ("dahl_friction", True)
+    assert answer(displacement_campaign(sliding, n=2000)).ties == ()
+
+
+def test_three_causes_are_no_class_and_are_to_be_recorded_apart():
+    def three(q, v):
+        slider = 4.0 * stops(q, np.array([6e-4]), from_rest=False)[0]
+        branch = relaxing_branches(q, np.array([0.1]), STEP, from_rest=False)[0]
+        return slider + 4e8 * q**3 + 4e3 * branch
+
+    found = answer(displacement_campaign(three, n=2000))
+    assert found.state == NO_CLASS
+    assert found.learnable > found.share + 0.025
+    assert found.experiment.startswith("record small and large deflections")
+    assert "all classes together explain more" in found.note
 
 
 def test_nothing_missing_is_nothing_under_both_drives():

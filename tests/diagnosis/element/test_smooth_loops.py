@@ -123,7 +123,7 @@ def left(share):
     return HeldOutSquares(share * BEFORE, (), ())
 
 
-def told(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True):
+def told(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True, short=False):
     """Classes after the loop was asked; `loops` has what loop and curve leave, by partner."""
     monkeypatch.setattr(
         answers,
@@ -136,7 +136,7 @@ def told(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True):
     decision = Decision(state, classes, ((SURFACE,),), left(answer), PAIR)
     candidates = ["dissipation", "hysteresis", "memory", "restoring_force"]
     _, found = answers._as_smooth_loop(
-        own, None, shares, decision, candidates, shows_two_causes=two
+        own, None, shares, decision, candidates, shows_two_causes=two, falls_short=short
     )
     assert found is decision or (found.ties == () and found.state == NAMED_CLASS)
     return found.classes
@@ -163,6 +163,13 @@ def test_a_loop_takes_the_place_of_what_leaves_far_more(
 ):
     loops = dict.fromkeys(("", "coupled_damping", *PAIR), (loop, curve))
     assert told(monkeypatch, classes, answer, loops, state=state) == expected
+
+
+def test_a_named_class_that_falls_short_is_held_against_a_loop(monkeypatch):
+    spring, loops = ("restoring_force",), {"": (0.01, 0.4)}
+    assert told(monkeypatch, spring, 0.10, loops) == spring
+    assert told(monkeypatch, spring, 0.10, loops, short=True) == ("hysteresis",)
+    assert told(monkeypatch, ("dissipation",), 0.10, loops, short=True) == ("dissipation",)
 
 
 def test_a_second_cause_beside_the_loop_is_one_beside_any_class(monkeypatch):
