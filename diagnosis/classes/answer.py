@@ -181,6 +181,7 @@ def answer_of(
         law_share=_law_share(scores, shares, laws),
         classes_of_law=classes_of_law(table),
         note=note,
+        best=() if is_class else decision.classes,
     )
 
 

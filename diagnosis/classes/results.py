@@ -154,6 +154,8 @@ class ClassAnswer:
         Classes that hold each law, the narrowest first.
     note : str
         What the records cannot say, as a sentence; empty where nothing.
+    best : tuple of str
+        Classes that explain the share, where none is named; else empty.
     experiment : str
         What to record so that the class shows, where these records hold causes only mixed; empty
         where nothing is asked.
@@ -173,6 +175,7 @@ class ClassAnswer:
     law_share: float
     classes_of_law: Mapping[str, tuple[str, ...]]
     note: str = ""
+    best: tuple[str, ...] = ()
     experiment: str = ""
     same_scores: bool = False
 

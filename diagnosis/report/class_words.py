@@ -49,8 +49,10 @@ def class_sentence(answer: ClassAnswer | None) -> str:
     if answer is None or answer.state not in (NAMED_CLASS, LEADING_CLASS, NO_CLASS):
         return ""
     if answer.state == NO_CLASS:
+        best = " and ".join(plain_name(name) for name in answer.best)
+        which = f"the best ({best})" if best else "the best"
         return (
-            f"No class of effect is named: the best explains {share_words(answer.share)} of the "
+            f"No class of effect is named: {which} explains {share_words(answer.share)} of the "
             f"gap, all together {share_words(max(answer.learnable, answer.share))}."
         )
     first, *others = (_finding_words(finding, answer) for finding in answer.classes)

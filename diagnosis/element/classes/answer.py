@@ -103,8 +103,12 @@ def answer_of_table(
         # Its first order alone leaves what looks like another cause beside a delay.
         own = _with_lag(model, own, decision.held)
         shares, decision = decided(own)
-    # Records that were filtered before follow no law and tell no floor: what all classes learn
-    # beside the cause's own is the filter's.
+
+    def falls_short(own: ElementTable, decision: Decision) -> bool:
+        # Records that were filtered before follow no law and tell no floor: what all classes learn
+        # beside the cause's own is the filter's.
+        return floor_is_known and is_short(own.scores, shares, decision)
+
     own, decision = _as_smooth_loop(
         own,
         model,
@@ -112,11 +116,11 @@ def answer_of_table(
         decision,
         drive.candidates,
         shows_two_causes=not drive.is_one_line,
-        falls_short=floor_is_known and is_short(own.scores, shares, decision),
+        falls_short=falls_short(own, decision),
     )
     decision = _or_friction(own, shares, decision)
     is_without_class = decision.state == NO_CLASS
-    if floor_is_known and is_short(own.scores, shares, decision):
+    if falls_short(own, decision):
         decision = _unnamed(decision)
     found = class_answer(
         own.scores,

@@ -77,6 +77,7 @@ def in_contract_ids(answer: ClassAnswer) -> ClassAnswer:
         classes=tuple(findings.values()),
         ties=tuple(names for names in ties if set(names) != set(ids)),
         rivals=rivals,
+        best=_ids(answer.best),
         learnt_by=tuple(name for name in _ids(answer.learnt_by) if name not in ids),
         classes_of_law={law: _ids(names) for law, names in answer.classes_of_law.items()},
         note=note,
