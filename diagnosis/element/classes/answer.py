@@ -269,7 +269,8 @@ def _or_friction(own: ElementTable, shares: Shares, decision: Decision) -> Decis
     """Decision with dry friction as a tie of hysteresis where one friction explains more.
 
     Friction that turns over a length (Dahl) is a loop, and is dry friction. Where it leaves less
-    than sliders of every strength, the records do not tell a loop from friction before it slides.
+    than sliders of every strength, the records do not tell a loop from friction before it slides;
+    where dry friction is no answer, its length is a loop's.
     """
     if HYSTERESIS not in decision.classes or DISSIPATION in decision.classes:
         return decision
@@ -278,6 +279,8 @@ def _or_friction(own: ElementTable, shares: Shares, decision: Decision) -> Decis
     if law.id != PRESLIDING or law.held is None or law.held.total >= decision.held.total:
         return decision
     tied: Classes = tuple(sorted((DISSIPATION, *beside)))
+    if state_of(shares, own.scores.of(tied)) != NAMED_CLASS:
+        return decision
     return replace(decision, ties=tuple(dict.fromkeys((*decision.ties, tied))))
 
 

@@ -1,6 +1,7 @@
 """Classes of an element whose missing force is known and, mostly, no law of the library."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -232,16 +233,20 @@ def test_a_change_with_time_is_asked_only_of_drives_with_two_frequencies():
 
 
 def test_a_loop_that_one_friction_draws_better_than_sliders_may_be_dry_friction():
-    def turning(q, v):
-        return 4.0 * dahl_friction(q, np.array([3e-4]), from_rest=False)[0]
+    def turning_over(length):
+        columns = partial(dahl_friction, lengths=np.array([length]), from_rest=False)
+        return answer(displacement_campaign(lambda q, v: 4.0 * columns(q)[0], n=2000))
 
     def sliding(q, v):
         return 4.0 * stops(q, np.array([3e-4]), from_rest=False)[0]
 
-    found = answer(displacement_campaign(turning, n=2000))
+    found = turning_over(3e-4)
     assert (found.ids, found.ties) == (("hysteresis",), (("dissipation",),))
     assert (found.classes[0].law, found.classes[0].law_named) == ("dahl_friction", True)
     assert answer(displacement_campaign(sliding, n=2000)).ties == ()
+    # Over a third of the half range it is no friction that turns before it slides.
+    found = turning_over(6e-4)
+    assert (found.ids, found.ties) == (("hysteresis",), ())
 
 
 def test_three_causes_are_no_class_and_are_to_be_recorded_apart():
