@@ -128,20 +128,43 @@ def _grown(
     """Set that further shapes do not clearly improve, one or several together.
 
     Of four causes of like size none takes half of what the first one leaves, all three together do.
-    Every one must gain what a second cause has to; the answer is the last set that takes its part
-    of what the answer before it leaves. The first pair need not hold the best single class.
+    Every one must gain what a second cause has to, or with the next one what two have to; the
+    answer is the last set that takes its part of what the answer before it leaves. The first pair
+    need not hold the best single class.
     """
     answer = grown = single
     larger = pair or enlarged(single)
     least = shares.constants.second_cause
     while larger is not None and not _fits_all(scores, shares, grown):
         if not shares.is_gain(scores.of(larger), scores.of(grown), least):
+            larger = _two_more(scores, shares, grown, larger, enlarged)
+        if larger is None:
             break
         grown = larger
         if shares.is_clear_gain(scores.of(grown), scores.of(answer), least):
             answer = grown
         larger = enlarged(grown) if len(grown) < _MOST_CLASSES else None
     return answer
+
+
+def _two_more(
+    scores: ClassScores,
+    shares: Shares,
+    grown: Classes,
+    larger: Classes,
+    enlarged: Callable[[Classes], Classes | None],
+) -> Classes | None:
+    """Set with one shape beyond a larger one that is no gain, where both together are two gains.
+
+    What one cause gains scatters with what another one leaves: beside it, it stands clear.
+    """
+    both = enlarged(larger) if len(larger) < _MOST_CLASSES else None
+    if both is None:
+        return None
+    least = shares.constants.second_cause
+    is_next = shares.is_gain(scores.of(both), scores.of(larger), least)
+    are_two = shares.is_gain(scores.of(both), scores.of(grown), 2.0 * least)
+    return both if is_next and are_two else None
 
 
 def _with_one_more(scores: ClassScores, names: Iterable[str], grown: Classes) -> Classes | None:
