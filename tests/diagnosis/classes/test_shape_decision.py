@@ -108,6 +108,31 @@ def test_the_last_of_several_must_take_its_part_too():
     assert decided(causes, shown(("tilt", "wear", "play"))).classes == ("tilt/one", "wear/one")
 
 
+def test_a_shape_that_scatters_with_what_another_leaves_is_named_beside_it():
+    # Play shows beside wear alone.
+    causes = {"tilt": 60.0, "wear": 12.0, "play": 16.0, "rest": 1.0}
+
+    def answer(scatter, names=("play", "tilt", "wear")):
+        classes = shown(names)
+        scores, shares = known_scores(causes, classes)
+        scores.known["play/one", "tilt/one"] = scores.known["tilt/one",]
+        two = ("tilt/one", "wear/one")
+        held = scores.known[two]
+        # The total stays; half of the blocks leave more, half less.
+        signs = np.where(np.arange(held.squares.size) % 2, 1.0, -1.0)
+        scores.known[two] = replace(held, squares=held.squares + scatter * signs)
+        return decide_by_shape(scores, shares, dict.fromkeys(classes, 1)).classes
+
+    assert answer(0.0) == ("play/one", "tilt/one", "wear/one")
+    gain, error = 12.0, np.sqrt(8)
+    assert answer(0.45 * gain / error) == ("play/one", "tilt/one", "wear/one")
+    # Beyond its scatter no more, but both together are; alone it is none.
+    assert answer(0.52 * gain / error) == ("play/one", "tilt/one", "wear/one")
+    assert answer(0.52 * gain / error, ("tilt", "wear")) == ("tilt/one",)
+    # The second one scatters too: nothing stands clear.
+    assert answer(0.7 * gain / error) == ("tilt/one",)
+
+
 def test_an_answer_has_six_classes_at_most():
     names = ("tilt", "wear", "play", "heat", "oil", "rust", "wind")
     causes = {name: 30.0 - k for k, name in enumerate(names)}
