@@ -133,6 +133,15 @@ def test_a_shape_that_scatters_with_what_another_leaves_is_named_beside_it():
     assert answer(0.7 * gain / error) == ("tilt/one",)
 
 
+def test_two_shapes_that_together_gain_less_than_two_causes_do_are_none():
+    causes = {"tilt": 100.0, "wear": 1.5, "play": 3.0}
+    scores, shares = known_scores(causes, shown(causes))
+    # Play shows beside wear alone: the second step is a gain, both together are no two.
+    scores.known["play/one", "tilt/one"] = scores.known["tilt/one",]
+    sizes = {f"{name}/one": 1 for name in causes}
+    assert decide_by_shape(scores, shares, sizes).classes == ("tilt/one",)
+
+
 def test_an_answer_has_six_classes_at_most():
     names = ("tilt", "wear", "play", "heat", "oil", "rust", "wind")
     causes = {name: 30.0 - k for k, name in enumerate(names)}
