@@ -20,6 +20,10 @@ from carrierflex.blind_check.truth.mounting.rig import RIG, Bodies
 
 FloatArray = NDArray[np.float64]
 
+#: Largest logarithm of a parameter over its nominal value: bushings that hold still whatever acts.
+#: Motions that run away ask for ever stiffer ones, beyond all numbers.
+_LARGEST_LOGARITHM = 25.0
+
 
 @dataclass(frozen=True, eq=False)
 class MountingRefit:
@@ -67,7 +71,7 @@ class MountingRefit:
 
         def residual(logarithms: FloatArray) -> FloatArray:
             """Misfit of the runs over their scatter."""
-            theta = np.exp(logarithms)
+            theta = _parameters(logarithms)
             left = self._left(signals, runs, theta)
             return np.concatenate([own.reshape(-1) for own in left]) / scale
 
@@ -76,7 +80,7 @@ class MountingRefit:
         fitted = least_squares(
             residual, np.log(start), method="lm", xtol=1e-10, ftol=1e-12, diff_step=1e-4
         )
-        return np.asarray(np.exp(fitted.x))
+        return _parameters(fitted.x)
 
     def _left(
         self, signals: Sequence[FloatArray], runs: Sequence[int], theta: FloatArray
@@ -113,6 +117,11 @@ class MountingRefit:
                 q[:, i] = lfilter(numerator, denominator, forces[:, i])
             found.append(zeroed(q @ self.bodies.sensors[:, :3].T))
         return found
+
+
+def _parameters(logarithms: FloatArray) -> FloatArray:
+    """Parameters over their nominal values, of finite size."""
+    return np.asarray(np.exp(np.clip(logarithms, -_LARGEST_LOGARITHM, _LARGEST_LOGARITHM)))
 
 
 def zeroed(signals: FloatArray) -> FloatArray:
