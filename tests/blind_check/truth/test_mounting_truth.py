@@ -155,6 +155,20 @@ def test_own_refit_finds_the_bushings_of_a_rig_without_effects():
         assert np.abs(residual).max() < 1e-6 * np.abs(signal).max()
 
 
+def test_own_refit_of_a_motion_that_runs_away_stays_in_numbers():
+    t = np.arange(1500) / RATE
+    loads = np.column_stack([1e5 * np.sin(t), 5e4 * np.cos(1.3 * t), 5e4 * np.sin(0.7 * t)])
+    refit = MountingRefit(RIG_BODIES, [loads], 1.0 / RATE)
+    (driven,) = MountingState(Bushings(K, RIG["bushing_radial_damping"])).read(
+        RIG_BODIES, [replace(drawn_record(np.random.default_rng(1), 1), time=t, loads=loads)]
+    )
+    # Against the loads, and growing with time: the stiffer the bushings, the less is left.
+    signal = -driven * np.exp(t)[:, None]
+    (left,) = refit.residuals([signal])
+    assert np.isfinite(left).all()
+    assert np.abs(left).max() < 1.01 * np.abs(signal).max()
+
+
 @pytest.mark.long
 def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
     label = write_case(
