@@ -376,8 +376,9 @@ def _separating_test(
 
 
 def _experiment_by_class(diagnosis: Diagnosis) -> str:
-    """What to record so that the class of the cause shows; empty where nothing is asked."""
-    return diagnosis.classes.experiment if diagnosis.classes is not None else ""
+    """What to record so that the class of the cause shows; empty where a cause is named."""
+    answer = diagnosis.classes if diagnosis.verdict == NONE_OF_THESE else None
+    return answer.experiment if answer is not None else ""
 
 
 def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagnosis:

@@ -19,6 +19,12 @@ _MORE_NOTE = (
     "in these records"
 )
 
+#: In a steady motion at one frequency deflection and speed tell where it stands, its level too.
+_SURFACE_NOTE = (
+    "one frequency drives all runs: every cause that repeats is a force of deflection and speed in "
+    "these records"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Decision:
@@ -103,10 +109,8 @@ def decide(
     held = scores.of(answer)
     limits = scores.constants
     is_single = len(answer) == 1 and answer != (scores.table.surface,)
-    # On one frequency deflection and speed tell where a steady motion stands, its level too: every
-    # cause that repeats is a surface there.
-    is_any = scores.table.surface in answer and not shows_small_causes
-    is_mixed = is_any or not (shows_two_causes or is_single)
+    holds_all = scores.table.surface in answer and not shows_small_causes
+    is_mixed = holds_all or not (shows_two_causes or is_single)
     is_mixed = is_mixed or any(
         shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
     )
@@ -114,7 +118,8 @@ def decide(
     is_more = not shows_small_causes and _answer(scores, shares, candidates)[0] != answer
     explained = state_of(shares, held)
     state = NO_CLASS if is_mixed or is_more else explained
-    note = "; ".join(text for text in (drive_note, _MORE_NOTE if is_more else "") if text)
+    notes = (drive_note, _SURFACE_NOTE if holds_all else "", _MORE_NOTE if is_more else "")
+    note = "; ".join(text for text in notes if text)
     return Decision(state, answer, ties, held, best_pair, note, state != explained)
 
 

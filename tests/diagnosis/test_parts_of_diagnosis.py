@@ -8,6 +8,7 @@ import pytest
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
+    NO_CLASS,
     ClassAnswer,
     ClassFinding,
 )
@@ -183,6 +184,16 @@ def line(size, explained=1.0):
         explained=explained,
         p_value=1e-9,
     )
+
+
+def test_records_that_mix_the_classes_ask_for_others_where_no_cause_is_named():
+    mixed = replace(class_answer(NO_CLASS), classes=(), experiment="drive on")
+    none = found(with_answers(linear_problem({"outside": 5.0}), class_answer=mixed))
+    assert (none.verdict, none.attribution.effects) == (NONE_OF_THESE, ())
+    assert none.attribution.discriminating_experiment == "drive on"
+    # A law that is named beside them asks for nothing.
+    law = found(with_answers(linear_problem({"a": 5.0}), class_answer=mixed))
+    assert (law.verdict, law.attribution.discriminating_experiment) == (NAMED, "")
 
 
 def test_motion_beside_the_orders_is_put_together_with_the_effects():

@@ -185,6 +185,8 @@ def test_a_coupled_cause_is_the_surface():
 def test_under_one_frequency_a_surface_holds_every_steady_cause():
     found = decided(A + MORE, {"shows_small_causes": False})
     assert (found.classes, found.state, found.is_inseparable) == (("surface",), NO_CLASS, True)
+    assert "every cause that repeats" in found.note
+    assert decided(A, {"shows_small_causes": False}).note == ""
 
 
 def test_an_answer_falls_short_where_all_classes_explain_more_by_what_a_cause_would():
