@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.blind_check.labels import SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.diagnosis.classes.results import NAMED_CLASS
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS
 from carrierflex.diagnosis.element.classes.measured.measured_laws import (
     beyond_visited,
     law_of_answer,
@@ -186,7 +186,7 @@ def test_a_saved_surface_explains_its_class_on_new_records(cause, tmp_path):
 @pytest.mark.parametrize(
     ("number", "cause", "ratio", "drive"),
     [
-        (205, "position_dependent_friction", 11.45, "sines"),
+        (205, "position_dependent_friction", 11.45, "multisine"),
         (433, "metered_orifice", 23.99, "multisine"),
     ],
 )
@@ -202,9 +202,19 @@ def test_one_curve_of_deflection_and_speed_is_no_surface():
     cause = ("position_dependent_friction",)
     plan = CasePlan("element", 155, 8123, SINGLE, cause, 10.3, "one_sine")
     answer = element_problem(case_campaign(plan)[0]).class_answer()
-    assert answer.ids == ("force_surface",)
-    with pytest.raises(ValueError, match="one curve of deflection and speed"):
+    assert (answer.state, answer.best) == (NO_CLASS, ("force_surface",))
+    assert "every cause that repeats is a force of deflection and speed" in answer.note
+    with pytest.raises(ValueError, match="the answer by class is 'no_class'"):
         law_of_answer(answer, "twin")
+
+
+@pytest.mark.long
+def test_a_surface_that_records_do_not_show_off_one_curve_is_not_kept():
+    answer = element_problem(displacement_campaign(orifice, n=3000, seed=0)).class_answer()
+    found = answer.classes[0]
+    bare = replace(found, shape=replace(found.shape, surface=None))
+    with pytest.raises(ValueError, match="one curve of deflection and speed"):
+        law_of_answer(replace(answer, classes=(bare,)), "twin")
 
 
 @pytest.mark.long
