@@ -110,10 +110,10 @@ def decide(
     limits = scores.constants
     is_single = len(answer) == 1 and answer != (scores.table.surface,)
     holds_all = scores.table.surface in answer and not shows_small_causes
-    is_mixed = holds_all or not (shows_two_causes or is_single)
-    is_mixed = is_mixed or any(
+    gains = (
         shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
     )
+    is_mixed = holds_all or not (shows_two_causes or is_single) or any(gains)
     # What a small cause would take: the drive does not tell it from what the answer lacks itself.
     is_more = not shows_small_causes and _answer(scores, shares, candidates)[0] != answer
     explained = state_of(shares, held)

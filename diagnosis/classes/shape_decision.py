@@ -143,7 +143,7 @@ def _grown(
         grown = larger
         if shares.is_clear_gain(scores.of(grown), scores.of(answer), least):
             answer = grown
-        larger = enlarged(grown) if len(grown) < _MOST_CLASSES else None
+        larger = enlarged(grown)
     return answer
 
 
@@ -158,7 +158,7 @@ def _two_more(
 
     What one cause gains scatters with what another one leaves: beside it, it stands clear.
     """
-    both = enlarged(larger) if len(larger) < _MOST_CLASSES else None
+    both = enlarged(larger)
     if both is None:
         return None
     least = shares.constants.second_cause
@@ -168,7 +168,9 @@ def _two_more(
 
 
 def _with_one_more(scores: ClassScores, names: Iterable[str], grown: Classes) -> Classes | None:
-    """Best set with one class more of another shape; None where all shapes are taken."""
+    """Best set with one class more of another shape; None where none may be added."""
+    if len(grown) >= _MOST_CLASSES:
+        return None
     taken = {shape_of(name) for name in grown}
     sets = [tuple(sorted((*grown, name))) for name in names if shape_of(name) not in taken]
     return _best(scores, sets) if sets else None

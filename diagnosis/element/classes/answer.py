@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
-from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import nearest_law
@@ -119,8 +118,8 @@ def answer_of_table(
         falls_short=falls_short(own, decision),
     )
     decision = _or_friction(own, shares, decision)
-    is_without_class = decision.state == NO_CLASS
-    if falls_short(own, decision):
+    is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(own, decision)
+    if is_cut:
         decision = _unnamed(decision)
     found = class_answer(
         own.scores,
@@ -130,7 +129,7 @@ def answer_of_table(
         shape_of=shape_of(own),
         shows_laws=not (drive.is_one_line and has_one_level(own)),
     )
-    asked = drive.experiment if is_without_class or drive.is_one_frequency else _CAUSES_APART
+    asked = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
     return replace(found, experiment=asked) if decision.is_inseparable else found
 
 
@@ -161,9 +160,9 @@ class _Drive:
 
 
 def _drive_of(own: ElementTable, model: ElementModel) -> _Drive:
-    note = _note_of_time(own, own.scores.constants)
-    inseparable = {TIME_VARIATION} if note else set()
-    is_one_frequency = note == _ONE_FREQUENCY_NOTE
+    is_steady = is_separable_from_time(own.records, own.scores.constants.separable_from_drive)
+    is_one_frequency = is_steady and _has_one_frequency(own)
+    inseparable = {TIME_VARIATION} if is_one_frequency or not is_steady else set()
     is_one_line = is_one_frequency and model.by_force
     if is_one_line:
         # The drive is one line in each run: spring and damper take up what is linear at it.
@@ -182,7 +181,7 @@ def _drive_of(own: ElementTable, model: ElementModel) -> _Drive:
         inseparable=tuple(sorted(inseparable - left_out)),
         is_one_frequency=is_one_frequency,
         is_one_line=is_one_line,
-        note=note,
+        note=_note_of_time(is_steady=is_steady, is_one_frequency=is_one_frequency),
         experiment=_MORE_FREQUENCIES if is_one_frequency or model.states else _STEADY,
     )
 
@@ -286,17 +285,15 @@ def _or_friction(own: ElementTable, shares: Shares, decision: Decision) -> Decis
 
 def _unnamed(decision: Decision) -> Decision:
     """Decision that names no class, since what it explains is short of what all explain."""
-    if decision.state not in (NAMED_CLASS, LEADING_CLASS):
-        return decision
     note = "; ".join(text for text in (decision.note, _SHORT_NOTE) if text)
     return replace(decision, state=NO_CLASS, note=note, is_inseparable=True)
 
 
-def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:
+def _note_of_time(*, is_steady: bool, is_one_frequency: bool) -> str:
     """Why a slow change with time cannot be told in these records; empty where it can."""
-    if not is_separable_from_time(own.records, constants.separable_from_drive):
+    if not is_steady:
         return _DRIVE_NOTE
-    return _ONE_FREQUENCY_NOTE if _has_one_frequency(own) else ""
+    return _ONE_FREQUENCY_NOTE if is_one_frequency else ""
 
 
 def is_one_curve(own: ElementTable) -> bool:
