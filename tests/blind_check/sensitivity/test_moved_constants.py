@@ -20,7 +20,7 @@ from carrierflex.blind_check.sensitivity.usual_case import (
 )
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.element.classes import answer, table
+from carrierflex.diagnosis.element.classes import limits, table
 from carrierflex.diagnosis.element.classes.motion import force_records
 from carrierflex.diagnosis.element.classes.table import element_table
 from carrierflex.diagnosis.element.problem import element_problem
@@ -59,8 +59,8 @@ def test_a_public_constant_is_moved_where_it_is_read_too():
 
 def test_a_limit_of_the_comparison_is_moved():
     with moved(CONSTANTS["constants.named_share"], 0.8):
-        assert answer.ClassConstants().named_share == pytest.approx(0.64)
-    assert answer.ClassConstants().named_share == 0.8
+        assert limits.element_limits().named_share == pytest.approx(0.64)
+    assert limits.element_limits().named_share == 0.8
 
 
 class Limits(ClassConstants):
