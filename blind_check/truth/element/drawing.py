@@ -1,7 +1,7 @@
 """Elements and their causes drawn at random, sized against the motion without them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +10,16 @@ from carrierflex.blind_check.truth.element.drives import (
     DECAY,
     Drive,
     Lines,
-    drive_motion,
     largest_value,
 )
-from carrierflex.blind_check.truth.element.element import FINE, N_FORM, DriveSide, Element, Law
+from carrierflex.blind_check.truth.element.element import N_FORM, DriveSide, Element, Law
 from carrierflex.blind_check.truth.element.families import CAUSES
-from carrierflex.blind_check.truth.element.integration import force_along
 from carrierflex.blind_check.truth.element.memory_laws import MEMORY_LAWS
+from carrierflex.blind_check.truth.element.nonlinear_branch import beyond_linear_memory
+from carrierflex.blind_check.truth.element.reference import (
+    Reference,
+    force_of,
+)
 from carrierflex.blind_check.truth.element.static_laws import STATIC_LAWS
 from carrierflex.blind_check.truth.noise import root_mean_square
 
@@ -31,36 +34,8 @@ _TEXTBOOK = 0.25
 #: Wave numbers of a change of form over an argument from -1 to 1: features of half the range and
 #: more.
 _WAVE_NUMBERS = (1.0, 6.0)
-#: Second cause of a pair over the first.
-_BALANCE = (0.6, 1.6)
 _NUMBERS = STATIC_LAWS | MEMORY_LAWS
 _PLAIN_FORM = np.zeros((3, N_FORM))
-
-
-@dataclass(frozen=True, eq=False)
-class Reference:
-    """Motion of the largest run without any cause, at the truth's own steps.
-
-    `columns` deflection, speed, acceleration and one; `force` that of the element's base.
-    """
-
-    columns: FloatArray
-    step: float
-    force: FloatArray
-
-    @property
-    def scale(self) -> FloatArray:
-        """Largest deflection and speed."""
-        return np.abs(self.columns[:, :2]).max(axis=0)
-
-    def missing(self, force: FloatArray) -> float:
-        """RMS of what mass, spring, damper and constant leave of a force."""
-        solution = np.linalg.lstsq(self.columns / self._size, force, rcond=1e-9)[0]
-        return root_mean_square(force - self.columns / self._size @ solution)
-
-    @property
-    def _size(self) -> FloatArray:
-        return np.abs(self.columns).max(axis=0)
 
 
 def drawn_element(rng: np.random.Generator, drive: str) -> Element:
@@ -88,24 +63,6 @@ def sized_drives(
     return tuple(drive.scaled(wanted / largest) for drive in drives)
 
 
-def reference_motion(plain: Element, drive: Drive, n: int) -> Reference:
-    """Motion without any cause under the largest drive."""
-    step, n_fine = plain.step / FINE, (n - 1) * FINE + 1
-    if plain.by_force:
-        q = plain.motion(drive, 0, n)
-        v = np.gradient(q, step)
-        motion = (q, v, np.gradient(v, step))
-    else:
-        motion = drive_motion(drive, step, n_fine)
-    columns = np.array([*motion, np.ones(n_fine)]).T
-    m, k, c, f0 = plain.base
-    if plain.by_force:
-        force = drive.at(step * np.arange(float(n_fine)))
-    else:
-        force = columns @ np.array([k, c, m, f0])
-    return Reference(columns, step, force)
-
-
 def drawn_size(rng: np.random.Generator, plain: Element, reference: Reference) -> float:
     """Force [N] that a cause is to leave beyond mass, spring and damper."""
     low, high = _SHARE
@@ -123,10 +80,9 @@ def with_causes(
 ) -> tuple[Element, tuple[float, ...]]:
     """Element with causes that leave a force of a size, and the change of form of each."""
     element, changes = plain, []
-    for k, name in enumerate(names):
+    for name in names:
         change = drawn_change(rng, name)
-        own_size = size * (rng.uniform(*_BALANCE) if k else 1.0)
-        element = _with_cause(rng, name, change, own_size, element, reference, n_runs)
+        element = _with_cause(rng, name, change, size, element, reference, n_runs)
         changes.append(change)
     return element, tuple(changes)
 
@@ -160,7 +116,7 @@ def slightly_curved(
     for name in ("form_of_deflection", "form_of_speed"):
         scale = np.array([1.0, *reference.scale])
         law = Law(STATIC_LAWS[name], np.zeros(6), drawn_form(rng), scale)
-        amplitude = size / np.sqrt(2.0) / reference.missing(_force(law, reference))
+        amplitude = size / np.sqrt(2.0) / reference.missing(force_of(law, reference))
         added.append(replace(law, scale=scale * np.array([amplitude, 1.0, 1.0])))
     return replace(element, laws=(*element.laws, *added))
 
@@ -186,6 +142,42 @@ def smaller(element: Element, factor: float) -> Element:
     )
 
 
+def resized(element: Element, names: Sequence[str], number: int, factor: float) -> Element:
+    """Element one of whose causes is larger or smaller; a gap in its spring is wider or narrower.
+
+    Parameters
+    ----------
+    element : Element
+        Element with its causes.
+    names : sequence of str
+        Its causes, as :func:`with_causes` was given them.
+    number : int
+        Place of the one that changes.
+    factor : float
+        What its size is multiplied by.
+    """
+    name = names[number]
+    if name == "late_sensor":
+        return replace(element, delay=factor * element.delay, lag=factor * element.lag)
+    if not CAUSES[name].law:
+        assert element.drive_side is not None
+        amplitude = factor * element.drive_side.amplitude
+        return replace(element, drive_side=replace(element.drive_side, amplitude=amplitude))
+    place = _law_place(names, number)
+    own = element.laws[place]
+    if name == "gap_in_spring":
+        form = own.form * np.array([[factor], [1.0], [1.0]])
+        own = replace(own, p=own.p * np.array([factor, *np.ones(own.p.size - 1)]), form=form)
+    else:
+        (own,) = scaled([own], factor)
+    return replace(element, laws=(*element.laws[:place], own, *element.laws[place + 1 :]))
+
+
+def _law_place(names: Sequence[str], number: int) -> int:
+    """Place among an element's laws of the law of one of its causes."""
+    return sum(bool(CAUSES[name].law) for name in names[:number])
+
+
 def with_one_cause(element: Element, names: Sequence[str], number: int) -> Element:
     """Element with one of its causes alone, its base as it is.
 
@@ -198,12 +190,11 @@ def with_one_cause(element: Element, names: Sequence[str], number: int) -> Eleme
     number : int
         Place of the one that stays.
     """
-    of_laws = [k for k, name in enumerate(names) if CAUSES[name].law]
     own = CAUSES[names[number]]
     is_late = names[number] == "late_sensor"
     return replace(
         element,
-        laws=(element.laws[of_laws.index(number)],) if own.law else (),
+        laws=(element.laws[_law_place(names, number)],) if own.law else (),
         drive_side=None if own.law or is_late else element.drive_side,
         delay=element.delay if is_late else 0.0,
         lag=element.lag if is_late else 0.0,
@@ -237,11 +228,15 @@ def _with_cause(
     p[: len(parameters)] = parameters
     law = Law(_NUMBERS[cause.law], p, _PLAIN_FORM, np.array([1.0, *reference.scale]))
     law = _changed(rng, law, change, reference)
+    if name == "spring_and_dashpot":
+        # A law whose form is changed by less is one of its class still.
+        left = float(rng.uniform(CHANGE[1], 2.0 * CHANGE[1]))
+        law = beyond_linear_memory(law, reference, element.omega, left)
     if name == "gap_in_spring":
         # The gap is in the element's own spring.
         amplitude = element.base[1] * reference.scale[0]
     else:
-        amplitude = size / reference.missing(_force(law, reference))
+        amplitude = size / reference.missing(force_of(law, reference))
     law = replace(law, scale=law.scale * np.array([amplitude, 1.0, 1.0]))
     return replace(element, laws=(*element.laws, law))
 
@@ -250,23 +245,18 @@ def _changed(rng: np.random.Generator, law: Law, change: float, reference: Refer
     """Law with its form changed by a share of what it leaves."""
     if change == 0.0:
         return law
-    own = _force(law, reference)
+    own = force_of(law, reference)
     if law.number == MEMORY_LAWS["maxwell_branches"]:
         # Linear memory stays linear: a branch of another time is added.
         p = law.p.copy()
         p[4] += 1.0
-        added = reference.missing(_force(replace(law, p=p), reference) - own)
+        added = reference.missing(force_of(replace(law, p=p), reference) - own)
         p[4] = law.p[4] + change * reference.missing(own) / added
         return replace(law, p=p)
     form = drawn_form(rng)
-    added = reference.missing(_force(replace(law, form=form), reference) - own)
+    added = reference.missing(force_of(replace(law, form=form), reference) - own)
     form[0] *= change * reference.missing(own) / added
     return replace(law, form=form)
-
-
-def _force(law: Law, reference: Reference) -> FloatArray:
-    q, v = reference.columns[:, 0].copy(), reference.columns[:, 1].copy()
-    return np.asarray(force_along(q, v, reference.step, law.number, law.p, law.form, law.scale))
 
 
 def _drive_side(

@@ -90,14 +90,21 @@ class Element:
     def channel(self, drive: Drive, run: int, n: int) -> FloatArray:
         """Deflection, or force of a driven element, of one run without noise, shape (n,)."""
         fine = self.motion(drive, run, n) if self.by_force else self._driven_force(drive, run, n)
+        return self.sensed(fine, n)
+
+    def sensed(self, fine: FloatArray, n: int) -> FloatArray:
+        """What its sensor shows of a signal at the truth's own steps, shape (n,)."""
         if self.lag > 0.0:
             keep = np.exp(-self.step / FINE / self.lag)
             fine = lfilter([1.0 - keep], [1.0, -keep], fine, zi=[keep * fine[0]])[0]
         at = (np.arange(n) - self.delay / self.step) * FINE
         return np.asarray(np.interp(at, np.arange(fine.size), fine))
 
-    def motion(self, drive: Drive, run: int, n: int) -> FloatArray:
-        """Deflection at the truth's own steps under a force, or after a release."""
+    def motion(self, drive: Drive, run: int, n: int, added: FloatArray | None = None) -> FloatArray:
+        """Deflection at the truth's own steps under a force, or after a release.
+
+        `added` is a further force at these steps.
+        """
         step = self.step / FINE
         time = step / 3.0 * np.arange(3.0 * (n - 1) * FINE + 1.0)
         force = drive.at(time)
@@ -105,11 +112,22 @@ class Element:
             force = force + self.drive_side.added(force)
         if self.disturbance:
             force = force + self.disturbance[run].at(time)
+        if added is not None:
+            force = force + np.interp(time, time[::3], added)
         start = np.array([drive.deflection if isinstance(drive, Release) else 0.0, 0.0])
         laws, p, form, scale = _stacked(self.laws)
         return np.asarray(
             motion_under(force, step, start, self.base, laws, p, form, scale), dtype=np.float64
         )
+
+    def law_force(self, q: FloatArray) -> FloatArray:
+        """Force of its laws along a deflection at the truth's own steps."""
+        step = self.step / FINE
+        v = np.gradient(q, step)
+        force = np.zeros(q.size)
+        for law in self.laws:
+            force += force_along(q, v, step, law.number, law.p, law.form, law.scale)
+        return force
 
     def _driven_force(self, drive: Drive, run: int, n: int) -> FloatArray:
         step, n_fine = self.step / FINE, (n - 1) * FINE + 1

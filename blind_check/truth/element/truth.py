@@ -7,36 +7,33 @@ them, noise has a memory, and spring and damper of the baseline are themselves a
 noise is set so that the gap over the floor is the wanted one.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.truth.element.balance import balanced, own_gaps
 from carrierflex.blind_check.truth.element.campaign import GAIN_STD, Records, campaign_of
+from carrierflex.blind_check.truth.element.case import (
+    ElementCase,
+    bounded,
+    samples,
+    settling_time,
+)
 from carrierflex.blind_check.truth.element.drawing import (
-    Reference,
     drawn_element,
     drawn_size,
-    reference_motion,
     scaled,
     sized_drives,
     slightly_curved,
-    smaller,
     with_causes,
-    with_one_cause,
 )
-from carrierflex.blind_check.truth.element.drives import DECAY, Drive, drawn_drives
-from carrierflex.blind_check.truth.element.element import FINE, Element
+from carrierflex.blind_check.truth.element.drives import DECAY, drawn_drives
 from carrierflex.blind_check.truth.element.families import acceptable_laws, class_sets
 from carrierflex.blind_check.truth.element.parameters import true_parameters
-from carrierflex.blind_check.truth.element.refit import (
-    DecayRefit,
-    ForcedRefit,
-    driven_residuals,
-)
+from carrierflex.blind_check.truth.element.reference import reference_motion
 from carrierflex.blind_check.truth.noise import (
     case_rng,
     coloured_noise,
@@ -48,10 +45,8 @@ from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
 
-_SAMPLES = 2400
-#: A decay is recorded until it has fallen to this share of its start, for so many samples at most.
-_DECAYED, _LONGEST_DECAY = 0.01, 1200
-_SETTLE = 300
+#: Gap of a pair's second cause over that of the first.
+_BALANCE = (0.6, 1.6)
 #: Coefficients of the noise's memory.
 _MEMORY = (0.0, 0.7)
 #: With nothing missing: curvature of the baseline's own spring and damper, as a power of ten of a
@@ -60,51 +55,6 @@ _SLIGHT = (-3.3, -2.3)
 #: Curvature that is tried first, of a cause's size, and how often it is corrected: what it leaves
 #: is all but proportional to it.
 _TRIED_LEAK, _LEAK_PASSES = 0.01, 2
-#: A cause under which the motion grows beyond this many times the plain one is made smaller.
-_LARGEST_MOTION = 4.0
-_SMALLER = 0.6
-_TRIALS = 12
-
-
-@dataclass(frozen=True, eq=False)
-class _Case:
-    """Drives of a case, its element without causes and with them, and the changes of form."""
-
-    drive: str
-    drives: tuple[Drive, ...]
-    plain: Element
-    element: Element
-    reference: Reference
-    changes: tuple[float, ...]
-
-    @property
-    def n(self) -> int:
-        return _samples(self.drive, self.plain)
-
-    @property
-    def settle(self) -> int:
-        return 0 if self.drive == DECAY else _SETTLE
-
-    def signals(self, element: Element) -> list[FloatArray]:
-        """Channel of every run without noise."""
-        return [element.channel(drive, run, self.n) for run, drive in enumerate(self.drives)]
-
-    @cached_property
-    def baseline(self) -> Callable[[Sequence[FloatArray]], list[FloatArray]]:
-        """What the baseline's own refit leaves; constant gains change its parameters only."""
-        plain = self.plain
-        if self.drive == DECAY:
-            return DecayRefit(plain.step, plain.omega, plain.damping_ratio).residuals
-        if not plain.by_force:
-            motions = [reference_motion(plain, drive, self.n).columns for drive in self.drives]
-            kept = [columns[::FINE][self.settle :] for columns in motions]
-            return lambda signals: driven_residuals(
-                kept, [signal[self.settle :] for signal in signals]
-            )
-        fine = 8
-        time = plain.step / fine * np.arange((self.n - 1.0) * fine + 1.0)
-        forces = [drive.at(time) for drive in self.drives]
-        return ForcedRefit(forces, plain.step / fine, fine, plain.base, self.settle).residuals
 
 
 def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
@@ -126,7 +76,7 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     case, clean = _drawn_case(plan, rng)
     residuals = case.baseline(clean)
     gap = root_mean_square(np.array(residuals))
-    own_gaps = _own_gaps(plan, case, gap)
+    gaps = own_gaps(case, plan.effects) if len(plan.effects) > 1 else ()
     if plan.effects:
         floor = gap / plan.ratio
     else:
@@ -148,32 +98,12 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         settle=case.settle,
     )
     label = _label(plan, case, residuals, gap, floor)
-    return campaign_of(plan, records), replace(
-        label, own_gaps=tuple(own / floor for own in own_gaps)
-    )
-
-
-def _own_gaps(plan: CasePlan, case: _Case, gap: float) -> list[float]:
-    """What each of several causes would leave alone; empty for one or none.
-
-    As much as all together where the motion with one alone runs away, as that of a softening spring
-    does without the damper beside it.
-    """
-    if len(plan.effects) < 2:
-        return []
-    own_gaps = []
-    for k in range(len(plan.effects)):
-        signals = case.signals(with_one_cause(case.element, plan.effects, k))
-        own = gap
-        if _is_bounded(case, signals):
-            own = root_mean_square(np.array(case.baseline(signals)))
-        own_gaps.append(own)
-    return own_gaps
+    return campaign_of(plan, records), replace(label, own_gaps=tuple(own / floor for own in gaps))
 
 
 def _label(
     plan: CasePlan,
-    case: _Case,
+    case: ElementCase,
     residuals: Sequence[FloatArray],
     gap: float,
     floor: float,
@@ -203,10 +133,10 @@ def _label(
     )
 
 
-def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[_Case, list[FloatArray]]:
+def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[ElementCase, list[FloatArray]]:
     """Element under its drives, and its channel in every run without noise."""
     plain = drawn_element(rng, plan.drive)
-    n = _samples(plan.drive, plain)
+    n = samples(plan.drive, plain)
     drives = sized_drives(
         rng,
         plain,
@@ -215,7 +145,7 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[_Case, list[F
             plan.drive,
             omega=plain.omega,
             duration=n * plain.step,
-            growth=0.5 * _SETTLE * plain.step,
+            growth=0.5 * settling_time(plain),
             by_force=plain.by_force,
         ),
         n,
@@ -223,31 +153,25 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[_Case, list[F
     reference = reference_motion(plain, drives[-1], n)
     size = drawn_size(rng, plain, reference)
     element, changes = with_causes(rng, plan.effects, plain, reference, size, len(drives))
-    case = _Case(plan.drive, drives, plain, element, reference, changes)
+    case = ElementCase(plan.drive, drives, plain, element, reference, changes)
+    if len(plan.effects) > 1:
+        case = balanced(case, plan.effects, rng.uniform(*_BALANCE))
     if plan.effects:
         return _leaking(rng, plan, case, size)
     # With nothing missing the curvature is the gap that the floor is set by.
     slight = size * 10.0 ** rng.uniform(*_SLIGHT)
-    return _bounded(replace(case, element=slightly_curved(rng, element, reference, slight)))
-
-
-def _samples(drive: str, plain: Element) -> int:
-    """Samples of a run; whoever releases an element records until it has all but stopped."""
-    if drive != DECAY:
-        return _SAMPLES
-    time = -np.log(_DECAYED) / (plain.damping_ratio * plain.omega)
-    return min(round(time / plain.step), _LONGEST_DECAY)
+    return bounded(replace(case, element=slightly_curved(rng, element, reference, slight)))
 
 
 def _leaking(
-    rng: np.random.Generator, plan: CasePlan, case: _Case, size: float
-) -> tuple[_Case, list[FloatArray]]:
+    rng: np.random.Generator, plan: CasePlan, case: ElementCase, size: float
+) -> tuple[ElementCase, list[FloatArray]]:
     """The case with a baseline a little wrong, which changes what is left by what it may.
 
     Measured on the case's own motion and in its channel: a resonance makes of a curvature that is a
     small force a large motion, and a delay of a sample leaves less than any force of that size.
     """
-    case, plain = _bounded(case)
+    case, plain = bounded(case)
     before = np.array(case.baseline(plain))
     allowed = largest_leak(plan) * rng.uniform(0.2, 1.0) / plan.ratio * root_mean_square(before)
     tried = slightly_curved(rng, case.element, case.reference, _TRIED_LEAK * size)
@@ -256,24 +180,4 @@ def _leaking(
         after = np.array(case.baseline(case.signals(tried)))
         factor = allowed / root_mean_square(after - before)
         tried = replace(tried, laws=(*tried.laws[:bare], *scaled(tried.laws[bare:], factor)))
-    return _bounded(replace(case, element=tried))
-
-
-def _is_bounded(case: _Case, signals: Sequence[FloatArray]) -> bool:
-    """Whether a motion under a force stays within some times that of the plain element."""
-    values = np.array(signals)
-    largest = _LARGEST_MOTION * case.reference.scale[0]
-    bounded = not case.plain.by_force or np.abs(values).max() <= largest
-    return bool(np.isfinite(values).all() and bounded)
-
-
-def _bounded(case: _Case) -> tuple[_Case, list[FloatArray]]:
-    """The case, its causes smaller until no motion runs away, and its signals."""
-    for _ in range(_TRIALS):
-        signals = case.signals(case.element)
-        if _is_bounded(case, signals):
-            return case, signals
-        case = replace(case, element=smaller(case.element, _SMALLER))
-    raise ArithmeticError(
-        f"the motion grows without bound after {_TRIALS} reductions; expected a softer cause"
-    )
+    return bounded(replace(case, element=tried))
