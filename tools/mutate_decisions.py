@@ -28,6 +28,7 @@ ROOT = Path(__file__).parents[1]
 #: Modules and the tests that state their behaviour.
 TESTS = {
     "diagnosis/classes/decision.py": ("tests/diagnosis/classes/test_decision.py",),
+    "diagnosis/classes/answer.py": ("tests/diagnosis/classes/test_answer.py",),
     "diagnosis/classes/plain_parts.py": ("tests/diagnosis/classes/test_plain_parts.py",),
     "diagnosis/class_verdict.py": ("tests/diagnosis/test_class_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
