@@ -34,9 +34,8 @@ def decided(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True,
     own = SimpleNamespace(table=SimpleNamespace(surface=SURFACE))
     shares = PairedShares(BEFORE, np.zeros(N_BLOCKS), ClassConstants())
     decision = Decision(state, classes, ((SURFACE,),), left(answer), PAIR, "short", True)
-    candidates = ["dissipation", "hysteresis", "memory", "restoring_force"]
     table, found = answers._as_smooth_loop(
-        own, None, shares, decision, candidates, shows_two_causes=two, falls_short=short
+        own, None, shares, decision, shows_two_causes=two, falls_short=short
     )
     if found is decision:
         assert table is own
