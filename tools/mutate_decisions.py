@@ -28,12 +28,17 @@ ROOT = Path(__file__).parents[1]
 #: Modules and the tests that state their behaviour.
 TESTS = {
     "diagnosis/classes/decision.py": ("tests/diagnosis/classes/test_decision.py",),
+    "diagnosis/classes/answer.py": ("tests/diagnosis/classes/test_answer.py",),
     "diagnosis/classes/plain_parts.py": ("tests/diagnosis/classes/test_plain_parts.py",),
     "diagnosis/class_verdict.py": ("tests/diagnosis/test_class_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
     "diagnosis/classes/laws.py": ("tests/diagnosis/classes/test_laws.py",),
     "diagnosis/classes/shape_decision.py": ("tests/diagnosis/classes/test_shape_decision.py",),
+    "diagnosis/element/classes/answer.py": (
+        "tests/diagnosis/element/test_answer_of_table.py",
+        "tests/diagnosis/element/test_loops_in_answers.py",
+    ),
     "diagnosis/mounting/classes/answer.py": ("tests/diagnosis/mounting/test_sparsest_classes.py",),
     "diagnosis/inference/verdict.py": ("tests/diagnosis/inference/test_verdict.py",),
     "diagnosis/inference/selection.py": ("tests/diagnosis/inference/test_selection.py",),
@@ -60,8 +65,8 @@ EQUIVALENT: dict[tuple[str, str], str] = {
 }
 #: Of its processor, and by the clock of a busy machine: tests that take longer do not end.
 _SECONDS, _BY_CLOCK = 60, 1200.0
-#: Of the packages that are changed the one that loads all that the tests of a module need.
-_LOADS_ALL = "carrierflex.diagnosis.diagnose"
+#: Of the packages that are changed those that load all that the tests of a module need.
+_LOAD_ALL = ("carrierflex.diagnosis.diagnose", "carrierflex.diagnosis.kinds")
 _TURNED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Lt: ast.GtE,
     ast.GtE: ast.Lt,
@@ -222,7 +227,8 @@ def load_unchanged(folder: Path) -> None:
     compiled one stands for every text of its size and second.
     """
     sys.path.insert(0, str(folder))
-    importlib.import_module(_LOADS_ALL)
+    for name in _LOAD_ALL:
+        importlib.import_module(name)
     sys.dont_write_bytecode = True
     for module in TESTS:
         source = folder / "carrierflex" / module

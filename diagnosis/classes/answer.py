@@ -188,7 +188,7 @@ def answer_of(
 def _holds(table: GramTable, name: str, classes: Sequence[str]) -> bool:
     """Whether a class is the answer, or contains it: neither is a rival."""
     inside = {group for own in classes for group in table.classes[own]}
-    return (name,) == tuple(classes) or inside <= set(table.classes[name])
+    return inside <= set(table.classes[name])
 
 
 def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:

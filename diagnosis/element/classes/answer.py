@@ -1,6 +1,6 @@
 """Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
@@ -113,7 +113,6 @@ def answer_of_table(
         model,
         shares,
         decision,
-        drive.candidates,
         shows_two_causes=not drive.is_one_line,
         falls_short=falls_short(own, decision),
     )
@@ -178,7 +177,7 @@ def _drive_of(own: ElementTable, model: ElementModel) -> _Drive:
         inseparable |= {MEMORY}
     return _Drive(
         candidates=tuple(name for name in CLASS_GROUPS if name not in left_out | inseparable),
-        inseparable=tuple(sorted(inseparable - left_out)),
+        inseparable=tuple(sorted(inseparable)),
         is_one_frequency=is_one_frequency,
         is_one_line=is_one_line,
         note=_note_of_time(is_steady=is_steady, is_one_frequency=is_one_frequency),
@@ -199,7 +198,6 @@ def _as_smooth_loop(
     model: ElementModel,
     shares: Shares,
     decision: Decision,
-    candidates: Sequence[str],
     *,
     shows_two_causes: bool,
     falls_short: bool,
@@ -217,7 +215,7 @@ def _as_smooth_loop(
     is_one = len(decision.classes) == 1 and decision.classes != (surface,)
     is_settled = is_one and decision.state == NAMED_CLASS and not falls_short
     may_be_loop = {HYSTERESIS, RESTORING_FORCE, MEMORY, surface}.intersection(decision.classes)
-    if is_settled or HYSTERESIS not in candidates or not may_be_loop:
+    if is_settled or not may_be_loop:
         return own, decision
     alone, loop = left_by_loop(own, "")
     found = None

@@ -1,19 +1,13 @@
 """Smooth loops of hysteresis: their state, their fit, and that they replace no two causes."""
 
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.decision import Decision
-from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.memory_columns import stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
-from carrierflex.diagnosis.classes.shares import PairedShares
-from carrierflex.diagnosis.element.classes import answer as answers
 from carrierflex.diagnosis.element.classes.measured.measured_laws import law_of_answer
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.simulation.element.loop_kernels import loop_states, moved_loop
@@ -110,82 +104,3 @@ def test_a_saved_loop_explains_its_class_on_new_records(tmp_path):
     assert law.loops.shape[0] == 1
     problem = element_problem(displacement_campaign(hardening_loop, n=3000, seed=7), (law,))
     assert shrinkage(problem, law) > 0.98 * problem.class_answer().share
-
-
-N_BLOCKS = 12
-BEFORE = np.full(N_BLOCKS, 100.0)
-SURFACE = "force_surface"
-PAIR = ("dissipation", "restoring_force")
-
-
-def left(share):
-    """Result that leaves a share of the gap in every block."""
-    return HeldOutSquares(share * BEFORE, (), ())
-
-
-def told(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True, short=False):
-    """Classes after the loop was asked; `loops` has what loop and curve leave, by partner."""
-    monkeypatch.setattr(
-        answers,
-        "left_by_loop",
-        lambda own, beside, is_curve=False: (left(loops[beside][is_curve]), None),
-    )
-    monkeypatch.setattr(answers, "with_loop", lambda model, own, loop: own)
-    own = SimpleNamespace(table=SimpleNamespace(surface=SURFACE))
-    shares = PairedShares(BEFORE, np.zeros(N_BLOCKS), ClassConstants())
-    decision = Decision(state, classes, ((SURFACE,),), left(answer), PAIR)
-    candidates = ["dissipation", "hysteresis", "memory", "restoring_force"]
-    _, found = answers._as_smooth_loop(
-        own, None, shares, decision, candidates, shows_two_causes=two, falls_short=short
-    )
-    assert found is decision or (found.ties == () and found.state == NAMED_CLASS)
-    return found.classes
-
-
-@pytest.mark.parametrize(
-    ("classes", "state", "answer", "loop", "curve", "expected"),
-    [
-        (PAIR, NAMED_CLASS, 0.10, 0.06, 0.4, ("hysteresis",)),
-        ((SURFACE,), NAMED_CLASS, 0.10, 0.06, 0.4, ("hysteresis",)),
-        (("memory",), "leading", 0.40, 0.10, 0.4, ("hysteresis",)),
-        (("dissipation",), "leading", 0.40, 0.10, 0.4, ("dissipation",)),
-        (("hysteresis",), NAMED_CLASS, 0.10, 0.01, 0.4, ("hysteresis",)),
-        # 1.56 times as much is asked, of the answer and of a curve; a fifth may be left.
-        (PAIR, NAMED_CLASS, 0.10, 0.07, 0.4, PAIR),
-        (PAIR, NAMED_CLASS, 0.10, 0.06, 0.09, PAIR),
-        (("hysteresis",), "no_class", 0.68, 0.42, 0.9, ("hysteresis",)),
-        (("hysteresis", "memory"), "no_class", 0.68, 0.21, 0.9, ("hysteresis", "memory")),
-        (("hysteresis", "memory"), "no_class", 0.68, 0.19, 0.9, ("hysteresis",)),
-    ],
-)
-def test_a_loop_takes_the_place_of_what_leaves_far_more(
-    monkeypatch, classes, state, answer, loop, curve, expected
-):
-    loops = dict.fromkeys(("", "coupled_damping", *PAIR), (loop, curve))
-    assert told(monkeypatch, classes, answer, loops, state=state) == expected
-
-
-def test_a_named_class_that_falls_short_is_held_against_a_loop(monkeypatch):
-    spring, loops = ("restoring_force",), {"": (0.01, 0.4)}
-    assert told(monkeypatch, spring, 0.10, loops) == spring
-    assert told(monkeypatch, spring, 0.10, loops, short=True) == ("hysteresis",)
-    assert told(monkeypatch, ("dissipation",), 0.10, loops, short=True) == ("dissipation",)
-
-
-def test_a_second_cause_beside_the_loop_is_one_beside_any_class(monkeypatch):
-    # Beside dissipation the loop gains 4 % of the gap, beside the restoring force 1 %.
-    loops = {"": (0.06, 0.4), "dissipation": (0.02, 0.3), "restoring_force": (0.05, 0.3)}
-    both = ("dissipation", "hysteresis")
-    assert told(monkeypatch, PAIR, 0.10, loops) == both
-    assert told(monkeypatch, PAIR, 0.05, loops) == both
-    assert told(monkeypatch, PAIR, 0.10, loops, two=False) == ("hysteresis",)
-    little = {**loops, "dissipation": (0.04, 0.3)}
-    assert told(monkeypatch, PAIR, 0.10, little) == ("hysteresis",)
-    curve = {**loops, "dissipation": (0.02, 0.03)}
-    assert told(monkeypatch, PAIR, 0.10, curve) == ("hysteresis",)
-    # A surface takes up a damping beside the loop, and a memory stands for the loop itself.
-    beside = {"": (0.08, 0.4), "memory": (0.08, 0.3), "coupled_damping": (0.08, 0.3)}
-    taken = {**beside, "dissipation": (0.02, 0.3)}
-    assert told(monkeypatch, (SURFACE, "memory"), 0.06, taken) == both
-    # Hysteresis is among the two already: only alone it is another answer.
-    assert told(monkeypatch, ("dissipation", "hysteresis"), 0.05, loops) == both
