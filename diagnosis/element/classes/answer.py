@@ -81,7 +81,9 @@ def answer_of_table(
     shape_of : callable
         Gives, for a table, the measured shape of a class.
     """
-    drive, floor_is_known = _drive_of(own, model), not noise_note
+    drive = _drive_of(own, model)
+    floor_is_known = not noise_note
+    drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
 
     def decided(own: ElementTable) -> tuple[Shares, Decision]:
         return class_decision(
@@ -92,7 +94,7 @@ def answer_of_table(
             # The band holds one line and its harmonics: two causes share out what one makes.
             shows_two_causes=not drive.is_one_line,
             shows_small_causes=not drive.is_one_frequency,
-            drive_note="; ".join(text for text in (noise_note, drive.note) if text),
+            drive_note=drive_note,
         )
 
     shares, decision = decided(own)
@@ -115,6 +117,7 @@ def answer_of_table(
         decision,
         shows_two_causes=not drive.is_one_line,
         falls_short=falls_short(own, decision),
+        drive_note=drive_note,
     )
     decision = _or_friction(own, shares, decision)
     is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(own, decision)
@@ -201,6 +204,7 @@ def _as_smooth_loop(
     *,
     shows_two_causes: bool,
     falls_short: bool,
+    drive_note: str,
 ) -> tuple[ElementTable, Decision]:
     """Table and decision, hysteresis in it where its smooth loop leaves far less than the answer.
 
@@ -220,14 +224,14 @@ def _as_smooth_loop(
     alone, loop = left_by_loop(own, "")
     found = None
     if _is_answer(own, shares, alone, decision.held, ""):
-        found = loop, _answered(decision, (HYSTERESIS,), alone)
+        found = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
     for other in _partners(decision, surface) if shows_two_causes and not is_one else ():
         both, loop = left_by_loop(own, other)
         least = found[1].held if found else decision.held
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
         if is_cause and _is_answer(own, shares, both, least, other):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
-            found = loop, _answered(decision, pair, both)
+            found = loop, _answered(decision, pair, both, drive_note)
     return (with_loop(model, own, found[0]), found[1]) if found else (own, decision)
 
 
@@ -255,10 +259,19 @@ def _is_answer(
     )
 
 
-def _answered(decision: Decision, classes: Classes, held: HeldOutSquares) -> Decision:
-    """Decision for other classes, which are named."""
+def _answered(decision: Decision, classes: Classes, held: HeldOutSquares, note: str) -> Decision:
+    """Decision for other classes, which are named.
+
+    Why the answer before was not named is no note of theirs; what the drive does not show is.
+    """
     return replace(
-        decision, state=NAMED_CLASS, classes=classes, ties=(), held=held, is_inseparable=False
+        decision,
+        state=NAMED_CLASS,
+        classes=classes,
+        ties=(),
+        held=held,
+        note=note,
+        is_inseparable=False,
     )
 
 

@@ -35,7 +35,13 @@ def decided(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True,
     shares = PairedShares(BEFORE, np.zeros(N_BLOCKS), ClassConstants())
     decision = Decision(state, classes, ((SURFACE,),), left(answer), PAIR, "short", True)
     table, found = answers._as_smooth_loop(
-        own, None, shares, decision, shows_two_causes=two, falls_short=short
+        own,
+        None,
+        shares,
+        decision,
+        shows_two_causes=two,
+        falls_short=short,
+        drive_note="time is not told",
     )
     if found is decision:
         assert table is own
@@ -43,6 +49,8 @@ def decided(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True,
     # The table holds the loop that was fitted beside the same class.
     assert table == f"loop beside {''.join(set(found.classes) - {'hysteresis'})}"
     assert (found.state, found.ties, found.is_inseparable) == (NAMED_CLASS, (), False)
+    # Why the answer before was not named says nothing of the loop; what the drive hides does.
+    assert found.note == "time is not told"
     return found
 
 
