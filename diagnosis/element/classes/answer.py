@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
 from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
-from carrierflex.diagnosis.classes.held_out import Classes, HeldOutSquares
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import nearest_law
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
@@ -115,6 +115,7 @@ def answer_of_table(
         model,
         shares,
         decision,
+        least=_least(own.scores, decision, drive),
         shows_two_causes=not drive.is_one_line,
         falls_short=falls_short(own, decision),
         drive_note=drive_note,
@@ -202,6 +203,7 @@ def _as_smooth_loop(
     shares: Shares,
     decision: Decision,
     *,
+    least: HeldOutSquares,
     shows_two_causes: bool,
     falls_short: bool,
     drive_note: str,
@@ -223,16 +225,27 @@ def _as_smooth_loop(
         return own, decision
     alone, loop = left_by_loop(own, "")
     found = None
-    if _is_answer(own, shares, alone, decision.held, ""):
+    if _is_answer(own, shares, alone, least, ""):
         found = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
+        least = alone
+    pairs = []
     for other in _partners(decision, surface) if shows_two_causes and not is_one else ():
         both, loop = left_by_loop(own, other)
-        least = found[1].held if found else decision.held
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
         if is_cause and _is_answer(own, shares, both, least, other):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
-            found = loop, _answered(decision, pair, both, drive_note)
+            pairs.append((loop, _answered(decision, pair, both, drive_note)))
+    found = min(pairs, key=lambda entry: entry[1].held.total, default=found)
     return (with_loop(model, own, found[0]), found[1]) if found else (own, decision)
+
+
+def _least(scores: ClassScores, decision: Decision, drive: _Drive) -> HeldOutSquares:
+    """What the answer leaves, or a class that the drive mixes with others where that is less.
+
+    Such a class is not named, and may be the cause all the same.
+    """
+    mixed = [scores.of((name,)) for name in drive.inseparable]
+    return min([decision.held, *mixed], key=lambda held: held.total)
 
 
 def _partners(decision: Decision, surface: str) -> list[str]:

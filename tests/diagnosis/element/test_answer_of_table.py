@@ -303,6 +303,18 @@ def test_a_second_cause_beside_a_smooth_loop_is_named_where_many_frequencies_dri
     assert (found.state, found.ids, found.experiment) == (NAMED_CLASS, ("hysteresis",), "")
 
 
+def test_a_loop_is_held_against_a_class_that_the_drive_mixes_with_others(loops):
+    # After a release a memory is one spring and one damper: it explains all, and is not told.
+    creep = {"memory": {"creep": 0.0}, "restoring_force": {"creep": 0.15}}
+    left = {"creep": 0.14}
+    loops[""] = (4.0, 99.0)
+    found = answered(DECAYS, {"creep": 100.0}, creep, model=RELEASED, union=left)
+    assert (found.state, found.best) == (NO_CLASS, ("restoring_force",))
+    apart = {**creep, "memory": {"creep": 0.07}}
+    found = answered(DECAYS, {"creep": 100.0}, apart, model=RELEASED, union=left)
+    assert (found.state, found.ids) == (NAMED_CLASS, ("hysteresis",))
+
+
 def test_a_class_that_falls_short_is_held_against_a_smooth_loop_of_which_the_shape_is_drawn(
     loops, monkeypatch
 ):

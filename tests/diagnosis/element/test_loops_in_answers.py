@@ -23,8 +23,13 @@ def left(share):
     return HeldOutSquares(share * BEFORE, (), ())
 
 
-def decided(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True, short=False):
-    """Decision after the loop was asked; `loops` has what loop and curve leave, by partner."""
+def decided(
+    monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True, short=False, mixed=1.0
+):
+    """Decision after the loop was asked; `loops` has what loop and curve leave, by partner.
+
+    `mixed` is what a class leaves that the drive mixes with others.
+    """
 
     def left_by_loop(own, beside, is_curve=False):
         return left(loops[beside][is_curve]), f"loop beside {beside}"
@@ -39,6 +44,7 @@ def decided(monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True,
         None,
         shares,
         decision,
+        least=left(min(answer, mixed)),
         shows_two_causes=two,
         falls_short=short,
         drive_note="time is not told",
@@ -124,8 +130,17 @@ def test_a_second_cause_beside_the_loop_is_one_beside_any_class(monkeypatch):
     assert told(monkeypatch, ("dissipation", "hysteresis"), 0.10, loops) == ("hysteresis",)
 
 
-def test_of_two_classes_beside_the_loop_a_later_one_has_to_leave_far_less(monkeypatch):
+def test_of_two_classes_beside_the_loop_the_one_that_leaves_less_is_named(monkeypatch):
     loops = {"": (0.09, 0.4), "dissipation": (0.03, 0.3), "restoring_force": (0.02, 0.3)}
-    assert told(monkeypatch, PAIR, 0.10, loops) == ("dissipation", "hysteresis")
-    far = {**loops, "restoring_force": (0.015, 0.3)}
-    assert told(monkeypatch, PAIR, 0.10, far) == ("hysteresis", "restoring_force")
+    assert told(monkeypatch, PAIR, 0.10, loops) == ("hysteresis", "restoring_force")
+    other = {**loops, "dissipation": (0.02, 0.3), "restoring_force": (0.03, 0.3)}
+    assert told(monkeypatch, PAIR, 0.10, other) == ("dissipation", "hysteresis")
+
+
+def test_a_loop_has_to_leave_far_less_than_what_the_drive_mixes_with_the_answer(monkeypatch):
+    loops = dict.fromkeys(("", *PAIR), (0.06, 0.4))
+    assert told(monkeypatch, PAIR, 0.10, loops, mixed=0.10) == ("hysteresis",)
+    assert told(monkeypatch, PAIR, 0.10, loops, mixed=0.09) == PAIR
+    beside = {"": (0.09, 0.4), "dissipation": (0.03, 0.3), "restoring_force": (0.08, 0.3)}
+    assert told(monkeypatch, PAIR, 0.10, beside, mixed=0.05) == ("dissipation", "hysteresis")
+    assert told(monkeypatch, PAIR, 0.10, beside, mixed=0.04) == PAIR
