@@ -14,7 +14,7 @@ CAMPAIGNS = {"force": force_campaign, "displacement": displacement_campaign}
 
 
 @pytest.mark.parametrize("drive", list(CAMPAIGNS))
-@pytest.mark.parametrize("delay", [0.0, 0.05, -0.04])
+@pytest.mark.parametrize("delay", [0.0, 0.05, pytest.param(-0.04, marks=pytest.mark.long)])
 def test_the_delay_of_a_linear_element_is_found(drive, delay):
     """Within half a step; damping and mass make up for a delay of a drive that ends at 4.7 Hz."""
     campaign = CAMPAIGNS[drive](lambda q, v: 0.0 * q)
@@ -39,7 +39,7 @@ def drifting(campaign, number, growth):
 
 
 @pytest.mark.parametrize("drive", list(CAMPAIGNS))
-@pytest.mark.parametrize("growth", [0.08, -0.06])
+@pytest.mark.parametrize("growth", [0.08, pytest.param(-0.06, marks=pytest.mark.long)])
 def test_the_run_whose_clock_drifts_is_found(drive, growth):
     campaign = CAMPAIGNS[drive](lambda q, v: 0.0 * q)
     number = len(campaign.runs) - 1
