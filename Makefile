@@ -18,6 +18,8 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
 
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
+# Where it is set, every process compiles scipy, gmsh and the tests anew: seconds each, and tests start many.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help install run test lint types tests quick long fuzz acceptance bench clean install-development docs docs-test gallery mutants
 

@@ -5,6 +5,7 @@ Imports point left, few files know a library, nothing is long.
 
 import ast
 import tomllib
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -32,13 +33,18 @@ MOST_LINES_OF_A_FILE = 400
 MOST_LINES_OF_A_FUNCTION = 60
 MOST_FILES_IN_A_ROOM = 16
 MOST_FILES_IN_A_FOLDER = 30
-TREES = {
-    path.relative_to(ROOT): ast.parse(path.read_text(encoding="utf-8"))
-    for package in CHAIN
-    for path in sorted((ROOT / package).rglob("*.py"))
-}
 #: The modules of fe that hold no finite elements, and so may be imported right of reduction.
 CURVES = {"carrierflex.fe.deflection_curves", "carrierflex.fe.curve_files"}
+
+
+@cache
+def trees():
+    """Syntax tree of every file; not at import, where every process of the tests would read all."""
+    return {
+        path.relative_to(ROOT): ast.parse(path.read_text(encoding="utf-8"))
+        for package in CHAIN
+        for path in sorted((ROOT / package).rglob("*.py"))
+    }
 
 
 def module_of(path):
@@ -49,7 +55,9 @@ def module_of(path):
     return ".".join((IMPORT_NAME, *path.with_suffix("").parts)).removesuffix(".__init__")
 
 
-MODULES = {module_of(path) for path in TREES}
+@cache
+def modules():
+    return {module_of(path) for path in trees()}
 
 
 def imported_names(tree):
@@ -67,21 +75,24 @@ def imported_names(tree):
 
 def module_behind(name):
     """The project's module that a dotted name leads to; None for other libraries."""
-    while name and name not in MODULES:
+    while name and name not in modules():
         name = name.rpartition(".")[0]
     return name or None
 
 
-GRAPH = {
-    module_of(path): {module_behind(name) for name in imported_names(tree)}
-    - {None, module_of(path)}
-    for path, tree in TREES.items()
-}
+@cache
+def graph_of_imports():
+    """Modules of the project that each of them imports."""
+    return {
+        module_of(path): {module_behind(name) for name in imported_names(tree)}
+        - {None, module_of(path)}
+        for path, tree in trees().items()
+    }
 
 
 def imports():
     """Package, file name and imported module of every import, also of those inside functions."""
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for name in imported_names(tree):
             yield path.parts[0], path.name, module_behind(name) or name
 
@@ -108,13 +119,13 @@ def test_packages_import_only_from_packages_to_their_left():
 
 def test_no_circle_between_any_two_files():
     try:
-        TopologicalSorter(GRAPH).prepare()
+        TopologicalSorter(graph_of_imports()).prepare()
     except CycleError as error:
         pytest.fail(" -> ".join(error.args[1]))
 
 
 def test_no_kind_imports_another_and_nothing_below_the_kinds_knows_one():
-    for module, imported in GRAPH.items():
+    for module, imported in graph_of_imports().items():
         if not module.startswith("carrierflex.diagnosis."):
             continue
         others = {
@@ -131,7 +142,7 @@ def test_no_kind_imports_another_and_nothing_below_the_kinds_knows_one():
 
 def test_inference_knows_no_gap_and_no_report():
     allowed = {"inference", "comparison"}
-    for module, imported in GRAPH.items():
+    for module, imported in graph_of_imports().items():
         if module.startswith("carrierflex.diagnosis.inference."):
             rooms = {
                 room_of(name) for name in imported if name.startswith("carrierflex.diagnosis.")
@@ -140,7 +151,7 @@ def test_inference_knows_no_gap_and_no_report():
 
 
 def test_nothing_below_the_list_of_kinds_names_a_kind():
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         if path.parts[0] != "diagnosis" or path.parts[1] not in BELOW_THE_KINDS:
             continue
         named = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)} & set(
@@ -162,7 +173,7 @@ def levels_of(graph):
 
 def test_rooms_of_the_diagnosis_stand_on_at_most_four_levels():
     rooms = {}
-    for module, imported in GRAPH.items():
+    for module, imported in graph_of_imports().items():
         if module.startswith("carrierflex.diagnosis."):
             inside = {
                 room_of(name) for name in imported if name.startswith("carrierflex.diagnosis.")
@@ -174,7 +185,7 @@ def test_rooms_of_the_diagnosis_stand_on_at_most_four_levels():
 
 def test_no_folder_holds_more_files_than_one_can_take_in():
     counts = {}
-    for path in TREES:
+    for path in trees():
         counts[path.parent] = counts.get(path.parent, 0) + 1
     for folder, count in counts.items():
         most = MOST_FILES_IN_A_ROOM if folder.parts[0] == "diagnosis" else MOST_FILES_IN_A_FOLDER
@@ -194,7 +205,7 @@ def test_each_library_of_meshes_and_pictures_has_one_place():
 
 
 def test_nothing_is_too_long_to_be_read_in_one_go():
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         assert (ROOT / path).read_text(encoding="utf-8").count("\n") <= MOST_LINES_OF_A_FILE, path
         for node in ast.walk(tree):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
@@ -208,9 +219,9 @@ def test_every_package_is_installed_below_the_import_name():
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
         "setuptools"
     ]["packages"]
-    packages = {module_of(path) for path in TREES if path.name == "__init__.py"}
+    packages = {module_of(path) for path in trees() if path.name == "__init__.py"}
     assert set(listed) == {IMPORT_NAME, *packages}
-    assert all(path.parent / "__init__.py" in TREES for path in TREES)
+    assert all(path.parent / "__init__.py" in trees() for path in trees())
 
 
 def test_every_decision_has_a_number_of_its_own_and_its_title_says_it():

@@ -18,7 +18,7 @@ from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.report.gap_words import where_text
-from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign, no_law
 from tests.identification.synthetic_campaigns import carrier_campaign
 
 
@@ -68,7 +68,7 @@ def test_an_even_law_stands_on_even_lines():
 
 
 def test_nothing_missing_is_at_the_noise_floor_and_a_placebo_is_worth_nothing():
-    own = found(force_campaign(lambda q, v: 0.0 * q))
+    own = found(force_campaign(no_law))
     assert own.verdict == "at_noise_floor"
     assert own.attribution.effects == ()
     assert 0.98 < own.reduction.negative_control_rho < 1.02

@@ -24,7 +24,7 @@ AGREEMENT = 1e-8
 N_MODES = 12
 
 
-@pytest.fixture(scope="module", params=["flexible", "stiff"])
+@pytest.fixture(scope="module", params=[pytest.param("flexible", marks=pytest.mark.long), "stiff"])
 def paths(request, carrier):
     """Whole body, its reduction, the half sector and the reduction made from it."""
     mesh = request.getfixturevalue(f"{request.param}_half")

@@ -20,13 +20,10 @@ from tests.diagnosis.element.element_campaigns import (
     STIFFNESS,
     displacement_campaign,
     force_campaign,
+    no_law,
 )
 from tests.diagnosis.mounting.mounting_campaigns import mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
-
-
-def no_law(q, v):
-    return 0.0 * q
 
 
 def damaged(campaign, windows, *, repaired=False):

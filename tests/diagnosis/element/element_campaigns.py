@@ -17,17 +17,26 @@ DAMPING = 12.0  # 5 % of critical
 STEP, PERIOD = 5e-3, 512
 
 
+def no_law(q, v):
+    """Of a linear element; one function for all files, whose motion is integrated once."""
+    return 0.0 * q
+
+
+def lines_of(seed, lines):
+    """Frequencies [rad/s] and random phases of the lines of a multisine."""
+    lines = np.array(list(lines))
+    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, lines.size)
+    return 2.0 * np.pi * lines / (PERIOD * STEP), phases
+
+
 def multisine(amplitude, seed, *, periods=4, lines=range(1, 80, 2)):
     """Odd random-phase multisine, its RMS equal to `amplitude`; lines are 0.39 Hz apart."""
-    rng = np.random.default_rng(seed)
-    lines = np.array(list(lines))
-    phases = rng.uniform(0.0, 2.0 * np.pi, lines.size)
-    frequency = 2.0 * np.pi * lines / (PERIOD * STEP)
+    frequency, phases = lines_of(seed, lines)
 
     def force(t):
         return (
             amplitude
-            * np.sqrt(2.0 / lines.size)
+            * np.sqrt(2.0 / frequency.size)
             * np.cos(np.multiply.outer(t, frequency) + phases).sum(axis=-1)
         )
 
@@ -38,7 +47,8 @@ def multisine(amplitude, seed, *, periods=4, lines=range(1, 80, 2)):
 def driven_motions(law, amplitudes, seed, lines=range(1, 80, 2)):
     """Time [s], forces, deflections from rest with an extra law(q, v), (n,) and (n_runs, n) twice.
 
-    The runs are integrated together: a call of the law on three numbers costs what it costs on one.
+    The runs are integrated together: a call of the law on three numbers costs what it costs on one,
+    and so do the forces at one time.
     """
     pairs = [
         multisine(amplitude, 10 * seed + number, lines=lines)
@@ -47,11 +57,15 @@ def driven_motions(law, amplitudes, seed, lines=range(1, 80, 2)):
     forces = [force for force, _ in pairs]
     time = STEP * np.arange(pairs[0][1])
     n_runs = len(amplitudes)
+    seeds = [10 * seed + number for number in range(n_runs)]
+    frequency = lines_of(seed, lines)[0]
+    phases = np.array([lines_of(own, lines)[1] for own in seeds])
+    heights = np.array(amplitudes) * np.sqrt(2.0 / frequency.size)
 
     def rates(t, state):
         q = state[:n_runs]
         v = state[n_runs:]
-        drive = np.array([force(t) for force in forces])
+        drive = heights * np.cos(t * frequency + phases).sum(axis=1)
         return np.concatenate([v, (drive - STIFFNESS * q - DAMPING * v - law(q, v)) / MASS])
 
     solution = solve_ivp(

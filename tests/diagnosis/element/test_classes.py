@@ -32,6 +32,7 @@ from tests.diagnosis.element.element_campaigns import (
     STIFFNESS,
     displacement_campaign,
     force_campaign,
+    no_law,
 )
 
 HALF = 2.0e-3
@@ -264,7 +265,7 @@ def test_three_causes_are_no_class_and_are_to_be_recorded_apart():
 
 def test_nothing_missing_is_nothing_under_both_drives():
     assert answer(displacement_campaign(lambda q, v: 0.0 * q, n=2000)).state == NOTHING
-    assert answer(force_campaign(lambda q, v: 0.0 * q)).state == NOTHING
+    assert answer(force_campaign(no_law)).state == NOTHING
 
 
 def test_a_cube_is_named_under_a_force():
@@ -333,7 +334,7 @@ def test_springs_in_words(law, words):
 def sweep_campaign(law):
     """Force sweeps through the resonance and far beyond it, where the motion sinks into noise."""
     rng = np.random.default_rng(3)
-    plain = force_campaign(lambda q, v: 0.0 * q)
+    plain = force_campaign(no_law)
     time = plain.runs[0].time
     runs = []
     for number, (first, last) in enumerate(((2.0, 60.0), (60.0, 2.0))):
@@ -375,7 +376,7 @@ def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
 
 
 def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does():
-    problem = element_problem(force_campaign(lambda q, v: 0.0 * q))
+    problem = element_problem(force_campaign(no_law))
     own = force_records(problem.model, problem.records, problem.noise)[0]
     speed = float(np.abs(own.v).max())
     assert_array_equal(while_sliding(own, 1e-6 * speed).counts, own.counts)

@@ -52,7 +52,7 @@ def class_answer_of(beside, steps):
     [
         ("dissipation", 0.5),
         ("dissipation", 2.0),
-        ("restoring_force", 0.5),
+        pytest.param("restoring_force", 0.5, marks=pytest.mark.long),
         ("restoring_force", 1.0),
     ],
 )

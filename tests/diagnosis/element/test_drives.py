@@ -204,15 +204,16 @@ def test_what_cannot_be_integrated_is_refused_by_name():
         element_problem(replace(campaign, channels=(channel,)))
 
 
-@pytest.mark.parametrize(
-    "campaign",
-    [
-        decay_campaign(no_law, starts=(1e-3,)),
-        base_campaign(no_law, mass=None),
-        base_campaign(no_law, measured="base_acceleration"),
-    ],
-)
-def test_such_campaigns_come_back_from_their_folder(tmp_path, campaign):
+CAMPAIGNS = {
+    "decay": lambda: decay_campaign(no_law, starts=(1e-3,)),
+    "without mass": lambda: base_campaign(no_law, mass=None),
+    "acceleration": lambda: base_campaign(no_law, measured="base_acceleration"),
+}
+
+
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_such_campaigns_come_back_from_their_folder(tmp_path, name):
+    campaign = CAMPAIGNS[name]()
     write_campaign(campaign, tmp_path / "c")
     read = read_campaign(tmp_path / "c")
     assert dict(read.rig) == dict(campaign.rig)

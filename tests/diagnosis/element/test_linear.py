@@ -21,11 +21,8 @@ from tests.diagnosis.element.element_campaigns import (
     STIFFNESS,
     displacement_campaign,
     force_campaign,
+    no_law,
 )
-
-
-def no_law(q, v):
-    return 0.0 * q
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from carrierflex.diagnosis.element.classes.noise_colour import (
 from carrierflex.diagnosis.element.classes.table import element_table
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
-from tests.diagnosis.element.element_campaigns import force_campaign
+from tests.diagnosis.element.element_campaigns import force_campaign, no_law
 
 STD = 2e-6
 
@@ -23,7 +23,7 @@ STD = 2e-6
 @pytest.fixture(scope="module")
 def clean():
     """Linear element under three forces, its deflections without noise."""
-    return force_campaign(lambda q, v: 0.0 * q, noise=0.0, settle=0)
+    return force_campaign(no_law, noise=0.0, settle=0)
 
 
 def with_noise(clean, memory):

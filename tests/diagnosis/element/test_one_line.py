@@ -1,5 +1,7 @@
 """Classes of an element under forces of one frequency at several levels."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,18 @@ def nothing(q, v):
     return 0.0 * v
 
 
+def both(q, v):
+    return dry(q, v) + hard(q, v)
+
+
+@cache
+def answered(law):
+    """Problem of a law under one line and its classes."""
+    campaign = force_campaign(law, amplitudes=LEVELS, lines=(LINE,), noise=NOISE, seed=3)
+    problem = element_problem(campaign)
+    return problem, problem.class_answer()
+
+
 @pytest.mark.parametrize(
     ("law", "state", "found"),
     [
@@ -36,9 +50,7 @@ def nothing(q, v):
 )
 def test_a_line_that_changes_with_the_level_shows_the_class(law, state, found):
     # A force of the deflection changes the stiffness with the level, one of the speed the damping.
-    campaign = force_campaign(law, amplitudes=LEVELS, lines=(LINE,), noise=NOISE, seed=3)
-    problem = element_problem(campaign)
-    answer = problem.class_answer()
+    problem, answer = answered(law)
     assert answer.state == state
     assert [own.id for own in answer.classes] == found
     # Noise leaves no harmonic of the lowest level, and its line is compared all the same.
@@ -48,14 +60,7 @@ def test_a_line_that_changes_with_the_level_shows_the_class(law, state, found):
 
 
 def test_two_causes_under_one_line_ask_for_more_frequencies():
-    def both(q, v):
-        return dry(q, v) + hard(q, v)
-
-    def answer(law):
-        campaign = force_campaign(law, amplitudes=LEVELS, lines=(LINE,), noise=NOISE, seed=3)
-        return element_problem(campaign).class_answer()
-
-    found = answer(both)
+    _, found = answered(both)
     assert found.state == NO_CLASS
     assert found.share > 0.95
     assert found.experiment.startswith("drive at many frequencies")
@@ -63,4 +68,5 @@ def test_two_causes_under_one_line_ask_for_more_frequencies():
     told = class_sentence(found)
     assert told.startswith("No class of effect is named: the best (restoring force) explains 99")
     # One cause is named, and nothing has to be recorded anew for it.
-    assert answer(hard).experiment == ""
+    _, alone = answered(hard)
+    assert alone.experiment == ""

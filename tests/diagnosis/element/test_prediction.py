@@ -13,15 +13,12 @@ from tests.diagnosis.element.element_campaigns import (
     STIFFNESS,
     displacement_campaign,
     force_campaign,
+    no_law,
 )
 
 
 def cubic(q, v):
     return 2e9 * q**3
-
-
-def no_law(q, v):
-    return 0.0 * q
 
 
 def beside(measured, predicted, effects=()):

@@ -1,6 +1,7 @@
 """Motion under one line, known from its harmonics, and what the classes see with it."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ OMEGA = 2.0 * np.pi * 6.1313
 NOISE = 4e-6
 
 
+@cache
 def settled(law, level):
     """Deflection under one sine that grows in the record, integrated to 1e-9."""
 
@@ -128,7 +130,11 @@ def test_a_transient_beside_the_harmonics_is_motion_and_no_noise():
     ("law", "expected"),
     [
         (cubic, "restoring_force"),
-        (lambda q, v: 4e4 * np.clip(np.abs(q) - 3e-4, 0.0, None) * np.sign(q), "restoring_force"),
+        pytest.param(
+            lambda q, v: 4e4 * np.clip(np.abs(q) - 3e-4, 0.0, None) * np.sign(q),
+            "restoring_force",
+            marks=pytest.mark.long,
+        ),
         (lambda q, v: 3e8 * q**2 * v, "coupled_damping"),
     ],
 )

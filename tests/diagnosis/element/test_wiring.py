@@ -8,16 +8,21 @@ from scipy.interpolate import CubicSpline
 
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.wiring.clocks import element_clocks
-from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign, late
+from tests.diagnosis.element.element_campaigns import (
+    displacement_campaign,
+    force_campaign,
+    late,
+    no_law,
+)
 
 CAMPAIGNS = {"force": force_campaign, "displacement": displacement_campaign}
 
 
 @pytest.mark.parametrize("drive", list(CAMPAIGNS))
-@pytest.mark.parametrize("delay", [0.0, 0.05, -0.04])
+@pytest.mark.parametrize("delay", [0.0, 0.05, pytest.param(-0.04, marks=pytest.mark.long)])
 def test_the_delay_of_a_linear_element_is_found(drive, delay):
     """Within half a step; damping and mass make up for a delay of a drive that ends at 4.7 Hz."""
-    campaign = CAMPAIGNS[drive](lambda q, v: 0.0 * q)
+    campaign = CAMPAIGNS[drive](no_law)
     step = campaign.runs[0].time[1]
     clocks = element_clocks(element_problem(late(campaign, delay)))
     found = next((clock.delay for clock in clocks if not clock.run), 0.0)
@@ -39,9 +44,9 @@ def drifting(campaign, number, growth):
 
 
 @pytest.mark.parametrize("drive", list(CAMPAIGNS))
-@pytest.mark.parametrize("growth", [0.08, -0.06])
+@pytest.mark.parametrize("growth", [0.08, pytest.param(-0.06, marks=pytest.mark.long)])
 def test_the_run_whose_clock_drifts_is_found(drive, growth):
-    campaign = CAMPAIGNS[drive](lambda q, v: 0.0 * q)
+    campaign = CAMPAIGNS[drive](no_law)
     number = len(campaign.runs) - 1
     step = campaign.runs[number].time[1]
     clocks = element_clocks(element_problem(drifting(campaign, number, growth)))

@@ -6,7 +6,7 @@ from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.gap.in_time import block_rms, significant_drifts, sliding_rms, trend
 from carrierflex.diagnosis.report.gap_words import scatter_words
 from tests.diagnosis.carrier.carrier_twin import twin_problem
-from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign, no_law
 
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 
@@ -74,9 +74,7 @@ def test_a_steady_gap_does_not_drift():
 @pytest.mark.parametrize("by_force", [True, False])
 def test_an_element_whose_offset_wanders_drifts(by_force):
     campaign = (
-        force_campaign(lambda q, v: 0.0 * q)
-        if by_force
-        else displacement_campaign(lambda q, v: 0.0 * q, n=2000)
+        force_campaign(no_law) if by_force else displacement_campaign(lambda q, v: 0.0 * q, n=2000)
     )
     steady = findings_of(element_problem(campaign))
     assert steady.drifts == ()

@@ -10,7 +10,7 @@ from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
 from carrierflex.diagnosis.report.gap_words import scatter_words
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, NOISE, twin_campaign
-from tests.diagnosis.element.element_campaigns import force_campaign
+from tests.diagnosis.element.element_campaigns import force_campaign, no_law
 
 pytestmark = pytest.mark.long
 
@@ -115,7 +115,7 @@ def test_what_differs_between_repeats_of_one_condition_is_told_apart():
 
 
 def test_an_element_that_chatters_is_not_taken_for_noise():
-    quiet = force_campaign(lambda q, v: 0.0 * q)
+    quiet = force_campaign(no_law)
     assert significant(findings_of(element_problem(quiet))) == []
     rng = np.random.default_rng(3)
     for run in quiet.runs:

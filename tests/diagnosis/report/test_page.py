@@ -16,7 +16,6 @@ from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign
-from tests.diagnosis.report.browser import browser
 
 LOADS = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (1.0, 1e5, 1e5))
 SECTIONS = (
@@ -310,26 +309,23 @@ def test_page_is_the_same_each_time_and_written_whole(element, tmp_path, page):
 
 
 def test_a_browser_shows_every_figure_without_complaint(
-    element, carrier, page, carrier_page, tmp_path
+    element, carrier, page, carrier_page, tmp_path, window
 ):
-    with browser(tmp_path / "profile") as window:
-        for result, text, width in product_of_pages((element, page), (carrier, carrier_page)):
-            path = tmp_path / "report.html"
-            path.write_text(text, encoding="utf-8")
-            window.events.clear()
-            window.open(path.as_uri(), width=width)
-            window.value(
-                "document.querySelectorAll('details').forEach(own => {own.open = true}); 1"
-            )
-            boxes = json.loads(window.value(_BOXES))
-            n_panels = sum(len(picture.panels) for picture in result[0].pictures)
-            assert len(boxes) >= 5 + n_panels
-            assert np.min(boxes) > 80.0
-            assert np.max(np.array(boxes)[:, 0]) <= width
-            # A phone never has to scroll sideways; wide tables do so in their own frame.
-            assert window.value("document.documentElement.scrollWidth") <= width
-            assert window.complaints() == []
-            assert all(address.startswith(("file:", "data:")) for address in window.addresses())
+    for result, text, width in product_of_pages((element, page), (carrier, carrier_page)):
+        path = tmp_path / "report.html"
+        path.write_text(text, encoding="utf-8")
+        window.events.clear()
+        window.open(path.as_uri(), width=width)
+        window.value("document.querySelectorAll('details').forEach(own => {own.open = true}); 1")
+        boxes = json.loads(window.value(_BOXES))
+        n_panels = sum(len(picture.panels) for picture in result[0].pictures)
+        assert len(boxes) >= 5 + n_panels
+        assert np.min(boxes) > 80.0
+        assert np.max(np.array(boxes)[:, 0]) <= width
+        # A phone never has to scroll sideways; wide tables do so in their own frame.
+        assert window.value("document.documentElement.scrollWidth") <= width
+        assert window.complaints() == []
+        assert all(address.startswith(("file:", "data:")) for address in window.addresses())
 
 
 def product_of_pages(*pages):
@@ -365,38 +361,32 @@ _OVERLAPS = """JSON.stringify((() => {
 
 
 def test_the_answer_and_the_next_step_stand_on_the_first_screen(
-    element, carrier, page, carrier_page, tmp_path
+    page, carrier_page, tmp_path, window
 ):
-    with browser(tmp_path / "profile") as window:
-        for text in (page, carrier_page):
-            path = tmp_path / "report.html"
-            path.write_text(text, encoding="utf-8")
-            window.events.clear()
-            window.open(path.as_uri(), width=1280)
-            bottom = "document.querySelector('{}').getBoundingClientRect().bottom"
-            for part in ("#verdict h2", "#next", "#machine-title", "#named-values"):
-                assert window.value(bottom.format(part)) <= 800.0
-            # Details are folded until they are asked for, and printed all the same.
-            assert window.value("document.querySelector('#gap-maps').checkVisibility()") is False
-            window.call("Emulation.setEmulatedMedia", media="print")
-            assert (
-                window.value(
-                    "document.querySelector('#gap-maps svg').getBoundingClientRect().width"
-                )
-                > 80
-            )
-            window.call("Emulation.setEmulatedMedia", media="")
+    for text in (page, carrier_page):
+        path = tmp_path / "report.html"
+        path.write_text(text, encoding="utf-8")
+        window.events.clear()
+        window.open(path.as_uri(), width=1280)
+        bottom = "document.querySelector('{}').getBoundingClientRect().bottom"
+        for part in ("#verdict h2", "#next", "#machine-title", "#named-values"):
+            assert window.value(bottom.format(part)) <= 800.0
+        # Details are folded until they are asked for, and printed all the same.
+        assert window.value("document.querySelector('#gap-maps').checkVisibility()") is False
+        window.call("Emulation.setEmulatedMedia", media="print")
+        assert (
+            window.value("document.querySelector('#gap-maps svg').getBoundingClientRect().width")
+            > 80
+        )
+        window.call("Emulation.setEmulatedMedia", media="")
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_no_text_of_a_figure_stands_on_another(carrier_page, page, tmp_path, width):
-    with browser(tmp_path / "profile") as window:
-        for text in (page, carrier_page):
-            path = tmp_path / "report.html"
-            path.write_text(text, encoding="utf-8")
-            window.events.clear()
-            window.open(path.as_uri(), width=width)
-            window.value(
-                "document.querySelectorAll('details').forEach(own => {own.open = true}); 1"
-            )
-            assert json.loads(window.value(_OVERLAPS)) == []
+def test_no_text_of_a_figure_stands_on_another(carrier_page, page, tmp_path, width, window):
+    for text in (page, carrier_page):
+        path = tmp_path / "report.html"
+        path.write_text(text, encoding="utf-8")
+        window.events.clear()
+        window.open(path.as_uri(), width=width)
+        window.value("document.querySelectorAll('details').forEach(own => {own.open = true}); 1")
+        assert json.loads(window.value(_OVERLAPS)) == []

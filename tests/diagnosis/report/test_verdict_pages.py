@@ -5,7 +5,6 @@ import json
 import pytest
 
 from carrierflex.diagnosis.inference.results import VERDICTS
-from tests.diagnosis.report.browser import browser
 from tests.diagnosis.report.verdict_pages import pages
 
 pytestmark = pytest.mark.long
@@ -91,38 +90,35 @@ NONE = {"texts that overlap": [], "texts that are cut": [], "pixels to scroll si
 
 
 @pytest.mark.parametrize("width", [PHONE, SCREEN])
-def test_no_text_stands_on_another_and_nothing_scrolls_sideways(addresses, width, tmp_path):
+def test_no_text_stands_on_another_and_nothing_scrolls_sideways(addresses, width, window):
     found = {}
-    with browser(tmp_path / "profile") as window:
-        for verdict, address in addresses.items():
-            opened(window, address, width)
-            found[verdict] = faults(window)
-            window.value(_OPEN_DETAILS)
-            found[f"{verdict}, unfolded"] = faults(window)
-            assert window.complaints() == []
+    for verdict, address in addresses.items():
+        opened(window, address, width)
+        found[verdict] = faults(window)
+        window.value(_OPEN_DETAILS)
+        found[f"{verdict}, unfolded"] = faults(window)
+        assert window.complaints() == []
     assert found == dict.fromkeys(found, NONE)
 
 
-def test_a_printed_page_is_whole(addresses, tmp_path):
+def test_a_printed_page_is_whole(addresses, window):
     found = {}
-    with browser(tmp_path / "profile") as window:
-        for verdict, address in addresses.items():
-            opened(window, address, PAPER)
-            window.call("Emulation.setEmulatedMedia", media="print")
-            assert window.value("document.querySelector('#inputs').checkVisibility()") is True
-            found[verdict] = faults(window)
-            window.call("Emulation.setEmulatedMedia", media="")
+    for verdict, address in addresses.items():
+        opened(window, address, PAPER)
+        window.call("Emulation.setEmulatedMedia", media="print")
+        assert window.value("document.querySelector('#inputs').checkVisibility()") is True
+        found[verdict] = faults(window)
+        window.call("Emulation.setEmulatedMedia", media="")
     assert found == dict.fromkeys(found, NONE)
 
 
-def test_answer_and_next_step_stand_above_the_fold(addresses, tmp_path):
+def test_answer_and_next_step_stand_above_the_fold(addresses, window):
     below = {}
-    with browser(tmp_path / "profile") as window:
-        for verdict, address in addresses.items():
-            opened(window, address, SCREEN)
-            for part in ("#verdict h2", "#next"):
-                bottom = window.value(_BOTTOM.format(part))
-                assert bottom > 0.0
-                if bottom > 800.0:
-                    below[verdict, part] = bottom
+    for verdict, address in addresses.items():
+        opened(window, address, SCREEN)
+        for part in ("#verdict h2", "#next"):
+            bottom = window.value(_BOTTOM.format(part))
+            assert bottom > 0.0
+            if bottom > 800.0:
+                below[verdict, part] = bottom
     assert below == {}

@@ -92,7 +92,7 @@ def test_a_campaign_without_a_fault_has_no_rival(kind):
         ("carrier", "torque", "wiring/torque_sign"),
         ("carrier", "carrier_angle", "wiring/angle_direction"),
         ("mounting", "torque", "wiring/torque_sign"),
-        ("mounting", "ntl_z", "wiring/torque_sign"),
+        pytest.param("mounting", "ntl_z", "wiring/torque_sign", marks=pytest.mark.long),
         ("element", "force", "wiring/torque_sign"),
         ("driven", "displacement", "wiring/torque_sign"),
     ],
@@ -102,7 +102,10 @@ def test_a_turned_sign_explains_the_gap(kind, column, rival):
     assert rivals(changed(campaign, column, negative))[rival] > 0.95
 
 
-EXCHANGED = [("carrier", ("s047", "s137")), ("mounting", ("ssz", "spz"))]
+EXCHANGED = [
+    ("carrier", ("s047", "s137")),
+    pytest.param("mounting", ("ssz", "spz"), marks=pytest.mark.long),
+]
 
 
 @pytest.mark.parametrize(("kind", "pair"), EXCHANGED)
@@ -265,7 +268,7 @@ def with_runs_exchanged(campaign):
     return replace(campaign, runs=(*swapped, *others))
 
 
-@pytest.mark.parametrize("kind", ["carrier", "mounting"])
+@pytest.mark.parametrize("kind", ["carrier", pytest.param("mounting", marks=pytest.mark.long)])
 def test_signals_filed_under_another_run_explain_the_gap(kind):
     campaign = explained(kind)
     check = checked(with_runs_exchanged(campaign))

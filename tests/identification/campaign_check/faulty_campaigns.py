@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from carrierflex.identification.campaign_check.records_check import records_findings
-from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign, no_law
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import curve_set
@@ -20,7 +20,7 @@ def faultless(kind):
     if kind == "mounting":
         return mounting_campaign({}, conditions=CONDITIONS[:2])
     if kind == "element":
-        return force_campaign(lambda q, v: 0.0 * q)
+        return force_campaign(no_law)
     return displacement_campaign(lambda q, v: 40.0 * np.sign(v))
 
 

@@ -14,14 +14,18 @@ from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.workflows.checked_documents import checked_document
 
 
+def cubic(q, v):
+    return 8e8 * q**3
+
+
 def clean_campaign(logger):
     if logger.kind == "carrier":
         return carrier_campaign()
     if logger.kind == "mounting":
         return mounting_campaign({"K3": 3e11})
     if logger.simulated_by == "displacement":
-        return displacement_campaign(lambda q, v: 8e8 * q**3)
-    return force_campaign(lambda q, v: 8e8 * q**3)
+        return displacement_campaign(cubic)
+    return force_campaign(cubic)
 
 
 def imported(name, campaign, tmp_path):

@@ -21,9 +21,9 @@ STAGE, NONE = StageParameters(), CarrierFiles()
     ("name", "size", "counted"),
     [
         ("flexible_carrier", 0.1, 17235),
-        ("flexible_carrier", 0.03, 125946),
+        pytest.param("flexible_carrier", 0.03, 125946, marks=pytest.mark.long),
         ("stiff_carrier", 0.06, 41715),
-        ("stiff_carrier", 0.03, 152883),
+        pytest.param("stiff_carrier", 0.03, 152883, marks=pytest.mark.long),
         ("pin", 0.022, 19239),
         ("main_shaft", 0.03, 138600),
     ],
@@ -34,7 +34,11 @@ def test_unknowns_at_usual_sizes_are_those_of_the_mesh(name, size, counted):
 
 @pytest.mark.parametrize(
     ("name", "size", "counted"),
-    [("flexible_carrier", 0.016, 580860), ("stiff_carrier", 0.022, 310284), ("pin", 0.016, 40455)],
+    [
+        pytest.param("flexible_carrier", 0.016, 580860, marks=pytest.mark.long),
+        ("stiff_carrier", 0.022, 310284),
+        ("pin", 0.016, 40455),
+    ],
 )
 def test_a_coarser_mesh_tells_a_finer_ones_unknowns_within_a_tenth(
     name, size, counted, monkeypatch
