@@ -36,7 +36,7 @@ def confusion(campaign, diagnosis, **options):
 
 @pytest.fixture(scope="module")
 def campaign():
-    return force_campaign(cubic, amplitudes=(4.0,))
+    return force_campaign(cubic)
 
 
 @pytest.fixture(scope="module")
