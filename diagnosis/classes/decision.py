@@ -242,6 +242,9 @@ def _sum_or_product(
         takes = shares.takes_of_left(both, found, limits.gain_of_left)
         return whole if takes else answer
     product, total = _product(scores, beside), scores.of((*sorted(parts), *beside))
+    # A law of the speed loses its name to a product that gains as much: so does its class.
+    if shares.is_gain(product, found, limits.law_parameter) and product.total < total.total:
+        return whole
     least = min(both, product, total, key=lambda held: held.total)
     if not shares.takes_of_left(least, found, limits.gain_of_left):
         return answer

@@ -99,6 +99,14 @@ class ClassScores:
             self.known[key] = self._best(groups, [(r,) * len(groups) for r in self._ridges])
         return self.known[key]
 
+    def fitted(self, classes: Sequence[str]) -> HeldOutSquares:
+        """Squares of every block with the fit of a set of classes to all of them, none held out."""
+        held = self.of(classes)
+        model = self.model(held)
+        c = coefficients(products_of(self.table.total, model), model)
+        squares = squares_of_each(products_of(self.table.gram, model), c[None])[0]
+        return HeldOutSquares(squares, held.groups, held.ridges)
+
     def beyond_laws(self, classes: Sequence[str], group: str) -> HeldOutSquares:
         """Held-out squares of some classes with one group more, which is no class."""
         key = (*sorted(classes), f"group {group}")

@@ -1,6 +1,6 @@
 """Class of the missing effect of an element: what the drive can show, decision, shapes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
@@ -115,8 +115,7 @@ def answer_of_table(
         model,
         shares,
         decision,
-        least=_least(own.scores, decision, drive),
-        shows_two_causes=not drive.is_one_line,
+        drive=drive,
         falls_short=falls_short(own, decision),
         drive_note=drive_note,
     )
@@ -203,8 +202,7 @@ def _as_smooth_loop(
     shares: Shares,
     decision: Decision,
     *,
-    least: HeldOutSquares,
-    shows_two_causes: bool,
+    drive: _Drive,
     falls_short: bool,
     drive_note: str,
 ) -> tuple[ElementTable, Decision]:
@@ -223,16 +221,17 @@ def _as_smooth_loop(
     may_be_loop = {HYSTERESIS, RESTORING_FORCE, MEMORY, surface}.intersection(decision.classes)
     if is_settled or not may_be_loop:
         return own, decision
+    least = _least(own.scores, decision, drive)
     alone, loop = left_by_loop(own, "")
     found = None
-    if _is_answer(own, shares, alone, least, ""):
+    if _is_answer(shares, alone, least, _without_memory(own, drive, "")):
         found = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
         least = alone
     pairs = []
-    for other in _partners(decision, surface) if shows_two_causes and not is_one else ():
+    for other in _partners(decision, surface) if not (drive.is_one_line or is_one) else ():
         both, loop = left_by_loop(own, other)
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
-        if is_cause and _is_answer(own, shares, both, least, other):
+        if is_cause and _is_answer(shares, both, least, _without_memory(own, drive, other)):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
             pairs.append((loop, _answered(decision, pair, both, drive_note)))
     found = min(pairs, key=lambda entry: entry[1].held.total, default=found)
@@ -246,6 +245,18 @@ def _least(scores: ClassScores, decision: Decision, drive: _Drive) -> HeldOutSqu
     """
     mixed = [scores.of((name,)) for name in drive.inseparable]
     return min([decision.held, *mixed], key=lambda held: held.total)
+
+
+def _without_memory(own: ElementTable, drive: _Drive, beside: str) -> Iterator[HeldOutSquares]:
+    """What causes leave that are no loop, beside a class and fitted to all blocks as a loop is.
+
+    A rising curve; and any force of deflection and speed, which holds the springs that a spline
+    held out draws badly at their ends. Under one frequency such a force draws every loop.
+    """
+    yield left_by_loop(own, beside, is_curve=True)[0]
+    if not drive.is_one_frequency:
+        others = () if not beside or own.table.is_in_surface(beside) else (beside,)
+        yield own.scores.fitted((own.table.surface, *others))
 
 
 def _partners(decision: Decision, surface: str) -> list[str]:
@@ -262,13 +273,16 @@ def _partners(decision: Decision, surface: str) -> list[str]:
 
 
 def _is_answer(
-    own: ElementTable, shares: Shares, held: HeldOutSquares, other: HeldOutSquares, beside: str
+    shares: Shares, held: HeldOutSquares, least: HeldOutSquares, others: Iterable[HeldOutSquares]
 ) -> bool:
-    """Whether a smooth loop explains the gap, far better than another answer and than a curve."""
+    """Whether a smooth loop explains the gap, far better than another answer and each of others.
+
+    The others are fitted only where they are asked for.
+    """
     return (
         state_of(shares, held) == NAMED_CLASS
-        and shares.leaves_far_less(held, other)
-        and shares.leaves_far_less(held, left_by_loop(own, beside, is_curve=True)[0])
+        and shares.leaves_far_less(held, least)
+        and all(shares.leaves_far_less(held, other) for other in others)
     )
 
 

@@ -169,6 +169,19 @@ def test_a_damping_of_the_speed_gives_way_to_one_of_both_that_takes_half_of_what
     assert found(A + 0.06 * B) == total
 
 
+@pytest.mark.parametrize(("size", "answer"), [(0.05, ("a",)), (0.1, ("surface",))])
+def test_a_damping_of_the_speed_gives_way_to_a_product_that_its_law_gives_way_to(size, answer):
+    # Of what the damping leaves the product takes less than half: the rest is of no class.
+    unknown = 0.15 * A.std() * np.random.default_rng(9).standard_normal(A.size)
+    table = toy_table(A + size * MORE + unknown, COLUMNS, noise=0.01)
+    classes = table.classes | {"surface": tuple(COLUMNS)}
+    table = replace(table, classes=classes, **PARTS)
+    assert answer_of(table, tuple("abc")).ids == answer
+    # A sum of two dampings that leaves less is no product.
+    summed = replace(table, products={"p": ("a", "c")})
+    assert answer_of(summed, tuple("abc")).ids == ("a",)
+
+
 def test_what_is_learnt_below_the_floor_is_no_second_cause():
     # The first class leaves half of the floor; the second would take half of that.
     table = toy_table(0.3 * A + 0.06 * B, COLUMNS, noise=0.1)

@@ -24,11 +24,22 @@ def left(share):
 
 
 def decided(
-    monkeypatch, classes, answer, loops, *, state=NAMED_CLASS, two=True, short=False, mixed=1.0
+    monkeypatch,
+    classes,
+    answer,
+    loops,
+    *,
+    state=NAMED_CLASS,
+    short=False,
+    mixed=1.0,
+    surface=None,
+    is_one_line=False,
+    is_one_frequency=False,
 ):
     """Decision after the loop was asked; `loops` has what loop and curve leave, by partner.
 
-    `mixed` is what a class leaves that the drive mixes with others.
+    `mixed` is what a class leaves that the drive mixes with others, `surface` what any force of
+    deflection and speed does by the classes beside it, fitted to all blocks.
     """
 
     def left_by_loop(own, beside, is_curve=False):
@@ -36,7 +47,18 @@ def decided(
 
     monkeypatch.setattr(answers, "left_by_loop", left_by_loop)
     monkeypatch.setattr(answers, "with_loop", lambda model, own, loop: loop)
-    own = SimpleNamespace(table=SimpleNamespace(surface=SURFACE))
+    own = SimpleNamespace(
+        table=SimpleNamespace(surface=SURFACE, is_in_surface=lambda name: name != "memory"),
+        scores=SimpleNamespace(
+            of={("time_variation",): left(mixed)}.__getitem__,
+            fitted=lambda names: left((surface or {}).get(names, 1.0)),
+        ),
+    )
+    drive = SimpleNamespace(
+        inseparable=("time_variation",),
+        is_one_line=is_one_line,
+        is_one_frequency=is_one_frequency,
+    )
     shares = PairedShares(BEFORE, np.zeros(N_BLOCKS), ClassConstants())
     decision = Decision(state, classes, ((SURFACE,),), left(answer), PAIR, "short", True)
     table, found = answers._as_smooth_loop(
@@ -44,8 +66,7 @@ def decided(
         None,
         shares,
         decision,
-        least=left(min(answer, mixed)),
-        shows_two_causes=two,
+        drive=drive,
         falls_short=short,
         drive_note="time is not told",
     )
@@ -110,7 +131,7 @@ def test_a_second_cause_beside_the_loop_is_one_beside_any_class(monkeypatch):
     both = ("dissipation", "hysteresis")
     assert told(monkeypatch, PAIR, 0.10, loops) == both
     assert told(monkeypatch, PAIR, 0.05, loops) == both
-    assert told(monkeypatch, PAIR, 0.10, loops, two=False) == ("hysteresis",)
+    assert told(monkeypatch, PAIR, 0.10, loops, is_one_line=True) == ("hysteresis",)
     little = {**loops, "dissipation": (0.04, 0.3)}
     assert told(monkeypatch, PAIR, 0.10, little) == ("hysteresis",)
     curve = {**loops, "dissipation": (0.02, 0.03)}
@@ -144,3 +165,21 @@ def test_a_loop_has_to_leave_far_less_than_what_the_drive_mixes_with_the_answer(
     beside = {"": (0.09, 0.4), "dissipation": (0.03, 0.3), "restoring_force": (0.08, 0.3)}
     assert told(monkeypatch, PAIR, 0.10, beside, mixed=0.05) == ("dissipation", "hysteresis")
     assert told(monkeypatch, PAIR, 0.10, beside, mixed=0.04) == PAIR
+
+
+def test_a_loop_has_to_leave_far_less_than_any_force_of_deflection_and_speed(monkeypatch):
+    loops = dict.fromkeys(("", *PAIR), (0.06, 0.4))
+    surface = {(SURFACE,): 0.10}
+    assert told(monkeypatch, PAIR, 0.10, loops, surface=surface) == ("hysteresis",)
+    surface = {(SURFACE,): 0.09}
+    assert told(monkeypatch, PAIR, 0.10, loops, surface=surface) == PAIR
+    # Under one frequency such a force draws every loop.
+    steady = {"surface": surface, "is_one_frequency": True}
+    assert told(monkeypatch, PAIR, 0.10, loops, **steady) == ("hysteresis",)
+    # Beside the loop stands what stands beside the force, unless the force holds it.
+    beside = {"": (0.09, 0.4), "dissipation": (0.03, 0.3), "memory": (0.03, 0.3)}
+    both = ("dissipation", "memory")
+    surface = {(SURFACE,): 0.04, (SURFACE, "memory"): 0.05}
+    assert told(monkeypatch, both, 0.10, beside, surface=surface) == ("hysteresis", "memory")
+    surface = {(SURFACE,): 0.05, (SURFACE, "memory"): 0.04}
+    assert told(monkeypatch, both, 0.10, beside, surface=surface) == ("dissipation", "hysteresis")
