@@ -219,7 +219,8 @@ def _sum_or_product(
     products with the dry and with the quadratic damping have as many columns as the sum, neither
     set holds the other, and the one that leaves least is the answer. The coupled class says less:
     it leaves little of a sum too. A damping of the speed alone gives way to both arguments where
-    they take half of what it leaves, in block after block.
+    they take half of what it leaves, in block after block, and to a product that gains what takes
+    the name from a law of the speed.
 
     Returns
     -------
@@ -242,16 +243,14 @@ def _sum_or_product(
         takes = shares.takes_of_left(both, found, limits.gain_of_left)
         return whole if takes else answer
     product, total = _product(scores, beside), scores.of((*sorted(parts), *beside))
-    # A law of the speed loses its name to a product that gains as much: so does its class.
-    if shares.is_gain(product, found, limits.law_parameter) and product.total < total.total:
-        return whole
     least = min(both, product, total, key=lambda held: held.total)
-    if not shares.takes_of_left(least, found, limits.gain_of_left):
-        return answer
+    takes = shares.takes_of_left(least, found, limits.gain_of_left)
     if product.total < total.total:
-        return whole
+        # A law of the speed loses its name to a product that gains as much: so does its class.
+        takes = takes or shares.is_gain(product, found, limits.law_parameter)
+        return whole if takes else answer
     # Beside another class the sum would be a third cause.
-    return answer if beside else tuple(sorted(parts))
+    return tuple(sorted(parts)) if takes and not beside else answer
 
 
 def _product(scores: ClassScores, beside: Classes) -> HeldOutSquares:

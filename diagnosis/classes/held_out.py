@@ -12,6 +12,7 @@ from carrierflex.diagnosis.classes.fits import (
     class_model,
     coefficients,
     products_of,
+    squares_left,
     squares_of_each,
 )
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
@@ -101,11 +102,13 @@ class ClassScores:
 
     def fitted(self, classes: Sequence[str]) -> HeldOutSquares:
         """Squares of every block with the fit of a set of classes to all of them, none held out."""
-        held = self.of(classes)
-        model = self.model(held)
-        c = coefficients(products_of(self.table.total, model), model)
-        squares = squares_of_each(products_of(self.table.gram, model), c[None])[0]
-        return HeldOutSquares(squares, held.groups, held.ridges)
+        key = (*sorted(classes), "fitted")
+        if key not in self.known:
+            held = self.of(classes)
+            model = self.model(held)
+            squares = squares_left(products_of(self.table.gram, model), self._fit(model))
+            self.known[key] = HeldOutSquares(squares, held.groups, held.ridges)
+        return self.known[key]
 
     def beyond_laws(self, classes: Sequence[str], group: str) -> HeldOutSquares:
         """Held-out squares of some classes with one group more, which is no class."""
@@ -149,9 +152,13 @@ class ClassScores:
         raw columns, in the unit of the target.
         """
         model, scale = self.model(held), self.table.scale
-        c = coefficients(products_of(self.table.total, model), model)
+        c = self._fit(model)
         raw = c * scale[model.columns] / scale[0]
         return dict(zip(model.columns.tolist(), raw.tolist(), strict=True))
+
+    def _fit(self, model: ClassModel) -> FloatArray:
+        """Coefficients of a model in the fit to all blocks."""
+        return coefficients(products_of(self.table.total, model), model)
 
     @property
     def _ridges(self) -> tuple[float, ...]:

@@ -11,7 +11,6 @@ from functools import partial
 from itertools import combinations
 
 from carrierflex.diagnosis.classes.decision import Decision, is_nothing, state_of
-from carrierflex.diagnosis.classes.fits import coefficients, products_of, squares_left
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import NOTHING
 from carrierflex.diagnosis.classes.shares import Shares
@@ -193,9 +192,7 @@ def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
     It lacks no cause then: what it leaves held out is how far its curves must reach beyond the
     other conditions.
     """
-    model = scores.model(scores.of(answer))
-    products = products_of(scores.table.total, model)
-    left = squares_left(products, coefficients(products, model))
+    left = scores.fitted(answer).total
     return bool(left <= shares.constants.nothing_ratio * shares.floor.sum())
 
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.truth.element.case import ElementCase, bounded
 from carrierflex.blind_check.truth.element.drawing import resized, with_one_cause
-from carrierflex.blind_check.truth.element.drives import Drive
 from carrierflex.blind_check.truth.element.element import Element
 from carrierflex.blind_check.truth.noise import root_mean_square
 
@@ -67,7 +66,7 @@ def balanced(case: ElementCase, names: Sequence[str], ratio: float) -> ElementCa
     ElementCase
         The ratio is met within 7 %, or as near as eight changes come.
     """
-    case, _ = bounded(case)
+    case = bounded(case)
     moved = last = 0.0
     slope = 1.0
     for _ in range(_PASSES):
@@ -80,7 +79,7 @@ def balanced(case: ElementCase, names: Sequence[str], ratio: float) -> ElementCa
             slope = float(np.clip((last - missed) / moved, *_SLOPES))
         moved = float(np.clip(missed / slope, -_FARTHEST, _FARTHEST))
         last = missed
-        case, _ = bounded(replace(case, element=_moved(case.element, names, moved)))
+        case = bounded(replace(case, element=_moved(case.element, names, moved)))
     return case
 
 
@@ -109,14 +108,13 @@ def shown_by_each(case: ElementCase, names: Sequence[str]) -> list[list[FloatArr
     if not case.plain.by_force:
         # The motion is given, and forces add.
         return [case.signals(own) for own in alone]
-    recorded = [case.element.motion(drive, run, case.n) for run, drive in enumerate(case.drives)]
-    runs = [*enumerate(zip(case.drives, recorded, strict=True))]
-    return [[_shown(own, drive, run, q, case.n) for run, (drive, q) in runs] for own in alone]
+    return [[_shown(case, own, run) for run in range(len(case.drives))] for own in alone]
 
 
-def _shown(own: Element, drive: Drive, run: int, recorded: FloatArray, n: int) -> FloatArray:
-    """Channel of one run with the force of one cause along a recorded motion, shape (n,)."""
+def _shown(case: ElementCase, own: Element, run: int) -> FloatArray:
+    """Channel of one run with the force of one cause along the recorded motion, shape (n,)."""
+    q = case.recorded[run]
     linear = replace(own, laws=(), delay=0.0, lag=0.0)
-    answer = linear.motion(drive, run, n, added=-own.law_force(recorded))
-    late = own.sensed(recorded, n) - linear.sensed(recorded, n)
-    return linear.sensed(answer, n) + late
+    answer = linear.motion(case.drives[run], run, case.n, added=-own.law_force(q))
+    late = own.sensed(q, case.n) - linear.sensed(q, case.n)
+    return linear.sensed(answer, case.n) + late

@@ -50,8 +50,20 @@ class ElementCase:
         """Samples of a run that do not count."""
         return 0 if self.drive == DECAY else _SETTLE
 
+    @cached_property
+    def recorded(self) -> list[FloatArray]:
+        """Deflection of every run with all causes, at the truth's own steps; under a force."""
+        return [self.element.motion(drive, run, self.n) for run, drive in enumerate(self.drives)]
+
+    @cached_property
+    def channels(self) -> list[FloatArray]:
+        """Channel of every run with all causes, without noise."""
+        if not self.plain.by_force:
+            return self.signals(self.element)
+        return [self.element.sensed(q, self.n) for q in self.recorded]
+
     def signals(self, element: Element) -> list[FloatArray]:
-        """Channel of every run without noise."""
+        """Channel of every run of another element, without noise."""
         return [element.channel(drive, run, self.n) for run, drive in enumerate(self.drives)]
 
     @cached_property
@@ -85,16 +97,16 @@ def settling_time(plain: Element) -> float:
     return _SETTLE * plain.step
 
 
-def _is_bounded(case: ElementCase, signals: Sequence[FloatArray]) -> bool:
+def _is_bounded(case: ElementCase) -> bool:
     """Whether a motion under a force stays within some times that of the plain element."""
-    values = np.array(signals)
+    values = np.array(case.channels)
     largest = _LARGEST_MOTION * case.reference.scale[0]
     is_within = not case.plain.by_force or np.abs(values).max() <= largest
     return bool(np.isfinite(values).all() and is_within)
 
 
-def bounded(case: ElementCase) -> tuple[ElementCase, list[FloatArray]]:
-    """Case whose causes are smaller until no motion runs away, and its signals.
+def bounded(case: ElementCase) -> ElementCase:
+    """Case whose causes are smaller until no motion runs away.
 
     Raises
     ------
@@ -102,9 +114,8 @@ def bounded(case: ElementCase) -> tuple[ElementCase, list[FloatArray]]:
         Where twelve reductions do not bound it.
     """
     for _ in range(_TRIALS):
-        signals = case.signals(case.element)
-        if _is_bounded(case, signals):
-            return case, signals
+        if _is_bounded(case):
+            return case
         case = replace(case, element=smaller(case.element, _SMALLER))
     raise ArithmeticError(
         f"the motion grows without bound after {_TRIALS} reductions; expected a softer cause"

@@ -16,10 +16,7 @@ from carrierflex.blind_check.truth.element.element import N_FORM, DriveSide, Ele
 from carrierflex.blind_check.truth.element.families import CAUSES
 from carrierflex.blind_check.truth.element.memory_laws import MEMORY_LAWS
 from carrierflex.blind_check.truth.element.nonlinear_branch import beyond_linear_memory
-from carrierflex.blind_check.truth.element.reference import (
-    Reference,
-    force_of,
-)
+from carrierflex.blind_check.truth.element.reference import Reference, force_of
 from carrierflex.blind_check.truth.element.static_laws import STATIC_LAWS
 from carrierflex.blind_check.truth.noise import root_mean_square
 

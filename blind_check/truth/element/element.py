@@ -30,6 +30,11 @@ class Law:
     form: FloatArray
     scale: FloatArray
 
+    def along(self, q: FloatArray, v: FloatArray, step: float) -> FloatArray:
+        """Force along a deflection and its speed at the truth's own steps, shape (n,)."""
+        force = force_along(q, v, step, self.number, self.p, self.form, self.scale)
+        return np.asarray(force)
+
 
 @dataclass(frozen=True, eq=False)
 class DriveSide:
@@ -126,7 +131,7 @@ class Element:
         v = np.gradient(q, step)
         force = np.zeros(q.size)
         for law in self.laws:
-            force += force_along(q, v, step, law.number, law.p, law.form, law.scale)
+            force += law.along(q, v, step)
         return force
 
     def _driven_force(self, drive: Drive, run: int, n: int) -> FloatArray:
@@ -135,7 +140,7 @@ class Element:
         m, k, c, f0 = self.base
         force = m * a + c * v + k * q + f0
         for law in self.laws:
-            force = force + force_along(q, v, step, law.number, law.p, law.form, law.scale)
+            force = force + law.along(q, v, step)
         if self.drive_side is not None:
             force = force + self.drive_side.added(force)
         if self.disturbance:

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.truth.element.drives import Drive, drive_motion
 from carrierflex.blind_check.truth.element.element import FINE, Element, Law
-from carrierflex.blind_check.truth.element.integration import force_along
 from carrierflex.blind_check.truth.noise import root_mean_square
 
 FloatArray = NDArray[np.float64]
@@ -60,4 +59,4 @@ def reference_motion(plain: Element, drive: Drive, n: int) -> Reference:
 def force_of(law: Law, reference: Reference) -> FloatArray:
     """Force of a law along the motion, shape (n,)."""
     q, v = reference.columns[:, 0].copy(), reference.columns[:, 1].copy()
-    return np.asarray(force_along(q, v, reference.step, law.number, law.p, law.form, law.scale))
+    return law.along(q, v, reference.step)

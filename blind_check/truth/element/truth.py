@@ -73,8 +73,8 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         Records with noise, and the truth.
     """
     rng = case_rng(plan)
-    case, clean = _drawn_case(plan, rng)
-    residuals = case.baseline(clean)
+    case = _drawn_case(plan, rng)
+    residuals = case.baseline(case.channels)
     gap = root_mean_square(np.array(residuals))
     gaps = own_gaps(case, plan.effects) if len(plan.effects) > 1 else ()
     if plan.effects:
@@ -93,7 +93,9 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         else ("displacement", "force")[case.plain.by_force],
         time=time,
         inputs=[gains[0] * drive.at(time) for drive in case.drives],
-        signals=[gains[1] * channel + more for channel, more in zip(clean, noise, strict=True)],
+        signals=[
+            gains[1] * channel + more for channel, more in zip(case.channels, noise, strict=True)
+        ],
         noise_std=floor,
         settle=case.settle,
     )
@@ -133,8 +135,8 @@ def _label(
     )
 
 
-def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[ElementCase, list[FloatArray]]:
-    """Element under its drives, and its channel in every run without noise."""
+def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> ElementCase:
+    """Element under its drives."""
     plain = drawn_element(rng, plan.drive)
     n = samples(plan.drive, plain)
     drives = sized_drives(
@@ -165,14 +167,14 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[ElementCase, 
 
 def _leaking(
     rng: np.random.Generator, plan: CasePlan, case: ElementCase, size: float
-) -> tuple[ElementCase, list[FloatArray]]:
+) -> ElementCase:
     """The case with a baseline a little wrong, which changes what is left by what it may.
 
     Measured on the case's own motion and in its channel: a resonance makes of a curvature that is a
     small force a large motion, and a delay of a sample leaves less than any force of that size.
     """
-    case, plain = bounded(case)
-    before = np.array(case.baseline(plain))
+    case = bounded(case)
+    before = np.array(case.baseline(case.channels))
     allowed = largest_leak(plan) * rng.uniform(0.2, 1.0) / plan.ratio * root_mean_square(before)
     tried = slightly_curved(rng, case.element, case.reference, _TRIED_LEAK * size)
     bare = len(case.element.laws)

@@ -297,9 +297,9 @@ def test_a_baseline_a_little_wrong_leaves_no_more_than_it_may(effect):
     # A delay of a sample leaves less than a force of the drawn size; a coupling that takes damping
     # away makes more of a small force.
     plan = CasePlan("element", 1, 6, SINGLE, (effect,), 8.0, NOISE)
-    case, signals = _drawn_case(plan, case_rng(plan))
-    left = np.array(case.baseline(signals))
+    case = _drawn_case(plan, case_rng(plan))
+    left = np.array(case.baseline(case.channels))
     straight = replace(case, element=replace(case.element, laws=case.element.laws[:-2]))
-    leaked = left - np.array(case.baseline(straight.signals(straight.element)))
+    leaked = left - np.array(case.baseline(straight.channels))
     ratio = root_mean_square(leaked) / root_mean_square(left) * plan.ratio
     assert 0.19 * largest_leak(plan) < ratio < 1.05 * largest_leak(plan)
