@@ -85,6 +85,11 @@ class Constant:
         """Whether it is a field of the comparison's limits."""
         return self.module == _below_root(class_constants)
 
+    @property
+    def path(self) -> str:
+        """Module and name."""
+        return f"{self.module}.{self.name}"
+
     def moved(self, factor: float) -> Any:
         """Value times a factor; whole numbers move by one at least, 0.97 by what it leaves."""
         if isinstance(self.value, tuple):

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from carrierflex.blind_check.labels import CasePlan
 from carrierflex.blind_check.sensitivity.listed_constants import (
     Constant,
@@ -22,24 +24,28 @@ from carrierflex.identification.campaign.campaign import Campaign
 FACTORS = (0.8, 1.2)
 
 
-def answers_of_case(plan: CasePlan) -> Mapping[str, Any]:
+def answers_of_case(plan: CasePlan, kept: Mapping[str, Any] | None = None) -> Mapping[str, Any]:
     """Answer of one case as it is, and every answer that a moved constant changes.
 
     Parameters
     ----------
     plan : CasePlan
         Case of kind element.
+    kept : mapping, optional
+        What an earlier call found for it.
 
     Returns
     -------
     mapping
-        ``answer``, and ``changed``: the other answer by "module.name" and factor.
+        As :func:`changed_answers`.
     """
     campaign, _ = case_campaign(plan)
-    return changed_answers(campaign, listed_constants())
+    return changed_answers(campaign, listed_constants(), kept)
 
 
-def changed_answers(campaign: Campaign, constants: Sequence[Constant]) -> Mapping[str, Any]:
+def changed_answers(
+    campaign: Campaign, constants: Sequence[Constant], kept: Mapping[str, Any] | None = None
+) -> Mapping[str, Any]:
     """Answer of a campaign, and the other answers of moved constants.
 
     Parameters
@@ -48,21 +54,44 @@ def changed_answers(campaign: Campaign, constants: Sequence[Constant]) -> Mappin
         Campaign of kind element.
     constants : sequence of Constant
         Each is moved by every factor.
+    kept : mapping, optional
+        What an earlier call found: while the answer is what it was, constants that were moved from
+        the same values are not moved again.
 
     Returns
     -------
     mapping
-        As :func:`answers_of_case`.
+        ``answer``; ``moved``: values by "module.name"; ``changed``: the other answer by that and
+        the factor.
     """
     usual = usual_case(campaign)
-    changed = {}
+    values = values_of(constants)
+    stands: Mapping[str, Any] = {}
+    changed: dict[str, str] = {}
+    if kept and kept["answer"] == usual.answer:
+        stands = kept["moved"]
+        changed = {key: words for key, words in kept["changed"].items() if _name_of(key) in values}
     for constant in constants:
+        if stands.get(constant.path) == values[constant.path]:
+            continue
         for factor in FACTORS:
+            key = f"{constant.path} x{factor}"
+            changed.pop(key, None)
             with moved(constant, factor):
                 other = usual.answer_beside(constant)
             if other != usual.answer:
-                changed[f"{constant.module}.{constant.name} x{factor}"] = other
-    return {"answer": usual.answer, "changed": changed}
+                changed[key] = other
+    return {"answer": usual.answer, "moved": values, "changed": changed}
+
+
+def values_of(constants: Sequence[Constant]) -> dict[str, Any]:
+    """Values of constants by "module.name", as numbers and lists of them."""
+    return {constant.path: np.asarray(constant.value).tolist() for constant in constants}
+
+
+def _name_of(key: str) -> str:
+    """Constant of a changed answer's key."""
+    return key.rpartition(" ")[0]
 
 
 @contextmanager

@@ -21,15 +21,16 @@ class ClassConstants:
     jitter : float
         Ridge on every class column, in the same units: keeps what the baseline already holds (a
         straight line, a constant) from making the matrix singular.
-    named_share : float
-        Share from which a class is named: what is left is less than 45 % of the gap's amplitude.
+    named_left : float
+        Share of the gap that a class may leave and be named: less than 45 % of its amplitude.
     leading_share : float
         Share from which a class leads: it explains more than everything else together.
-    nothing_ratio : float
-        Held-out square of the baseline over the floor that counts as at the floor.
+    nothing_beyond : float
+        Part of the floor by which a held-out square may exceed it and count as at the floor.
     coloured_ratio : float
-        The same where no class learns anything: noise whose neighbours are correlated carries up to
-        three times the density of white noise in the band of the motion.
+        Held-out square of the baseline over the floor that counts as at the floor where no class
+        learns anything: noise whose neighbours are correlated carries up to three times the density
+        of white noise in the band of the motion.
     nothing_learnt : float
         Share of the gap that counts as nothing learnt.
     standard_errors : float
@@ -84,9 +85,9 @@ class ClassConstants:
     ridges: tuple[float, ...] = (1e-8, 1e-6, 1e-4, 1e-2)
     pair_ridges: tuple[float, ...] = (1e-2, 1.0)
     jitter: float = 1e-10
-    named_share: float = 0.8
+    named_left: float = 0.2
     leading_share: float = 0.5
-    nothing_ratio: float = 1.15
+    nothing_beyond: float = 0.15
     coloured_ratio: float = 3.0
     nothing_learnt: float = 0.1
     standard_errors: float = 2.0

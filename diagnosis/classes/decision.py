@@ -180,7 +180,7 @@ def _answer(
 def state_of(shares: Shares, held: HeldOutSquares) -> str:
     """Whether an answer is named, leads, or is no class, by the share it explains."""
     limits, share = shares.constants, shares.of(held)
-    if share >= limits.named_share:
+    if share >= 1.0 - limits.named_left:
         return NAMED_CLASS
     return LEADING_CLASS if share >= limits.leading_share else NO_CLASS
 
@@ -274,10 +274,9 @@ def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSqu
     """
     limits = scores.constants
     before = scores.of(())
-    ratio = before.total / max(float(shares.floor.sum()), 1e-300)
-    if ratio <= limits.nothing_ratio:
+    if shares.is_at_floor(before):
         return True
-    if ratio > limits.coloured_ratio:
+    if before.total > limits.coloured_ratio * float(shares.floor.sum()):
         return False
     return not any(
         shares.gain(result, before)

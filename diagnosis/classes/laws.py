@@ -135,9 +135,7 @@ def _is_in_curved(scores: ClassScores, own: str, beside: Classes) -> bool:
 
 def _explains(shares: Shares, held: HeldOutSquares) -> bool:
     """Whether a result leaves so little that a law can be the whole of the cause."""
-    limits = shares.constants
-    at_floor = held.total <= limits.nothing_ratio * float(shares.floor.sum())
-    return at_floor or shares.of(held) >= limits.law_explains
+    return shares.is_at_floor(held) or shares.of(held) >= shares.constants.law_explains
 
 
 def _best_shape(

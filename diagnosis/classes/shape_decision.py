@@ -192,8 +192,7 @@ def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
     It lacks no cause then: what it leaves held out is how far its curves must reach beyond the
     other conditions.
     """
-    left = scores.fitted(answer).total
-    return bool(left <= shares.constants.nothing_ratio * shares.floor.sum())
+    return shares.is_at_floor(scores.fitted(answer))
 
 
 def simplest(

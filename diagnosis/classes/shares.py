@@ -54,6 +54,10 @@ class Shares:
         """Share that a result explains; negative where it is worse than the baseline."""
         return 1.0 - (held.total - float(self.floor.sum())) / self.gap
 
+    def is_at_floor(self, held: HeldOutSquares) -> bool:
+        """Whether a result leaves nothing but noise."""
+        return held.total <= (1.0 + self.constants.nothing_beyond) * float(self.floor.sum())
+
     def interval(self, held: HeldOutSquares) -> tuple[float, float]:
         """95 % interval of a share over the blocks, its ends at most one."""
         return self._interval_of(self.before - held.squares)

@@ -15,10 +15,11 @@ FloatArray = NDArray[np.float64]
 
 #: Time stamps off an even grid by more than this share of a step are interpolated.
 _JITTER = 0.02
-#: Widest band as a share of the Nyquist frequency, and where its roll-off begins as a share of its
-#: end.
+#: Widest band as a share of the Nyquist frequency.
 _WIDEST = 0.95
-_ROLL_OFF = 0.8
+#: Width of a band's roll-off over the frequency where it begins: a narrower one rings for longer
+#: at the ends of a record, a wider one lets in more noise beyond what is trusted.
+_ROLL_OFF = 0.25
 #: The band ends where the deflection's spectrum falls to this many times its plateau: two
 #: derivatives lift the noise at the end of a band by far more than this over that of its middle.
 _ABOVE_PLATEAU = 1000.0
@@ -100,7 +101,7 @@ def band_limited(
     """Signal, or its derivative, without what lies above a frequency; no phase shift.
 
     The record is continued at both ends by its point mirror, so that its ends do not ring;
-    raised-cosine roll-off from 0.8 of the cut-off to the cut-off.
+    raised-cosine roll-off up to the cut-off.
 
     Parameters
     ----------
@@ -218,20 +219,21 @@ def band_end(trusted_hz: float, step: float) -> float:
     A roll-off within the trusted band would take a part of the motion from one that ends sharply,
     and a force that is no straight line of the motion is then made of another motion.
     """
-    return min(trusted_hz / _ROLL_OFF, _WIDEST * 0.5 / step)
+    return min((1.0 + _ROLL_OFF) * trusted_hz, _WIDEST * 0.5 / step)
 
 
 def flat_end(cutoff_hz: float) -> float:
     """Frequency [Hz] up to which a band passes everything as it is."""
-    return _ROLL_OFF * cutoff_hz
+    return cutoff_hz / (1.0 + _ROLL_OFF)
 
 
 def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
     """Gain of the trusted band.
 
-    One up to 0.8 of the cut-off, a raised cosine to zero at the cut-off.
+    One where it is flat, a raised cosine from there to zero at the cut-off.
     """
-    position = np.clip((frequency_hz / cutoff_hz - _ROLL_OFF) / (1.0 - _ROLL_OFF), 0.0, 1.0)
+    begin = flat_end(cutoff_hz)
+    position = np.clip((frequency_hz - begin) / (cutoff_hz - begin), 0.0, 1.0)
     return 0.5 * (1.0 + np.cos(np.pi * position))
 
 

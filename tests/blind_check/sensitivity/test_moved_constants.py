@@ -58,9 +58,9 @@ def test_a_public_constant_is_moved_where_it_is_read_too():
 
 
 def test_a_limit_of_the_comparison_is_moved():
-    with moved(CONSTANTS["constants.named_share"], 0.8):
-        assert limits.element_limits().named_share == pytest.approx(0.64)
-    assert limits.element_limits().named_share == 0.8
+    with moved(CONSTANTS["constants.named_left"], 0.8):
+        assert limits.element_limits().named_left == pytest.approx(0.16)
+    assert limits.element_limits().named_left == 0.2
 
 
 class Limits(ClassConstants):
@@ -106,6 +106,23 @@ def test_answers_are_opposed_where_they_share_no_set_of_classes(first, second, e
     assert are_opposed(first, second) is are_opposed(second, first) is expected
 
 
+def test_constants_that_were_moved_from_the_same_values_are_not_moved_again():
+    campaign = displacement_campaign(lambda q, v: 5e9 * q**3)
+    chosen = [CONSTANTS["constants.named_left"], CONSTANTS["constants.bootstrap_samples"]]
+    first = changed_answers(campaign, chosen)
+    assert first["changed"] == {}
+    own, other = (constant.path for constant in chosen)
+    kept = {**first, "changed": {f"{own} x0.8": "kept", f"{other} x0.8": "kept", "gone x0.8": "x"}}
+    assert changed_answers(campaign, chosen, kept)["changed"] == {
+        f"{own} x0.8": "kept",
+        f"{other} x0.8": "kept",
+    }
+    of_another_value = {**kept, "moved": {**first["moved"], other: 1.0}}
+    assert changed_answers(campaign, chosen, of_another_value)["changed"] == {f"{own} x0.8": "kept"}
+    of_another_answer = {**kept, "answer": "nothing"}
+    assert changed_answers(campaign, chosen, of_another_answer) == first
+
+
 #: Of each way that a constant takes to an answer; all but three change one of the answers below.
 WAYS = (
     *("constants.n_folds", "constants.ridges", "constants.standard_errors"),
@@ -136,7 +153,7 @@ def test_what_is_not_made_again_changes_no_answer():
                 with moved(constant, factor):
                     other = plain_answer(campaign)
                 if other != found["answer"]:
-                    plain[f"{constant.module}.{constant.name} x{factor}"] = other
+                    plain[f"{constant.path} x{factor}"] = other
         assert found["changed"] == plain
         changing |= {name.partition(" ")[0] for name in plain}
     assert len(changing) == len(WAYS) - 3

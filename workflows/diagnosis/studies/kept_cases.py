@@ -19,6 +19,7 @@ def make_missing(
     make: Callable[[Case, Path], None],
     executor: Executor,
     stages: Stages,
+    stands: Callable[[Path], bool] = Path.is_file,
 ) -> None:
     """Make every case whose file does not stand, and tell how many are made.
 
@@ -34,11 +35,13 @@ def make_missing(
         Where cases are made.
     stages : Stages
         Is told the progress.
+    stands : callable
+        Whether a file holds all that is wanted.
     """
     tasks = [
         executor.submit(make, case, file)
         for case, file in zip(cases, files, strict=True)
-        if not file.is_file()
+        if not stands(file)
     ]
     for number, task in enumerate(tasks):
         task.result()

@@ -1,7 +1,8 @@
 """How many answers by class every constant changes that is moved by a fifth, either way.
 
 Cases of the blind check of kind element; writes CASE.json for every case, which a later call takes
-up, and constants.md: every constant that can change an answer, with its value, its reason, how many
+up (constants that were added or changed since are moved, while the case's answer is what it was;
+after a change of the rules name another folder), and constants.md: every constant that can change an answer, with its value, its reason, how many
 answers it changed (state, classes, ties, laws) and, in brackets, how many of them to other classes:
 to one that allows none of the sets that the usual answer does. A good answer: at most two per cent.
 """
@@ -17,13 +18,16 @@ from threadpoolctl import threadpool_limits
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import CasePlan
 from carrierflex.blind_check.sensitivity.listed_constants import Constant, listed_constants
-from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, answers_of_case
+from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, answers_of_case, values_of
 from carrierflex.blind_check.sensitivity.usual_case import are_opposed
-from carrierflex.files.json_files import read_json, save_json
-from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing, write_table
+from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis.studies.kept_cases import kept_case, make_missing, write_table
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+
+#: What the file of a case holds.
+_KEYS = ("answer", "moved", "changed")
 
 
 def main(
@@ -61,14 +65,25 @@ def main(
     if not standing:
         stages = Stages(1, quiet)
         with stages.stage("moving the constants"), work_executor(workers) as executor:
-            make_missing(plans, files, _write_answers, executor, stages)
-    made = [read_json(file, "answers of a case") for file in files if file.is_file()]
+            make_missing(plans, files, _write_answers, executor, stages, _stands)
+    made = [_kept(file) for file in files if file.is_file()]
     write_table(folder / "constants.md", _table(made))
 
 
+def _kept(path: Path) -> dict[str, Any]:
+    """Answers of a case that stands."""
+    return kept_case(path, "answers of a case", lambda content: {key: content[key] for key in _KEYS})
+
+
+def _stands(path: Path) -> bool:
+    """Whether a case stands with all constants as they are."""
+    return path.is_file() and _kept(path)["moved"] == values_of(listed_constants())
+
+
 def _write_answers(plan: CasePlan, path: Path) -> None:
+    kept = _kept(path) if path.is_file() else None
     with threadpool_limits(limits=1):
-        answers = answers_of_case(plan)
+        answers = answers_of_case(plan, kept)
     save_json(path, answers)
 
 
@@ -84,7 +99,7 @@ def _table(cases: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     counts = {
         constant: [
             (changed[name], opposed[name])
-            for name in (f"{constant.module}.{constant.name} x{f}" for f in FACTORS)
+            for name in (f"{constant.path} x{f}" for f in FACTORS)
         ]
         for constant in listed_constants()
     }
