@@ -11,10 +11,13 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
 )
 from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
 
 #: Rivals below this share are not listed.
 _LEAST_RIVAL = 0.05
 _MOST_RIVALS = 4
+#: Shares below this one would be rounded to nothing.
+_LEAST_SHOWN = 0.005
 
 
 def share_words(value: float) -> str:
@@ -22,6 +25,9 @@ def share_words(value: float) -> str:
     if value != value:
         return "–"
     inside = min(max(value, 0.0), 1.0)
+    if 0.0 < inside < _LEAST_SHOWN:
+        # What was named is not nothing, however little it is.
+        return f"below {100.0 * _LEAST_SHOWN:.1f} %"
     return f"{100.0 * inside:.1f} %" if 0.99 <= inside < 0.9995 else f"{100.0 * inside:.0f} %"
 
 
@@ -75,16 +81,20 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     text = f"{plain_name(finding.id)} ({share_words(finding.share)}{beside})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
-    return f"{text}; {law_words(finding)}"
+    return f"{text}; {_law_words(finding, answer)}"
 
 
-def law_words(finding: ClassFinding) -> str:
+def _law_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     """Law of a class: named, or the nearest with its part of the class."""
     if not finding.law:
         return "no law of the library lies in this class"
     part = finding.law_share / finding.share if finding.share > 0.0 else float("nan")
     if finding.law_named:
-        return f"it follows {plain_name(finding.law)}"
+        # A surface of deflection and speed holds the laws of one of them: there is more in it.
+        own = answer.classes_of_law.get(finding.law, (finding.id,))[0]
+        is_part = finding.id == FORCE_SURFACE and own != finding.id
+        name = plain_name(finding.law)
+        return f"{name} is the part of it that a law follows" if is_part else f"it follows {name}"
     return f"no law of the library, nearest {plain_name(finding.law)} {share_words(part)} of it"
 
 

@@ -1,0 +1,51 @@
+"""Words of an answer by class."""
+
+import pytest
+
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
+from carrierflex.diagnosis.element.classes.laws import CLASSES_OF_LAW
+from carrierflex.diagnosis.report.class_words import class_sentence, share_words
+
+
+def answer(name, law, share=0.97):
+    """Answer of one class whose law is named."""
+    finding = ClassFinding(name, share, (share, share), law, share, law_named=True)
+    return ClassAnswer(
+        state=NAMED_CLASS,
+        classes=(finding,),
+        ties=(),
+        rivals={},
+        share=share,
+        share_ci95=(share, share),
+        learnable=share,
+        learnt_by=(),
+        law_share=share,
+        classes_of_law=CLASSES_OF_LAW,
+    )
+
+
+@pytest.mark.parametrize(
+    ("share", "expected"),
+    [
+        (-0.2, "0 %"),
+        (0.0, "0 %"),
+        (0.0021, "below 0.5 %"),
+        (0.0051, "1 %"),
+        (0.974, "97 %"),
+        (0.9944, "99.4 %"),
+        (3.234, "100 %"),
+        (float("nan"), "–"),
+    ],
+)
+def test_a_share_is_never_rounded_to_nothing_nor_above_the_whole(share, expected):
+    assert share_words(share) == expected
+
+
+def test_a_law_of_the_speed_is_a_part_of_a_surface():
+    told = class_sentence(answer("force_surface", "coulomb_friction"))
+    assert told.endswith("; Coulomb friction is the part of it that a law follows.")
+
+
+@pytest.mark.parametrize("name", ["dissipation", "hysteresis"])
+def test_a_class_of_which_a_law_holds_all_follows_it(name):
+    assert class_sentence(answer(name, "coulomb_friction")).endswith("; it follows Coulomb friction.")
