@@ -74,14 +74,14 @@ def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bo
         (may_be, [False] * len(starts)),
         key=lambda relaxed: _left(_total(starts, relaxed), n_base),
     )
-    total = _total(starts, best)
-    left = _left(total, n_base)
+    left = _left(_total(starts, best), n_base)
     for number in np.flatnonzero(may_be).tolist():
-        other = total + starts[number][not best[number]] - starts[number][best[number]]
-        left_of_other = _left(other, n_base)
+        # Summed anew: of a column that moves in this run alone a difference leaves rounding, whose
+        # square may be negative.
+        other = [*best[:number], not best[number], *best[number + 1 :]]
+        left_of_other = _left(_total(starts, other), n_base)
         if left_of_other < left:
-            left, total = left_of_other, other
-            best = [*best[:number], not best[number], *best[number + 1 :]]
+            best, left = other, left_of_other
     return best
 
 

@@ -12,6 +12,7 @@ from carrierflex.diagnosis.element.classes.memory_parts import (
     parts_of_stops,
     stops_of_bristles,
 )
+from carrierflex.diagnosis.element.classes.starting_states import _best_starts
 from carrierflex.diagnosis.element.classes.table import element_table
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.simulation.element.memory_kernels import forces_along
@@ -74,6 +75,18 @@ def test_the_runs_tell_together_where_their_sliders_began(begins, expected):
 def test_a_run_cut_from_a_longer_one_begins_where_a_like_motion_leaves_it():
     campaign = displacement_campaign(lambda q, v: 0.0 * q, n=N)
     assert starts(campaign) == [False] * 3
+
+
+def test_a_column_that_moves_in_one_run_alone_leaves_no_rounding_where_it_begins_relaxed():
+    rng = np.random.default_rng(1)
+    runs = [rng.standard_normal((5, 200)) for _ in range(2)]
+    # The last column stands still but for 1e-12 in the first run, and in the second if relaxed.
+    runs[0][-1] *= 1e-12
+    second_relaxed = runs[1].copy()
+    second_relaxed[-1] = 0.0
+    second_relaxed[0] = runs[1][0] = runs[1][1] + 0.1 * runs[1][-1]
+    starts = [[runs[0] @ runs[0].T], [runs[1] @ runs[1].T, second_relaxed @ second_relaxed.T]]
+    assert _best_starts(starts, 2) == [False, False]
 
 
 def test_stops_turn_as_a_bristle_does():
