@@ -26,6 +26,7 @@ from carrierflex.diagnosis.inference.results import (
     CLASS_NAMED,
     NAMING,
     NONE_OF_THESE,
+    NOT_DIAGNOSABLE,
     GapReduction,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
@@ -85,6 +86,8 @@ def joint_verdict(
         One row of the table.
     """
     named = laws if verdict in NAMING else ()
+    if answer.state == NOT_VISIBLE and not named and verdict != AT_NOISE_FLOOR:
+        return JointVerdict(NOT_DIAGNOSABLE, answer.note, (), answer, reduction)
     if answer.state in (NOTHING, NOT_VISIBLE):
         kept = _of_laws(answer, named, reduction)
         return JointVerdict(verdict, reason, named, kept, reduction)

@@ -155,7 +155,7 @@ def answer_of(
     """
     table, constants = scores.table, scores.constants
     if decision.state == NOTHING:
-        return _nothing(decision, table)
+        return without_classes(decision.state, table, decision.note)
     findings, laws = [], []
     for own in decision.classes:
         finding, law = _finding(scores, shares, decision, own, shape_of)
@@ -200,10 +200,21 @@ def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
     return found
 
 
-def _nothing(decision: Decision, table: GramTable) -> ClassAnswer:
+def without_classes(state: str, table: GramTable, note: str) -> ClassAnswer:
+    """Answer of records in which nothing is missing, or nothing is visible.
+
+    Parameters
+    ----------
+    state : str
+        Which of both.
+    table : GramTable
+        Classes and their laws.
+    note : str
+        What the records cannot say.
+    """
     nan = float("nan")
     return ClassAnswer(
-        state=decision.state,
+        state=state,
         classes=(),
         ties=(),
         rivals={},
@@ -213,7 +224,7 @@ def _nothing(decision: Decision, table: GramTable) -> ClassAnswer:
         learnt_by=(),
         law_share=nan,
         classes_of_law=classes_of_law(table),
-        note=decision.note,
+        note=note,
     )
 
 

@@ -10,6 +10,7 @@ from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
     NO_CLASS,
+    NOT_VISIBLE,
     NOTHING,
     ClassAnswer,
     ClassFinding,
@@ -21,6 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     NAMED,
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
+    NOT_DIAGNOSABLE,
     GapReduction,
     SelectionStep,
 )
@@ -177,6 +179,15 @@ def test_nothing_stays_at_the_floor_and_a_law_that_only_the_simulation_shows_has
     assert joint(nothing, AT_NOISE_FLOOR, ()).verdict == AT_NOISE_FLOOR
     found = joint(nothing, NAMED, ("cube",))
     assert (found.verdict, found.answer.ids) == (NAMED, ("spring",))
+
+
+def test_records_that_show_no_element_allow_no_diagnosis_unless_a_law_is_simulated():
+    unseen = replace(answer(NOT_VISIBLE, share=float("nan")), note="the mass sticks")
+    told = joint(unseen, NONE_OF_THESE, ())
+    assert (told.verdict, told.reason, told.effects) == (NOT_DIAGNOSABLE, "the mass sticks", ())
+    assert joint(unseen, AT_NOISE_FLOOR, ()).verdict == AT_NOISE_FLOOR
+    # While dry friction sticks no class sees it, and the simulation does.
+    assert joint(unseen, NAMED, ("coulomb",)).answer.ids == ("friction",)
 
 
 def test_a_second_law_that_its_class_can_learn_beside_the_answer_is_named_too():

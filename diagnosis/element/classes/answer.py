@@ -3,11 +3,24 @@
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer, class_decision
+import numpy as np
+
+from carrierflex.diagnosis.classes.answer import (
+    ShapeOf,
+    class_answer,
+    class_decision,
+    without_classes,
+)
 from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import nearest_law
-from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, ClassAnswer
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    NO_CLASS,
+    NOT_VISIBLE,
+    ClassAnswer,
+)
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.element.classes.drive_in_time import (
     has_one_frequency,
@@ -56,6 +69,11 @@ _SHORT_NOTE = (
     "all classes together explain more than the best answer by what a further cause would: none is "
     "named"
 )
+_NO_ELEMENT = (
+    "on records that were held out the baseline's force explains nothing of the measured one: the "
+    "motion is not that of a mass, a spring and a damper under this drive (does the mass stick, "
+    "does the sensor see it, are drive and motion of the same run?)"
+)
 #: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
 _SAME_LEVEL = 1.1
 #: Passes from the first order of a delay to the delay itself.
@@ -81,6 +99,8 @@ def answer_of_table(
     shape_of : callable
         Gives, for a table, the measured shape of a class.
     """
+    if not _shows_element(own):
+        return without_classes(NOT_VISIBLE, own.table, _NO_ELEMENT)
     drive = _drive_of(own, model)
     floor_is_known = not noise_note
     drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
@@ -133,6 +153,25 @@ def answer_of_table(
     )
     asked = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
     return replace(found, experiment=asked) if decision.is_inseparable else found
+
+
+def _shows_element(own: ElementTable) -> bool:
+    """Whether the baseline explains anything of the force on held-out records.
+
+    More than it leaves, or what lies beyond its scatter over the blocks. A mass that sticks, or a
+    sensor that sees something else, leaves a motion of noise alone: no mass, damper and spring are
+    found in it, and shares of a gap beyond them mean nothing. The gap of another simulator is none
+    of its baseline's to explain.
+    """
+    if any(record.record.gap is not None for record in own.records):
+        return True
+    limits, force = own.scores.constants, own.table.gram[:, 0, 0]
+    explained = force - own.scores.of(()).squares
+    scatter = np.sqrt(explained.size) * explained.std()
+    return bool(
+        explained.sum() >= limits.leading_share * force.sum()
+        or explained.sum() > limits.standard_errors * scatter
+    )
 
 
 @dataclass(frozen=True)

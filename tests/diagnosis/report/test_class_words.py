@@ -48,4 +48,5 @@ def test_a_law_of_the_speed_is_a_part_of_a_surface():
 
 @pytest.mark.parametrize("name", ["dissipation", "hysteresis"])
 def test_a_class_of_which_a_law_holds_all_follows_it(name):
-    assert class_sentence(answer(name, "coulomb_friction")).endswith("; it follows Coulomb friction.")
+    told = class_sentence(answer(name, "coulomb_friction"))
+    assert told.endswith("; it follows Coulomb friction.")

@@ -1,10 +1,12 @@
 """How many answers by class every constant changes that is moved by a fifth, either way.
 
 Cases of the blind check of kind element; writes CASE.json for every case, which a later call takes
-up (constants that were added or changed since are moved, while the case's answer is what it was;
-after a change of the rules name another folder), and constants.md: every constant that can change an answer, with its value, its reason, how many
+up, and constants.md: every constant that can change an answer, with its value, its reason, how many
 answers it changed (state, classes, ties, laws) and, in brackets, how many of them to other classes:
 to one that allows none of the sets that the usual answer does. A good answer: at most two per cent.
+
+A later call moves constants that were added or changed since, while a case's answer is what it was.
+After a change of the rules name another folder.
 """
 
 from collections import Counter
@@ -72,7 +74,7 @@ def main(
 
 def _kept(path: Path) -> dict[str, Any]:
     """Answers of a case that stands."""
-    return kept_case(path, "answers of a case", lambda content: {key: content[key] for key in _KEYS})
+    return kept_case(path, "answers of a case", lambda own: {key: own[key] for key in _KEYS})
 
 
 def _stands(path: Path) -> bool:
@@ -98,8 +100,7 @@ def _table(cases: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     )
     counts = {
         constant: [
-            (changed[name], opposed[name])
-            for name in (f"{constant.path} x{f}" for f in FACTORS)
+            (changed[name], opposed[name]) for name in (f"{constant.path} x{f}" for f in FACTORS)
         ]
         for constant in listed_constants()
     }
