@@ -38,6 +38,7 @@ TESTS = {
     "diagnosis/element/classes/answer.py": (
         "tests/diagnosis/element/test_answer_of_table.py",
         "tests/diagnosis/element/test_loops_in_answers.py",
+        "tests/diagnosis/element/test_element_shown.py",
     ),
     "diagnosis/mounting/classes/answer.py": ("tests/diagnosis/mounting/test_sparsest_classes.py",),
     "diagnosis/inference/verdict.py": ("tests/diagnosis/inference/test_verdict.py",),

@@ -9,7 +9,7 @@ from carrierflex.diagnosis.classes.gram_table import ColumnGroup, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.element.classes.laws import DELAY, FORCE_SURFACE
 from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS
-from tests.diagnosis.classes.toy_table import known_scores
+from tests.diagnosis.classes.toy_table import N_KNOWN, known_scores
 
 STEP, N_SAMPLES = 5e-3, 2000
 #: Lag [s] of which every fit finds the delay, and the place of its column.
@@ -40,7 +40,7 @@ def run_of(drive):
 
 def moved_run(drive, x):
     """Run of a drive and a deflection."""
-    return ToyRun(SimpleNamespace(drive=drive), x, np.gradient(x, STEP))
+    return ToyRun(SimpleNamespace(drive=drive, gap=None), x, np.gradient(x, STEP))
 
 
 TIME = STEP * np.arange(N_SAMPLES)
@@ -97,7 +97,7 @@ class ToyElement:
         return self
 
 
-def toy_element(records, causes, classes, *, union=None, laws=None):
+def toy_element(records, causes, classes, *, union=None, laws=None, force=1e6):
     """Element of some runs whose gap is made of causes.
 
     Parameters
@@ -112,6 +112,8 @@ def toy_element(records, causes, classes, *, union=None, laws=None):
         What all classes together leave of each cause; nothing unless told.
     laws : dict
         Law of a class and what it leaves of the causes, by class.
+    force : float or ndarray, shape (N_KNOWN,)
+        Square of the force in floors, all of it in equal blocks or by block.
     """
     shown = {name: classes.get(name, {}) for name in CLASS_GROUPS}
     shown[UNION] = dict.fromkeys(causes, 0.0) if union is None else union
@@ -120,8 +122,10 @@ def toy_element(records, causes, classes, *, union=None, laws=None):
         columns[name] = (LawColumns(law, (np.array([place]),), 1),)
         shown[f"columns [{place}]"] = left
     plain, _ = known_scores(causes, shown)
+    by_block = np.broadcast_to(np.asarray(force) / N_KNOWN, N_KNOWN)
     table = replace(
         plain.table,
+        gram=by_block[:, None, None],
         classes=CLASS_GROUPS,
         surface=FORCE_SURFACE,
         groups={DELAY: ColumnGroup(np.array([LAG_COLUMN]), np.eye(1))},
