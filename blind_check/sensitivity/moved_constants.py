@@ -22,6 +22,8 @@ from carrierflex.identification.campaign.campaign import Campaign
 
 #: What every constant is multiplied by.
 FACTORS = (0.8, 1.2)
+#: Repeats of a case with other noise: how far a measurement that is repeated keeps its answer.
+N_REPEATS = 2
 
 
 def answers_of_case(plan: CasePlan, kept: Mapping[str, Any] | None = None) -> Mapping[str, Any]:
@@ -37,10 +39,19 @@ def answers_of_case(plan: CasePlan, kept: Mapping[str, Any] | None = None) -> Ma
     Returns
     -------
     mapping
-        As :func:`changed_answers`.
+        As :func:`changed_answers`, and ``repeated``: answers to the same truth under the same
+        drive with other noise.
     """
     campaign, _ = case_campaign(plan)
-    return changed_answers(campaign, listed_constants(), kept)
+    found = changed_answers(campaign, listed_constants(), kept)
+    stands = kept is not None and kept["answer"] == found["answer"]
+    repeated = kept["repeated"] if kept is not None and stands else None
+    return {**found, "repeated": repeated or _repeated_answers(plan)}
+
+
+def _repeated_answers(plan: CasePlan) -> list[str]:
+    repeats = (case_campaign(plan, repeat=1 + number)[0] for number in range(N_REPEATS))
+    return [usual_case(campaign).answer for campaign in repeats]
 
 
 def changed_answers(

@@ -6,9 +6,15 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from carrierflex.blind_check.labels import SINGLE, CasePlan
+from carrierflex.blind_check.labels import NOTHING, SINGLE, CasePlan
+from carrierflex.blind_check.sensitivity import moved_constants
 from carrierflex.blind_check.sensitivity.listed_constants import listed_constants
-from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, changed_answers, moved
+from carrierflex.blind_check.sensitivity.moved_constants import (
+    FACTORS,
+    answers_of_case,
+    changed_answers,
+    moved,
+)
 from carrierflex.blind_check.sensitivity.read_steps import OF_SCORES, OF_TABLE
 from carrierflex.blind_check.sensitivity.sameness import equal_groups, is_same
 from carrierflex.blind_check.sensitivity.usual_case import (
@@ -121,6 +127,16 @@ def test_constants_that_were_moved_from_the_same_values_are_not_moved_again():
     assert changed_answers(campaign, chosen, of_another_value)["changed"] == {f"{own} x0.8": "kept"}
     of_another_answer = {**kept, "answer": "nothing"}
     assert changed_answers(campaign, chosen, of_another_answer) == first
+
+
+def test_a_case_is_repeated_with_other_noise_while_its_answer_is_another(monkeypatch):
+    monkeypatch.setattr(moved_constants, "listed_constants", lambda: ())
+    plan = CasePlan("element", 3, 7411, NOTHING, (), 0.0, "noise")
+    found = answers_of_case(plan)
+    assert found["repeated"] == ["nothing", "nothing"]
+    kept = {**found, "repeated": ["of before", "of before"]}
+    assert answers_of_case(plan, kept) == kept
+    assert answers_of_case(plan, {**kept, "answer": "no_class"}) == found
 
 
 #: Of each way that a constant takes to an answer; all but three change one of the answers below.

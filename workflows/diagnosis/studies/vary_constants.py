@@ -5,8 +5,9 @@ up, and constants.md: every constant that can change an answer, with its value, 
 answers it changed (state, classes, ties, laws) and, in brackets, how many of them to other classes:
 to one that allows none of the sets that the usual answer does. A good answer: at most two per cent.
 
-A later call moves constants that were added or changed since, while a case's answer is what it was.
-After a change of the rules name another folder.
+What other noise changes in the same truth under the same drive stands below the table. A later call
+moves constants that were added or changed since, while a case's answer is what it was. After a
+change of the rules name another folder.
 """
 
 from collections import Counter
@@ -29,7 +30,9 @@ from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
 #: What the file of a case holds.
-_KEYS = ("answer", "moved", "changed")
+_KEYS = ("answer", "moved", "changed", "repeated")
+#: Share of the answers that a moved constant may change.
+_MOST_CHANGED = 0.02
 
 
 def main(
@@ -114,6 +117,27 @@ def _table(cases: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     still = [_name(constant) for constant, own in counts.items() if not any(map(max, own))]
     yield ""
     yield f"{len(still)} of {len(counts)} change nothing: {', '.join(still)}."
+    beyond = [
+        f"{_name(constant)} ({max(count for count, _ in own)})"
+        for constant, own in counts.items()
+        if max(count for count, _ in own) > _MOST_CHANGED * len(cases)
+    ]
+    yield ""
+    yield f"{len(beyond)} change more than {_MOST_CHANGED:.0%}: {', '.join(beyond) or 'none'}."
+    yield ""
+    yield _repeated_words(cases)
+
+
+def _repeated_words(cases: Sequence[Mapping[str, Any]]) -> str:
+    """What a repeated measurement changes, beside which a moved constant is to be seen."""
+    pairs = [(case["answer"], other) for case in cases for other in case["repeated"]]
+    changed = sum(usual != other for usual, other in pairs)
+    to_others = sum(are_opposed(usual, other) for usual, other in pairs)
+    share = changed / max(len(pairs), 1)
+    return (
+        f"Other noise, in the same truth under the same drive, changes {changed} ({to_others}) of "
+        f"{len(pairs)}: {share:.1%}."
+    )
 
 
 def _name(constant: Constant) -> str:
