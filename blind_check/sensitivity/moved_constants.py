@@ -44,9 +44,10 @@ def answers_of_case(plan: CasePlan, kept: Mapping[str, Any] | None = None) -> Ma
     """
     campaign, _ = case_campaign(plan)
     found = changed_answers(campaign, listed_constants(), kept)
-    stands = kept is not None and kept["answer"] == found["answer"]
-    repeated = kept["repeated"] if kept is not None and stands else None
-    return {**found, "repeated": repeated or _repeated_answers(plan)}
+    repeated = kept["repeated"] if kept and kept["answer"] == found["answer"] else ()
+    if len(repeated) != N_REPEATS:
+        repeated = _repeated_answers(plan)
+    return {**found, "repeated": repeated}
 
 
 def _repeated_answers(plan: CasePlan) -> list[str]:

@@ -21,7 +21,12 @@ from threadpoolctl import threadpool_limits
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import CasePlan
 from carrierflex.blind_check.sensitivity.listed_constants import Constant, listed_constants
-from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, answers_of_case, values_of
+from carrierflex.blind_check.sensitivity.moved_constants import (
+    FACTORS,
+    N_REPEATS,
+    answers_of_case,
+    values_of,
+)
 from carrierflex.blind_check.sensitivity.usual_case import are_opposed
 from carrierflex.files.json_files import save_json
 from carrierflex.workflows.diagnosis.studies.kept_cases import kept_case, make_missing, write_table
@@ -82,7 +87,10 @@ def _kept(path: Path) -> dict[str, Any]:
 
 def _stands(path: Path) -> bool:
     """Whether a case stands with all constants as they are."""
-    return path.is_file() and _kept(path)["moved"] == values_of(listed_constants())
+    if not path.is_file():
+        return False
+    own = _kept(path)
+    return own["moved"] == values_of(listed_constants()) and len(own["repeated"]) == N_REPEATS
 
 
 def _write_answers(plan: CasePlan, path: Path) -> None:
