@@ -38,6 +38,12 @@ def test_a_share_is_of_the_gap_above_the_floor():
     assert SHARES.of(held(BEFORE + 0.5 * ABOVE)) == pytest.approx(-0.5)
 
 
+def test_what_leaves_little_more_than_the_noise_is_at_the_floor():
+    assert SHARES.is_at_floor(held(FLOOR))
+    assert SHARES.is_at_floor(held(1.14 * FLOOR))
+    assert not SHARES.is_at_floor(held(1.16 * FLOOR))
+
+
 def test_a_share_that_is_the_same_in_every_block_has_no_scatter():
     assert SHARES.interval(leaving(0.5)) == pytest.approx((0.5, 0.5))
     low, high = SHARES.interval(held(BEFORE - 0.5 * ABOVE[::-1]))
