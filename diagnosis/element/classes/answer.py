@@ -68,9 +68,9 @@ _SHORT_NOTE = (
     "named"
 )
 _NO_ELEMENT = (
-    "on records that were held out the baseline's force leaves more than no force at all: the "
-    "motion is not that of a mass, a spring and a damper under this drive (does the mass stick, "
-    "does the sensor see it, are drive and motion of the same run?)"
+    "the motion is not that of a mass, a spring and a damper under this drive (a mass that sticks, "
+    "a sensor that does not see it, drive and motion of different runs): on held-out records the "
+    "baseline's force leaves more than no force at all"
 )
 #: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
 _SAME_LEVEL = 1.1
