@@ -92,6 +92,11 @@ class ClassScores:
         table = replace(self.table, classes={**self.table.classes, **self.table.products})
         return ClassScores(table, self.constants, self.known)
 
+    @cached_property
+    def without_baseline(self) -> "ClassScores":
+        """Scores of the same classes beside nothing."""
+        return ClassScores(replace(self.table, n_base=0), self.constants)
+
     def ceiling(self) -> HeldOutSquares:
         """Held-out squares of the union of all classes."""
         key = ("union",)

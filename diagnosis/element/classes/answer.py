@@ -97,9 +97,9 @@ def answer_of_table(
     shape_of : callable
         Gives, for a table, the measured shape of a class.
     """
-    if not _shows_element(own):
-        return without_classes(NOT_VISIBLE, own.table, _NO_ELEMENT)
     drive = _drive_of(own, model)
+    if not _shows_element(own, drive):
+        return without_classes(NOT_VISIBLE, own.table, _NO_ELEMENT)
     floor_is_known = not noise_note
     drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
 
@@ -153,16 +153,24 @@ def answer_of_table(
     return replace(found, experiment=asked) if decision.is_inseparable else found
 
 
-def _shows_element(own: ElementTable) -> bool:
+def _shows_element(own: ElementTable, drive: "_Drive") -> bool:
     """Whether the baseline explains anything of the force on held-out records.
 
     A mass that sticks, or a sensor that sees something else, leaves a motion of noise alone: no
-    mass, damper and spring are found in it, and shares of a gap beyond them mean nothing. The gap
-    of another simulator is none of its baseline's to explain.
+    mass, damper and spring are found in it, and shares of a gap beyond them mean nothing. Where
+    little of the drive arrives (a wide dead band) the baseline explains nothing of all of it, and
+    takes half of what a function of the drive leaves. The gap of another simulator is none of its
+    baseline's to explain.
     """
     if any(record.record.gap is not None for record in own.records):
         return True
-    return own.scores.of(()).total < float(own.table.gram[:, 0, 0].sum())
+    scores = own.scores
+    if scores.of(()).total < float(own.table.gram[:, 0, 0].sum()):
+        return True
+    if DRIVE_SIDE not in drive.candidates:
+        return False
+    arriving, still = (each.of((DRIVE_SIDE,)) for each in (scores, scores.without_baseline))
+    return arriving.total < (1.0 - scores.constants.gain_of_left) * still.total
 
 
 @dataclass(frozen=True)

@@ -6,27 +6,44 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOT_VISIBLE
 from carrierflex.diagnosis.element.classes.answer import answer_of_table
 from tests.diagnosis.classes.toy_table import N_KNOWN
-from tests.diagnosis.element.toy_element import multisine, toy_element
+from tests.diagnosis.element.toy_element import ToyScores, decay, multisine, toy_element
 
-#: Floors that the baseline leaves: one of noise, and a spring.
+#: Floors that the baseline leaves: one of noise, and a cause of which its class leaves a tenth.
 LEFT = 101.0
+LEFT_BY_CLASS = 11.0
 IN_ONE_BLOCK = np.where(np.arange(N_KNOWN) == 3, N_KNOWN, 0.0)
+DRIVEN = [multisine(level) for level in (1.0, 2.0, 4.0)]
+RELEASED = [decay(level) for level in (1.0, 2.0)]
 
 
-def state(force, *, gap=None):
+def state(force, *, cause="restoring_force", runs=DRIVEN, gap=None, states=()):
     """State of the answer where the force has some square in floors, in all or by block."""
-    records = [multisine(level) for level in (1.0, 2.0, 4.0)]
-    records = [replace(own, record=SimpleNamespace(drive=own.x, gap=gap)) for own in records]
-    shown = {"restoring_force": {"spring": 0.0}}
-    own = toy_element(records, {"spring": LEFT - 1.0}, shown, force=force)
-    model = SimpleNamespace(by_force=True, states={})
+    records = [
+        replace(own, record=SimpleNamespace(drive=own.record.drive, gap=gap)) for own in runs
+    ]
+    left = {"cause": 0.1}
+    own = toy_element(records, {"cause": LEFT - 1.0}, {cause: left}, union=left, force=force)
+    model = SimpleNamespace(by_force=True, states=states)
     told = answer_of_table(own, model, "", lambda table: lambda *_: None)
     assert bool(told.classes) == (told.state == NAMED_CLASS)
     assert ("more than no force at all" in told.note) == (told.state == NOT_VISIBLE)
     return told.state
+
+
+@pytest.fixture
+def without_motion(monkeypatch):
+    """Sets the floors that a function of the drive leaves of the force beside no motion."""
+
+    def set_floors(floors):
+        held = HeldOutSquares(np.full(N_KNOWN, floors / N_KNOWN), (), ())
+        still = SimpleNamespace(of=lambda classes: held if classes == ("drive_side",) else None)
+        monkeypatch.setattr(ToyScores, "without_baseline", still)
+
+    return set_floors
 
 
 @pytest.mark.parametrize(
@@ -42,6 +59,23 @@ def state(force, *, gap=None):
 )
 def test_a_baseline_that_leaves_more_than_no_force_at_all_is_no_element(force, expected):
     assert state(force) == expected
+
+
+@pytest.mark.parametrize(
+    ("floors", "expected"),
+    [(2.1 * LEFT_BY_CLASS, NAMED_CLASS), (1.9 * LEFT_BY_CLASS, NOT_VISIBLE)],
+)
+def test_where_little_of_the_drive_arrives_the_motion_shows_beside_the_drive_side(
+    floors, expected, without_motion
+):
+    without_motion(floors)
+    assert state(LEFT, cause="drive_side") == expected
+
+
+def test_after_a_release_there_is_no_drive_side(without_motion):
+    without_motion(1e3)
+    assert state(LEFT, cause="drive_side") == NAMED_CLASS
+    assert state(LEFT, runs=RELEASED, states={"R0": (1e-3, 0.0)}) == NOT_VISIBLE
 
 
 def test_the_gap_of_another_simulator_is_none_of_its_baseline_to_explain():

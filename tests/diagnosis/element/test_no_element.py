@@ -2,6 +2,7 @@
 
 import pytest
 
+from carrierflex.blind_check.case_plans import case_plans, full_size
 from carrierflex.blind_check.labels import OUTSIDE, CasePlan
 from carrierflex.blind_check.sensitivity.listed_constants import listed_constants
 from carrierflex.blind_check.sensitivity.moved_constants import moved
@@ -23,6 +24,14 @@ def test_a_mass_that_sticks_shows_no_class_whatever_the_band_of_its_noise(factor
     roll_off = next(own for own in listed_constants() if own.name == "_ROLL_OFF")
     with moved(roll_off, factor):
         assert state(campaign) == NOT_VISIBLE
+
+
+def test_a_drive_of_which_little_arrives_is_a_drive_side():
+    # The baseline leaves 1.01 of the force's square, and beside the drive side next to nothing.
+    plan = case_plans("element", full_size("element"), 13025)[107]
+    assert (plan.effects, plan.drive) == (("saturation",), "sines")
+    found = element_problem(case_campaign(plan)[0]).class_answer()
+    assert (found.state, [own.id for own in found.classes]) == (NAMED_CLASS, ["drive_side"])
 
 
 def test_an_element_under_much_noise_is_seen():
