@@ -19,6 +19,7 @@ from carrierflex.blind_check.sensitivity.read_steps import OF_SCORES, OF_TABLE
 from carrierflex.blind_check.sensitivity.sameness import equal_groups, is_same
 from carrierflex.blind_check.sensitivity.usual_case import (
     NO_ANSWER,
+    UsualCase,
     are_opposed,
     element_problem_of,
     in_words,
@@ -130,13 +131,19 @@ def test_constants_that_were_moved_from_the_same_values_are_not_moved_again():
 
 
 def test_a_case_is_repeated_with_other_noise_while_its_answer_is_another(monkeypatch):
+    answers = {0: "nothing", 1: "no_class", 2: "nothing"}
     monkeypatch.setattr(moved_constants, "listed_constants", lambda: ())
+    monkeypatch.setattr(moved_constants, "case_campaign", lambda plan, repeat=0: (repeat, None))
+    monkeypatch.setattr(
+        moved_constants, "usual_case", lambda campaign: UsualCase(campaign, answers[campaign])
+    )
     plan = CasePlan("element", 3, 7411, NOTHING, (), 0.0, "noise")
     found = answers_of_case(plan)
-    assert found["repeated"] == ["nothing", "nothing"]
+    assert found == {**found, "answer": "nothing", "repeated": ["no_class", "nothing"]}
     kept = {**found, "repeated": ["of before", "of before"]}
     assert answers_of_case(plan, kept) == kept
     assert answers_of_case(plan, {**kept, "answer": "no_class"}) == found
+    assert answers_of_case(plan, {**kept, "repeated": ["of before"]}) == found
 
 
 #: Of each way that a constant takes to an answer; all but three change one of the answers below.

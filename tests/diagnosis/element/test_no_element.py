@@ -16,7 +16,10 @@ def state(campaign):
     return element_problem(campaign).class_answer().state
 
 
-@pytest.mark.parametrize("factor", [0.8, 1.0, 1.2])
+@pytest.mark.parametrize(
+    "factor",
+    [pytest.param(0.8, marks=pytest.mark.long), 1.0, pytest.param(1.2, marks=pytest.mark.long)],
+)
 def test_a_mass_that_sticks_shows_no_class_whatever_the_band_of_its_noise(factor):
     # Friction holds the mass in all four runs: the sensor shows its noise, which is coloured.
     plan = CasePlan("element", 18, 7411, OUTSIDE, ("heated_friction",), 1.109, "sines")

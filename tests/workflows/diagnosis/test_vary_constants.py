@@ -13,9 +13,10 @@ ROLL_OFF = "identification.campaign.signals._ROLL_OFF"
 USUAL = "named: memory"
 
 
-@pytest.fixture
-def table(tmp_path):
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
     """Table of 60 cases: one number changes two, and another one once to other classes."""
+    folder = tmp_path_factory.mktemp("constants")
     plans = case_plans("element", 60, 5)
     changes = {
         0: {f"{NAMED_LEFT} x0.8": "leading: memory"},
@@ -28,9 +29,9 @@ def table(tmp_path):
             "changed": changes.get(number, {}),
             "repeated": [USUAL, "named: delay" if number < 6 else USUAL],
         }
-        save_json(tmp_path / f"5-{plan.name}.json", content)
-    main(out=tmp_path, seed=5, cases=60, standing=True, quiet=True)
-    return (tmp_path / "constants.md").read_text(encoding="utf-8").splitlines()
+        save_json(folder / f"5-{plan.name}.json", content)
+    main(out=folder, seed=5, cases=60, standing=True, quiet=True)
+    return (folder / "constants.md").read_text(encoding="utf-8").splitlines()
 
 
 def test_the_table_counts_answers_and_those_that_go_to_other_classes(table):
