@@ -18,6 +18,7 @@ _LEAST_RIVAL = 0.05
 _MOST_RIVALS = 4
 #: Shares below this one would be rounded to nothing.
 _LEAST_SHOWN = 0.005
+_BELOW_SHOWN = f"below {100.0 * _LEAST_SHOWN:.1f} %"
 
 
 def share_words(value: float) -> str:
@@ -26,8 +27,7 @@ def share_words(value: float) -> str:
         return "–"
     inside = min(max(value, 0.0), 1.0)
     if 0.0 < inside < _LEAST_SHOWN:
-        # What was named is not nothing, however little it is.
-        return f"below {100.0 * _LEAST_SHOWN:.1f} %"
+        return _BELOW_SHOWN
     return f"{100.0 * inside:.1f} %" if 0.99 <= inside < 0.9995 else f"{100.0 * inside:.0f} %"
 
 
@@ -78,7 +78,9 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     )
     alone = len(answer.classes) == 1
     beside = f"; next class {share_words(rival)}" if alone else ""
-    text = f"{plain_name(finding.id)} ({share_words(finding.share)}{beside})"
+    # What is named is not nothing: a second cause may add as little as it harms alone.
+    share = share_words(finding.share) if finding.share > 0.0 else _BELOW_SHOWN
+    text = f"{plain_name(finding.id)} ({share}{beside})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
     return f"{text}; {_law_words(finding, answer)}"

@@ -125,6 +125,7 @@ def test_places_and_delays_move_whatever_is_fitted(effects, what):
     assert_allclose((moves / scale)[own], change[own], atol=0.05 * np.abs(change[own]).max())
 
 
+@pytest.mark.long
 def test_waves_of_a_curve_that_are_off_move_the_fit_as_a_fit_with_such_curves_does():
     campaign = twin_campaign("ring_pass", channels=AXIAL, **SHORT)
     fit, _, scale = _moved(carrier_problem(campaign, CURVES), ("ring_pass",), 0)

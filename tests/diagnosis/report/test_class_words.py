@@ -41,6 +41,11 @@ def test_a_share_is_never_rounded_to_nothing_nor_above_the_whole(share, expected
     assert share_words(share) == expected
 
 
+def test_a_class_that_is_named_is_not_nothing():
+    told = class_sentence(answer("time_variation", "drifting_stiffness", share=0.0))
+    assert told.startswith("Time variation (below 0.5 %;")
+
+
 def test_a_law_of_the_speed_is_a_part_of_a_surface():
     told = class_sentence(answer("force_surface", "coulomb_friction"))
     assert told.endswith("; Coulomb friction is the part of it that a law follows.")

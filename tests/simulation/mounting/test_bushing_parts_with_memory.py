@@ -50,7 +50,12 @@ def from_rest(*, seconds=20.0, step=0.01):
 @pytest.mark.parametrize(
     ("built_in", "part", "tolerance"),
     [
-        ({"Kp": SLIP / YIELD, "Fy": SLIP}, BushingStop(APART, BOTH, YIELD, SLIP), 1e-10),
+        pytest.param(
+            {"Kp": SLIP / YIELD, "Fy": SLIP},
+            BushingStop(APART, BOTH, YIELD, SLIP),
+            1e-10,
+            marks=pytest.mark.long,
+        ),
         # Steps differ: the built-in branch is a linear state.
         ({"k": 1e7, "c": 5e6}, BushingBranch(BOTH, 0.5, 1e7), 1e-6),
     ],

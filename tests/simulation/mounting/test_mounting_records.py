@@ -98,7 +98,9 @@ def test_a_record_in_pieces_equals_the_whole_one(tmp_path, name):
     assert_allclose(table["time"].to_numpy(), inputs.time, rtol=0.0, atol=0.0)
 
 
-@pytest.mark.parametrize("name", ["linear", "nonlinear", "hydro-dynamic"])
+@pytest.mark.parametrize(
+    "name", ["linear", pytest.param("nonlinear", marks=pytest.mark.long), "hydro-dynamic"]
+)
 def test_a_run_in_pieces_equals_the_whole_one_and_may_end_early(name):
     # 4500 samples: two whole pieces and a part of one.
     inputs, parameters = (
