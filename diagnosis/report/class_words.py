@@ -16,9 +16,9 @@ from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
 #: Rivals below this share are not listed.
 _LEAST_RIVAL = 0.05
 _MOST_RIVALS = 4
-#: Shares below this one would be rounded to nothing.
+#: Shares below the first would be rounded to nothing; what is named is the second at least.
 _LEAST_SHOWN = 0.005
-_BELOW_SHOWN = f"below {100.0 * _LEAST_SHOWN:.1f} %"
+_SMALLEST = 1e-300
 
 
 def share_words(value: float) -> str:
@@ -27,7 +27,7 @@ def share_words(value: float) -> str:
         return "–"
     inside = min(max(value, 0.0), 1.0)
     if 0.0 < inside < _LEAST_SHOWN:
-        return _BELOW_SHOWN
+        return f"below {100.0 * _LEAST_SHOWN:.1f} %"
     return f"{100.0 * inside:.1f} %" if 0.99 <= inside < 0.9995 else f"{100.0 * inside:.0f} %"
 
 
@@ -79,8 +79,8 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     alone = len(answer.classes) == 1
     beside = f"; next class {share_words(rival)}" if alone else ""
     # What is named is not nothing: a second cause may add as little as it harms alone.
-    share = share_words(finding.share) if finding.share > 0.0 else _BELOW_SHOWN
-    text = f"{plain_name(finding.id)} ({share}{beside})"
+    share = max(finding.share, _SMALLEST)
+    text = f"{plain_name(finding.id)} ({share_words(share)}{beside})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
     return f"{text}; {_law_words(finding, answer)}"

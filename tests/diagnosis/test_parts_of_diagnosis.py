@@ -9,8 +9,6 @@ from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
     NO_CLASS,
-    ClassAnswer,
-    ClassFinding,
 )
 from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.problem import CandidateExperiment
@@ -26,6 +24,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from tests.diagnosis.class_answers import one_class
 from tests.diagnosis.inference.toy_problem import LinearProblem, linear_problem
 
 LIMITS = Thresholds(bootstrap_samples=40, fewest_samples=20)
@@ -138,19 +137,7 @@ def test_the_gap_is_looked_at_beyond_its_map_where_a_problem_does():
 
 
 def class_answer(state, law="", *, share=0.99):
-    own = ClassFinding("spring", share, (share, share), law, share, bool(law))
-    return ClassAnswer(
-        state=state,
-        classes=(own,),
-        ties=(),
-        rivals={},
-        share=share,
-        share_ci95=(share, share),
-        learnable=share,
-        learnt_by=(),
-        law_share=share,
-        classes_of_law={"a": ("spring",)},
-    )
+    return one_class("spring", law, {"a": ("spring",)}, state=state, share=share)
 
 
 def test_the_class_of_the_cause_is_told_where_a_problem_has_classes():

@@ -165,7 +165,7 @@ def _shows_element(own: ElementTable, drive: "_Drive") -> bool:
     if any(record.record.gap is not None for record in own.records):
         return True
     scores = own.scores
-    if scores.of(()).total < float(own.table.gram[:, 0, 0].sum()):
+    if scores.of(()).total < float(own.table.total[0, 0]):
         return True
     if DRIVE_SIDE not in drive.candidates:
         return False

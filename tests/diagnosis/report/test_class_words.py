@@ -2,26 +2,14 @@
 
 import pytest
 
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.element.classes.laws import CLASSES_OF_LAW
 from carrierflex.diagnosis.report.class_words import class_sentence, share_words
+from tests.diagnosis.class_answers import one_class
 
 
-def answer(name, law, share=0.97):
-    """Answer of one class whose law is named."""
-    finding = ClassFinding(name, share, (share, share), law, share, law_named=True)
-    return ClassAnswer(
-        state=NAMED_CLASS,
-        classes=(finding,),
-        ties=(),
-        rivals={},
-        share=share,
-        share_ci95=(share, share),
-        learnable=share,
-        learnt_by=(),
-        law_share=share,
-        classes_of_law=CLASSES_OF_LAW,
-    )
+def sentence(name, law, **options):
+    """Words of one class whose law is named."""
+    return class_sentence(one_class(name, law, CLASSES_OF_LAW, **options))
 
 
 @pytest.mark.parametrize(
@@ -42,16 +30,16 @@ def test_a_share_is_never_rounded_to_nothing_nor_above_the_whole(share, expected
 
 
 def test_a_class_that_is_named_is_not_nothing():
-    told = class_sentence(answer("time_variation", "drifting_stiffness", share=0.0))
+    told = sentence("time_variation", "drifting_stiffness", share=0.0)
     assert told.startswith("Time variation (below 0.5 %;")
 
 
 def test_a_law_of_the_speed_is_a_part_of_a_surface():
-    told = class_sentence(answer("force_surface", "coulomb_friction"))
+    told = sentence("force_surface", "coulomb_friction")
     assert told.endswith("; Coulomb friction is the part of it that a law follows.")
 
 
 @pytest.mark.parametrize("name", ["dissipation", "hysteresis"])
 def test_a_class_of_which_a_law_holds_all_follows_it(name):
-    told = class_sentence(answer(name, "coulomb_friction"))
+    told = sentence(name, "coulomb_friction")
     assert told.endswith("; it follows Coulomb friction.")

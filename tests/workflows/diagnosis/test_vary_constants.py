@@ -18,6 +18,7 @@ def table(tmp_path_factory):
     """Table of 60 cases: one number changes two, and another one once to other classes."""
     folder = tmp_path_factory.mktemp("constants")
     plans = case_plans("element", 60, 5)
+    values = values_of(listed_constants())
     changes = {
         0: {f"{NAMED_LEFT} x0.8": "leading: memory"},
         1: {f"{NAMED_LEFT} x0.8": "leading: memory", f"{ROLL_OFF} x1.2": "named: delay"},
@@ -25,7 +26,7 @@ def table(tmp_path_factory):
     for number, plan in enumerate(plans):
         content = {
             "answer": USUAL,
-            "moved": values_of(listed_constants()),
+            "moved": values,
             "changed": changes.get(number, {}),
             "repeated": [USUAL, "named: delay" if number < 6 else USUAL],
         }

@@ -12,6 +12,7 @@ change of the rules name another folder.
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,8 @@ def main(
     if not standing:
         stages = Stages(1, quiet)
         with stages.stage("moving the constants"), work_executor(workers) as executor:
-            make_missing(plans, files, _write_answers, executor, stages, _stands)
+            stands = partial(_stands, values=values_of(listed_constants()))
+            make_missing(plans, files, _write_answers, executor, stages, stands)
     made = [_kept(file) for file in files if file.is_file()]
     write_table(folder / "constants.md", _table(made))
 
@@ -85,12 +87,12 @@ def _kept(path: Path) -> dict[str, Any]:
     return kept_case(path, "answers of a case", lambda own: {key: own[key] for key in _KEYS})
 
 
-def _stands(path: Path) -> bool:
-    """Whether a case stands with all constants as they are."""
+def _stands(path: Path, values: Mapping[str, Any]) -> bool:
+    """Whether a case stands with all constants at these values, and with its repeats."""
     if not path.is_file():
         return False
     own = _kept(path)
-    return own["moved"] == values_of(listed_constants()) and len(own["repeated"]) == N_REPEATS
+    return own["moved"] == values and len(own["repeated"]) == N_REPEATS
 
 
 def _write_answers(plan: CasePlan, path: Path) -> None:
