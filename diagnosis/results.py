@@ -9,14 +9,8 @@ from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
-from carrierflex.diagnosis.inference.confusion.results import Answer, Confusion
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
-from carrierflex.diagnosis.inference.evidence.candidates import Evidence
 from carrierflex.diagnosis.inference.results import (
-    ALIASED,
-    CLASS_NAMED,
-    NAMED,
-    NAMING,
     Attribution,
     GapReduction,
 )
@@ -58,11 +52,6 @@ class Diagnosis:
         Measured and simulated signals; None where the records allow no diagnosis.
     records : RecordDigests, optional
         Digests of the records and files; None where the campaign was not read from a folder.
-    evidence : Evidence, optional
-        Evidence of the candidates among the laws; None where the records allow no diagnosis.
-    confusion : Confusion, optional
-        How often this answer comes up where each candidate is true; None where it was not asked
-        for.
     """
 
     campaign: str
@@ -80,8 +69,6 @@ class Diagnosis:
     baseline: EffectFit | None = None
     signals: SignalComparison | None = None
     records: RecordDigests | None = None
-    evidence: Evidence | None = None
-    confusion: Confusion | None = None
 
     @property
     def shrinks_by_class(self) -> bool:
@@ -89,16 +76,3 @@ class Diagnosis:
         is_answered = self.classes is not None and bool(self.classes.classes)
         law = self.reduction_law
         return is_answered and law is not None and self.reduction is not law
-
-    @property
-    def answer(self) -> Answer:
-        """What is said of the cause, to be counted."""
-        which = self.attribution
-        if self.verdict == ALIASED:
-            members = {name for group in which.aliases for name in group}
-            return Answer(ALIASED, tuple(sorted(members | set(which.effects))))
-        if self.verdict == CLASS_NAMED and self.classes is not None:
-            return Answer(CLASS_NAMED, tuple(sorted(found.id for found in self.classes.classes)))
-        if self.verdict in NAMING:
-            return Answer(NAMED, tuple(sorted(which.effects)))
-        return Answer(self.verdict)

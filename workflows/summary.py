@@ -97,7 +97,6 @@ def _gap(job: "Job") -> dict[str, Any]:
         "rms_um": [step.rms * MICROMETRES for step in steps],
         "rho": [step.rho for step in steps],
         "phi": reduction.phi if reduction else None,
-        "placebo_rho": in_turn.negative_control_rho,
         "noise_floor_um": in_turn.noise_floor * MICROMETRES,
         "of_the_papers_models": {
             "effects": in_turn.effects,

@@ -18,9 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
-from carrierflex.diagnosis.inference.screening import projected_gram, variant_columns
-from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+from carrierflex.diagnosis.classes.gram_table import GramTable
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.identification.estimation.scaled_least_squares import (
+    normal_inverse,
+    normal_solution,
+)
 
 #: Thresholds of the sparse regression: part of the residual's square that a law must carry.
 _THRESHOLDS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
@@ -35,24 +38,24 @@ class _Law:
     n_unknowns: int
 
 
-def best_single_law(signatures: Signatures, n_samples: float) -> tuple[str, ...]:
+def best_single_law(table: GramTable, n_samples: float) -> tuple[str, ...]:
     """Law that lowers the BIC most; empty where none lowers it.
 
     Parameters
     ----------
-    signatures : Signatures
-        Columns of the screen.
+    table : GramTable
+        Products of the laws' columns.
     n_samples : float
         Samples of all channels.
     """
-    gram = _residual_gram(signatures)
-    laws = _laws(signatures, gram)
+    gram = _residual_gram(table)
+    laws = _laws(table, gram)
     values: dict[tuple[str, ...], float] = {(): _bic(gram, [], n_samples)}
     values |= {(name,): _bic(gram, [law], n_samples) for name, law in laws.items()}
     return min(values, key=lambda names: values[names])
 
 
-def sparse_laws(signatures: Signatures, n_samples: float) -> tuple[str, ...]:
+def sparse_laws(table: GramTable, n_samples: float) -> tuple[str, ...]:
     """Laws that sequentially thresholded least squares keeps, the threshold chosen by BIC.
 
     All laws are fitted together; those that carry less than the threshold of the residual's square
@@ -60,13 +63,13 @@ def sparse_laws(signatures: Signatures, n_samples: float) -> tuple[str, ...]:
 
     Parameters
     ----------
-    signatures : Signatures
-        Columns of the screen.
+    table : GramTable
+        Products of the laws' columns.
     n_samples : float
         Samples of all channels.
     """
-    gram = _residual_gram(signatures)
-    laws = _laws(signatures, gram)
+    gram = _residual_gram(table)
+    laws = _laws(table, gram)
     values: dict[tuple[str, ...], float] = {(): _bic(gram, [], n_samples)}
     for threshold in _THRESHOLDS:
         kept = _thresholded(gram, laws, threshold)
@@ -78,24 +81,19 @@ def sparse_laws(signatures: Signatures, n_samples: float) -> tuple[str, ...]:
 REFERENCES = {"best_single_law": best_single_law, "sparse_regression": sparse_laws}
 
 
-def _residual_gram(signatures: Signatures) -> FloatArray:
+def _residual_gram(table: GramTable) -> FloatArray:
     """Products of target and laws once the baseline is taken out of all."""
-    gram = np.asarray(signatures.gram.sum(axis=0))
-    return projected_gram(gram, list(range(1, 1 + signatures.n_base)))
+    base, gram = table.base, table.total
+    return np.asarray(gram - gram[:, base] @ normal_inverse(gram[np.ix_(base, base)]) @ gram[base])
 
 
-def _laws(signatures: Signatures, gram: FloatArray) -> dict[str, _Law]:
+def _laws(table: GramTable, gram: FloatArray) -> dict[str, _Law]:
     """Every law of the library at the shape that alone leaves least."""
-    variants: dict[str, list[tuple[int, ...]]] = {}
-    for columns in variant_columns(signatures):
-        name = signatures.effects[columns[0] - 1 - signatures.n_base]
-        if name != BLACK_BOX:
-            variants.setdefault(name, []).append(columns)
-    found = {}
-    for name, options in variants.items():
-        best = min(options, key=lambda columns: _left(gram, columns))
-        found[name] = _Law(best, len(best) + (len(options) > 1))
-    return found
+    laws = {}
+    for name, law in table.library.items():
+        best = min(law.variants, key=lambda columns: _left(gram, columns.tolist()))
+        laws[name] = _Law(tuple(best.tolist()), best.size + (len(law.variants) > 1))
+    return laws
 
 
 def _left(gram: FloatArray, columns: Sequence[int]) -> float:

@@ -1,4 +1,4 @@
-"""Effects among which the diagnosis of a carrier chooses: its own, the negative controls, users'.
+"""Effects among which the diagnosis of a carrier chooses: its own, users'.
 
 The law of a user's card is ``(sensor, inputs, rig) -> signal per unit of each parameter``, an array
 of shape (n_parameters, n); a card whose last parameter is a shape (a threshold) takes its value as
@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import KIND, NEGATIVE_CONTROLS, card_of, effect_of
+from carrierflex.diagnosis.carrier.cards import KIND, card_of, effect_of
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library, users_cards
 from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -53,7 +53,7 @@ def carrier_library(rig: CarrierRig, measured: Sequence[Effect] = ()) -> dict[st
     Returns
     -------
     dict of str to Effect
-        The contract's effects, the measured laws and the negative controls first, then users'.
+        The contract's effects, the measured laws first, then users'.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def carrier_library(rig: CarrierRig, measured: Sequence[Effect] = ()) -> dict[st
     """
     of_rig = effects_of(rig.n_planets)
     of_rig[PIN_CLEARANCE.id] = with_weight(of_rig[PIN_CLEARANCE.id], rig.curves)
-    effects = (*of_rig.values(), *measured, *NEGATIVE_CONTROLS)
+    effects = (*of_rig.values(), *measured)
     cards = tuple(card_of(effect) for effect in effects)
     users = users_cards(effect_library(KIND, cards), cards)
     refuse_wrong_carrier_laws(users, rig)

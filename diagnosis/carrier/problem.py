@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, card_of
-from carrierflex.diagnosis.carrier.classes.answer import carrier_class_answer
+from carrierflex.diagnosis.carrier.cards import card_of
+from carrierflex.diagnosis.carrier.classes.answer import carrier_class_answer, carrier_class_table
 from carrierflex.diagnosis.carrier.classes.measured_laws import effects_of_laws
+from carrierflex.diagnosis.carrier.classes.table import CarrierTable
 from carrierflex.diagnosis.carrier.closed_fit import closed_fit
 from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
@@ -31,8 +32,8 @@ from carrierflex.diagnosis.carrier.records.sums import (
     accumulated_sums,
     segment_squares,
 )
-from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.weight_table import WeightTable
+from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.declared_errors import Misreading
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -48,7 +49,6 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     Segment,
     SegmentSums,
-    Signatures,
     bounds_of,
 )
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
@@ -108,18 +108,12 @@ class CarrierProblem:
             *self.model.contained,
             *baseline.effects,
             *baseline.impossible,
-            *self.negative_controls,
         }
         return {
             name: card_of(effect)
             for name, effect in self.model.effects.items()
             if name not in left_out
         }
-
-    @property
-    def negative_controls(self) -> Effects:
-        """Orders without meaning."""
-        return tuple(effect.id for effect in NEGATIVE_CONTROLS)
 
     @property
     def segments(self) -> tuple[Segment, ...]:
@@ -193,12 +187,6 @@ class CarrierProblem:
             result[own.start + some] = segment_squares(residual, gram)
         return result
 
-    def signatures(self) -> Signatures:
-        """Columns of the screen."""
-        return carrier_signatures(
-            self.model, self.campaign, self.records, tuple(self.cards), self._quick_theta(())
-        )
-
     def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap by run, pattern and order."""
         return self._gap(effects, theta).cells
@@ -217,7 +205,19 @@ class CarrierProblem:
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of what the baseline lacks; None where the records are too short."""
-        return carrier_class_answer(
+        table = self._class_table()
+        if table is None:
+            return None
+        return carrier_class_answer(self.model, table, tuple(self.cards))
+
+    def gram_table(self) -> GramTable | None:
+        """Products of classes and laws; None where the records are too short."""
+        table = self._class_table()
+        return None if table is None else table.table
+
+    def _class_table(self) -> CarrierTable | None:
+        """Made anew each time: products of hundreds of runs are not kept beside the fits."""
+        return carrier_class_table(
             self.model,
             self.campaign,
             self.records,

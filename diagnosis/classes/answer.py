@@ -31,6 +31,10 @@ class WithClasses(Protocol):
         """Class of the missing effect; None where the records are too short for the comparison."""
         ...
 
+    def gram_table(self) -> GramTable | None:
+        """Table that the answer is made from; None where the records are too short for it."""
+        ...
+
 
 def class_decision(
     scores: ClassScores,

@@ -115,6 +115,11 @@ class GramTable:
     plain: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
 
+    @property
+    def library(self) -> dict[str, LawColumns]:
+        """Laws by id, each once."""
+        return {law.id: law for laws in self.laws.values() for law in laws}
+
     @cached_property
     def total(self) -> FloatArray:
         """Products over all blocks, shape (n, n)."""

@@ -162,6 +162,8 @@ class ClassAnswer:
     same_scores : bool
         Whether laws and classes are scored on the same signals and held-out records; otherwise
         classes are compared in force space and laws are simulated.
+    law_sets : tuple of tuple of str
+        Sets of laws that are worth a fit in the simulator.
     """
 
     state: str
@@ -178,6 +180,7 @@ class ClassAnswer:
     best: tuple[str, ...] = ()
     experiment: str = ""
     same_scores: bool = False
+    law_sets: tuple[tuple[str, ...], ...] = ()
 
     @property
     def ids(self) -> tuple[str, ...]:

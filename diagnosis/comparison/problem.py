@@ -150,55 +150,23 @@ class SegmentSums:
 
 
 @dataclass(frozen=True, eq=False)
-class FeatureBlocks:
-    """Products of flexible features that come in blocks with none between one and another.
-
-    Features of every sensor are zero at the other sensors; G groups of segments, C blocks.
-
-    Parameters
-    ----------
-    cross : ndarray, shape (G, C, n, m)
-        Products of the n columns of the screen with the m features of every block.
-    square : ndarray, shape (G, C, m, m)
-        Products of the features of a block.
-    """
-
-    cross: FloatArray
-    square: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class Signatures:
-    """Gram matrix of unexplained force (or signal), baseline regressors and effects' signatures.
+    """Products of the unexplained force (or signal), baseline regressors and laws' signatures.
 
-    Columns in this order: the target, `n_base` baseline regressors, one or several columns of each
-    variant of each effect, then the features of the flexible residual model. Where the problem is
-    dynamic they live in force space.
+    Fits start from least squares on them. Columns in this order: the target, `n_base` baseline
+    regressors, one or several columns of each variant of each law. Where the problem is dynamic
+    they live in force space.
 
     Parameters
     ----------
-    gram : ndarray, shape (n_segments, n, n)
-        Products of the columns by segment, or by group of segments: every fourth is held out.
+    gram : ndarray, shape (n, n)
+        Products of the columns over all records.
     n_base : int
         Regressors of the baseline.
-    effects : tuple of str
-        Owner of every column after the baseline's; ``ceiling`` for the flexible features.
-    variants : tuple of tuple of float
-        Shape parameters a column was computed with; columns of one effect and one shape belong
-        together.
-    features : FeatureBlocks, optional
-        Flexible features that are no columns of `gram`.
     """
 
     gram: FloatArray
     n_base: int
-    effects: tuple[str, ...]
-    variants: tuple[tuple[float, ...], ...]
-    features: FeatureBlocks | None = None
-
-
-#: Owner of the columns of the flexible residual model.
-BLACK_BOX = "ceiling"
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,11 +235,6 @@ class ComparisonProblem(Protocol):
         ...
 
     @property
-    def negative_controls(self) -> Effects:
-        """Effects that nothing in the machine causes."""
-        ...
-
-    @property
     def segments(self) -> tuple[Segment, ...]:
         """Parts of the records, in order."""
         ...
@@ -321,10 +284,6 @@ class ComparisonProblem(Protocol):
 
         Zero where not chosen.
         """
-        ...
-
-    def signatures(self) -> Signatures:
-        """Columns for the screen, the alias classes and the black-box reference."""
         ...
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:

@@ -9,27 +9,18 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.force_effect import ForceEffect
 
 
-def products_by_block(
-    table: FloatArray, block: NDArray[np.int64], n_blocks: int
-) -> list[FloatArray]:
-    """Gram matrix of the rows of a table in every block of its record.
+def total_products(table: FloatArray, block: NDArray[np.int64]) -> FloatArray:
+    """Products of the rows of a table over the samples of its blocks, shape (n_rows, n_rows).
 
     Parameters
     ----------
     table : ndarray, shape (n_rows, n) or (n_rows, n, n_channels)
-        Target, baseline, signatures and flexible features.
+        Target, baseline and signatures.
     block : ndarray of int, shape (n,)
-        Block of every sample; samples of none count nowhere.
-    n_blocks : int
-        Blocks of the record.
-
-    Returns
-    -------
-    list of ndarray, shape (n_rows, n_rows)
-        One a block.
+        Block of every sample, negative where it belongs to none.
     """
-    parts = [table[:, block == number].reshape(len(table), -1) for number in range(n_blocks)]
-    return [part @ part.T for part in parts]
+    rows = table[:, block >= 0].reshape(len(table), -1)
+    return np.asarray(rows @ rows.T)
 
 
 def shape_starts(effects: Mapping[str, ForceEffect], name: str) -> tuple[float, ...]:

@@ -35,7 +35,7 @@ def force_library(
     kind : str
         ``element`` or ``mounting``.
     brought : sequence of EffectCard
-        Cards the kind brings, its negative controls among them.
+        Cards the kind brings.
 
     Returns
     -------

@@ -10,7 +10,6 @@ from carrierflex.diagnosis.comparison.declared_gains import EXACT_GAINS, Declare
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited, half_step_values
 from carrierflex.simulation.effect_parameters import EffectParameter, unit_of_powers
@@ -83,7 +82,7 @@ class ElementModel:
     scale : ElementScale
         Sizes of everything.
     cards : mapping of str to EffectCard
-        Library with the negative controls.
+        Library.
     contained : tuple of str
         Effects of the baseline.
     units : tuple of str
@@ -228,11 +227,7 @@ class ElementModel:
         if self.by_force:
             response = self._motion(record, values, refined)
         else:
-            controls = (
-                values.controls[0] * record.negative_controls[0]
-                + values.controls[1] * record.negative_controls[1]
-            )
-            response = self._force(record, values.flat, *values.laws) + controls
+            response = self._force(record, values.flat, *values.laws)
         if not np.isfinite(response).all():
             return response
         time = record.step * np.arange(response.size, dtype=np.float64)
@@ -243,10 +238,7 @@ class ElementModel:
     def _motion(self, record: ElementRecord, values: "_Values", refined: int) -> FloatArray:
         """Deflection under the record's force, shape (n,)."""
         substeps = self.substeps * refined
-        fine = _fine_drive(record, substeps, 0)
-        for k, size in enumerate(values.controls, start=1):
-            if size:
-                fine = fine + size * _fine_drive(record, substeps, k)
+        fine = _fine_drive(record, substeps)
         measured = (record.motion[0][0], record.motion[1][0])
         start = np.array(values.states.get(record.name, measured))
         limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
@@ -286,7 +278,6 @@ class ElementModel:
         """Values of a parameter set, sorted by what takes them."""
         simulated: dict[str, float] = {"m": self.mass or 0.0}
         of_laws: dict[str, list[float]] = {}
-        controls = np.zeros(len(_CONTROLS))
         delay = 0.0
         states: dict[str, list[float]] = {}
         sizes: list[tuple[MemoryLaw, float]] = []
@@ -303,8 +294,6 @@ class ElementModel:
                     simulated[name] = simulated.get(name, 0.0) + level
             elif effect in self.memory:
                 continue
-            elif effect in _CONTROLS:
-                controls[_CONTROLS.index(effect)] += value
             elif is_delay(effect):
                 delay += float(value)
             else:
@@ -313,7 +302,7 @@ class ElementModel:
         laws = tuple(ForceLaw(self.laws[name], np.array(own)) for name, own in of_laws.items())
         # The motion takes two laws: the first, and the sum of all others.
         two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
-        return _Values(_flat(simulated, sizes), controls, delay, two_laws, states)
+        return _Values(_flat(simulated, sizes), delay, two_laws, states)
 
     def _friction_of(self, effect: str, size: float) -> dict[str, float]:
         """Dry friction of a law by name in the flat array."""
@@ -348,8 +337,6 @@ class _Values:
     ----------
     flat : ndarray, shape (N_SLOTS + n,)
         Those of the compiled laws, parts with a memory behind them.
-    controls : ndarray, shape (2,)
-        Sizes of the negative controls.
     delay : float
         Delay of the channel [s].
     laws : tuple of ForceLaw
@@ -359,7 +346,6 @@ class _Values:
     """
 
     flat: FloatArray
-    controls: FloatArray
     delay: float
     laws: tuple[ForceLaw, ForceLaw]
     states: Mapping[str, Sequence[float]]
@@ -371,7 +357,6 @@ def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryLaw, float
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))
-_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 
 
 def is_delay(effect: str) -> bool:
@@ -387,12 +372,9 @@ def _simulated_names(effect: str, parameter: str) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=16)
-def _fine_drive(record: ElementRecord, substeps: int, negative_control: int) -> FloatArray:
-    """Drive (0) or one of its surrogates between the samples.
-
-    Before a steady state with the periods run in.
-    """
-    drive = record.negative_controls[negative_control - 1] if negative_control else record.drive
+def _fine_drive(record: ElementRecord, substeps: int) -> FloatArray:
+    """Drive between the samples, before a steady state with the periods run in."""
+    drive = record.drive
     if record.in_steady_state:
         drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
     return half_step_values(drive, substeps, periodic=record.in_steady_state)

@@ -10,6 +10,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -32,7 +33,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Signatures,
 )
 from carrierflex.diagnosis.comparison.user_laws import force_library
-from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
+from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND
 from carrierflex.diagnosis.element.channel_noise import (
     carried_noise,
     declared_gains,
@@ -130,13 +131,8 @@ class ElementProblem:
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
-        left_out = {*self.model.contained, *self.negative_controls}
+        left_out = self.model.contained
         return {name: card for name, card in self.model.cards.items() if name not in left_out}
-
-    @property
-    def negative_controls(self) -> Effects:
-        """Forces without meaning."""
-        return tuple(card.id for card in NEGATIVE_CONTROLS)
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
@@ -182,10 +178,6 @@ class ElementProblem:
         for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
             result[segments] = segment_squares(record, residual, self.bands.edges_hz)
         return result
-
-    def signatures(self) -> Signatures:
-        """Columns of force space."""
-        return self._signatures
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap by line or band and run."""
@@ -256,6 +248,10 @@ class ElementProblem:
             self.noise_note,
             lambda table: partial(measured_shape, table, self.model.units),
         )
+
+    def gram_table(self) -> GramTable | None:
+        """Products of classes and laws; None where the records are too short."""
+        return None if self.class_table is None else self.class_table.table
 
     @cached_property
     def class_table(self) -> ElementTable | None:
@@ -351,7 +347,7 @@ def element_problem(
     per_mass = drive in PER_MASS and mass is None
     units = _units(campaign, per_mass=per_mass)
     added = law_cards(measured_laws, units)
-    cards, laws = force_library(KIND, (*ELEMENT_CARDS, *added, *NEGATIVE_CONTROLS))
+    cards, laws = force_library(KIND, (*ELEMENT_CARDS, *added))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     unscaled = ElementModel(
         by_force=drive in BY_FORCE,

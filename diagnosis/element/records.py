@@ -1,6 +1,5 @@
 """One run of an element campaign, prepared once: motion, drive, blocks and bands."""
 
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +14,6 @@ from carrierflex.identification.campaign.signals import (
     band_limited,
     even_time,
     flat_end,
-    surrogate,
     trusted_frequency,
 )
 from carrierflex.identification.campaign_check.sample_statistics import quantisation_step
@@ -67,8 +65,6 @@ class ElementRecord:
         Samples a period; 0 where the drive is not periodic.
     in_steady_state : bool
         Whether the record starts in the steady state of a periodic drive.
-    negative_controls : tuple of ndarray, shape (n,)
-        Surrogates of the force.
     gap : ndarray, shape (n,), optional
         Measured less predicted where the baseline is another simulator's prediction.
     base : ndarray, shape (n,), optional
@@ -90,7 +86,6 @@ class ElementRecord:
     cutoff_hz: float
     period: int
     in_steady_state: bool
-    negative_controls: tuple[FloatArray, ...]
     gap: FloatArray | None = None
     base: FloatArray | None = None
     drive_noise: float = 0.0
@@ -294,8 +289,6 @@ def prepared_record(
         cutoff_hz=cutoff,
         period=period,
         in_steady_state=in_steady_state,
-        # Phases differ from run to run: chance agreement in one does not carry over to the next.
-        negative_controls=tuple(surrogate(force, seed) for seed in _placebo_seeds(names[0])),
         base=base,
     )
 
@@ -328,12 +321,6 @@ def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np
         edge = min(int(np.ceil(edge_samples)), int(_LARGEST_EDGE * length))
         inner[span.start + edge : span.stop - edge] = True
     return inner
-
-
-def _placebo_seeds(run: str) -> tuple[int, int]:
-    """Seeds of a run's two surrogates."""
-    own = zlib.crc32(run.encode())
-    return own, own + 1
 
 
 def _motion(

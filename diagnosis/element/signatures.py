@@ -8,15 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
-from carrierflex.diagnosis.comparison.signature_blocks import products_by_block, shape_starts
-from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
+from carrierflex.diagnosis.comparison.problem import FloatArray, Signatures
+from carrierflex.diagnosis.comparison.signature_blocks import shape_starts, total_products
 from carrierflex.diagnosis.element.model import ElementModel, is_delay
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 
-_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Flexible residual force: powers of deflection and speed up to this degree, friction-like and
 #: hysteretic shapes.
 _DEGREE = 7
@@ -49,7 +47,7 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
     """
     columns = []
     for name in model.cards:
-        if name in model.contained or name in _CONTROLS:
+        if name in model.contained:
             continue
         own = {
             parameter.name: parameter
@@ -154,40 +152,20 @@ def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) ->
     Returns
     -------
     Signatures
-        Target, baseline, candidates and flexible features, by piece.
+        Target, baseline and candidates.
     """
     columns = signature_columns(model)
-    grams = []
+    gram = np.zeros(())
     for record in records:
         base = base_columns(model, record)
-        flexible = _flexible_features(model, record)
         table = record.where_flat(
             np.vstack(
                 [
                     known_force(model, record),
                     base,
                     *[column_values(model, record, column) for column in columns],
-                    flexible,
                 ]
             )
         )
-        grams += products_by_block(table, record.block, record.n_blocks)
-    n_flexible = flexible.shape[0]
-    return Signatures(
-        np.array(grams),
-        base.shape[0],
-        (*(column.effect for column in columns), *(BLACK_BOX,) * n_flexible),
-        (*(column.shape for column in columns), *((float(k),) for k in range(n_flexible))),
-    )
-
-
-def _flexible_features(model: ElementModel, record: ElementRecord) -> FloatArray:
-    """Smooth, friction-like and hysteretic functions of the motion, shape (n_features, n)."""
-    q, v, _ = record.motion
-    x, w = q / model.scale.deflection, v / model.scale.speed
-    rows = [x**i * w**j for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i) if i + j >= 2]
-    rows += [np.tanh(w / soft) for soft in _SOFT_SIGNS]
-    for share in _YIELD_SHARES:
-        values = {"Kp": 1.0 / model.scale.deflection, "Fy": share}
-        rows.append(model.signature(record, "elasto_plastic_friction", values))
-    return np.array([band_limited(row, record.step, record.cutoff_hz) for row in rows])
+        gram = gram + total_products(table, record.block)
+    return Signatures(gram, len(base))

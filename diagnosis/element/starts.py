@@ -113,7 +113,7 @@ def _force_space_solutions(
     model: ElementModel, signatures: Signatures, columns: Sequence[Column], effects: Effects
 ) -> list[dict[tuple[str, str], float]]:
     """Least-squares solutions over the shapes of the effects, best first."""
-    gram = signatures.gram.sum(axis=0)
+    gram = signatures.gram
     first = 1 + signatures.n_base
     by_effect = []
     for effect in effects:

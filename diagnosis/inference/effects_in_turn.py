@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
-from carrierflex.diagnosis.inference.forward_selection import (
+from carrierflex.diagnosis.inference.law_fits import (
     explained_share,
-    forward_selection,
-    negative_control_scores,
+    law_fits,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
@@ -31,8 +30,6 @@ class EffectsInTurn:
         Held-out RMS of the baseline and one effect.
     phi : ndarray, shape (n_effects + 1,)
         Share of the mean square above the noise floor that is explained.
-    negative_control_rho : float
-        RMS with the best negative control over the baseline's.
     noise_floor : float
         RMS that no model can go below.
     """
@@ -41,7 +38,6 @@ class EffectsInTurn:
     rms: FloatArray
     rms_alone: FloatArray
     phi: FloatArray
-    negative_control_rho: float
     noise_floor: float
 
     @property
@@ -79,17 +75,12 @@ def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> Effec
             f"effects {', '.join(unknown)}; expected candidates of the problem: "
             f"{', '.join(problem.cards)}"
         )
-    search = forward_selection(problem, Thresholds())
+    search = law_fits(problem, Thresholds())
     squares = np.array([search.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
-    before = search.score(()).square.sum()
-    negative_control = min(
-        float(score.square.sum() / before) for score in negative_control_scores(search, ())
-    )
     return EffectsInTurn(
         effects=tuple(effects),
         rms=np.sqrt(squares),
         rms_alone=np.sqrt([search.mean_square((effect,)) for effect in effects]),
         phi=np.array([explained_share(squares[0], square, search.floor) for square in squares]),
-        negative_control_rho=float(np.sqrt(negative_control)),
         noise_floor=float(np.sqrt(search.floor)),
     )

@@ -1,6 +1,6 @@
 """How far the gap shrinks on held-out records, with intervals.
 
-Beside it the negative controls, the black-box reference and the steps of the accepted effects.
+Beside it the steps of the accepted laws.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,12 +10,11 @@ import numpy as np
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray, GapCell
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.folds import extrapolation_fold
-from carrierflex.diagnosis.inference.forward_selection import (
-    ForwardSelection,
-    explained_share,
-    negative_control_scores,
-)
 from carrierflex.diagnosis.inference.held_out import HeldOut, fold_theta
+from carrierflex.diagnosis.inference.law_fits import (
+    LawFits,
+    explained_share,
+)
 from carrierflex.diagnosis.inference.results import (
     NO_INTERVAL,
     BlockScore,
@@ -30,7 +29,7 @@ from carrierflex.identification.estimation.resampling import two_level_counts
 _SEED = 11
 
 
-def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: float) -> GapReduction:
+def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
     """GapReduction of the accepted set; of the baseline against itself where none is accepted.
 
     ``rho = RMS after / before``, ``phi = 1 - (MSE after - s²) / (MSE before - s²)`` on held-out
@@ -38,12 +37,10 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
 
     Parameters
     ----------
-    search : ForwardSelection
+    search : LawFits
         Scores.
     accepted : tuple of str
         Accepted set.
-    explainable : float
-        Share of the gap a flexible model explains.
 
     Returns
     -------
@@ -55,7 +52,6 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
     rho, rho_draws, phi, phi_draws = _ratios(search, before, after)
     floor = float(np.sqrt(search.floor))
     rms = [float(np.sqrt(search.mean_square(effects))) for effects in ((), accepted)]
-    negative_control = min(_rho(before, control) for control in negative_control_scores(search, ()))
     cells_before = problem.gap_cells(before.fit.effects, before.fit.theta)
     # One map where nothing is accepted: of hundreds of runs it holds a million cells.
     cells_after = (
@@ -70,8 +66,6 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
         phi=phi,
         phi_ci95=_interval(phi_draws),
         floor_multiple=rms[1] / floor if floor > 0.0 else float("inf"),
-        negative_control_rho=negative_control,
-        black_box_rho=float(np.sqrt(np.clip(1.0 - explainable, 0.0, 1.0))),
         extrapolation_rho=_extrapolation(search, accepted),
         steps=_steps(search, accepted),
         cells_before=cells_before,
@@ -100,7 +94,7 @@ def _rho(before: HeldOut, after: HeldOut) -> float:
 
 
 def _ratios(
-    search: ForwardSelection, before: HeldOut, after: HeldOut
+    search: LawFits, before: HeldOut, after: HeldOut
 ) -> tuple[float, FloatArray, float, FloatArray]:
     """Values of rho and phi, and their draws."""
     counts = two_level_counts(
@@ -120,7 +114,7 @@ def _interval(draws: FloatArray) -> Interval:
     return float(low), float(high)
 
 
-def _steps(search: ForwardSelection, accepted: Effects) -> tuple[SelectionStep, ...]:
+def _steps(search: LawFits, accepted: Effects) -> tuple[SelectionStep, ...]:
     """Baseline, then the accepted effects, each time the one that shrinks the gap most."""
     base = search.score(())
     steps = [SelectionStep("baseline", float(np.sqrt(search.mean_square(()))), 1.0, NO_INTERVAL)]
@@ -143,7 +137,7 @@ def _steps(search: ForwardSelection, accepted: Effects) -> tuple[SelectionStep, 
     return tuple(steps)
 
 
-def _extrapolation(search: ForwardSelection, accepted: Effects) -> float:
+def _extrapolation(search: LawFits, accepted: Effects) -> float:
     """Ratio of RMS in the condition with the largest gap, predicted from all others."""
     problem = search.problem
     base = search.score(())

@@ -13,7 +13,6 @@ from carrierflex.identification.estimation.resampling import two_level_counts
 
 #: A fold's fit starts at the fit to all segments, next to its own minimum.
 _FOLD_STOP = StopRule(most_steps=4)
-_STACKING_STEPS = 500
 #: Largest squared miss of one cell that still counts, in variances.
 _WORST = 1e12
 
@@ -109,35 +108,6 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
             stop=_FOLD_STOP,
         )
     return theta
-
-
-def stacking_weights(scores: Sequence[HeldOut]) -> FloatArray:
-    """Weights of the sets whose mixture predicts best.
-
-    ``max sum_segments log sum_S w_S p_S``, shape (n_sets,).
-
-    Parameters
-    ----------
-    scores : sequence of HeldOut
-        Scores of the sets.
-
-    Returns
-    -------
-    ndarray
-        Weights; their sum is one.
-
-    References
-    ----------
-    .. [1] Y. Yao, A. Vehtari, D. Simpson, A. Gelman, "Using stacking to average Bayesian predictive
-       distributions" (2018).
-    """
-    log_density = np.array([score.log_density for score in scores])
-    density = np.exp(log_density - log_density.max(axis=0))
-    weights = np.full(len(scores), 1.0 / len(scores))
-    for _ in range(_STACKING_STEPS):
-        share = weights[:, None] * density
-        weights = (share / share.sum(axis=0)).mean(axis=1)
-    return weights
 
 
 def reduction_draws(

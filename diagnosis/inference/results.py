@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
-from carrierflex.diagnosis.inference.screening import Screen
 
 NAMED = "named"
 NAMED_WITH_REMAINDER = "named_with_remainder"
@@ -55,8 +54,9 @@ class NamedValue:
 
 #: Rules of :class:`Rejection`: the search did not converge; a parameter is at its physical bound;
 #: laws that together fit any curve; an effect explains too little of what is left without it, or of
-#: the whole gap; the held-out gap grows in too many bootstrap samples.
-REJECTION_RULES = ("search", "bound", "any_curve", "explained", "material", "draws")
+#: the whole gap; the held-out gap grows in too many bootstrap samples; parameters change from
+#: fold to fold.
+REJECTION_RULES = ("search", "bound", "any_curve", "explained", "material", "draws", "folds")
 
 
 @dataclass(frozen=True)
@@ -80,17 +80,20 @@ class Rejection:
 
 @dataclass(frozen=True, eq=False)
 class RankedSet:
-    """One set of effects that was tried.
+    """One set of laws that was fitted.
 
-    Stacking weight, held-out RMS and log density, and why it was left out.
-
-    `refused` is empty for a set that passed every rule.
+    Parameters
+    ----------
+    effects : tuple of str
+        Laws.
+    held_out_rms : float
+        RMS that it leaves on held-out records, in the unit of the channels.
+    refused : str
+        Why the records do not support it; empty where they do.
     """
 
     effects: Effects
-    weight: float
     held_out_rms: float
-    elpd: float
     refused: str = ""
 
 
@@ -109,11 +112,6 @@ class Attribution:
         Values by effect (``baseline`` too) and name.
     ranking : tuple of RankedSet
         Sets tried, best first.
-    screen : Screen, optional
-        Force-space screen.
-    explainable : float
-        Share of the gap that a flexible model explains on held-out segments, in the space of the
-        screen.
     discriminating_experiment : str
         The measurement that would tell aliased effects apart or show a silent one.
     gains : str
@@ -127,8 +125,6 @@ class Attribution:
     aliases: tuple[Effects, ...]
     parameters: Mapping[str, Mapping[str, NamedValue]]
     ranking: tuple[RankedSet, ...]
-    screen: Screen | None
-    explainable: float
     discriminating_experiment: str
     gains: str = ""
     undetermined: tuple[str, ...] = ()
@@ -211,9 +207,9 @@ class GapReduction:
         Share of the mean square above the floor that is explained.
     floor_multiple : float
         RMS after over the floor.
-    negative_control_rho, black_box_rho, extrapolation_rho : float
-        rho of the best negative control, of a flexible model, and in the condition with the largest
-        gap predicted from the others (NaN with one condition).
+    extrapolation_rho : float
+        rho in the condition with the largest gap, predicted from the others (NaN with one
+        condition).
     steps : tuple of SelectionStep
         Accepted effects in turn.
     cells_before, cells_after : tuple of GapCell
@@ -232,8 +228,6 @@ class GapReduction:
     phi: float
     phi_ci95: Interval
     floor_multiple: float
-    negative_control_rho: float
-    black_box_rho: float
     extrapolation_rho: float
     steps: tuple[SelectionStep, ...]
     cells_before: Sequence[GapCell]

@@ -1,18 +1,21 @@
-"""The set of effects that the held-out records support, its rivals and everybody's weight."""
+"""Which of the few sets of laws that were fitted the held-out records support."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects
-from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
-from carrierflex.diagnosis.inference.held_out import HeldOut, stacking_weights
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects
+from carrierflex.diagnosis.inference.law_fits import LawFits
 from carrierflex.diagnosis.inference.results import RankedSet, Rejection
+
+#: Sets of laws that are fitted in the simulator at most.
+_MOST_SETS = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Outcome of the search.
+    """What the fits of the laws say.
 
     Parameters
     ----------
@@ -21,99 +24,87 @@ class Selection:
     rivals : tuple of tuple of str
         Other supported sets of as many parameters or fewer, equal to it within the standard error.
     ranking : tuple of RankedSet
-        All sets, largest weight first, then smallest held-out RMS.
+        All sets that were fitted, smallest held-out RMS first.
     """
 
     accepted: Effects
     rivals: tuple[Effects, ...]
     ranking: tuple[RankedSet, ...]
 
-    def class_weight(self, classes: tuple[Effects, ...]) -> float:
-        """Weight of all sets that hold a member of every class."""
-        return sum(
-            ranked.weight
-            for ranked in self.ranking
-            if classes and all(set(ranked.effects) & set(members) for members in classes)
-        )
 
-
-def selected(search: ForwardSelection) -> Selection:
-    """Accept the smallest supported set that predicts as well as the best.
+def candidate_sets(
+    problem: ComparisonProblem, of_table: Sequence[Effects] | None
+) -> tuple[Effects, ...]:
+    """Sets of laws that are fitted.
 
     Parameters
     ----------
-    search : ForwardSelection
-        Scores of all sets.
+    problem : ComparisonProblem
+        Its cards are the laws on trial.
+    of_table : sequence of tuple of str, optional
+        Sets that the table of the classes proposes; None where the records are too short for a
+        table, and every law is fitted by itself.
+    """
+    if of_table is None:
+        return tuple((law,) for law in problem.cards)
+    return tuple(laws for laws in of_table if set(laws) <= set(problem.cards))[:_MOST_SETS]
+
+
+def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
+    """Fit sets of laws and accept the smallest supported one that predicts as well as the best.
+
+    Parameters
+    ----------
+    fits : LawFits
+        Fits and held-out scores; grows by the sets.
+    sets : sequence of tuple of str
+        Sets of laws, small ones first.
 
     Returns
     -------
     Selection
         Accepted set, rivals, ranking.
     """
-    problem = search.problem
-    sets = [
-        effects for effects in search.scores if not set(effects) & set(problem.negative_controls)
-    ]
-    rejections = {effects: search.rejection(effects) for effects in sets if effects}
+    fits.score(())
+    for size in sorted({len(laws) for laws in sets}):
+        fits.score_all([laws for laws in sets if len(laws) == size])
+    rejections = {laws: fits.rejection(laws) for laws in sets}
     supported = [
-        effects
-        for effects in rejections
-        if rejections[effects] is None and np.isfinite(search.mean_square(effects))
+        laws
+        for laws, rejection in rejections.items()
+        if rejection is None and np.isfinite(fits.mean_square(laws))
     ]
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
-        # Supported sets shrink the gap whatever conditions are drawn; the densities of the smallest
-        # residuals are overconfident.
-        best = min(supported, key=search.mean_square)
+        best = min(supported, key=fits.mean_square)
         # The best is as good as itself, also where nothing is left and no ratio can be made.
-        others = [effects for effects in supported if effects != best]
-        equal = [best, *(effects for effects in others if _equal(search, effects, best))]
-        accepted = min(
-            equal, key=lambda effects: (*_size(search, effects), -search.scores[effects].elpd)
-        )
-        rivals = [e for e in equal if e != accepted and _size(search, e) <= _size(search, accepted)]
-    return Selection(accepted, tuple(rivals), _ranking(search, sets, rejections))
-
-
-def _equal(search: ForwardSelection, effects: Effects, best: Effects) -> bool:
-    """Whether a set predicts as well as the best one.
-
-    Its score is within one standard error of the best set's, or its held-out RMS within a few per
-    cent.
-    """
-    difference = search.scores[best].log_density - search.scores[effects].log_density
-    error = float(np.sqrt(difference.size) * difference.std(ddof=1))
-    ratio = np.sqrt(search.mean_square(effects) / search.mean_square(best))
-    return bool(difference.sum() <= error or ratio <= search.thresholds.equal_rms) and bool(
-        ratio <= search.thresholds.never_equal_rms
-    )
-
-
-def _size(search: ForwardSelection, effects: Effects) -> tuple[int, int]:
-    return len(effects), len(search.scores[effects].fit.parameters)
-
-
-def _ranking(
-    search: ForwardSelection, sets: list[Effects], rejections: dict[Effects, Rejection | None]
-) -> tuple[RankedSet, ...]:
-    scores: list[HeldOut] = [search.scores[effects] for effects in sets]
-    weights = stacking_weights(scores)
-    ranked = [
-        RankedSet(
-            effects,
-            float(weight),
-            float(np.sqrt(search.mean_square(effects))),
-            score.elpd,
-            _reason(effects, rejections.get(effects)),
-        )
-        for effects, weight, score in zip(sets, weights, scores, strict=True)
+        equal = [laws for laws in supported if laws == best or _equal(fits, laws, best)]
+        accepted = min(equal, key=lambda laws: (*_size(fits, laws), -fits.scores[laws].elpd))
+        most = _size(fits, accepted)
+        rivals = [laws for laws in equal if laws != accepted and _size(fits, laws) <= most]
+    ranking = [
+        RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), _reason(rejections[laws]))
+        for laws in sets
     ]
-    return tuple(sorted(ranked, key=lambda entry: (-round(entry.weight, 3), entry.held_out_rms)))
+    ordered = sorted(ranking, key=lambda entry: entry.held_out_rms)
+    return Selection(accepted, tuple(rivals), tuple(ordered))
 
 
-def _reason(effects: Effects, rejection: Rejection | None) -> str:
+def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:
+    """Whether a set predicts as well as the best: within one standard error or a few per cent."""
+    difference = fits.scores[best].log_density - fits.scores[laws].log_density
+    error = float(np.sqrt(difference.size) * difference.std(ddof=1))
+    ratio = float(np.sqrt(fits.mean_square(laws) / fits.mean_square(best)))
+    limits = fits.thresholds
+    is_near = float(difference.sum()) <= error or ratio <= limits.equal_rms
+    return is_near and ratio <= limits.never_equal_rms
+
+
+def _size(fits: LawFits, laws: Effects) -> tuple[int, int]:
+    return len(laws), len(fits.scores[laws].fit.parameters)
+
+
+def _reason(rejection: Rejection | None) -> str:
     """Why a set is not among the supported ones; empty where it is."""
-    if not effects:
-        return "the baseline"
     return "" if rejection is None else rejection.text

@@ -8,15 +8,12 @@ import numpy as np
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.identification.campaign.signals import surrogate
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.equations import mounting_blocks
-from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
     MeasuredBushingLaw,
     packed_laws,
@@ -69,7 +66,7 @@ class MountingModel:
     rig : MountingRig
         Nominal rig.
     cards : mapping of str to EffectCard
-        Library with the negative controls.
+        Library.
     laws : mapping of str to callable
         Users' compiled force laws by effect.
     contained : tuple of str
@@ -185,7 +182,6 @@ class MountingModel:
         gains = np.ones(len(self.channels))
         zeros = np.zeros(len(self.channels))
         delay = 0.0
-        negative_control = np.zeros((record.inputs.time.size, len(SENSORS)))
         of_laws: dict[str, list[float]] = {}
         of_files: list[tuple[MeasuredBushingLaw, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
@@ -195,9 +191,6 @@ class MountingModel:
                 of_laws.setdefault(effect, []).append(float(value))
             elif effect in self.measured:
                 of_files.append((self.measured[effect], float(value)))
-            elif effect in _CONTROLS:
-                if value:
-                    negative_control += value * self.negative_control(record, effect)
             elif measurement is Measurement.GAIN:
                 gains[choice[effect]] += value
             elif measurement is Measurement.ZERO:
@@ -211,7 +204,7 @@ class MountingModel:
         motion = self._signals(record, values, (sum_of_laws(users), tables), refined)
         if motion is None:
             return np.full(record.measured.shape, np.inf)
-        signals = delayed(record.inputs.time, motion + negative_control, delay)
+        signals = delayed(record.inputs.time, motion, delay)
         numbers = [SENSORS.index(sensor) for sensor in self.sensors]
         return reading(signals[:, numbers], gains, zeros)
 
@@ -236,23 +229,6 @@ class MountingModel:
             return None
         return signals if np.isfinite(signals).all() else None
 
-    def negative_control(self, record: MountingRecord, name: str) -> FloatArray:
-        """Nominal response to a surrogate of one load with random phases, shape (n, 6)."""
-        number = [card.id for card in NEGATIVE_CONTROLS].index(name)
-        loads = {load: np.zeros(record.inputs.time.size) for load in ("torque", "ntl_y", "ntl_z")}
-        wanted = ("torque", "ntl_z")[number]
-        source = wanted if np.ptp(getattr(record.inputs, wanted)) > 0.0 else "torque"
-        seed = [_SEED, number, *record.name.encode()]
-        loads[source] = surrogate(getattr(record.inputs, source), seed)
-        inputs = MountingInputs.from_columns(
-            record.inputs.time, {**record.inputs.columns(), **loads}
-        )
-        rig = replace(self.rig, zeroing_samples=record.zeroing_samples)
-        return simulate(rig, parameter_array(self.rig), inputs).signals
-
-
-_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
-
 
 def _measurement(effect: str) -> Measurement | None:
     """Part of the measurement model that an effect is."""
@@ -263,7 +239,7 @@ def _measurement(effect: str) -> Measurement | None:
 def _simulated_indices(effect: str, parameter: str) -> list[int]:
     """Indices in the simulator's flat array that a parameter is added to.
 
-    None for what the simulator does not hold: sensors', negative controls', users'.
+    None for what the simulator does not hold: sensors', users'.
     """
     if effect == BASELINE:
         return [INDEX[parameter]]

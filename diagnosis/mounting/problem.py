@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.declared_errors import Misreading
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -35,10 +36,9 @@ from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
 from carrierflex.diagnosis.mounting.cards import (
     KIND,
     MOUNTING_CARDS,
-    NEGATIVE_CONTROLS,
     ONE_CHANNEL,
 )
-from carrierflex.diagnosis.mounting.classes.answer import mounting_class_answer
+from carrierflex.diagnosis.mounting.classes.answer import answer_of_table, mounting_class_table
 from carrierflex.diagnosis.mounting.classes.measured_laws import beyond_visited, law_cards
 from carrierflex.diagnosis.mounting.experiments import mounting_experiments
 from carrierflex.diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
@@ -100,13 +100,8 @@ class MountingProblem:
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
-        left_out = {*self.model.contained, *self.negative_controls}
+        left_out = self.model.contained
         return {name: card for name, card in self.model.cards.items() if name not in left_out}
-
-    @property
-    def negative_controls(self) -> Effects:
-        """Responses without meaning."""
-        return tuple(card.id for card in NEGATIVE_CONTROLS)
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
@@ -170,10 +165,6 @@ class MountingProblem:
             powers = block_powers(residual, record.block, record.step, self._edges_hz)
             result[segments] = powers.reshape(len(segments), -1)
         return result
-
-    def signatures(self) -> Signatures:
-        """Columns of the screen."""
-        return self._columns[0]
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap by motion pattern, band and run."""
@@ -254,7 +245,13 @@ class MountingProblem:
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
-        return mounting_class_answer(self.model, self.records, self._bare[1])
+        table = mounting_class_table(self.model, self.records, self._bare[1])
+        return None if table is None else answer_of_table(table)
+
+    def gram_table(self) -> GramTable | None:
+        """Products of classes and laws; None where the records are too short."""
+        table = mounting_class_table(self.model, self.records, self._bare[1])
+        return None if table is None else table.table
 
     def beyond_visited(self, law: MeasuredBushingLaw) -> tuple[CampaignWarning, ...]:
         """Warning where records leave the range in which a law of a file was measured."""
@@ -373,7 +370,7 @@ def mounting_problem(
     """
     records = mounting_records(campaign)
     added = law_cards(measured_laws)
-    cards, laws = force_library(KIND, (*MOUNTING_CARDS, *added, *NEGATIVE_CONTROLS))
+    cards, laws = force_library(KIND, (*MOUNTING_CARDS, *added))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     rig = MountingRig.from_table(campaign.rig)
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)

@@ -13,21 +13,18 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
-    BLACK_BOX,
     Effects,
     FloatArray,
     Parameter,
     Signatures,
 )
-from carrierflex.diagnosis.comparison.signature_blocks import products_by_block, shape_starts
-from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL
-from carrierflex.diagnosis.mounting.features import flexible_features
+from carrierflex.diagnosis.comparison.signature_blocks import shape_starts, total_products
+from carrierflex.diagnosis.mounting.cards import ONE_CHANNEL
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
-_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
 _MOST_STARTS = 6
@@ -74,11 +71,9 @@ class Column:
 
 
 def signature_columns(model: MountingModel) -> tuple[Column, ...]:
-    """Every variant of every effect but the negative controls, the contained ones among them."""
+    """Every variant of every effect, the contained ones among them."""
     bare, columns = replace(model, contained=()), []
     for name in model.cards:
-        if name in _CONTROLS:
-            continue
         own = bare.parameters((name,))[2:]
         if name in model.laws or name in model.measured:
             columns += _user_columns(name, own)
@@ -176,28 +171,20 @@ def mounting_signatures(
     every = signature_columns(model)
     contained = [column for column in every if column.effect in model.contained]
     columns = [column for column in every if column.effect not in model.contained]
-    grams = []
+    gram = np.zeros(())
     for record, residual in zip(records, residuals, strict=True):
         rows = [residual, *base_columns(model, record, known)]
         rows += [column_values(model, record, column, known) for column in (*contained, *columns)]
-        rows += flexible_features(record)
         table = np.where(np.isfinite(record.measured), np.array(rows), 0.0)
-        grams += products_by_block(table, record.block, record.n_blocks)
-    n_flexible = len(table) - 3 - len(every)
-    signatures = Signatures(
-        np.array(grams),
-        2 + len(contained),
-        (*(column.effect for column in columns), *(BLACK_BOX,) * n_flexible),
-        (*(column.variant for column in columns), *((float(k),) for k in range(n_flexible))),
-    )
-    return signatures, tuple(columns)
+        gram = gram + total_products(table, record.block)
+    return Signatures(gram, 2 + len(contained)), tuple(columns)
 
 
 def solutions(
     signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
 ) -> list[Solution]:
     """Least-squares values over the variants of the effects, best first, and their channels."""
-    gram, first = signatures.gram.sum(axis=0), 1 + signatures.n_base
+    gram, first = signatures.gram, 1 + signatures.n_base
     groups = [_variants(columns, effect) for effect in effects]
     found = []
     for chosen in product(*groups):

@@ -12,7 +12,6 @@ from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.gap.gap_map import map_of
 from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
-from carrierflex.diagnosis.inference.confusion.document import confusion_document, evidence_document
 from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
 from carrierflex.diagnosis.results import Diagnosis
@@ -41,7 +40,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     -------
     dict
         Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``,
-        ``screen``, ``validation``, ``gap``.
+        ``validation``, ``gap``.
     """
     which = diagnosis.attribution
     reduction = diagnosis.reduction
@@ -68,13 +67,9 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "unit": diagnosis.unit,
         "remaining": _cells(reduction.cells_after if reduction else ()),
         "ladder": reduction.steps if reduction else (),
-        "screen": _screen(which),
-        "learnable_share": which.explainable,
         "validation": reduction.validation if reduction else (),
         "held_out": reduction.blocks if reduction else (),
         "records": diagnosis.records,
-        "evidence": evidence_document(diagnosis.evidence, diagnosis.verdict),
-        "confusion": confusion_document(diagnosis.confusion),
         "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
         "separating_test": which.discriminating_experiment,
         "warnings": [warning.entry() for warning in diagnosis.warnings],
@@ -222,22 +217,10 @@ def _ranking(which: Attribution) -> list[dict[str, Any]]:
     return [
         {
             "effects": ranked.effects,
-            "weight": ranked.weight,
             "held_out_rms": ranked.held_out_rms,
             "refused": ranked.refused,
         }
         for ranked in which.ranking
-    ]
-
-
-def _screen(which: Attribution) -> list[dict[str, Any]]:
-    return [
-        {
-            "effect": effect.id,
-            "r_squared": effect.r_squared,
-            "surviving_share": effect.surviving,
-        }
-        for effect in (which.screen.effects if which.screen else ())
     ]
 
 
@@ -249,8 +232,6 @@ _HOW_FAR = {
     "rho": "rho",
     "phi": "phi",
     "floor_multiple": "floor_multiple",
-    "placebo_rho": "negative_control_rho",
-    "ceiling_rho": "black_box_rho",
     "extrapolation_rho": "extrapolation_rho",
 }
 _HOW_FAR_INTERVALS = ("rho_ci95", "phi_ci95")

@@ -9,15 +9,12 @@ import numpy as np
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.pictures import Picture
-from carrierflex.diagnosis.comparison.problem import Effects, GapCell
+from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
 from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.report.class_figure import shape_figure
 from carrierflex.diagnosis.report.figures import (
-    MOST_EFFECTS,
     colour_limits,
-    correlation_figure,
     gap_map_figure,
     selection_figure,
 )
@@ -51,8 +48,8 @@ class Drawings:
         Before and after, one colour scale.
     remaining : Drawing, optional
         The remaining gap, on its own scale.
-    selection, signature_correlation : Drawing, optional
-        Held-out ratios in turn; correlation of the signatures.
+    selection : Drawing, optional
+        Held-out ratios in turn.
     in_time : Drawing, optional
         Gap over time.
     motion : tuple of (Picture, tuple of Drawing)
@@ -66,7 +63,6 @@ class Drawings:
     gap_maps: tuple[Drawing, ...]
     remaining: Drawing | None
     selection: Drawing | None
-    signature_correlation: Drawing | None
     in_time: Drawing | None
     motion: tuple[tuple[Picture, tuple[Drawing, ...]], ...]
     shapes: tuple[Drawing, ...]
@@ -90,20 +86,15 @@ def drawings(diagnosis: Diagnosis, campaign: Campaign) -> Drawings:
         Inline SVG elements.
     """
     reduction = diagnosis.reduction
-    which = diagnosis.attribution
     grids = gap_grids(reduction.cells_before, reduction.cells_after) if reduction else ()
     motion = tuple(
         (picture, tuple(_panel(picture, number, k) for number in range(len(picture.panels))))
         for k, picture in enumerate(diagnosis.pictures)
     )
-    correlation = None
-    if which.screen and len(which.screen.effects) > 1:
-        correlation = _signature_correlation(which.screen, which.effects)
     return Drawings(
         gap_maps=_gap_maps(grids, diagnosis),
         remaining=_remaining(grids, diagnosis),
         selection=_selection(reduction) if reduction and reduction.steps else None,
-        signature_correlation=correlation,
         in_time=_in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
         motion=motion,
         shapes=_shapes(diagnosis.classes),
@@ -197,25 +188,7 @@ def _selection(reduction: GapReduction) -> Drawing:
     return Drawing(
         svg,
         "Each row adds one more effect. Bars are 95 % intervals from the bootstrap over conditions "
-        "and segments. A negative control is a signal without physical meaning: what it gains is "
-        "chance. The black-box reference shows how much could be learnt; where the element or "
-        "structure is dynamic it is fitted to the equation-error residual, so its line is a guide "
-        "and no bound.",
-    )
-
-
-def _signature_correlation(screened: Screen, accepted: Effects) -> Drawing:
-    n = len(screened.effects)
-    svg = inline_svg(
-        partial(correlation_figure, screened, accepted),
-        "signature-correlation",
-        "Correlation of the effects' signatures",
-    )
-    shown = f" The {MOST_EFFECTS} best of {n} effects are shown." if n > MOST_EFFECTS else ""
-    return Drawing(
-        svg,
-        "Correlation of the effects' signatures beside the baseline, under the conditions that "
-        f"were measured: 1 means that the screening cannot tell two effects apart.{shown}",
+        "and segments.",
     )
 
 

@@ -9,14 +9,11 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.report.gap_grid import GapGrid
 from carrierflex.diagnosis.report.svg import (
     BLACK,
     BLUE,
     CHANCE,
-    GREEN,
-    GREY,
     MAGNITUDE_MAP,
     WIDTH,
     scaled_unit,
@@ -208,8 +205,6 @@ def _level_lines(reduction: GapReduction) -> list[tuple[float, str, str, str]]:
         reduction.noise_floor / reduction.rms_before if reduction.rms_before > 0.0 else float("nan")
     )
     lines = [
-        (reduction.negative_control_rho, "best negative control", ":", GREY),
-        (reduction.black_box_rho, "black-box reference", "-.", GREEN),
         (floor, "noise floor", "--", BLACK),
     ]
     return [line for line in lines if np.isfinite(line[0]) and line[0] > 0.0]
@@ -231,61 +226,3 @@ def _ratio_axis(panel: "Axes", shown: list[float]) -> None:
 def _step_name(row: int, added: str) -> str:
     name = plain_name(added)
     return name if row == 0 else "+ " + (name.replace(" ", "\n", 1) if len(name) > 18 else name)
-
-
-def correlation_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
-    """Correlation of the effects' signatures beside the baseline.
-
-    Over the conditions that were measured.
-
-    Parameters
-    ----------
-    screened : Screen
-        Effects, best first, and their correlation.
-    accepted : tuple of str
-        Named effects, which stand first.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Matrix from 0 (nothing in common) to 1 (the same signature).
-    """
-    from matplotlib.figure import Figure
-
-    names = [effect.id for effect in screened.effects]
-    order = sorted(range(len(names)), key=lambda k: names[k] not in accepted)[:MOST_EFFECTS]
-    signature_correlation = np.abs(screened.correlation[np.ix_(order, order)])
-    figure = Figure(figsize=(WIDTH, 1.3 + 0.24 * len(order)), layout="constrained")
-    panel = figure.subplots()
-    image = panel.imshow(
-        np.clip(signature_correlation, 0.0, 1.0),
-        vmin=0.0,
-        vmax=1.0,
-        cmap=MAGNITUDE_MAP,
-        aspect="auto",
-    )
-    for (row, column), value in np.ndenumerate(signature_correlation):
-        if row != column and value >= _NUMBERED_CORRELATION:
-            colour = BLACK if value > 0.6 else "white"
-            panel.text(
-                column,
-                row,
-                f"{value:.1f}".lstrip("0"),
-                ha="center",
-                va="center",
-                fontsize=7,
-                color=colour,
-            )
-    panel.set_yticks(
-        range(len(order)), [f"{plain_name(names[k])}  {n + 1}" for n, k in enumerate(order)]
-    )
-    panel.set_xticks(range(len(order)), [str(n + 1) for n in range(len(order))])
-    panel.tick_params(length=0, labelsize=8)
-    figure.colorbar(
-        image,
-        ax=panel,
-        orientation="horizontal",
-        aspect=40,
-        label="correlation of the signatures [-]",
-    )
-    return figure

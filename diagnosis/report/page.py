@@ -11,7 +11,6 @@ from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.gap_map import map_of
-from carrierflex.diagnosis.inference.confusion import words as weighing
 from carrierflex.diagnosis.report import class_words, gap_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
 from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
@@ -96,7 +95,6 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "words": words,
         "gap_words": gap_words,
         "class_words": class_words,
-        "weighing": weighing,
         "scatter_rows": scatter_rows,
         "next_step": next_step(diagnosis),
         "worth": worth(diagnosis),
@@ -126,7 +124,6 @@ def _marked(drawn: Drawings) -> dict[str, Any]:
         "remaining": _markup(drawn.remaining),
         "in_time": _markup(drawn.in_time),
         "selection": _markup(drawn.selection),
-        "signature_correlation": _markup(drawn.signature_correlation),
         "motion": motion,
         "shapes": [_markup(drawing) for drawing in drawn.shapes],
         "machine": _markup(drawn.machine),

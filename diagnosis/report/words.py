@@ -5,7 +5,6 @@ The verdict as a sentence, values with as many digits as their error allows.
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
 from typing import NamedTuple, TypeVar
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
@@ -53,8 +52,6 @@ _NOTHING = 1e-15
 _SMALLEST_P = 1e-6
 _MOST_ROWS = 12
 _MOST_BEYOND = 6
-#: Correlation of signatures that is shown as 1.0; pairs that are named.
-_LOOKS_ALIKE, _MOST_ALIKE = 0.95, 3
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
 
@@ -214,29 +211,6 @@ def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> 
         share = sum(cell.share for cell in members)
         rows.append(CellRow(place, named, share, math.sqrt(max(mean_square, 0.0))))
     return sorted(rows, key=lambda row: -row.share)[:_MOST_ROWS]
-
-
-def look_alikes(diagnosis: Diagnosis) -> str:
-    """Named effects whose signatures look like another's; empty where there is none."""
-    which = diagnosis.attribution
-    if which.screen is None:
-        return ""
-    names = [effect.id for effect in which.screen.effects]
-    together = {frozenset(pair) for members in which.aliases for pair in combinations(members, 2)}
-    texts = []
-    for (a, one), (b, other) in combinations(enumerate(names), 2):
-        if abs(which.screen.correlation[a, b]) < _LOOKS_ALIKE or {one, other} in together:
-            continue
-        if one in which.effects or other in which.effects:
-            texts.append(f"{plain_name(one)} and {plain_name(other)}")
-    if not texts:
-        return ""
-    pairs = capitalised(listed(texts[:_MOST_ALIKE]))
-    return (
-        f"{pairs} look alike to the screening (correlation 1.0), which takes the effects one by "
-        "one beside the baseline; refitted in full, one does not reproduce the other's signals "
-        "within the noise, so they are told apart."
-    )
 
 
 def sized(value: float, unit: str) -> str:

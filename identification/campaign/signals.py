@@ -267,11 +267,3 @@ def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> Flo
     fine = resample_poly(long - mean, 2 * substeps, 1, window=("kaiser", 9.0)) + mean
     first = 2 * substeps * pad
     return np.ascontiguousarray(fine[first : first + 2 * substeps * drive.size + 1])
-
-
-def surrogate(drive: FloatArray, seed: int | Sequence[int]) -> FloatArray:
-    """Signal with the spectrum of the drive and random phases, same RMS about zero."""
-    spectrum = np.abs(np.fft.rfft(drive - drive.mean()))
-    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, spectrum.size)
-    phase[0] = 0.0
-    return np.fft.irfft(spectrum * np.exp(1j * phase), n=drive.size)

@@ -2,14 +2,13 @@
 
 Writes diagnosis.json and report.html, and with --save-law the measured shape of the class found,
 which --law takes as a candidate of another diagnosis. A good answer: a verdict whose held-out
-shrink interval excludes one, a negative control that does not shrink the gap, and a remaining gap
-near the noise floor; "none of these" and "not diagnosable" are answers too.
+shrink interval excludes one, and a remaining gap near the noise floor; "none of these" and "not
+diagnosable" are answers too.
 """
 
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -48,7 +47,7 @@ from carrierflex.workflows.shell.freed_memory import (
     returning_freed_memory,
 )
 from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.examination import ExaminedCampaign, examined
+from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -86,7 +85,6 @@ def main(
     channels: list[str] | None = None,
     runs: list[str] | None = None,
     seed: int = 0,
-    confusion: bool = False,
     report: bool = True,
     view: bool = False,
     workers: int = 1,
@@ -126,10 +124,6 @@ def main(
         an effect must shrink the gap in 97.5 % of them, 0 or more. Another seed moves the ends of
         intervals by some per cent of their width, a sixth with four conditions; a verdict that
         changes with it is not sure.
-    confusion : bool
-        Tell how far the verdict can be trusted: the campaign simulated at the fit of each candidate
-        (at most three), twelve times in all, diagnosed and counted. Takes up to 20 times as long;
-        what was diagnosed is written before.
     report : bool
         Draw report.html, and in kind carrier write rim_motion.json, the mean turn of every sensor
         in every run; without, those of an earlier diagnosis go.
@@ -158,10 +152,7 @@ def main(
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
     brought = tuple(read_measured_law(path) for path in law or ())
-    # What is left of a diagnosis nobody knows: it fits twenty sets of effects or three hundred. The
-    # draws take some twelve times as long and are counted.
-    weights = (1, 2, 10, 1, 120, 1) if confusion else ()
-    stages = Stages(len(weights) or 4, quiet, weights, timed_from=4)
+    stages = Stages(4, quiet)
     # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
     # each other ten times longer.
     with threadpool_limits(limits=1):
@@ -175,21 +166,14 @@ def main(
             )
             curves = campaign_curves(measured, campaign)
         with work_executor(workers, scheduler) as executor:
-            own, found, diagnosis = _diagnosed(
-                measured, curves, brought, out, stages, executor, seed
-            )
-            drawn = partial(_confused, own=own, found=found) if confusion else None
+            diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
             # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
-            del own, found
             return_unused_memory()
             diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
             motion = rim_motion(diagnosis, measured) if report else None
             if view and motion is None:
                 stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
             _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
-            if drawn is not None:
-                diagnosis = drawn(diagnosis, stages=stages, executor=executor, seed=seed)
-                _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
         if view and motion is not None:
             with stages.stage(f"writing {out / VIEW_FILE}"):
                 write_view(rim_scene(motion), out / VIEW_FILE)
@@ -222,8 +206,8 @@ def _diagnosed(
     stages: Stages,
     executor: Executor,
     seed: int,
-) -> tuple[ExaminedCampaign, Diagnosis, Diagnosis]:
-    """Records, what they say with their wiring as it is, and with what does not look right."""
+) -> Diagnosis:
+    """What the records say, with what does not look right in them."""
     for note in measured.notes:
         stages.tell(note)
     with stages.stage("signals and noise floor"):
@@ -235,25 +219,7 @@ def _diagnosed(
     prepared_folder(out)
     progress = returning_freed_memory(stages.note)
     with stages.stage("which effect, and how far"):
-        found = own.inference(note=progress, executor=executor, seed=seed)
-        return own, found, own.checked(found, beyond)
-
-
-def _confused(
-    diagnosis: Diagnosis,
-    *,
-    own: ExaminedCampaign,
-    found: Diagnosis,
-    stages: Stages,
-    executor: Executor,
-    seed: int,
-) -> Diagnosis:
-    """Diagnosis with how often its answer comes up where each candidate is true."""
-    with stages.stage("the campaign simulated and diagnosed"):
-        counted = own.confusion(found, note=stages.note, executor=executor, seed=seed)
-    if counted is None:
-        stages.tell("no draws: the records allow no diagnosis")
-    return replace(diagnosis, confusion=counted)
+        return own.diagnosis(beyond, note=progress, executor=executor, seed=seed)
 
 
 def _write(

@@ -118,17 +118,18 @@ def _refer(campaign: Path, out: Path) -> None:
     """Write what every reference answers; an error is an answer too."""
     start = time.perf_counter()
     answers = {}
-    signatures = None
+    table = None
     error = None
     n_samples = 0.0
     try:
         with threadpool_limits(limits=1):
             problem = _problem(campaign)
-            signatures, n_samples = problem.signatures(), float(problem.cell_counts.sum())
+            table = problem.gram_table() if isinstance(problem, WithClasses) else None
+            n_samples = float(problem.cell_counts.sum())
     except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
         error = f"{type(raised).__name__}: {raised}"
     for name, reference in REFERENCES.items():
-        laws = reference(signatures, n_samples) if signatures is not None else ()
+        laws = reference(table, n_samples) if table is not None else ()
         seconds = time.perf_counter() - start
         answers[name] = {"effects": list(laws), "error": error, "seconds": seconds}
     out.mkdir(parents=True, exist_ok=True)

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import Group, RenderableType
 
-from carrierflex.diagnosis.inference.confusion.words import confusion_sentences, evidence_sentence
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
 from carrierflex.diagnosis.report.compared.change import GapChange
 from carrierflex.diagnosis.report.compared.words import (
@@ -45,15 +44,11 @@ def _value_text(named: NamedValue) -> str:
 def _reduction_rows(reduction: GapReduction, unit: str) -> list[tuple[str, str]]:
     """How far the gap shrinks, by quantity."""
     sizes = (reduction.rms_before, reduction.rms_after, reduction.noise_floor)
-    others = (reduction.negative_control_rho, reduction.black_box_rho, reduction.extrapolation_rho)
     return [
         ("RMS before, after, floor", ", ".join(f"{size:.4g}" for size in sizes) + f" {unit}"),
         ("rho, 95 %", _with_interval(reduction.rho, reduction.rho_ci95)),
         ("phi, 95 %", _with_interval(reduction.phi, reduction.phi_ci95)),
-        (
-            "rho of negative control, black box, extrapolation",
-            ", ".join(map(ratio, others)),
-        ),
+        ("rho of extrapolation", ratio(reduction.extrapolation_rho)),
     ]
 
 
@@ -81,12 +76,6 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
         rows += _reduction_rows(reduction, diagnosis.unit)
     if which.discriminating_experiment:
         rows.append(("discriminating experiment", which.discriminating_experiment))
-    agreement = evidence_sentence(diagnosis.evidence, diagnosis.verdict)
-    if agreement:
-        rows.append(("evidence", agreement))
-    if diagnosis.confusion is not None:
-        rows.append(("draws", f"{diagnosis.confusion.n_diagnoses} simulated campaigns"))
-        rows += [("confusion", text) for text in confusion_sentences(diagnosis.confusion)]
     rows += [("check " + warning.about, warning.text) for warning in diagnosis.warnings]
     for name, value in rows:
         table.add_row(name, value)

@@ -3,18 +3,13 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
-
-from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem
-from carrierflex.diagnosis.diagnose import diagnose, verdict_alone
-from carrierflex.diagnosis.inference.confusion.draws import confusion
-from carrierflex.diagnosis.inference.confusion.results import Answer, Confusion
+from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.thresholds import Thresholds
-from carrierflex.diagnosis.kinds import Curves, problem_of, residuals_of, wiring_of
+from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -68,18 +63,7 @@ class ExaminedCampaign:
         `findings` are told with those of the records and of the baseline, `note` hears of the
         progress, `executor` fits sets of effects elsewhere, and `seed` is that of the bootstrap.
         """
-        found = self.inference(note=note, executor=executor, seed=seed)
-        return self.checked(found, findings)
-
-    def inference(
-        self,
-        *,
-        note: Callable[[str], None] = lambda text: None,
-        executor: Executor | None = None,
-        seed: int = 0,
-    ) -> Diagnosis:
-        """What the records and the simulator say; their wiring is taken as it is."""
-        return diagnose(
+        diagnosis = diagnose(
             self.problem,
             campaign=self.distinct.name,
             kind=self.distinct.kind,
@@ -88,48 +72,8 @@ class ExaminedCampaign:
             note=note,
             executor=executor,
         )
-
-    def checked(self, found: Diagnosis, findings: Sequence[CampaignWarning] = ()) -> Diagnosis:
-        """Result of :meth:`inference` with what does not look right, `findings` among it."""
-        baseline = self.baseline(found.baseline)
-        return with_findings(found, (*self.warnings, *findings), baseline)
-
-    def confusion(
-        self,
-        found: Diagnosis,
-        *,
-        note: Callable[[str, float], None] = lambda text, share: None,
-        executor: Executor | None = None,
-        seed: int = 0,
-    ) -> Confusion | None:
-        """How often the answer of :meth:`inference` comes up where each candidate is true."""
-        if found.evidence is None:
-            return None
-        return confusion(
-            self.distinct,
-            found.evidence,
-            found.answer,
-            residuals=partial(residuals_of, self.problem, self.distinct),
-            answered=partial(_answer, curves=self.curves, laws=self.laws, seed=seed),
-            seed=seed,
-            note=note,
-            executor=executor,
-        )
-
-
-def _answer(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw], seed: int
-) -> Answer:
-    """Answer to a simulated campaign, in another process too."""
-    with threadpool_limits(limits=1):
-        problem, floor_is_measured = problem_of(campaign, curves, laws)
-        return verdict_alone(
-            problem,
-            campaign=campaign.name,
-            kind=campaign.kind,
-            floor_is_measured=floor_is_measured,
-            thresholds=Thresholds(seed=seed),
-        ).answer
+        baseline = self.baseline(diagnosis.baseline)
+        return with_findings(diagnosis, (*self.warnings, *findings), baseline)
 
 
 def examined(

@@ -80,8 +80,6 @@ class HowFar(TypedDict):
     rho: Annotated[float, "RMS after over before"]
     phi: Annotated[float, "Share of the mean square above the floor that is explained"]
     floor_multiple: Annotated[float, "RMS after over the floor"]
-    placebo_rho: Annotated[float, "rho of the best negative control"]
-    ceiling_rho: Annotated[float, "rho of a flexible model without physics"]
     extrapolation_rho: Annotated[float, "rho in the largest condition, predicted from the others"]
     rho_ci95: Annotated[Pair, "95 % interval of rho"]
     phi_ci95: Annotated[Pair, "95 % interval of phi"]
@@ -130,17 +128,8 @@ class Tried(TypedDict):
     """A set of effects that was tried."""
 
     effects: Annotated[Effects, "Added to the baseline"]
-    weight: Annotated[float, "Stacking weight"]
     held_out_rms: Annotated[float, "Held-out RMS [unit]"]
     refused: Annotated[str, "Why it is not supported; empty where it passes every rule"]
-
-
-class Screened(TypedDict):
-    """An effect in the screening."""
-
-    effect: Annotated[str, "Id"]
-    r_squared: Annotated[float, "Share of the gap that its signature explains"]
-    surviving_share: Annotated[float, "Share of its signature that the baseline leaves"]
 
 
 class GapBeyondMap(TypedDict):
@@ -182,51 +171,6 @@ class RimMotionDocument(TypedDict):
     signals: Annotated[Sequence[RimSignalEntry], "Every sensor in every run"]
 
 
-class CandidateWeight(TypedDict):
-    """Evidence of one set of effects."""
-
-    effects: Annotated[Effects, "Added to the baseline"]
-    log_evidence: Annotated[float, "Natural logarithm of the evidence less the baseline's"]
-    share: Annotated[float, "Posterior probability among the candidates, equal prior odds"]
-
-
-class EvidenceOfLaws(TypedDict):
-    """Evidence of the candidates among the laws (Laplace)."""
-
-    text: Annotated[str, "Whether the evidence agrees with the verdict"]
-    samples: Annotated[float, "Samples of the records"]
-    independent_samples: Annotated[float, "Independent samples that they are worth"]
-    noise_std: Annotated[float, "Standard deviation of the noise [unit]"]
-    noise_is_unknown: Annotated[bool, "Whether the noise's size was integrated over"]
-    candidates: Annotated[Sequence[CandidateWeight], "Baseline, named set, aliases, rivals, next"]
-
-
-class CountedAnswer(TypedDict):
-    """An answer of a diagnosis; named_with_remainder counts as named."""
-
-    verdict: Verdict
-    causes: Annotated[Effects, "Named effects or classes; members of the alias classes"]
-
-
-class ConfusionOfOne(TypedDict):
-    """Answers where one candidate is true."""
-
-    effects: Annotated[Effects, "The candidate, added to the baseline"]
-    counts: Annotated[Sequence[int], "Draws by answer"]
-    draws: Annotated[Sequence[int], "Number of the answer of each draw, from 0"]
-    seeds: Annotated[Sequence[Sequence[int]], "Seed of the noise of each draw"]
-
-
-class ConfusionOfCandidates(TypedDict):
-    """The campaign simulated at each candidate's fit and diagnosed."""
-
-    text: Annotated[str, "How often the verdict comes up, in words"]
-    diagnoses: Annotated[int, "Simulated campaigns"]
-    noise_of: Annotated[Effects, "Candidate whose residual is the noise"]
-    answers: Annotated[Sequence[CountedAnswer], "Answers, that of the measured campaign first"]
-    rows: Annotated[Sequence[ConfusionOfOne], "Candidates, the baseline alone first"]
-
-
 class DiagnosisDocument(TypedDict):
     """diagnosis.json, written by diagnose and run."""
 
@@ -257,13 +201,9 @@ class DiagnosisDocument(TypedDict):
     unit: Annotated[str, "Unit of every RMS"]
     remaining: Annotated[Sequence[Cell], "Largest cells of the remaining gap"]
     ladder: Annotated[Sequence[SelectionStep], "Held-out RMS as the effects are added"]
-    screen: Annotated[Sequence[Screened], "Screening of the library"]
-    learnable_share: Annotated[float, "Share of the gap that a flexible model explains"]
     validation: Annotated[Sequence[RunValidation], "Comparison error by run (ASME V&V 20)"]
     held_out: Annotated[Sequence[BlockScore], "Held-out gap of the baseline by block"]
     records: Annotated[RecordDigests | None, "Digests of records and files"]
-    evidence: Annotated[EvidenceOfLaws | None, "Evidence of the laws; null without a diagnosis"]
-    confusion: Annotated[ConfusionOfCandidates | None, "Of --confusion; null without"]
     gap: Annotated[GapBeyondMap | None, "The gap beyond its map"]
     separating_test: Annotated[str, "Measurement that would tell rivals apart"]
     warnings: Annotated[Sequence[Warned], "What does not look right in the campaign"]

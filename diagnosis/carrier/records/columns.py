@@ -95,7 +95,7 @@ class ColumnSource:
     rig : CarrierRig
         Rig and curves.
     effects : mapping of str to Effect
-        All effects, contained ones and negative controls among them.
+        All effects, contained ones among them.
     speed : float
         Typical speed of the carrier [rad/s].
     largest_load : float

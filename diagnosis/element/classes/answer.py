@@ -11,6 +11,7 @@ from carrierflex.diagnosis.classes.answer import (
 )
 from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.laws import nearest_law
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
@@ -99,7 +100,10 @@ def answer_of_table(
     """
     drive = _drive_of(own, model)
     if not _shows_element(own, drive):
-        return without_classes(NOT_VISIBLE, own.table, _NO_ELEMENT)
+        table, scores = own.table, own.scores
+        shares = Shares(scores.of(()).squares, table.floor, scores.constants)
+        laws = law_sets(scores, shares, (), model.cards)
+        return replace(without_classes(NOT_VISIBLE, table, _NO_ELEMENT), law_sets=laws)
     floor_is_known = not noise_note
     drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
 
@@ -141,7 +145,7 @@ def answer_of_table(
     is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(own, decision)
     if is_cut:
         decision = _unnamed(decision)
-    found = class_answer(
+    answer = class_answer(
         own.scores,
         shares,
         decision,
@@ -149,8 +153,10 @@ def answer_of_table(
         shape_of=shape_of(own),
         shows_laws=not (drive.is_one_line and has_one_level(own)),
     )
+    laws = law_sets(own.scores, shares, (decision.classes, *decision.ties), model.cards)
+    answer = replace(answer, law_sets=laws)
     asked = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
-    return replace(found, experiment=asked) if decision.is_inseparable else found
+    return replace(answer, experiment=asked) if decision.is_inseparable else answer
 
 
 def _shows_element(own: ElementTable, drive: "_Drive") -> bool:

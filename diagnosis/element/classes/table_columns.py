@@ -8,7 +8,6 @@ import numpy as np
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, IntArray, LawColumns
 from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.classes.laws import (
     MotionSize,
     law_columns,
@@ -19,7 +18,6 @@ from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
 
 PRESLIDING = "dahl_friction"
-_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Columns filtered together, to bound the memory.
 _CHUNK = 32
 
@@ -94,7 +92,7 @@ def columns_along(
     first = sum(map(len, rows))
     known = []
     for law in model.cards:
-        if law not in (*model.contained, *_CONTROLS):
+        if law not in model.contained:
             shapes = law_columns(model, own, law, size)
             known.append(_law(rows, first, law, shapes, model))
             first += len(rows[-1])

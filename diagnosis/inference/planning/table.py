@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.inference.screening import projected_gram
+from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -131,7 +131,7 @@ class PlannedTable:
         whole[base, base] += self.known
         acts = [k for k in base.tolist() if whole[k, k] > _ABSENT * np.max(whole[base, base])]
         return MeasuredGram(
-            projected_gram(whole, acts),
+            _projected(whole, acts),
             np.diag(whole).copy(),
             float(weights @ self.n_samples),
         )
@@ -154,3 +154,11 @@ class MeasuredGram:
     projected: FloatArray
     square: FloatArray
     n_samples: float
+
+
+def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
+    """Gram matrix once some columns are taken out of all others (Schur complement)."""
+    if not columns:
+        return gram
+    inverse = normal_inverse(gram[np.ix_(columns, columns)])
+    return gram - gram[:, columns] @ inverse @ gram[columns, :]

@@ -11,6 +11,7 @@ from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
 from carrierflex.diagnosis.classes.shape_decision import (
     FURTHER_CAUSE,
@@ -51,10 +52,10 @@ _ABSENT = 0.1
 _QUICK = 0.5
 
 
-def mounting_class_answer(
+def mounting_class_table(
     model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
-) -> ClassAnswer | None:
-    """Class of the missing effect.
+) -> MountingTable | None:
+    """Table of classes and laws.
 
     Parameters
     ----------
@@ -67,12 +68,11 @@ def mounting_class_answer(
 
     Returns
     -------
-    ClassAnswer or None
+    MountingTable or None
         None where the records are too short or do not show the motion.
     """
     constants = ClassConstants(floor_error=_FLOOR_ERROR, second_cause=FURTHER_CAUSE)
-    own = mounting_table(model, records, linear, constants)
-    return None if own is None else answer_of_table(own)
+    return mounting_table(model, records, linear, constants)
 
 
 def answer_of_table(own: MountingTable) -> ClassAnswer:
@@ -91,7 +91,8 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
         shape_of=partial(measured_shape, own, shares, decision.classes),
         note=_separating_load(own, decision),
     )
-    return in_contract_ids(replace(answer, same_scores=True))
+    laws = law_sets(scores, shares, (decision.classes, *decision.ties), own.model.cards)
+    return in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
 
 
 def _separating_load(own: MountingTable, decision: Decision) -> str:

@@ -15,7 +15,6 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
-from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.mounting.classes.assembly import Layout, assembled, class_sizes
 from carrierflex.diagnosis.mounting.classes.catalogue import (
     DELAY,
@@ -55,7 +54,6 @@ from carrierflex.diagnosis.mounting.records import MountingRecord
 
 #: Folds that a deflection must be visited by for its samples to count.
 _VISITED = 2
-_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Noise of a channel is never taken as less than this share of its signal: a rounding.
 _LEAST_NOISE = 1e-9
 #: Squares of a row below this share are rounding of the rotation.
@@ -192,7 +190,7 @@ def mounting_table(
         groups,
         nearest_delays(body, motions, groups, (turn * weights)[:N_FREE], constants),
         [way for way in LOAD_WAYS if has_gain or way != "gain"],
-        [name for name in model.cards if name not in _CONTROLS],
+        tuple(model.cards),
         gain_channels(motions),
     )
     limit = _visited(motions, constants.n_folds)

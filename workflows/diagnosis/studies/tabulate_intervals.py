@@ -21,7 +21,7 @@ from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.sealing.verdicts import Verdict
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.blind_check.truth.element.families import CAUSES
-from carrierflex.diagnosis.diagnose import verdict_alone
+from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.files.json_files import save_json
@@ -100,7 +100,7 @@ def _write_case(plan: CasePlan, path: Path) -> None:
     if label.parameters:  # in textbook form
         with threadpool_limits(limits=1):
             problem, measured = problem_of(campaign)
-            diagnosis = verdict_alone(
+            diagnosis = diagnose(
                 problem, campaign=campaign.name, kind=_KIND, floor_is_measured=measured
             )
         document = diagnosis_document(diagnosis)

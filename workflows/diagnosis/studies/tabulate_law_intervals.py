@@ -23,8 +23,8 @@ from carrierflex.blind_check.scoring.class_coverage import Hit
 from carrierflex.blind_check.scoring.law_coverage import RHO, covered_values, has_true_parameters
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.diagnosis.inference.forward_selection import forward_selection
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
+from carrierflex.diagnosis.inference.law_fits import law_fits
 from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kinds import problem_of
@@ -101,11 +101,11 @@ def _write_case(plan: CasePlan, path: Path) -> None:
     with threadpool_limits(limits=1):
         curves = default_curves() if plan.kind == "carrier" else None
         problem, _ = problem_of(campaign, curves)
-        search = forward_selection(problem, limits)
+        search = law_fits(problem, limits)
         effects = tuple(sorted(label.effects))
         hits = []
         if search.rejection(effects) is None:
-            far = gap_reduction(search, effects, np.nan)
+            far = gap_reduction(search, effects)
             fit = search.score(effects).fit
             values = published_values(problem, fit, floor_ratio=limits.floor_ratio)
             hits = covered_values(label, values.parameters, far.rho_ci95)

@@ -1,36 +1,27 @@
-"""S2 and S3: forward selection of effect sets.
-
-Each refitted in full and scored on held-out segments.
-
-Which of them are supported.
-"""
+"""Sets of laws fitted in the simulator and scored on held-out records, and which are supported."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from itertools import combinations, permutations
+from itertools import permutations
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
 from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
 from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, reduction_draws
 from carrierflex.diagnosis.inference.results import Rejection
-from carrierflex.diagnosis.inference.screening import Screen, screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
-#: Sets of one size that are extended by a further effect, and further effects tried on each.
-_EXTENDED_SETS = 2
-_FURTHER_EFFECTS = 4
 _SEED = 7
 
 
 @dataclass(eq=False)
-class ForwardSelection:
-    """Sets of effects tried so far; grows while the search runs.
+class LawFits:
+    """Sets of laws fitted so far, each once.
 
     Parameters
     ----------
@@ -120,26 +111,6 @@ class ForwardSelection:
         if failure:
             self.failed_searches[key] = failure
 
-    def is_worth_scoring(self, effects: Effects) -> bool:
-        """Whether a set fits its own data enough better than each fitted set it extends.
-
-        Held-out gains are smaller still.
-        """
-        after = float(self.fit(effects).sums.square.sum())
-        floor = float(self.problem.noise_square.sum())
-        smaller_sets = combinations(sorted(effects), len(effects) - 1)
-        squares = [
-            float(self.fits[smaller].sums.square.sum())
-            for smaller in smaller_sets
-            if smaller in self.fits
-        ]
-        total_gap = float(self.fit(()).sums.square.sum()) - floor
-        return all(
-            explained_share(before, after, floor) >= self.thresholds.explained
-            and self._is_material(before, after, floor, total_gap)
-            for before in squares
-        )
-
     def _is_material(self, before: float, after: float, floor: float, total_gap: float) -> bool:
         """Whether a step is a large enough part of the gap, or clears what exceeds the floor."""
         limits = self.thresholds
@@ -152,15 +123,6 @@ class ForwardSelection:
     def mean_square(self, effects: Effects) -> float:
         """Held-out mean square of a set."""
         return float(self.score(effects).square.sum() / self.problem.cell_counts.sum())
-
-    def leaves_nothing(self, effects: Effects) -> bool:
-        """Whether what a set leaves above the floor is too little for a further effect."""
-        limits = self.thresholds
-        floor = self.floor
-        remaining = self.mean_square(effects)
-        material = limits.material * (self.mean_square(()) - floor)
-        is_small = remaining - floor <= material and remaining < limits.stands_out**2 * floor
-        return remaining <= limits.nothing_left * floor or is_small
 
     @property
     def floor(self) -> float:
@@ -196,7 +158,35 @@ class ForwardSelection:
         # Sets that are scored already come first: they may settle it without another fit.
         by_scored = sorted(effects, key=lambda effect: others[effect] not in self.scores)
         rejections = (self._member_rejection(score, effect, others[effect]) for effect in by_scored)
-        return next((rejection for rejection in rejections if rejection), None)
+        rejection = next((rejection for rejection in rejections if rejection), None)
+        if rejection is None and not self._is_consistent(score):
+            text = "its parameters change from fold to fold beyond their error"
+            return Rejection("folds", "", text)
+        return rejection
+
+    def _is_consistent(self, score: HeldOut) -> bool:
+        """Whether no effect moves, between folds, by more than its error and half its signal.
+
+        The change of an effect's signal is ``(d' M d)^1/2`` with M the Gauss-Newton matrix of its
+        parameters: several of them may trade against one another in a fold that cannot tell them
+        apart.
+        """
+        fit, limits = score.fit, self.thresholds
+        std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+        matrix = fit.sums.total_matrix()
+        for effect in fit.effects:
+            named = [
+                k
+                for k, parameter in enumerate(fit.parameters)
+                if parameter.effect == effect and not parameter.shape and parameter.run is None
+            ]
+            block, theta = matrix[np.ix_(named, named)], fit.theta[named]
+            signal = theta @ block @ theta
+            for moved in score.theta_by_fold[:, named] - theta:
+                is_beyond_error = (np.abs(moved) > limits.fold_consistency * std[named]).any()
+                if is_beyond_error and moved @ block @ moved > limits.fold_signal**2 * signal:
+                    return False
+        return True
 
     def _member_rejection(self, score: HeldOut, effect: str, others: Effects) -> Rejection | None:
         """Why an effect of a set does not belong to it beside the others."""
@@ -242,10 +232,6 @@ class ForwardSelection:
             and all(other in cards[effect].aliases for effect, other in permutations(effects, 2))
         )
 
-    def supported_sets(self) -> list[Effects]:
-        """Sets scored so far that no rule rejects."""
-        return [effects for effects in list(self.scores) if effects and not self.rejection(effects)]
-
     def reduction_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
         """Bootstrap draws of RMS after over before."""
         return reduction_draws(
@@ -286,96 +272,13 @@ def explained_share(before: float, after: float, floor: float) -> float:
     return 1.0 - (after - floor) / above if above > 0.0 else 0.0
 
 
-def forward_selection(
+def law_fits(
     problem: ComparisonProblem,
     thresholds: Thresholds,
     note: Callable[[str], None] = lambda text: None,
     executor: Executor | None = None,
-) -> ForwardSelection:
-    """Selection without a set yet, scored on the folds that segments and parameters allow."""
+) -> LawFits:
+    """No set yet, to be scored on the folds that segments and parameters allow."""
     runs_have_own = any(parameter.run is not None for parameter in problem.parameters(()))
     folds = held_out_folds(problem.segments, runs_have_own=runs_have_own)
-    return ForwardSelection(problem, folds, thresholds, note, executor)
-
-
-def select_forward(search: ForwardSelection, screened: Screen, signatures: Signatures) -> None:
-    """Try single effects, pairs and larger sets until nothing is left or no set pays.
-
-    Parameters
-    ----------
-    search : ForwardSelection
-        Grows by the sets tried.
-    screened : Screen
-        Force-space screen of the baseline's residual.
-    signatures : Signatures
-        Columns of the screen, to screen again beside the best set.
-    """
-    search.score(())
-    survivors = screened.survivors(search.thresholds)
-    search.score_all([(effect,) for effect in survivors])
-    level: list[Effects] = [(effect,) for effect in survivors]
-    for size in range(2, search.thresholds.most_effects + 1):
-        level.sort(key=search.mean_square)
-        nothing_left = bool(level) and search.leaves_nothing(level[0])
-        if not level or nothing_left or (size > 2 and not _last_level_pays(search, level)):
-            return
-        larger = []
-        # Several laws along one motion are hardly ever right beyond two: there the best pair alone
-        # is extended.
-        extended = _EXTENDED_SETS if size == 2 or search.problem.n_channels > 1 else 1
-        for effects in level[:extended]:
-            if search.mean_square(effects) <= search.thresholds.far_behind * search.mean_square(
-                level[0]
-            ):
-                further = _further_effects(effects, screened, signatures, survivors)
-                larger += [tuple(sorted((*effects, effect))) for effect in further]
-        if size == 2:
-            larger += _beside_sensors(search.problem, survivors)
-        larger = list(dict.fromkeys(larger))
-        search.fit_all(larger)
-        level = [effects for effects in larger if search.is_worth_scoring(effects)]
-        search.score_all(level)
-
-
-def _beside_sensors(problem: ComparisonProblem, survivors: Effects) -> list[Effects]:
-    """Every survivor with every effect that acts on it.
-
-    Neither need show alone what both do together.
-    """
-    acting = [card.id for card in problem.cards.values() if card.acts_on_others]
-    return [
-        tuple(sorted((effect, other)))
-        for effect in survivors
-        for other in acting
-        if effect != other
-    ]
-
-
-def _last_level_pays(search: ForwardSelection, level: list[Effects]) -> bool:
-    """Whether the best supported set so far is one of the largest sets tried."""
-    supported = search.supported_sets()
-    return bool(supported) and min(supported, key=search.mean_square) in level
-
-
-def _further_effects(
-    effects: Effects, screened: Screen, signatures: Signatures, survivors: Effects
-) -> list[str]:
-    """Effects to add: the best of a new screen beside the set, then survivors of the first."""
-    chosen = best_beside(effects, screened, signatures)
-    return [*chosen, *(effect for effect in survivors[:2] if effect not in (*chosen, *effects))]
-
-
-def best_beside(effects: Effects, screened: Screen, signatures: Signatures) -> list[str]:
-    """Effects that explain most of what a set leaves in the space of the screen, best first."""
-    beside = screen(signatures, beside={effect: screened.of(effect).variant for effect in effects})
-    visible = [
-        entry.id for entry in beside.effects if entry.id not in effects and entry.surviving > 0.0
-    ]
-    return visible[:_FURTHER_EFFECTS]
-
-
-def negative_control_scores(search: ForwardSelection, beside: Effects) -> list[HeldOut]:
-    """Scores of every negative control added to a set."""
-    sets = [(*beside, negative_control) for negative_control in search.problem.negative_controls]
-    search.score_all(sets)
-    return [search.score(effects) for effects in sets]
+    return LawFits(problem, folds, thresholds, note, executor)

@@ -1,1 +1,0 @@
-"""How often a campaign's verdict comes up where each candidate is true."""

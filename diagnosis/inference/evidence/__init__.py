@@ -1,1 +1,0 @@
-"""Bayesian evidence of the candidates that the search compared."""

@@ -1,0 +1,415 @@
+"""The verdict, from the classes that the table shows and the laws fitted in the simulator."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise, permutations
+
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    NO_CLASS,
+    NOT_VISIBLE,
+    NOTHING,
+    ClassAnswer,
+    ClassFinding,
+)
+from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
+from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.inference.results import (
+    ALIASED,
+    AT_NOISE_FLOOR,
+    CLASS_NAMED,
+    NAMED,
+    NAMED_WITH_REMAINDER,
+    NAMING,
+    NONE_OF_THESE,
+    NOT_DIAGNOSABLE,
+    GapReduction,
+)
+from carrierflex.diagnosis.inference.selection import Selection
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What is said of the cause.
+
+    Parameters
+    ----------
+    verdict, reason : str
+        Verdict and its reason.
+    effects : tuple of str
+        Laws that are named.
+    answer : ClassAnswer, optional
+        Classes; where a law decides between tied ones reduced to its own. None where the records
+        are too short for a comparison of classes.
+    reduction : GapReduction
+        How far what is named shrinks the gap.
+    """
+
+    verdict: str
+    reason: str
+    effects: Effects
+    answer: ClassAnswer | None
+    reduction: GapReduction
+
+
+def verdict_of(
+    selection: Selection,
+    reduction: GapReduction,
+    answer: ClassAnswer | None,
+    limits: Thresholds,
+    *,
+    floor_is_measured: bool,
+) -> Verdict:
+    """Verdict from the laws that were fitted and the classes of the table.
+
+    Parameters
+    ----------
+    selection : Selection
+        Laws that the held-out records support.
+    reduction : GapReduction
+        How far they shrink the gap.
+    answer : ClassAnswer, optional
+        Classes that the records show.
+    limits : Thresholds
+        Limits.
+    floor_is_measured : bool
+        Whether the noise floor was declared or comes from repeats.
+
+    Returns
+    -------
+    Verdict
+        The first of these that holds: nothing visible; no gap; laws that lie in the classes of the
+        answer, or explain as much as all classes; the class; none of these.
+    """
+    verdict, reason = _of_laws(
+        selection, reduction, answer, limits, floor_is_measured=floor_is_measured
+    )
+    laws = selection.accepted if verdict in NAMING else ()
+    if answer is None:
+        return Verdict(verdict, reason, laws, None, reduction)
+    if answer.state == NOT_VISIBLE and not laws and verdict != AT_NOISE_FLOOR:
+        return Verdict(NOT_DIAGNOSABLE, answer.note, (), answer, reduction)
+    if answer.state in (NOTHING, NOT_VISIBLE):
+        return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
+    if verdict == AT_NOISE_FLOOR and (answer.state == LEADING_CLASS or answer.same_scores):
+        # Noise of the motion in a contained law is no white noise in force space: a class that only
+        # leads there says less than the records, which the simulation meets to their noise.
+        return Verdict(verdict, reason, (), _silent(answer), reduction)
+    if answer.same_scores and _are_enough(laws, answer, reduction, limits):
+        named = _by_laws(_silent(answer), laws, reduction, answer.ids)
+        return Verdict(verdict, reason, laws, named, reduction)
+    covered = _covered(laws, answer) or _with_small_causes(laws, answer, reduction)
+    if covered is not None and _follow(answer, reduction):
+        named = _with_named_laws(answer, covered, laws)
+        return Verdict(verdict, reason, laws, named, reduction)
+    if answer.state == NO_CLASS:
+        return _without_class(verdict, reason, laws, answer, reduction, limits)
+    return _of_class(answer, laws, reduction)
+
+
+def _of_laws(
+    selection: Selection,
+    reduction: GapReduction,
+    answer: ClassAnswer | None,
+    limits: Thresholds,
+    *,
+    floor_is_measured: bool,
+) -> tuple[str, str]:
+    """Verdict of the fits alone, and its reason."""
+    floor, laws = reduction.noise_floor, selection.accepted
+    ratio = (reduction.rms_before / floor) ** 2 if floor > 0.0 else math.inf
+    highest = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
+    if ratio <= highest and (floor_is_measured or not laws):
+        return (
+            AT_NOISE_FLOOR,
+            f"the held-out gap is {ratio:.3f} times the mean square of the noise floor",
+        )
+    is_learnt = answer is not None and answer.learnable > limits.nothing_learnt
+    if ratio <= limits.coloured_ratio and not is_learnt and not laws:
+        return AT_NOISE_FLOOR, (
+            f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and no "
+            "class learns anything of it: as from noise whose neighbouring samples are correlated"
+        )
+    if not laws:
+        return NONE_OF_THESE, _no_law(selection, reduction)
+    if reduction.phi < limits.named_share:
+        return NONE_OF_THESE, (
+            f"the best laws, {set_name(laws)}, explain {reduction.phi:.0%} of the gap and leave "
+            f"{reduction.floor_multiple:.1f} times the noise floor; a cause explains at least "
+            f"{limits.named_share:.0%}"
+        )
+    if selection.rivals:
+        rivals = ", ".join(set_name(rival) for rival in selection.rivals)
+        return ALIASED, f"{rivals} predicts held-out records as well"
+    explained = (
+        f"explains {reduction.phi:.1%} of the gap above the floor (mean square) on held-out records"
+    )
+    is_remainder = reduction.floor_multiple > limits.remainder
+    remaining = f"{reduction.floor_multiple:.{1 if is_remainder else 2}f} times the noise floor"
+    verdict = NAMED_WITH_REMAINDER if is_remainder else NAMED
+    return verdict, f"{explained}; what remains is {remaining}"
+
+
+def _no_law(selection: Selection, reduction: GapReduction) -> str:
+    if not selection.ranking:
+        return "no law of the library acts on these records"
+    best = selection.ranking[0]
+    return (
+        f"the best laws fitted, {set_name(best.effects)}, leave "
+        f"{best.held_out_rms / reduction.rms_before:.2f} of the held-out gap and are refused "
+        f"({best.refused})"
+    )
+
+
+def _are_enough(
+    laws: Effects, answer: ClassAnswer, reduction: GapReduction, limits: Thresholds
+) -> bool:
+    """Whether laws leave no more than noise, or no more than the classes do.
+
+    Of laws and classes that are scored alike the laws, which have fewer parameters, are believed
+    unless a class explains as much more as a second cause would.
+    """
+    behind = min(answer.share, 1.0) - reduction.phi
+    is_near_floor = reduction.floor_multiple <= limits.near_floor
+    return bool(laws) and (is_near_floor or behind <= ClassConstants().second_cause)
+
+
+def _silent(answer: ClassAnswer) -> ClassAnswer:
+    """Answer that names no class."""
+    return replace(answer, state=NOTHING, classes=(), ties=(), learnt_by=())
+
+
+def _follow(answer: ClassAnswer, reduction: GapReduction) -> bool:
+    """Whether the laws explain what their class does."""
+    is_equal = all(finding.law_named for finding in answer.classes)
+    return is_equal or reduction.phi >= min(answer.share, 1.0) - ClassConstants().law_named
+
+
+def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
+    """Classes of the answer, or of a tie, each of which holds one law and every law in one.
+
+    Also the answer with the class that learns some of what it leaves.
+    """
+    if not laws:
+        return None
+    for classes in (answer.ids, *answer.ties, (*answer.ids, *answer.learnt_by)):
+        if _covers(laws, classes, answer):
+            return classes
+    return None
+
+
+def _with_small_causes(
+    laws: Effects, answer: ClassAnswer, reduction: GapReduction
+) -> tuple[str, ...] | None:
+    """Classes of the answer and of further laws that take at least half of what it leaves.
+
+    A cause too small beside the first to be a class is visible once it is simulated.
+    """
+    classes = answer.ids
+    further = [law for law in laws if not set(answer.classes_of_law.get(law, ())) & set(classes)]
+    inside = tuple(law for law in laws if law not in further)
+    if not further or not all(answer.classes_of_law.get(law) for law in further):
+        return None
+    if not inside or not _covers(inside, classes, answer):
+        return None
+    most_remaining = (1.0 - ClassConstants().gain_of_left) * (1.0 - answer.share)
+    if 1.0 - reduction.phi > most_remaining:
+        return None
+    return (*classes, *dict.fromkeys(answer.classes_of_law[law][0] for law in further))
+
+
+def _covers(laws: Effects, classes: Sequence[str], answer: ClassAnswer) -> bool:
+    """Whether every class holds a law, and every law lies in one of the classes."""
+    holders = {law: set(answer.classes_of_law.get(law, ())) for law in laws}
+    if not all(holders[law] & set(classes) for law in laws):
+        return False
+    if len(laws) < len(classes):
+        return False
+    return any(
+        all(name in holders[law] for name, law in zip(classes, order, strict=False))
+        for order in permutations(laws)
+    )
+
+
+def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effects) -> ClassAnswer:
+    """Answer of the classes whose laws are named.
+
+    Those that a tie put in question, or a second one that the laws show beside the first.
+    """
+    known = {finding.id: finding for finding in answer.classes}
+    findings = []
+    for name in classes:
+        inside = [law for law in laws if name in answer.classes_of_law.get(law, ())]
+        finding = known.get(name) or _of_named_law(
+            answer, name, inside[0], is_second=bool(known.keys() & set(classes))
+        )
+        law = finding.law if finding.law in inside or not inside else inside[0]
+        findings.append(replace(finding, law=law, law_named=True))
+    ties = answer.ties
+    if set(classes) in [set(tied) for tied in answer.ties]:
+        ties = (answer.ids, *(tied for tied in answer.ties if set(tied) != set(classes)))
+    return replace(answer, classes=tuple(findings), ties=ties)
+
+
+def _of_named_law(answer: ClassAnswer, name: str, law: str, *, is_second: bool) -> ClassFinding:
+    """Class that the comparison of classes alone did not name."""
+    share = answer.beyond_learnable if is_second else answer.share
+    return ClassFinding(
+        name, share, (0.0, 1.0) if is_second else answer.share_ci95, law, share, True
+    )
+
+
+def _without_class(
+    verdict: str,
+    reason: str,
+    laws: Effects,
+    answer: ClassAnswer,
+    reduction: GapReduction,
+    limits: Thresholds,
+) -> Verdict:
+    """No class explains the gap in force space.
+
+    Nothing is named, unless simulated laws explain what no class can learn there: while dry
+    friction sticks, the speed is zero and its force is no function of the motion.
+    """
+    if not laws:
+        return Verdict(verdict, reason, (), answer, reduction)
+    is_near_floor = reduction.floor_multiple <= limits.near_floor
+    if is_near_floor or reduction.phi >= max(answer.learnable, limits.named_alone):
+        return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
+    text = (
+        f"the best class explains {max(answer.share, 0.0):.0%} of the gap in force space, so that "
+        f"{_listed(laws)} is no cause of it; all classes together learn "
+        f"{min(max(answer.learnable, 0.0), 1.0):.0%}"
+    )
+    return Verdict(NONE_OF_THESE, text, (), answer, reduction)
+
+
+def _by_laws(
+    answer: ClassAnswer, laws: Effects, reduction: GapReduction, preferred: Sequence[str] = ()
+) -> ClassAnswer:
+    """Answer whose classes are those of the named laws.
+
+    Of the classes of a law the `preferred` one, else the narrowest.
+    """
+    law_of_class: dict[str, str] = {}
+    for law in laws:
+        holders = answer.classes_of_law.get(law, ())
+        for name in (*(name for name in holders if name in preferred), *holders)[:1]:
+            law_of_class.setdefault(name, law)
+    if not law_of_class:
+        return answer
+    share, interval = min(reduction.phi, 1.0), reduction.phi_ci95
+    parts = _parts(law_of_class, answer, reduction)
+    findings = tuple(
+        ClassFinding(
+            name,
+            share * parts[name],
+            (interval[0] * parts[name], interval[1] * parts[name]),
+            law,
+            share * parts[name],
+            law_named=True,
+        )
+        for name, law in law_of_class.items()
+    )
+    return replace(
+        answer,
+        state=NAMED_CLASS,
+        classes=findings,
+        rivals={name: share for name, share in answer.rivals.items() if name not in law_of_class},
+        share=share,
+        share_ci95=interval,
+        law_share=share,
+    )
+
+
+def _parts(
+    classes: Mapping[str, str], answer: ClassAnswer, reduction: GapReduction
+) -> dict[str, float]:
+    """Part of each class in what the laws explain together; all parts add up to one.
+
+    A law's part is the mean square that goes as it is added to those before it, largest first.
+    Laws of one class add up.
+    """
+    gone = dict.fromkeys(classes, 0.0)
+    for before, after in pairwise(reduction.steps):
+        holders = [name for name in answer.classes_of_law.get(after.added, ()) if name in classes]
+        for name in holders[:1]:
+            gone[name] += max(before.rms**2 - after.rms**2, 0.0)
+    total = sum(gone.values())
+    if total > 0.0:
+        return {name: square / total for name, square in gone.items()}
+    return {name: 1.0 / len(classes) for name in classes}
+
+
+def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> Verdict:
+    """The class is the answer; its laws are the nearest ones."""
+    share = min(answer.share, 1.0)
+    text = (
+        f"{_listed(answer.ids)} explains {share:.1%} of the gap above the floor (mean square) on "
+        "held-out records"
+    )
+    nearest = [finding for finding in answer.classes if finding.law]
+    if nearest:
+        text += "; nearest law " + ", ".join(
+            f"{plain_name(finding.law)} {min(max(finding.law_share, 0.0), 1.0):.0%}"
+            for finding in nearest
+        )
+    one_of_pair = _named_in_pair(answer, laws)
+    findings = tuple(
+        replace(finding, law_named=finding.law in one_of_pair) for finding in answer.classes
+    )
+    named = replace(answer, classes=findings)
+    if answer.ties and answer.state == NAMED_CLASS:
+        tied = {name for names in (answer.ids, *answer.ties) for name in names}
+        effects = tuple(law for law in laws if tied <= set(answer.classes_of_law.get(law, ())))
+        others = ", ".join(_listed(names) for names in answer.ties)
+        text += f"; {others} predicts held-out records as well"
+        return Verdict(ALIASED, text, effects, named, _class_reduction(answer, reduction))
+    return Verdict(CLASS_NAMED, text, one_of_pair, named, _class_reduction(answer, reduction))
+
+
+def _named_in_pair(answer: ClassAnswer, laws: Effects) -> Effects:
+    """Laws of a named pair that both the fits name and the class cannot be told from."""
+    if answer.state != NAMED_CLASS or len(answer.classes) < 2:
+        return ()
+    return tuple(
+        finding.law for finding in answer.classes if finding.law_named and finding.law in laws
+    )
+
+
+def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReduction:
+    """How far the class model shrinks the gap.
+
+    Its share of the square above the floor is that of its comparison (an element's in force space);
+    what such a share leaves of the gap in the channel's unit never lies below the floor. A baseline
+    that runs away leaves no such gap.
+    """
+    before, floor = reduction.rms_before, reduction.noise_floor
+    phi = min(answer.share, 1.0)
+    low, high = (min(end, 1.0) for end in answer.share_ci95)
+    shares = replace(reduction, phi=phi, phi_ci95=(low, high))
+    if not (math.isfinite(before) and before > 0.0):
+        return shares
+    at_floor = min(floor / before, 1.0)
+
+    def ratio(share: float) -> float:
+        """RMS after over before where a share is explained."""
+        return math.sqrt(at_floor**2 + (1.0 - share) * (1.0 - at_floor**2))
+
+    after = ratio(phi)
+    return replace(
+        shares,
+        rms_after=after * before,
+        rho=after,
+        rho_ci95=(ratio(high), ratio(low)),
+        floor_multiple=after * before / floor if floor > 0.0 else math.inf,
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " with ".join(plain_name(name) for name in names)
