@@ -4,12 +4,16 @@ Imports point left, few files know a library, nothing is long.
 """
 
 import ast
+import importlib
+import subprocess
+import sys
 import tomllib
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+from setuptools import find_packages
 
 ROOT = Path(__file__).parents[1]
 CHAIN = (
@@ -215,13 +219,30 @@ def test_nothing_is_too_long_to_be_read_in_one_go():
                 assert lines <= MOST_LINES_OF_A_FUNCTION, f"{path}: {node.name} has {lines} lines"
 
 
-def test_every_package_is_installed_below_the_import_name():
-    listed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
-        "setuptools"
-    ]["packages"]
+def test_the_import_name_holds_a_link_to_every_stage():
+    links = {
+        path.name: path.readlink() for path in (ROOT / IMPORT_NAME).iterdir() if path.is_symlink()
+    }
+    assert links == {package: Path("..", package) for package in CHAIN}
+
+
+def test_every_package_and_the_mark_of_types_are_installed():
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    setup = tomllib.loads(text)["tool"]["setuptools"]
+    installed = find_packages(str(ROOT), include=setup["packages"]["find"]["include"])
     packages = {module_of(path) for path in trees() if path.name == "__init__.py"}
-    assert set(listed) == {IMPORT_NAME, *packages}
+    assert set(installed) == {IMPORT_NAME, *packages}
     assert all(path.parent / "__init__.py" in trees() for path in trees())
+    assert "py.typed" in setup["package-data"][IMPORT_NAME]
+    assert (ROOT / IMPORT_NAME / "py.typed").is_file()
+
+
+def test_tests_and_the_processes_that_they_start_run_the_code_of_this_checkout(tmp_path):
+    assert Path(importlib.import_module("carrierflex.files").__file__).is_relative_to(ROOT)
+    program = "import carrierflex.files; print(carrierflex.files.__file__)"
+    command = [sys.executable, "-P", "-c", program]
+    started = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert Path(started.stdout.strip()) == ROOT / IMPORT_NAME / "files" / "__init__.py"
 
 
 def test_every_decision_has_a_number_of_its_own_and_its_title_says_it():
