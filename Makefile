@@ -13,7 +13,7 @@ PACKAGES := files geometry fe reduction simulation identification diagnosis blin
 # The import name over the folders, as links; what mypy and pytest read.
 LINKS := build/import/carrierflex
 # A file's tests share fixtures and stay in one process. Dense matrices are small: a second thread of algebra only waits.
-PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) studies examples tests \
 	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
 MAKEFLAGS += --no-print-directory
@@ -103,4 +103,4 @@ docs:
 
 clean:
 	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
-	find $(PACKAGES) tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+	find $(PACKAGES) tests benchmarks studies examples -name __pycache__ -prune -exec rm -rf {} +
