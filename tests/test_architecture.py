@@ -26,6 +26,8 @@ CHAIN = (
     "blind_check",
     "workflows",
 )
+#: Not installed: they may import everything, and nothing of the chain imports them.
+BESIDE_THE_CHAIN = ("benchmarks", "examples", "studies")
 IMPORT_NAME = "carrierflex"
 KINDS = ("carrier", "element", "mounting")
 #: What every kind is made of: it knows none of them.
@@ -166,7 +168,7 @@ def room_of(module):
 def test_packages_import_only_from_packages_to_their_left():
     for package, _, name in imports():
         library, _, inside = name.partition(".")
-        assert library not in ("tests", *CHAIN), f"{package} imports {name}"
+        assert library not in ("tests", *BESIDE_THE_CHAIN, *CHAIN), f"{package} imports {name}"
         if library != IMPORT_NAME:
             continue
         stage = inside.split(".")[0]
@@ -193,6 +195,16 @@ def test_a_circle_is_found():
     graph = {"a": {"b"}, "b": {"c"}, "c": {"a"}}
     assert set(circle_in(graph)) == {"a", "b", "c"}
     assert not circle_in(graph, without={("c", "a")})
+
+
+def test_no_circle_between_studies_and_examples():
+    graph = {}
+    for folder in ("examples", "studies"):
+        for path in (ROOT / folder).glob("*.py"):
+            names = set(imported_names(ast.parse(path.read_text(encoding="utf-8"))))
+            modules_of_names = {name.rpartition(".")[0] for name in names}
+            graph[f"{folder}.{path.stem}"] = names | modules_of_names
+    TopologicalSorter(graph).prepare()
 
 
 def test_no_kind_imports_another_and_nothing_below_the_kinds_knows_one():
