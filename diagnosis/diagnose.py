@@ -70,7 +70,9 @@ def diagnose(
     note("classes")
     answer = problem.class_answer() if isinstance(problem, WithClasses) else None
     fits = law_fits(problem, limits, note, executor)
-    selection = selected(fits, candidate_sets(problem, answer.law_sets if answer else None))
+    is_at_floor = floor_is_measured and fits.is_at_floor
+    of_table = answer.law_sets if answer else None
+    selection = selected(fits, () if is_at_floor else candidate_sets(problem, of_table))
     note("intervals")
     of_laws = gap_reduction(fits, selection.accepted)
     judged = verdict_of(selection, of_laws, answer, limits, floor_is_measured=floor_is_measured)

@@ -125,6 +125,11 @@ class LawFits:
         return float(self.score(effects).square.sum() / self.problem.cell_counts.sum())
 
     @property
+    def is_at_floor(self) -> bool:
+        """Whether the baseline alone leaves no more than the noise."""
+        return self.mean_square(()) <= self.thresholds.floor_ratio * self.floor
+
+    @property
     def floor(self) -> float:
         """Mean square of the noise."""
         return float(self.problem.noise_square.sum() / self.problem.cell_counts.sum())
