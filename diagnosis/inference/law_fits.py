@@ -9,12 +9,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
 from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
 from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, reduction_draws
 from carrierflex.diagnosis.inference.results import Rejection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 
 _SEED = 7
 
