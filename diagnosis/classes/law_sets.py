@@ -1,13 +1,15 @@
 """Sets of laws that compete in the table, the few that are worth a fit in the simulator."""
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.decision import state_of
 from carrierflex.diagnosis.classes.gram_table import IntArray, LawColumns
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.results import NAMED_CLASS
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects
 
@@ -15,8 +17,9 @@ from carrierflex.diagnosis.comparison.problem import Effects
 _MOST_LAWS = 6
 #: Sets of one size that a further law is added to, and sets of one size that are returned.
 _EXTENDED, _RETURNED = 2, 3
-#: Ratio of what a set leaves of the gap to what the best leaves up to which it is worth a fit.
-_NEAR = 2.5
+#: Ratios of what a set leaves of the gap up to which it is worth a fit: to what the best set of its
+#: size leaves, and to what the classes leave that explain the gap.
+_NEAR, _FAR = 2.5, 10.0
 #: Nearest laws of a class that stand for it, and sets of them for each set of classes.
 _NEAREST, _COMBINATIONS = 2, 4
 
@@ -39,8 +42,9 @@ def law_sets(
     """Sets of laws that leave least of the gap on held-out blocks.
 
     Laws compete with each other whatever their class: sets grow by one law at a time while the
-    best set of a size gains over the best of the size before. Beside them stand the nearest laws of
-    every class of the answer and of its ties.
+    best set of a size takes half of what the best of the size before leaves. Beside them stand the
+    nearest laws of every class of the answer and of its ties. Of both only those are proposed that
+    leave little more than the best of them, and than the classes where these explain the gap.
 
     Parameters
     ----------
@@ -64,15 +68,16 @@ def law_sets(
         for name, laws in scores.table.laws.items()
     }
     library = {name: law for name, law in scores.table.library.items() if name in simulated}
-    sets = [
-        laws for own in sets_of_classes for laws in _nearest(scores, shares, of_each_class, own)
-    ]
-    sets += [entry.laws for entry in _grown(scores, shares, library)]
-    return tuple(dict.fromkeys(tuple(sorted(laws)) for laws in sets if laws))
+    sets = [entry for own in sets_of_classes for entry in _nearest(scores, of_each_class, own)]
+    sets += _grown(scores, shares, library)
+    of_classes = [scores.of(classes) for classes in sets_of_classes if classes]
+    explaining = [held for held in of_classes if state_of(shares, held) == NAMED_CLASS]
+    near = _near_best(shares, sets, explaining)
+    return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in near if entry.laws))
 
 
 def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns]) -> list[_LawSet]:
-    """Best sets of every size that gains over the size before."""
+    """Best sets of every size that clearly gains over the size before."""
     empty = _LawSet((), np.empty(0, dtype=np.int64), scores.of(()))
     best, extended, returned = empty, [empty], []
     for _ in range(_MOST_LAWS):
@@ -85,18 +90,25 @@ def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns
         ordered = sorted(larger.values(), key=lambda entry: entry.result.total)
         if not ordered:
             break
-        is_gain = shares.is_gain(ordered[0].result, best.result, scores.constants.least_gain)
-        if best.laws and not is_gain:
+        least = scores.constants.least_gain
+        if best.laws and not shares.is_clear_gain(ordered[0].result, best.result, least):
             break
         best, extended = ordered[0], ordered[:_EXTENDED]
-        returned += _near_best(shares, ordered)[:_RETURNED]
+        returned += ordered[:_RETURNED]
     return returned
 
 
-def _near_best(shares: Shares, ordered: Sequence[_LawSet]) -> list[_LawSet]:
-    """Sets that leave little more than the best of them, which comes first."""
-    most = _NEAR * shares.left(ordered[0].result)
-    return [entry for entry in ordered if shares.left(entry.result) <= most]
+def _near_best(
+    shares: Shares, sets: Sequence[_LawSet], classes: Sequence[HeldOutSquares]
+) -> list[_LawSet]:
+    """Sets near the best of their size, and not far from the classes."""
+    most = _FAR * min(map(shares.left, classes), default=np.inf)
+    left = {id(entry): shares.left(entry.result) for entry in sets}
+    best: dict[int, float] = {}
+    for entry in sets:
+        size = len(entry.laws)
+        best[size] = min(left[id(entry)], best.get(size, np.inf))
+    return [entry for entry in sets if left[id(entry)] <= min(_NEAR * best[len(entry.laws)], most)]
 
 
 def _with_law(scores: ClassScores, base: _LawSet, law: LawColumns) -> _LawSet:
@@ -108,18 +120,15 @@ def _with_law(scores: ClassScores, base: _LawSet, law: LawColumns) -> _LawSet:
 
 
 def _nearest(
-    scores: ClassScores,
-    shares: Shares,
-    laws: Mapping[str, Sequence[LawColumns]],
-    classes: Classes,
-) -> Iterable[Effects]:
+    scores: ClassScores, laws: Mapping[str, Sequence[LawColumns]], classes: Classes
+) -> list[_LawSet]:
     """Sets of the nearest laws of some classes, one law a class."""
     of_each = [_nearest_laws(scores, laws.get(name, ()), name, classes) for name in classes]
     if not all(of_each):
         return []
     sets = [_fitted_set(scores, chosen) for chosen in product(*of_each)]
     ordered = sorted(sets, key=lambda entry: entry.result.total)
-    return [entry.laws for entry in _near_best(shares, ordered)[:_COMBINATIONS]]
+    return ordered[:_COMBINATIONS]
 
 
 def _nearest_laws(
