@@ -246,7 +246,7 @@ def _scored(
 def _in_words(problem: ElementProblem, table: ElementTable) -> str:
     try:
         answer = answer_of_table(
-            table, problem.model, problem.noise_note, lambda table: lambda *_: None
+            table, problem.model, problem.noise_note, lambda table: lambda *_: (None, None)
         )
     except _REFUSED:
         return NO_ANSWER

@@ -13,14 +13,12 @@ from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign.signals import surrogate
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
+from carrierflex.simulation.laws import Law
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
-    MeasuredBushingLaw,
-    packed_laws,
-)
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import packed_laws
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
@@ -82,7 +80,7 @@ class MountingModel:
         Values at which K1 and C1 are held; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the sensors.
-    measured : mapping of str to MeasuredBushingLaw
+    measured : mapping of str to Law
         Laws of files by effect.
     """
 
@@ -95,7 +93,7 @@ class MountingModel:
     scale: MountingScale
     held: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
-    measured: Mapping[str, MeasuredBushingLaw] = field(default_factory=dict)
+    measured: Mapping[str, Law] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
@@ -187,7 +185,7 @@ class MountingModel:
         delay = 0.0
         negative_control = np.zeros((record.inputs.time.size, len(SENSORS)))
         of_laws: dict[str, list[float]] = {}
-        of_files: list[tuple[MeasuredBushingLaw, float]] = []
+        of_files: list[tuple[Law, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             measurement = _measurement(effect)

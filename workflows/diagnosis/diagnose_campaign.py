@@ -37,11 +37,8 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
-from carrierflex.simulation.law_files import (
-    MeasuredLaw,
-    read_measured_law,
-    write_measured_law,
-)
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import Law
 from carrierflex.workflows.shell.freed_memory import (
     return_freed_memory,
     return_unused_memory,
@@ -157,7 +154,7 @@ def main(
         Where `out` or `save_law` cannot be written.
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
-    brought = tuple(read_measured_law(path) for path in law or ())
+    brought = tuple(read_law(path) for path in law or ())
     # What is left of a diagnosis nobody knows: it fits twenty sets of effects or three hundred. The
     # draws take some twelve times as long and are counted.
     weights = (1, 2, 10, 1, 120, 1) if confusion else ()
@@ -217,7 +214,7 @@ def _refuse(
 def _diagnosed(
     measured: Campaign,
     curves: dict[str, DeflectionCurve] | None,
-    laws: tuple[MeasuredLaw, ...],
+    laws: tuple[Law, ...],
     out: Path,
     stages: Stages,
     executor: Executor,
@@ -293,7 +290,7 @@ def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: s
         law = kept_law(measured, diagnosis.classes, law_class)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    write_measured_law(path, law)
+    write_law(path, law)
 
 
 def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:

@@ -20,7 +20,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
-from carrierflex.simulation.law_files import MeasuredLaw
+from carrierflex.simulation.laws import Law
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class ExaminedCampaign:
         Whether the noise floor was declared or comes from repeats.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves.
-    laws : tuple of MeasuredLaw
+    laws : tuple of Law
         Laws of files.
     """
 
@@ -48,7 +48,7 @@ class ExaminedCampaign:
     problem: ComparisonProblem
     floor_is_measured: bool
     curves: Curves | None = None
-    laws: tuple[MeasuredLaw, ...] = ()
+    laws: tuple[Law, ...] = ()
 
     def baseline(self, fit: EffectFit | None = None) -> BaselineCheck:
         """Findings with the baseline; `fit` where a diagnosis made it already."""
@@ -117,9 +117,7 @@ class ExaminedCampaign:
         )
 
 
-def _answer(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw], seed: int
-) -> Answer:
+def _answer(campaign: Campaign, curves: Curves | None, laws: Sequence[Law], seed: int) -> Answer:
     """Answer to a simulated campaign, in another process too."""
     with threadpool_limits(limits=1):
         problem, floor_is_measured = problem_of(campaign, curves, laws)
@@ -133,7 +131,7 @@ def _answer(
 
 
 def examined(
-    campaign: Campaign, curves: Curves | None = None, laws: Sequence[MeasuredLaw] = ()
+    campaign: Campaign, curves: Curves | None = None, laws: Sequence[Law] = ()
 ) -> ExaminedCampaign:
     """Look at the records of a campaign and make its comparison problem.
 
@@ -143,7 +141,7 @@ def examined(
         Measured runs.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves, which kind carrier asks for.
-    laws : sequence of MeasuredLaw
+    laws : sequence of Law
         Laws of files, further candidates.
 
     Returns

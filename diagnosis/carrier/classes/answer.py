@@ -62,19 +62,16 @@ def carrier_class_answer(
         shares,
         decision,
         rivals_of(scores, decision, own.sizes),
-        shape_of=lambda scores, name, held, law: None,
+        shape_of=lambda scores, name, held, law: (
+            None,
+            law_of_class(scores, name, held, own.visited),
+        ),
         note="; ".join(_notes(model, is_open=is_open)),
-    )
-    findings = tuple(
-        replace(
-            own_class, carrier_law=law_of_class(scores, own_class.id, decision.held, own.visited)
-        )
-        for own_class in answer.classes
     )
     # Laws with values by run say nothing of a condition that is held out.
     classes_of_law = {**answer.classes_of_law, **classes_holding(by_run)}
     ordered = classes_of_laws(classes_of_law, is_told=not is_open)
-    return replace(answer, classes=findings, classes_of_law=ordered, same_scores=True)
+    return replace(answer, classes_of_law=ordered, same_scores=True)
 
 
 def _notes(model: CarrierModel, *, is_open: bool) -> list[str]:
