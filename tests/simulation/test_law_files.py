@@ -3,6 +3,7 @@
 import re
 from dataclasses import fields, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -146,6 +147,15 @@ def test_a_law_is_read_as_it_was_written(name, tmp_path):
             else:
                 assert there == here
     assert [path.name for path in tmp_path.iterdir()] == ["law.toml"]
+
+
+def test_the_file_of_the_manual_is_a_law(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    example = re.search(r'```toml\n(format = "carrierflex-law".*?)```', page, re.DOTALL)
+    (tmp_path / "law.toml").write_text(example[1], encoding="utf-8")
+    law = read_law(tmp_path / "law.toml")
+    assert [part.type for part in law.parts] == ["table", "friction"]
+    assert law.units == ("N", "m")
 
 
 def refused(law, old, new, folder):
