@@ -17,7 +17,7 @@ _HEADS = {
     "parameters": {"": ""},
     "surfaces": {"": 'format = "carrierflex-surfaces"\nversion = 1\n'},
     "interfaces": {"": 'format = "carrierflex-interfaces"\nversion = 1\n'},
-    "law": {"": 'format = "carrierflex-law"\nversion = 1\n'},
+    "law": {"": 'format = "carrierflex-law"\nversion = 3\n'},
     "mounting": {"": f'{_CASE}kind = "mounting"\n'},
     "case": {
         "carrier": f'{_CASE}kind = "carrier"\n',

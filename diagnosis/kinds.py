@@ -1,7 +1,6 @@
 """The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeVar
 
 import numpy as np
 
@@ -45,35 +44,17 @@ from carrierflex.diagnosis.wiring.rivals import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
-from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
-from carrierflex.simulation.element.memory_laws import MemoryLaw
-from carrierflex.simulation.element.surface_laws import SurfaceLaw
-from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
-from carrierflex.simulation.law_files import MeasuredLaw
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
-    BushingLaw,
-    MeasuredBushingLaw,
-)
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
+from carrierflex.simulation.laws import CARRIER, ELEMENT, MOUNTING, Law
 
 Curves = Mapping[str, DeflectionCurve]
-Law = TypeVar("Law", MeasuredElementLaw, MeasuredBushingLaw, CarrierLaw)
-#: What a law of a file belongs to.
-_LAW_OF: Mapping[type, str] = {
-    TabulatedLaw: "one element",
-    MemoryLaw: "one element",
-    SurfaceLaw: "one element",
-    BushingLaw: "bushings",
-    BushingMemoryLaw: "bushings",
-    CarrierLaw: "a carrier",
-}
+#: What a law of a kind is of, in words.
+_LAW_OF = {ELEMENT: "one element", MOUNTING: "bushings", CARRIER: "a carrier"}
 
 
 def problem_of(
     campaign: Campaign,
     curves: Curves | None = None,
-    laws: Sequence[MeasuredLaw] = (),
+    laws: Sequence[Law] = (),
 ) -> tuple[ComparisonProblem, bool]:
     """ComparisonProblem of a campaign, and whether its noise floor is measured.
 
@@ -83,7 +64,7 @@ def problem_of(
         Measured runs.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves, which kind carrier asks for.
-    laws : sequence of MeasuredLaw
+    laws : sequence of Law
         Laws of files of the campaign's kind, further candidates.
 
     Returns
@@ -102,29 +83,23 @@ def problem_of(
             f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds "
             f"{known}"
         )
+    _refuse_other_laws(campaign, laws)
     return PROBLEM_BUILDERS[campaign.kind](campaign, curves, laws)
 
 
-def _own_laws(
-    campaign: Campaign, laws: Sequence[MeasuredLaw], own: tuple[type[Law], ...]
-) -> list[Law]:
-    """Laws of files, all of the campaign's kind."""
+def _refuse_other_laws(campaign: Campaign, laws: Sequence[Law]) -> None:
     for law in laws:
-        if not isinstance(law, own):
-            of = _LAW_OF[type(law)]
+        if law.kind != campaign.kind:
             raise ValueError(
                 f"campaign '{campaign.name}' is of kind {campaign.kind}; law '{law.name}' is of "
-                f"{of}; expected a law file (--law) of this kind"
+                f"{_LAW_OF[law.kind]}; expected a law file (--law) of this kind"
             )
-    return [law for law in laws if isinstance(law, own)]
 
 
 def _element(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
+    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
 ) -> tuple[ComparisonProblem, bool]:
-    problem = element_problem(
-        campaign, _own_laws(campaign, laws, (TabulatedLaw, MemoryLaw, SurfaceLaw))
-    )
+    problem = element_problem(campaign, laws)
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = element_beside_prediction(problem, campaign)
@@ -141,20 +116,19 @@ def _refuse_empty_predictions(campaign: Campaign) -> None:
 
 
 def _carrier(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
+    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
 ) -> tuple[ComparisonProblem, bool]:
     if curves is None:
         raise ValueError(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
         )
-    own = _own_laws(campaign, laws, (CarrierLaw,))
-    return carrier_problem(campaign, curves, own), True
+    return carrier_problem(campaign, curves, laws), True
 
 
 def _mounting(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
+    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
 ) -> tuple[ComparisonProblem, bool]:
-    problem = mounting_problem(campaign, _own_laws(campaign, laws, (BushingLaw, BushingMemoryLaw)))
+    problem = mounting_problem(campaign, laws)
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = mounting_beside_prediction(problem, campaign)
@@ -165,7 +139,7 @@ def _mounting(
 #: repeats.
 PROBLEM_BUILDERS: dict[
     str,
-    Callable[[Campaign, Curves | None, Sequence[MeasuredLaw]], tuple[ComparisonProblem, bool]],
+    Callable[[Campaign, Curves | None, Sequence[Law]], tuple[ComparisonProblem, bool]],
 ] = {
     "carrier": _carrier,
     "element": _element,
@@ -173,38 +147,36 @@ PROBLEM_BUILDERS: dict[
 }
 
 
-def law_findings(
-    problem: ComparisonProblem, laws: Sequence[MeasuredLaw]
-) -> tuple[CampaignWarning, ...]:
+def law_findings(problem: ComparisonProblem, laws: Sequence[Law]) -> tuple[CampaignWarning, ...]:
     """Where records leave the range in which a law of a file was measured.
 
     Parameters
     ----------
     problem : ComparisonProblem
         Problem with these laws.
-    laws : sequence of MeasuredLaw
+    laws : sequence of Law
         Laws of files.
     """
     found: list[CampaignWarning] = []
     for law in laws:
-        if isinstance(problem, ElementProblem) and isinstance(law, MeasuredElementLaw):
+        if isinstance(problem, ElementProblem):
             found += beyond_visited(law, problem.records)
-        if isinstance(problem, MountingProblem) and isinstance(law, MeasuredBushingLaw):
+        if isinstance(problem, MountingProblem):
             found += problem.beyond_visited(law)
-        if isinstance(problem, CarrierProblem) and isinstance(law, CarrierLaw):
+        if isinstance(problem, CarrierProblem):
             found += beyond_loads(law, problem.records, problem.model.runs)
     return tuple(found)
 
 
 #: Law of an answer by class, by kind.
-_LAWS: dict[str, Callable[[ClassAnswer, str, str | None], MeasuredLaw]] = {
+_LAWS: dict[str, Callable[[ClassAnswer, str, str | None], Law]] = {
     "carrier": carrier_law_of_answer,
     "element": law_of_answer,
     "mounting": bushing_law_of_answer,
 }
 
 
-def kept_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> MeasuredLaw:
+def kept_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> Law:
     """Measured shape of a class as a law of the campaign's kind.
 
     Parameters

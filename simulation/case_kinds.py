@@ -15,41 +15,9 @@ STAGE_FORMAT = "carrierflex-stage-case"
 STAGE_CASE = TomlKind("a case file of the stage", most_bytes=MOST_CASE_BYTES, format=STAGE_FORMAT)
 LAW_FILE = TomlKind(
     "a law file",
-    holds="keys name, effect_class, force_unit, deflection_unit and the table [table]",
-    most_bytes=1_000_000,
+    holds="keys name, kind, effect_class, the table [units] and tables [[part]] with type and "
+    "acts_on",
+    most_bytes=5_000_000,
     format="carrierflex-law",
-)
-MEMORY_LAW_FILE = TomlKind(
-    "a law file with a memory",
-    holds="keys name, effect_class, force_unit, deflection_unit, visited and tables [[stop]], "
-    "[[loop]] or [[branch]]",
-    most_bytes=1_000_000,
-    format="carrierflex-memory-law",
-    version=2,
-)
-SURFACE_LAW_FILE = TomlKind(
-    "a law file of a surface",
-    holds="keys name, force_unit, deflection_unit, the table [table] with x, v, y and tables "
-    "[[stop]]",
-    most_bytes=1_000_000,
-    format="carrierflex-surface-law",
-)
-BUSHING_LAW_FILE = TomlKind(
-    "a law file of bushings",
-    holds="keys name, effect_class and tables [[part]] with acts, bushing, x, y",
-    most_bytes=1_000_000,
-    format="carrierflex-bushing-law",
-)
-BUSHING_MEMORY_LAW_FILE = TomlKind(
-    "a law file of bushings with a memory",
-    holds="keys name, effect_class, visited and tables [[stop]] or [[branch]]",
-    most_bytes=1_000_000,
-    format="carrierflex-bushing-memory-law",
-)
-CARRIER_LAW_FILE = TomlKind(
-    "a law file of a carrier",
-    holds="keys name, frame, pattern, n_planets, sensor_radius, the table [visited] and tables "
-    "[[part]] with follows, x and [[part.wave]]",
-    most_bytes=1_000_000,
-    format="carrierflex-carrier-law",
+    version=3,
 )

@@ -1,101 +1,92 @@
-"""Files of measured laws, of one element, of bushings or of a carrier, told by their format."""
+"""Law files: measured laws of an element, of bushings or of a carrier, written and read."""
 
-from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from carrierflex.files.toml_files import toml_document
-from carrierflex.simulation.carrier.measured_laws.carrier_law_files import (
-    read_carrier_law,
-    write_carrier_law,
-)
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
-from carrierflex.simulation.case_kinds import (
-    BUSHING_LAW_FILE,
-    BUSHING_MEMORY_LAW_FILE,
-    CARRIER_LAW_FILE,
-    LAW_FILE,
-    MEMORY_LAW_FILE,
-    SURFACE_LAW_FILE,
-)
-from carrierflex.simulation.element.law_files import read_law, write_law
-from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
-from carrierflex.simulation.element.memory_law_files import read_memory_law, write_memory_law
-from carrierflex.simulation.element.memory_laws import MemoryLaw
-from carrierflex.simulation.element.surface_law_files import (
-    read_surface_law,
-    write_surface_law,
-)
-from carrierflex.simulation.element.surface_laws import SurfaceLaw
-from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
-from carrierflex.simulation.mounting.measured_laws.bushing_law_files import (
-    read_bushing_law,
-    write_bushing_law,
-)
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
-    BushingLaw,
-    MeasuredBushingLaw,
-)
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_files import (
-    read_bushing_memory_law,
-    write_bushing_memory_law,
-)
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
+import numpy as np
+from numpy.typing import NDArray
 
-#: Measured shape of a class as a law.
-MeasuredLaw = MeasuredElementLaw | MeasuredBushingLaw | CarrierLaw
-#: Reader by format of a file.
-_READERS: Mapping[str, Callable[[Path], MeasuredLaw]] = {
-    LAW_FILE.format: read_law,
-    MEMORY_LAW_FILE.format: read_memory_law,
-    SURFACE_LAW_FILE.format: read_surface_law,
-    BUSHING_LAW_FILE.format: read_bushing_law,
-    BUSHING_MEMORY_LAW_FILE.format: read_bushing_memory_law,
-    CARRIER_LAW_FILE.format: read_carrier_law,
-}
-#: Writer by kind of a law.
-_WRITERS: Mapping[type, Callable[[Path, Any], None]] = {
-    TabulatedLaw: write_law,
-    MemoryLaw: write_memory_law,
-    SurfaceLaw: write_surface_law,
-    BushingLaw: write_bushing_law,
-    BushingMemoryLaw: write_bushing_memory_law,
-    CarrierLaw: write_carrier_law,
-}
+from carrierflex.files.toml_files import read_toml, write_toml
+from carrierflex.simulation.case_kinds import LAW_FILE
+from carrierflex.simulation.laws import Law, Part
+
+_HEADING = (
+    "# Measured shape of a missing effect, a candidate of `diagnose --law FILE`. Parts add up;",
+    "# tables are linear between their points. `carrierflex schema law` explains every key.",
+)
+#: Share of the largest value below which a value is written as zero.
+_ZERO = 1e-12
 
 
-def read_measured_law(path: Path) -> MeasuredLaw:
+def read_law(path: Path) -> Law:
     """Law of a file.
 
     Parameters
     ----------
     path : Path
-        File of the format ``carrierflex-law``, ``carrierflex-memory-law``,
-        ``carrierflex-surface-law``, ``carrierflex-bushing-law``,
-        ``carrierflex-bushing-memory-law`` or ``carrierflex-carrier-law``.
+        File of the format ``carrierflex-law``.
 
     Returns
     -------
-    TabulatedLaw, MemoryLaw, SurfaceLaw, BushingLaw, BushingMemoryLaw or CarrierLaw
-        Its tables.
+    Law
+        The law.
 
     Raises
     ------
     FileNotFoundError
         Where there is no such file.
     ValueError
-        Where it is no such file, or holds what is no table; all that is wrong, in one line.
+        Where it is no such file, or holds what is no law; all that is wrong, in one line.
     """
-    own = str(toml_document(path, LAW_FILE).get("format"))
-    return _READERS.get(own, read_law)(path)
+    # Late: pydantic takes longer to load than all else here.
+    from carrierflex.simulation.law_tables import LawDocument
+
+    return read_toml(path, LAW_FILE, LawDocument).law()
 
 
-def write_measured_law(path: Path, law: MeasuredLaw) -> None:
-    """Write a law file; an older one is replaced in one step.
+def write_law(path: Path, law: Law) -> None:
+    """Write a law file.
+
+    Parameters
+    ----------
+    path : Path
+        File; an older one is replaced in one step.
+    law : Law
+        Law.
 
     Raises
     ------
     OSError
         Where it cannot be written.
     """
-    _WRITERS[type(law)](path, law)
+    document: dict[str, Any] = {
+        "name": law.name,
+        "kind": law.kind,
+        "effect_class": law.effect_class,
+        "measured_on": law.measured_on or None,
+        "units": dict(zip(("force", "deflection"), law.units, strict=True)),
+        "rig": dict(law.rig) or None,
+        "visited": {name: list(ends) for name, ends in law.visited.items()} or None,
+        "part": [_part_table(part) for part in law.parts],
+    }
+    write_toml(path, LAW_FILE, _HEADING, document)
+
+
+def _part_table(part: Part) -> dict[str, Any]:
+    """Keys of a part without those at their defaults."""
+    table: dict[str, Any] = {"type": part.type}
+    for field in fields(part):
+        value = getattr(part, field.name)
+        if isinstance(value, np.ndarray):
+            if value.size or field.default_factory is MISSING:
+                table[field.name] = _without_rounding(value)
+        elif value != field.default:
+            table[field.name] = value
+    return table
+
+
+def _without_rounding(values: NDArray[np.float64]) -> Any:
+    """Values with zero for what is too small for any reader."""
+    least = _ZERO * float(np.abs(values).max(initial=0.0))
+    return np.where(np.abs(values) <= least, 0.0, values).tolist()

@@ -57,7 +57,7 @@ from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, C
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
+from carrierflex.simulation.laws import Law
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,7 +353,7 @@ class CarrierProblem(ComparisonProblem):
 def carrier_problem(
     campaign: Campaign,
     curves: Mapping[str, DeflectionCurve],
-    measured_laws: Sequence[CarrierLaw] = (),
+    measured_laws: Sequence[Law] = (),
 ) -> CarrierProblem:
     """ComparisonProblem of a campaign of kind ``carrier``.
 
@@ -363,7 +363,7 @@ def carrier_problem(
         Measured runs and the effects the baseline contains.
     curves : mapping of str to DeflectionCurve
         ``delta_s``, ``delta_f``, and ``g_f`` where uneven pin loads are to be looked for.
-    measured_laws : sequence of CarrierLaw
+    measured_laws : sequence of Law
         Laws of files, further candidates.
 
     Returns
@@ -389,7 +389,7 @@ def carrier_problem(
         contained = tuple(name for name in contained if name == AXIAL_OFFSET.id)
     runs = tuple(run.name for run in campaign.runs)
     channels = tuple(channel.name for channel in campaign.channels)
-    classes = {law.name: law.pattern for law in measured_laws}
+    classes = {law.name: law.effect_class for law in measured_laws}
     known = known_physics(campaign)
     model = CarrierModel(source, records.index, contained, runs, channels, known, classes)
     return CarrierProblem(campaign, model, records, channel_noise(campaign, records), beside)

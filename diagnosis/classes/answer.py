@@ -17,9 +17,12 @@ from carrierflex.diagnosis.classes.results import (
     MeasuredShape,
 )
 from carrierflex.diagnosis.classes.shares import PairedShares, Shares, at_most_one
+from carrierflex.simulation.laws import Law
 
-#: Measured shape of one class of an answer: class, result of the answer, nearest law.
-ShapeOf = Callable[[ClassScores, str, HeldOutSquares, NearestLaw], MeasuredShape | None]
+#: Measured shape of one class of an answer, and the law that it makes: either may be missing.
+ShapeAndLaw = tuple[MeasuredShape | None, Law | None]
+#: Gives both from class, result of the answer and nearest law.
+ShapeOf = Callable[[ClassScores, str, HeldOutSquares, NearestLaw], ShapeAndLaw]
 
 
 def class_decision(
@@ -234,6 +237,7 @@ def _finding(
     if law.held is not None:
         alone = scores.with_law((), law.columns)
         law_share = at_most_one(shares.part(before, other, alone, law.held)[0])
+    shape, measured_law = shape_of(scores, own, decision.held, law)
     finding = ClassFinding(
         id=own,
         share=at_most_one(share),
@@ -241,7 +245,8 @@ def _finding(
         law=law.id,
         law_share=law_share,
         law_named=law.is_equal,
-        shape=shape_of(scores, own, decision.held, law),
+        shape=shape,
+        measured_law=measured_law,
     )
     return finding, law
 

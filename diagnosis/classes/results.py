@@ -4,11 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
-from carrierflex.simulation.element.memory_laws import MemoryLaw
-from carrierflex.simulation.element.surface_laws import SurfaceLaw
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingPart
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
+from carrierflex.simulation.laws import Law
 
 #: No gap above the noise floor.
 NOTHING = "nothing"
@@ -66,12 +62,6 @@ class MeasuredShape:
         Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed.
     beside : tuple of BesideCurve
         Curves of other parts.
-    parts : tuple of BushingPart
-        Tables of a law of the bushings; empty for other kinds.
-    memory : MemoryLaw or BushingMemoryLaw, optional
-        Stops or branches of a class with a memory, as a law without a name.
-    surface : SurfaceLaw, optional
-        Table and dry friction of a force_surface, as a law without a name.
     name : str
         What the curve is beside others, in words.
     """
@@ -86,9 +76,6 @@ class MeasuredShape:
     smooth: FloatArray
     steps: tuple[float, float]
     beside: tuple[BesideCurve, ...] = ()
-    parts: tuple[BushingPart, ...] = ()
-    memory: MemoryLaw | BushingMemoryLaw | None = None
-    surface: SurfaceLaw | None = None
     name: str = "measured"
 
 
@@ -112,9 +99,8 @@ class ClassFinding:
         Whether the records cannot tell the law from the class.
     shape : MeasuredShape, optional
         Measured curve; None where the class has none.
-    carrier_law : CarrierLaw, optional
-        Measured shape of a carrier's class, without name; None for other kinds and where the class
-        has no pattern at the rim.
+    measured_law : Law, optional
+        Measured shape as a law without name; None where the class has none.
     """
 
     id: str
@@ -124,7 +110,7 @@ class ClassFinding:
     law_share: float
     law_named: bool
     shape: MeasuredShape | None = None
-    carrier_law: CarrierLaw | None = None
+    measured_law: Law | None = None
 
 
 @dataclass(frozen=True, eq=False)

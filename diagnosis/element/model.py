@@ -21,7 +21,8 @@ from carrierflex.simulation.element.kernels import (
     no_law,
     restoring_force,
 )
-from carrierflex.simulation.element.memory_laws import MemoryLaw, flat_parts, joined_parts
+from carrierflex.simulation.element.law_forces import ElementLaw
+from carrierflex.simulation.element.memory_laws import MemoryParts, flat_parts, joined_parts
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.sensing import delayed
@@ -102,12 +103,8 @@ class ElementModel:
         Whether forces are per mass: free decay or moving base without a given mass.
     gains : DeclaredGains
         Errors of the gains of force and deflection.
-    friction : mapping of str to tuple of float
-        Dry friction at positive and at negative speed that a law holds beside its force, for a size
-        of one: the motion sticks in it.
-    memory : mapping of str to MemoryLaw
-        Measured laws with a memory by effect, and what stands beside the table of measured
-        surfaces; their one parameter is their size.
+    measured : mapping of str to ElementLaw
+        Measured laws by effect; their one parameter is their size.
     """
 
     by_force: bool
@@ -123,8 +120,7 @@ class ElementModel:
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     per_mass: bool = False
     gains: DeclaredGains = EXACT_GAINS
-    friction: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    memory: Mapping[str, MemoryLaw] = field(default_factory=dict)
+    measured: Mapping[str, ElementLaw] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect.
@@ -280,19 +276,19 @@ class ElementModel:
         of_laws: dict[str, list[float]] = {}
         delay = 0.0
         states: dict[str, list[float]] = {}
-        sizes: list[tuple[MemoryLaw, float]] = []
+        sizes: list[tuple[MemoryParts, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             if parameter.run is not None:
                 states.setdefault(parameter.run, []).append(float(value))
                 continue
-            if effect in self.memory:
-                sizes.append((self.memory[effect], float(value)))
+            if effect in self.measured:
+                sizes.append((self.measured[effect].parts, float(value)))
             if effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
                 for name, level in self._friction_of(effect, float(value)).items():
                     simulated[name] = simulated.get(name, 0.0) + level
-            elif effect in self.memory:
+            elif effect in self.measured:
                 continue
             elif is_delay(effect):
                 delay += float(value)
@@ -306,7 +302,7 @@ class ElementModel:
 
     def _friction_of(self, effect: str, size: float) -> dict[str, float]:
         """Dry friction of a law by name in the flat array."""
-        levels = self.friction.get(effect, (0.0, 0.0))
+        levels = self.measured[effect].friction if effect in self.measured else (0.0, 0.0)
         return {"F_plus": size * levels[0], "F_minus": size * levels[1]} if any(levels) else {}
 
     def signature(
@@ -315,14 +311,14 @@ class ElementModel:
         """Force of one effect alone along the measured motion, in the usable band, shape (n,)."""
         simulated: dict[str, float] = {}
         law = _NO_LAW
-        sizes: list[tuple[MemoryLaw, float]] = []
-        if effect in self.memory:
-            sizes.append((self.memory[effect], next(iter(values.values()))))
+        sizes: list[tuple[MemoryParts, float]] = []
+        if effect in self.measured:
+            sizes.append((self.measured[effect].parts, next(iter(values.values()))))
         if effect in self.laws:
             parameters = [values[p.name] for p in self.cards[effect].parameters]
             law = ForceLaw(self.laws[effect], np.array(parameters))
             simulated |= self._friction_of(effect, parameters[0])
-        elif effect not in self.memory:
+        elif effect not in self.measured:
             for name, value in values.items():
                 simulated |= dict.fromkeys(_simulated_names(effect, name), value)
         force = self._force(record, _flat(simulated, sizes), law, _NO_LAW)
@@ -351,7 +347,7 @@ class _Values:
     states: Mapping[str, Sequence[float]]
 
 
-def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryLaw, float]]) -> FloatArray:
+def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, float]]) -> FloatArray:
     """Values of the compiled laws, and the parts of laws with a memory behind them."""
     return np.concatenate([element_values(simulated), flat_parts(joined_parts(sizes))])
 

@@ -43,10 +43,7 @@ from carrierflex.diagnosis.element.classes.drive_in_time import has_one_frequenc
 from carrierflex.diagnosis.element.classes.fitted_force import parameter_shift
 from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.classes.limits import element_limits
-from carrierflex.diagnosis.element.classes.measured.measured_laws import (
-    law_cards,
-    parts_with_memory,
-)
+from carrierflex.diagnosis.element.classes.measured.measured_laws import law_cards
 from carrierflex.diagnosis.element.classes.measured.shapes import measured_shape
 from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
 from carrierflex.diagnosis.element.experiments import element_experiments
@@ -69,8 +66,8 @@ from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
-from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
-from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
+from carrierflex.simulation.element.law_forces import element_law
+from carrierflex.simulation.laws import Law
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
 _DIFFERENCE = 1e-5
@@ -304,16 +301,14 @@ class ElementProblem(ComparisonProblem):
         return replace(self, model=model, records=(record,), noise=self.noise[:1], table=None)
 
 
-def element_problem(
-    campaign: Campaign, measured_laws: Sequence[MeasuredElementLaw] = ()
-) -> ElementProblem:
+def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> ElementProblem:
     """ComparisonProblem of a campaign of kind ``element``.
 
     Parameters
     ----------
     campaign : Campaign
         Measured runs and the effects the baseline contains.
-    measured_laws : sequence of TabulatedLaw, MemoryLaw or SurfaceLaw
+    measured_laws : sequence of Law
         Laws of files, further candidates.
 
     Returns
@@ -351,8 +346,7 @@ def element_problem(
         states=measured_states(records) if drive == FREE_DECAY else {},
         per_mass=per_mass,
         gains=declared_gains(campaign),
-        friction={law.name: law.friction for law in measured_laws if isinstance(law, TabulatedLaw)},
-        memory=parts_with_memory(measured_laws),
+        measured={law.name: element_law(law) for law in measured_laws},
     )
     scale = element_scale(unscaled, records)
     model = replace(

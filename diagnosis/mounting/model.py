@@ -11,13 +11,11 @@ from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArr
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
+from carrierflex.simulation.laws import Law
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.equations import mounting_blocks
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
-    MeasuredBushingLaw,
-    packed_laws,
-)
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import packed_laws
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
@@ -79,7 +77,7 @@ class MountingModel:
         Values at which K1 and C1 are held; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the sensors.
-    measured : mapping of str to MeasuredBushingLaw
+    measured : mapping of str to Law
         Laws of files by effect.
     """
 
@@ -92,7 +90,7 @@ class MountingModel:
     scale: MountingScale
     held: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
-    measured: Mapping[str, MeasuredBushingLaw] = field(default_factory=dict)
+    measured: Mapping[str, Law] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
@@ -183,7 +181,7 @@ class MountingModel:
         zeros = np.zeros(len(self.channels))
         delay = 0.0
         of_laws: dict[str, list[float]] = {}
-        of_files: list[tuple[MeasuredBushingLaw, float]] = []
+        of_files: list[tuple[Law, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             measurement = _measurement(effect)

@@ -60,7 +60,7 @@ from carrierflex.diagnosis.mounting.signatures import (
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import MeasuredBushingLaw
+from carrierflex.simulation.laws import Law
 from carrierflex.simulation.mounting.rig import MountingRig
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -243,7 +243,7 @@ class MountingProblem(ComparisonProblem):
         table = mounting_class_table(self.model, self.records, self._bare[1])
         return None if table is None else table.table
 
-    def beyond_visited(self, law: MeasuredBushingLaw) -> tuple[CampaignWarning, ...]:
+    def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
         """Warning where records leave the range in which a law of a file was measured."""
         return beyond_visited(law, self.model, self.records, self._bare[1])
 
@@ -336,16 +336,14 @@ class MountingProblem(ComparisonProblem):
         return np.where(np.isfinite(record.measured), residual, 0.0)
 
 
-def mounting_problem(
-    campaign: Campaign, measured_laws: Sequence[MeasuredBushingLaw] = ()
-) -> MountingProblem:
+def mounting_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> MountingProblem:
     """ComparisonProblem of a campaign of kind ``mounting``.
 
     Parameters
     ----------
     campaign : Campaign
         Measured runs and the effects the baseline contains.
-    measured_laws : sequence of MeasuredBushingLaw
+    measured_laws : sequence of Law
         Laws of files, further candidates.
 
     Returns

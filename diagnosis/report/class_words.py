@@ -11,7 +11,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
 )
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
+from carrierflex.simulation.laws import FORCE_SURFACE
 
 #: Rivals below this share are not listed.
 _LEAST_RIVAL = 0.05

@@ -16,7 +16,7 @@ from carrierflex.simulation.carrier.effects.misalignment import (
     CARRIER_TILT,
     HOUSING_TILT,
 )
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw, law_signal
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import law_signal
 from carrierflex.simulation.carrier.rim import (
     CarrierInputs,
     CarrierRig,
@@ -24,6 +24,7 @@ from carrierflex.simulation.carrier.rim import (
     inputs_of_columns,
 )
 from carrierflex.simulation.carrier.run_cases import AXIAL, CarrierMotion, RunCase, Sensor
+from carrierflex.simulation.laws import Law
 
 #: Periods of the slow speed and torque ripple [s]: longer than a revolution at 22.1 rpm (2.7 s) and
 #: not in a simple ratio to it, so that the ripple is not mistaken for a shaft order.
@@ -132,7 +133,7 @@ def simulate_run(
     *,
     noise_std: float,
     rng: np.random.Generator,
-    laws: Sequence[CarrierLaw] = (),
+    laws: Sequence[Law] = (),
 ) -> Response:
     """Signals of one run.
 
@@ -150,7 +151,7 @@ def simulate_run(
         Standard deviation of the white noise of every sensor [m].
     rng : numpy.random.Generator
         Source of the ripple's phases and of the noise.
-    laws : sequence of CarrierLaw
+    laws : sequence of Law
         Measured shapes that the signals have beside the truth.
 
     Returns

@@ -24,12 +24,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from carrierflex.simulation.laws import (
+    ELEMENT,
+    N_STIFFNESS,
+    Branch,
+    Friction,
+    Law,
+    Loop,
+    Part,
+    Stop,
+)
 
-HYSTERESIS = "hysteresis"
-MEMORY = "memory"
-#: Classes of these laws.
-WITH_MEMORY = (HYSTERESIS, MEMORY)
+Array = NDArray[np.float64]
 
 
 class StopPlaces(NamedTuple):
@@ -53,8 +59,7 @@ OUTSIDE = 4.0
 AT = StopPlaces(*range(len(StopPlaces._fields)))
 #: First of the values of a stop that are forces.
 FIRST_FORCE = AT.slip
-#: Values of the stiffness of a smooth loop, and places in its row: those stand at its end.
-N_STIFFNESS = 9
+#: Places in the row of a smooth loop: values of the stiffness stand at its end.
 LOOP_HALF_RANGE, LOOP_FORCE, LOOP_STIFFNESS = 0, 1, 2
 LOOP_LENGTH = LOOP_STIFFNESS + N_STIFFNESS
 #: Places in the row of a branch.
@@ -67,61 +72,8 @@ N_HEAD = 4
 
 
 @dataclass(frozen=True, eq=False)
-class MemoryLaw:
-    """A measured law with a memory.
-
-    Parameters
-    ----------
-    name : str
-        Id of the effect.
-    effect_class : str
-        ``hysteresis`` or ``memory``.
-    stops : ndarray, shape (n_stops, 11)
-        Rows by :class:`StopPlaces`: deflections and forces.
-    branches : ndarray, shape (n_branches, 2)
-        Relaxation time [s] and stiffness.
-    units : tuple of str
-        Units of force and deflection; time is in seconds.
-    visited : tuple of float
-        Deflections between which it was measured.
-    measured_on : str
-        Campaign whose records gave it; empty where unknown.
-    levels : ndarray, shape (n_nodes, 2), optional
-        Dry friction over the deflection, which increases: its level, linear between the nodes and
-        constant beyond; of a surface alone.
-    loops : ndarray, shape (n_loops, LOOP_LENGTH), optional
-        Smooth loops: half range, force, stiffnesses.
-    """
-
-    name: str
-    effect_class: str
-    stops: Array
-    branches: Array
-    units: tuple[str, str]
-    visited: tuple[float, float]
-    measured_on: str = ""
-    levels: Array = field(default_factory=lambda: np.empty((0, 2)))
-    loops: Array = field(default_factory=lambda: np.empty((0, LOOP_LENGTH)))
-
-    @property
-    def x(self) -> Array:
-        """Ends of the visited range, as of a table over the deflection."""
-        return np.array(self.visited)
-
-    @property
-    def along_speed(self) -> bool:
-        """Whether x is a speed."""
-        return False
-
-    @property
-    def x_unit(self) -> str:
-        """Unit of x."""
-        return self.units[1]
-
-
-@dataclass(frozen=True, eq=False)
 class MemoryParts:
-    """Parts of several laws, as the simulator takes them.
+    """Parts of one law or of several, as the simulator takes them.
 
     Parameters
     ----------
@@ -144,34 +96,64 @@ class MemoryParts:
 NO_PARTS = MemoryParts(np.empty((0, len(AT))), np.empty((0, 2)), np.empty((0, 2)))
 
 
-def joined_parts(laws: Sequence[tuple[MemoryLaw, float]]) -> MemoryParts:
-    """Parts of laws, each times a factor.
+def memory_parts(law: Law) -> MemoryParts:
+    """Stops, branches, loops and dry friction over the deflection of a law.
 
     Parameters
     ----------
-    laws : sequence of (MemoryLaw, float)
-        Laws with their sizes.
+    law : Law
+        Measured law of kind element.
     """
-    if not laws:
-        return NO_PARTS
-    stops, branches, loops = [], [], []
-    for law, size in laws:
-        own = law.loops.copy()
-        own[:, LOOP_FORCE] *= size
-        loops.append(own)
-        own = law.stops.copy()
-        own[:, FIRST_FORCE:] *= size
-        stops.append(own)
-        own = law.branches.copy()
-        own[:, STIFFNESS] *= size
-        branches.append(own)
-    levels = [(law.levels, size) for law, size in laws if law.levels.size]
+    stops = [[getattr(stop, name) for name in StopPlaces._fields] for stop in law.of(Stop)]
+    branches = [(branch.tau, branch.stiffness) for branch in law.of(Branch)]
+    loops = [(loop.half_range, loop.force, *loop.stiffness) for loop in law.of(Loop)]
+    levels = [np.column_stack([one.x, one.level]) for one in law.of(Friction) if one.level.any()]
     return MemoryParts(
-        np.concatenate(stops),
-        np.concatenate(branches),
-        _joined_levels(levels),
-        np.concatenate(loops),
+        np.array(stops, dtype=np.float64).reshape(-1, len(AT)),
+        np.array(branches, dtype=np.float64).reshape(-1, 2),
+        levels[0] if levels else NO_PARTS.levels,
+        np.array(loops, dtype=np.float64).reshape(-1, LOOP_LENGTH),
     )
+
+
+def law_parts(parts: MemoryParts) -> tuple[Part, ...]:
+    """Parts of a law of which :func:`memory_parts` makes these rows."""
+    stops = [dict(zip(StopPlaces._fields, row, strict=True)) for row in parts.stops.tolist()]
+    return (
+        *(Stop(ELEMENT, **values) for values in stops),
+        *(Branch(ELEMENT, tau, stiffness) for tau, stiffness in parts.branches.tolist()),
+        *(Loop(ELEMENT, row[0], row[1], row[LOOP_STIFFNESS:]) for row in parts.loops),
+        *(
+            [Friction(ELEMENT, x=parts.levels[:, NODE], level=parts.levels[:, LEVEL])]
+            * bool(parts.levels.size)
+        ),
+    )
+
+
+def joined_parts(parts: Sequence[tuple[MemoryParts, float]]) -> MemoryParts:
+    """Parts of laws, the forces of each times a factor.
+
+    Parameters
+    ----------
+    parts : sequence of (MemoryParts, float)
+        Parts of every law with its size.
+    """
+    if not parts:
+        return NO_PARTS
+    levels = [(own.levels, size) for own, size in parts if own.levels.size]
+    return MemoryParts(
+        np.concatenate([_times(own.stops, size, slice(FIRST_FORCE, None)) for own, size in parts]),
+        np.concatenate([_times(own.branches, size, STIFFNESS) for own, size in parts]),
+        _joined_levels(levels),
+        np.concatenate([_times(own.loops, size, LOOP_FORCE) for own, size in parts]),
+    )
+
+
+def _times(rows: Array, size: float, columns: int | slice) -> Array:
+    """Rows with some of their values times a factor."""
+    scaled = rows.copy()
+    scaled[:, columns] *= size
+    return scaled
 
 
 def _joined_levels(levels: Sequence[tuple[Array, float]]) -> Array:

@@ -50,21 +50,8 @@ from carrierflex.reduction.body_files import read_body, read_certificate, read_s
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
-    CarrierLaw,
-    LawPart,
-    WaveTable,
-)
-from carrierflex.simulation.element.memory_laws import AT, MemoryLaw
-from carrierflex.simulation.element.surface_laws import SurfaceLaw
-from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
-from carrierflex.simulation.law_files import read_measured_law, write_measured_law
+from carrierflex.simulation.law_files import read_law, write_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw, BushingPart
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
-    BushingMemoryLaw,
-    BushingStop,
-)
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.support.cache_store import CacheStore
 from carrierflex.workflows.view3d.rim_scene import rim_scene
@@ -75,6 +62,7 @@ from tests.fuzz.mutations import damaged, damaged_hdf5
 from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
+from tests.simulation.test_law_files import LAWS
 
 pytestmark = pytest.mark.fuzz
 
@@ -84,6 +72,8 @@ TOLD = (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryErro
 PATIENCE = 20.0
 #: Memory beyond what stood before [kB] that no small file may take.
 MOST_MEMORY = 400_000
+#: Laws whose files are damaged: one of every form of a part.
+DAMAGED_LAWS = ("rubbing", "slipping", "surface", "bushings", "bushing stops", "tilt")
 
 
 class HangError(BaseException):
@@ -165,34 +155,8 @@ def _documents(folder: Path) -> dict[str, Target]:
     write_rim_motion(
         folder / "rim_motion.json", RimMotion("twin", "m", 3, 0.4, ("carrier_tilt",), (signal,))
     )
-    x = np.linspace(0.0, 1.0, 5)
-    write_measured_law(
-        folder / "law.toml", TabulatedLaw("law", "dissipation", x, x, ("N", "m"), (1.0, 2.0))
-    )
-    stops = np.zeros((1, len(AT)))
-    stops[0, [AT.yield_deflection, AT.half_range, AT.slip]] = 1e-3, 2e-3, 3.0
-    write_measured_law(
-        folder / "memory.toml",
-        MemoryLaw("law", "hysteresis", stops, np.empty((0, 2)), ("N", "m"), (-1.0, 1.0)),
-    )
-    write_measured_law(
-        folder / "surface.toml", SurfaceLaw("law", x, x, np.outer(x, x), x, stops, ("N", "m"))
-    )
-    part = BushingPart("radial", "both", x, x)
-    write_measured_law(folder / "bushings.toml", BushingLaw("law", "dissipation", (part,)))
-    slips = (
-        BushingStop("radial", "both", 1e-3, 5.0),
-        BushingStop("smooth", "port", 1e-3, 5.0),
-    )
-    write_measured_law(
-        folder / "bushing_memory.toml", BushingMemoryLaw("law", "hysteresis", slips, 1.0)
-    )
-    waves = (WaveTable("axial_displacement", 0, 1, x, x),)
-    tilt = LawPart("radial_load", x, waves, "y")
-    visited = {name: (0.0, 1.0) for name in ("torque", "ntl_y", "ntl_z")}
-    write_measured_law(
-        folder / "carrier.toml", CarrierLaw("law", "housing/tilt", 3, 0.4, (tilt,), visited)
-    )
+    for name in DAMAGED_LAWS:
+        write_law(folder / f"law {name}.toml", LAWS[name])
     entry = {"format": "carrierflex-cache-entry", "version": 1, "key": "k"}
     save_json(folder / "entry.json", entry | {"files": {"a.csv": "0" * 64}, "inputs": {}})
     parameters = b"[carrier]\nplate_gap = 0.25\nouter_radius = 0.5\n[gear]\nring_teeth = 99\n"
@@ -201,12 +165,7 @@ def _documents(folder: Path) -> dict[str, Target]:
         "curves.csv": lambda path: read_curves(path / "curves.csv"),
         "parameters.toml": lambda path: read_parameters(path / "parameters.toml"),
         "surfaces.toml": lambda path: read_cad_statements(path / "surfaces.toml"),
-        "law.toml": lambda path: read_measured_law(path / "law.toml"),
-        "memory.toml": lambda path: read_measured_law(path / "memory.toml"),
-        "surface.toml": lambda path: read_measured_law(path / "surface.toml"),
-        "bushings.toml": lambda path: read_measured_law(path / "bushings.toml"),
-        "bushing_memory.toml": lambda path: read_measured_law(path / "bushing_memory.toml"),
-        "carrier.toml": lambda path: read_measured_law(path / "carrier.toml"),
+        **{f"law {name}.toml": _reading(read_law, f"law {name}.toml") for name in DAMAGED_LAWS},
         "seals.json": lambda path: read_seals(path / "seals.json"),
         "times.json": read_verdict,
         "diagnosis.json": lambda path: read_diagnosis(path / "diagnosis.json"),
@@ -251,8 +210,8 @@ def _matrices(folder: Path) -> dict[str, Target]:
 TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
-    *("curves.csv", "parameters.toml", "surfaces.toml", "law.toml"),
-    *("memory.toml", "bushings.toml", "bushing_memory.toml", "carrier.toml", "seals.json"),
+    *("curves.csv", "parameters.toml", "surfaces.toml", "seals.json"),
+    *(f"law {name}.toml" for name in DAMAGED_LAWS),
     *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     *("mesh .msh", "mesh of hexahedra .inp"),

@@ -36,11 +36,8 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
-from carrierflex.simulation.law_files import (
-    MeasuredLaw,
-    read_measured_law,
-    write_measured_law,
-)
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import Law
 from carrierflex.workflows.shell.freed_memory import (
     return_freed_memory,
     return_unused_memory,
@@ -151,7 +148,7 @@ def main(
         Where `out` or `save_law` cannot be written.
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
-    brought = tuple(read_measured_law(path) for path in law or ())
+    brought = tuple(read_law(path) for path in law or ())
     stages = Stages(4, quiet)
     # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
     # each other ten times longer.
@@ -201,7 +198,7 @@ def _refuse(
 def _diagnosed(
     measured: Campaign,
     curves: dict[str, DeflectionCurve] | None,
-    laws: tuple[MeasuredLaw, ...],
+    laws: tuple[Law, ...],
     out: Path,
     stages: Stages,
     executor: Executor,
@@ -259,7 +256,7 @@ def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: s
         law = kept_law(measured, diagnosis.classes, law_class)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    write_measured_law(path, law)
+    write_law(path, law)
 
 
 def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:

@@ -38,6 +38,11 @@ _FILES = {
         "geometry.cad_surface_tables:SurfacesDocument",
     ),
     "interfaces": _File("fe.matrices.interface_files:read_interfaces"),
+    "law": _File(
+        "simulation.law_files:read_law",
+        "simulation.case_kinds:LAW_FILE",
+        "simulation.law_tables:LawDocument",
+    ),
     "map_": _File("identification.logs.map_files:read_map"),
     "mounting": _File(
         "simulation.mounting.case_files:read_mounting_case",
@@ -45,37 +50,10 @@ _FILES = {
         "simulation.mounting.case_tables:MountingCaseDocument",
     ),
 }
-#: Kind of a law file and its top table, by the format it states.
-_LAWS = {
-    "carrierflex-law": (
-        "simulation.case_kinds:LAW_FILE",
-        "simulation.element.law_tables:LawDocument",
-    ),
-    "carrierflex-memory-law": (
-        "simulation.case_kinds:MEMORY_LAW_FILE",
-        "simulation.element.memory_law_tables:MemoryLawDocument",
-    ),
-    "carrierflex-surface-law": (
-        "simulation.case_kinds:SURFACE_LAW_FILE",
-        "simulation.element.surface_law_tables:SurfaceLawDocument",
-    ),
-    "carrierflex-bushing-law": (
-        "simulation.case_kinds:BUSHING_LAW_FILE",
-        "simulation.mounting.measured_laws.bushing_law_tables:BushingLawDocument",
-    ),
-    "carrierflex-bushing-memory-law": (
-        "simulation.case_kinds:BUSHING_MEMORY_LAW_FILE",
-        "simulation.mounting.measured_laws.bushing_memory_law_tables:BushingMemoryLawDocument",
-    ),
-    "carrierflex-carrier-law": (
-        "simulation.case_kinds:CARRIER_LAW_FILE",
-        "simulation.carrier.measured_laws.carrier_law_tables:CarrierLawDocument",
-    ),
-}
 
 
 #: Options whose files are read early.
-READ_EARLY = frozenset({*_FILES, "case", "campaign", "law"})
+READ_EARLY = frozenset({*_FILES, "case", "campaign"})
 #: Options that change what a refusal says and where, or take the place of the work.
 _READ_FIRST = frozenset({"--help", "-h", "--version", "--verbose", "--log-file", "--threads"})
 
@@ -96,7 +74,6 @@ def refuse_early(given: Mapping[str, Any]) -> None:
     own: dict[str, Callable[[Path], None]] = {
         "case": _read_case,
         "campaign": _read_campaign,
-        "law": _read_law,
     }
     for option, value in given.items():
         if option not in READ_EARLY:
@@ -190,16 +167,6 @@ def _read_case(path: Path) -> None:
     elif document.get("kind") == "mounting":
         kind, table = MOUNTING_CASE, "simulation.mounting.case_tables:MountingCaseDocument"
     _check(document, kind, table, path)
-
-
-def _read_law(path: Path) -> None:
-    """Tables of a law of an element, of bushings or of a carrier."""
-    from carrierflex.files.toml_files import toml_document
-    from carrierflex.simulation.case_kinds import LAW_FILE
-
-    document = toml_document(path, LAW_FILE)
-    kind, table = _LAWS.get(str(document.get("format")), _LAWS["carrierflex-law"])
-    _check(document, _named(kind), table, path)
 
 
 def _read_campaign(folder: Path) -> None:

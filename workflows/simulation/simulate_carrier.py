@@ -23,10 +23,10 @@ from carrierflex.identification.campaign.campaign_files import (
 )
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, simulated_campaign
 from carrierflex.simulation.carrier.case_files import SimulationCase, read_case
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw, refuse_other_rig
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import refuse_other_rig
 from carrierflex.simulation.carrier.motion import simulate_run
-from carrierflex.simulation.case_kinds import CARRIER_LAW_FILE
-from carrierflex.simulation.law_files import read_measured_law
+from carrierflex.simulation.law_files import read_law
+from carrierflex.simulation.laws import CARRIER, Law
 from carrierflex.simulation.record_size import MOST_IN_MEMORY, refuse_size
 from carrierflex.workflows.support.progress import Stages
 
@@ -133,15 +133,15 @@ def main(
     return SimulatedLoadCases(what, campaign, out)
 
 
-def _laws(paths: Sequence[Path], what: SimulationCase) -> tuple[CarrierLaw, ...]:
+def _laws(paths: Sequence[Path], what: SimulationCase) -> tuple[Law, ...]:
     """Laws of files, all of the case's rig."""
     laws = []
     for path in paths:
-        law = read_measured_law(path)
-        if not isinstance(law, CarrierLaw):
+        law = read_law(path)
+        if law.kind != CARRIER:
             raise ValueError(
                 f"{path}: law '{law.name}' is not of a carrier, which the case is; expected a law "
-                f"file of the format {CARRIER_LAW_FILE.format}"
+                f"file of kind {CARRIER}"
             )
         refuse_other_rig(law, int(what.rig["n_planets"]), float(what.rig["sensor_radius"]))
         laws.append(law)

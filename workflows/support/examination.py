@@ -15,7 +15,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
-from carrierflex.simulation.law_files import MeasuredLaw
+from carrierflex.simulation.laws import Law
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class ExaminedCampaign:
         Whether the noise floor was declared or comes from repeats.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves.
-    laws : tuple of MeasuredLaw
+    laws : tuple of Law
         Laws of files.
     """
 
@@ -43,7 +43,7 @@ class ExaminedCampaign:
     problem: ComparisonProblem
     floor_is_measured: bool
     curves: Curves | None = None
-    laws: tuple[MeasuredLaw, ...] = ()
+    laws: tuple[Law, ...] = ()
 
     def baseline(self, fit: EffectFit | None = None) -> BaselineCheck:
         """Findings with the baseline; `fit` where a diagnosis made it already."""
@@ -77,7 +77,7 @@ class ExaminedCampaign:
 
 
 def examined(
-    campaign: Campaign, curves: Curves | None = None, laws: Sequence[MeasuredLaw] = ()
+    campaign: Campaign, curves: Curves | None = None, laws: Sequence[Law] = ()
 ) -> ExaminedCampaign:
     """Look at the records of a campaign and make its comparison problem.
 
@@ -87,7 +87,7 @@ def examined(
         Measured runs.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves, which kind carrier asks for.
-    laws : sequence of MeasuredLaw
+    laws : sequence of Law
         Laws of files, further candidates.
 
     Returns

@@ -30,15 +30,8 @@ from carrierflex.identification.logs.map_tables import (
     MountingMapDocument,
 )
 from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
-from carrierflex.simulation.carrier.measured_laws.carrier_law_tables import CarrierLawDocument
-from carrierflex.simulation.element.law_tables import LawDocument
-from carrierflex.simulation.element.memory_law_tables import MemoryLawDocument
-from carrierflex.simulation.element.surface_law_tables import SurfaceLawDocument
+from carrierflex.simulation.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
-from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import BushingLawDocument
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_law_tables import (
-    BushingMemoryLawDocument,
-)
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 from carrierflex.workflows.support import result_documents as results
 from carrierflex.workflows.support import study_documents as studies
@@ -65,12 +58,7 @@ _DOCUMENTS: dict[str, Any] = {
     "carrier case": CarrierCaseDocument,
     "mounting case": MountingCaseDocument,
     "stage case": StageCaseDocument,
-    "element law": LawDocument,
-    "memory law": MemoryLawDocument,
-    "surface law": SurfaceLawDocument,
-    "bushing law": BushingLawDocument,
-    "bushing memory law": BushingMemoryLawDocument,
-    "carrier law": CarrierLawDocument,
+    "law": LawDocument,
 }
 
 #: Document of every kind of JSON file, by the name of the file.

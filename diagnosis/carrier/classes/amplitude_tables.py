@@ -1,7 +1,7 @@
 """Tables of a class: amplitudes of its waves over the loads, from the fit of an answer."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,17 +10,15 @@ from carrierflex.diagnosis.carrier.classes.dependence import LoadFunction, load_
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     BY_BOTH,
     BY_TORQUE,
     NONE,
     TIME,
-    CarrierLaw,
-    LawPart,
-    WaveTable,
+    Columns,
 )
-from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import offset as offset_columns
+from carrierflex.simulation.laws import CARRIER, Law, Wave
 
 #: Points of a table: of a cubic of the torque, of a parabola in time, and of a function of the
 #: radial load that bends at 15 % of the largest one, all within a thousandth of their size.
@@ -75,7 +73,7 @@ class VisitedLoads:
 
 def law_of_class(
     scores: ClassScores, name: str, held: HeldOutSquares, visited: VisitedLoads
-) -> CarrierLaw | None:
+) -> Law | None:
     """Measured shape of one class of an answer as a law, without name.
 
     Parameters
@@ -91,7 +89,7 @@ def law_of_class(
 
     Returns
     -------
-    CarrierLaw or None
+    Law or None
         None where a class has no pattern at the rim, the records do not tell what it follows, or
         its amplitudes are rounding only.
     """
@@ -99,20 +97,22 @@ def law_of_class(
     known = {shape.id: shape for shape in shapes()}
     if pattern not in known or way_of(name) == UNDETERMINED:
         return None
-    parts: list[LawPart] = []
+    waves: list[Wave] = []
     for group, fitted in _fitted(scores, name, held).items():
         dependence = group.rpartition(":")[2]
         if dependence == TIME:
-            parts += _parts_in_time(fitted, visited)
+            waves += _waves_in_time(fitted, visited)
             continue
         columns = known[pattern].columns[dependence](visited.quantities, visited.n_planets)
         functions = load_functions(visited.n_torques)[dependence].functions
         c = fitted.reshape(len(functions), -1) @ visited.weights[group]
-        parts += tabulated_parts(dependence, functions, c, columns, visited)
-    kept = _without_rounding(parts)
-    if not kept:
+        waves += tabulated_waves(dependence, functions, c, columns, visited)
+    largest = max((_size(wave) for wave in waves), default=0.0)
+    shown = tuple(wave for wave in waves if _size(wave) > _ROUNDING * largest)
+    if not shown:
         return None
-    return CarrierLaw("", pattern, visited.n_planets, visited.sensor_radius, kept, visited.ranges)
+    rig = {"n_planets": visited.n_planets, "sensor_radius": visited.sensor_radius}
+    return Law("", CARRIER, pattern, ("N", "m"), shown, visited.ranges, rig)
 
 
 def _fitted(scores: ClassScores, name: str, held: HeldOutSquares) -> dict[str, FloatArray]:
@@ -124,14 +124,14 @@ def _fitted(scores: ClassScores, name: str, held: HeldOutSquares) -> dict[str, F
     }
 
 
-def tabulated_parts(
+def tabulated_waves(
     dependence: str,
     functions: Sequence[LoadFunction],
     c: FloatArray,
     columns: Columns,
     visited: VisitedLoads,
-) -> list[LawPart]:
-    """Parts of a law from the amplitudes of a pattern that follows the loads in one way.
+) -> list[Wave]:
+    """Waves of a law from the amplitudes of a pattern that follows the loads in one way.
 
     Parameters
     ----------
@@ -147,19 +147,20 @@ def tabulated_parts(
         Loads of the records.
     """
     if dependence == NONE:
-        return [LawPart(NONE, np.empty(0), _waves(columns, c.T))]
+        return _waves(columns, c.T, NONE)
     torque, size = visited.scale[:2]
     if dependence == BY_TORQUE:
         x = np.linspace(*visited.ranges["torque"], _TORQUE_POINTS)
         zero = np.zeros_like(x)
         heights = np.array([function(x / torque, zero, zero) for function in functions])
-        return [LawPart(BY_TORQUE, x, _waves(columns, c.T @ heights))]
+        return _waves(columns, c.T @ heights, BY_TORQUE, x)
     x = np.linspace(0.0, visited.largest_size, _LOAD_POINTS)
     # The torque is a factor beside the table where both loads make an amplitude.
     per_torque = 1.0 / torque if dependence == BY_BOTH else 1.0
     return [
-        LawPart(dependence, x, _waves(columns, per_torque * (c.T @ heights)), along)
+        wave
         for along, heights in _along(functions, x / size).items()
+        for wave in _waves(columns, per_torque * (c.T @ heights), dependence, x, along)
     ]
 
 
@@ -190,45 +191,33 @@ def _along(functions: Sequence[LoadFunction], r: FloatArray) -> dict[str, FloatA
     }
 
 
-def _parts_in_time(c: FloatArray, visited: VisitedLoads) -> list[LawPart]:
+def _waves_in_time(c: FloatArray, visited: VisitedLoads) -> list[Wave]:
     """Offset of all sensors that changes as a parabola from the start of a run to its end."""
     x = np.linspace(0.0, 1.0, _TIME_POINTS)
     u = 2.0 * x - 1.0
     columns = offset_columns(visited.quantities)
     drift = np.array([c[0] * u + c[1] * u**2] * len(columns))
-    return [LawPart(TIME, x, _waves(columns, drift))]
+    return _waves(columns, drift, TIME, x)
 
 
-def _waves(columns: Columns, amplitudes: FloatArray) -> tuple[WaveTable, ...]:
-    """Tables of the waves that some columns of a pattern are made of.
-
-    Parameters
-    ----------
-    columns : tuple of PatternColumn
-        Columns.
-    amplitudes : ndarray, shape (n_columns, n)
-        Amplitude of each over the abscissa.
-    """
+def _waves(
+    columns: Columns,
+    amplitudes: FloatArray,
+    follows: str,
+    x: FloatArray | None = None,
+    along: str = "",
+) -> list[Wave]:
+    """Waves that some columns of a pattern are made of; amplitudes of each column over x."""
     found: dict[tuple[str, int, int], FloatArray] = {}
     for column, own in zip(columns, amplitudes, strict=True):
         for wave in column.waves:
             key = (column.quantity, column.order, wave.lobes)
             added = np.array([wave.cosine * own, wave.sine * own])
             found[key] = found.get(key, 0.0) + added
-    return tuple(WaveTable(*key, cosine, sine) for key, (cosine, sine) in found.items())
+    x = np.empty(0) if x is None else x
+    return [Wave(*key, follows, cosine, sine, x, along) for key, (cosine, sine) in found.items()]
 
 
-def _without_rounding(parts: Sequence[LawPart]) -> tuple[LawPart, ...]:
-    """Parts and waves whose amplitudes are more than rounding beside the largest of all."""
-    largest = max((_size(wave) for part in parts for wave in part.waves), default=0.0)
-    found = []
-    for part in parts:
-        waves = tuple(wave for wave in part.waves if _size(wave) > _ROUNDING * largest)
-        if waves:
-            found.append(replace(part, waves=waves))
-    return tuple(found)
-
-
-def _size(wave: WaveTable) -> float:
+def _size(wave: Wave) -> float:
     """Largest amplitude of a wave."""
     return float(max(np.abs(wave.cosine).max(), np.abs(wave.sine).max()))

@@ -74,14 +74,11 @@ def carrier_class_answer(
         shares,
         decision,
         rivals_of(scores, decision, own.sizes),
-        shape_of=lambda scores, name, held, law: None,
+        shape_of=lambda scores, name, held, law: (
+            None,
+            law_of_class(scores, name, held, own.visited),
+        ),
         note="; ".join(_notes(model, is_open=is_open)),
-    )
-    findings = tuple(
-        replace(
-            own_class, carrier_law=law_of_class(scores, own_class.id, decision.held, own.visited)
-        )
-        for own_class in answer.classes
     )
     # Laws with values by run say nothing of a condition that is held out.
     classes_of_law = {**answer.classes_of_law, **classes_holding(by_run)}
@@ -89,7 +86,6 @@ def carrier_class_answer(
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), candidates)
     return replace(
         answer,
-        classes=findings,
         classes_of_law=ordered,
         same_scores=True,
         law_sets=(*laws, *_with_values_by_run(laws, by_run)),

@@ -5,19 +5,17 @@ from dataclasses import dataclass
 from functools import partial
 
 from carrierflex.identification.campaign.order_analysis import highest_order
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     BY_BOTH,
     BY_RADIAL_LOAD,
     BY_TORQUE,
-    NONE,
-    TIME,
-)
-from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     MODULATED,
+    NONE,
     OFFSET,
     PLANET_PASS,
     SADDLE,
     TILT,
+    TIME,
     TURNING_TILT,
     UNEVEN,
     WAVES,

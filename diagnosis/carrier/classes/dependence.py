@@ -11,7 +11,7 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.records.columns import CONSTANT, FORCE_Y, FORCE_Z, TORQUE
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     BY_BOTH,
     BY_RADIAL_LOAD,
     BY_TORQUE,

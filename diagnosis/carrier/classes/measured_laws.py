@@ -1,30 +1,27 @@
-"""Measured shapes of a carrier as laws: from an answer by class to tables, then to effects."""
+"""Measured laws of a carrier: from an answer by class to a law, from a law to an effect."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from carrierflex.diagnosis.carrier.classes.catalogue import UNDETERMINED
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
-from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
-from carrierflex.diagnosis.classes.shapes.kept_laws import kept_finding, law_name, named_by_law
-from carrierflex.diagnosis.classes.shapes.visited_range import visited_range_warning
+from carrierflex.diagnosis.classes.shapes.measured_laws import (
+    SIZE,
+    law_of_class,
+    visited_range_warning,
+)
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.carrier.effect import Effect
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
-    LOADS_OF,
-    CarrierLaw,
-    law_signal,
-    refuse_other_rig,
-)
-from carrierflex.simulation.carrier.measured_laws.rim_patterns import RIM_PATTERNS
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import law_signal, refuse_other_rig
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import LOADS_OF, RIM_PATTERNS
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
-from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.laws import Law, Wave
 
 #: Units of the loads, in the order of the records' columns.
 _UNITS: Mapping[str, str] = {"torque": "N m", "ntl_y": "N along y", "ntl_z": "N along z"}
@@ -32,9 +29,7 @@ _UNITS: Mapping[str, str] = {"torque": "N m", "ntl_y": "N along y", "ntl_z": "N 
 _RIPPLE = 0.02
 
 
-def carrier_law_of_answer(
-    answer: ClassAnswer, campaign: str, wanted: str | None = None
-) -> CarrierLaw:
+def carrier_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
     """Measured shape of a class of the answer.
 
     Parameters
@@ -44,12 +39,12 @@ def carrier_law_of_answer(
     campaign : str
         Name of the campaign.
     wanted : str, optional
-        Frame and pattern; without, those of the class of the largest share.
+        Frame and pattern; default: those of the class of the largest share.
 
     Returns
     -------
-    CarrierLaw
-        Its tables.
+    Law
+        Its waves.
 
     Raises
     ------
@@ -57,30 +52,29 @@ def carrier_law_of_answer(
         Where no class is named or leading, the answer has not the wanted one, it has no pattern at
         the rim, or the records do not tell what it follows.
     """
-    tables = {
+    names = {
         finding.id: shape_of(finding.id)
         for finding in answer.classes
         if shape_of(finding.id) in RIM_PATTERNS
     }
-    # A law of a table is refused by the list of all where the answer holds none.
-    tables = tables or {pattern: pattern for pattern in RIM_PATTERNS}
-    name, finding = kept_finding(answer, tables, wanted)
-    if way_of(finding.id) == UNDETERMINED:
-        raise ValueError(
-            f"no law to save: the records do not tell what '{name}' follows; expected three "
-            "torques or more"
-        )
-    if finding.carrier_law is None:
-        raise named_by_law(name, finding)
-    return replace(finding.carrier_law, name=law_name(name, campaign), measured_on=campaign)
+    # A class without pattern is refused by the list of all where the answer holds none.
+    names = names or {pattern: pattern for pattern in RIM_PATTERNS}
+    return law_of_class(answer, campaign, names, wanted, _refusal)
 
 
-def effects_of_laws(laws: Sequence[CarrierLaw], campaign: Campaign) -> tuple[Effect, ...]:
+def _refusal(name: str, finding: ClassFinding) -> str:
+    """Why a class with a pattern has no law."""
+    if way_of(finding.id) != UNDETERMINED:
+        return ""
+    return f"the records do not tell what '{name}' follows; expected three torques or more"
+
+
+def effects_of_laws(laws: Sequence[Law], campaign: Campaign) -> tuple[Effect, ...]:
     """Effects of measured laws: one parameter, the size, one where the shape is as measured.
 
     Parameters
     ----------
-    laws : sequence of CarrierLaw
+    laws : sequence of Law
         Laws.
     campaign : Campaign
         Records that they are a candidate for.
@@ -95,39 +89,42 @@ def effects_of_laws(laws: Sequence[CarrierLaw], campaign: Campaign) -> tuple[Eff
     return tuple(map(_effect_of, laws))
 
 
-def _effect_of(law: CarrierLaw) -> Effect:
-    follows = " and ".join(own.replace("_", " ") for own in law.follows)
+def _effect_of(law: Law) -> Effect:
+    follows = " and ".join(own.replace("_", " ") for own in _followed(law))
     return Effect(
         law.name,
-        equation=f"size x measured tables of {law.pattern}, which follows {follows}",
-        parameters=(EffectParameter("size", "1", 0.0, np.inf, scale=1.0),),
+        equation=f"size x measured tables of {law.effect_class}, which follows {follows}",
+        parameters=(SIZE,),
         signature="that of its tables",
         pattern=partial(_signals, law),
     )
 
 
-def _signals(
-    law: CarrierLaw, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
-) -> FloatArray:
+def _followed(law: Law) -> tuple[str, ...]:
+    """What its waves follow, each once."""
+    return tuple(dict.fromkeys(wave.follows for wave in law.of(Wave)))
+
+
+def _signals(law: Law, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
     """Signal of a law of size one, shape (1, n)."""
     return law_signal(law, sensor, inputs)[None]
 
 
 def beyond_visited(
-    law: CarrierLaw, records: CarrierSums, runs: Sequence[str]
+    law: Law, records: CarrierSums, runs: Sequence[str]
 ) -> tuple[CampaignWarning, ...]:
     """Warning where records leave the loads at which a law was measured; empty where none does.
 
     Parameters
     ----------
-    law : CarrierLaw
+    law : Law
         Law.
     records : CarrierSums
         Loads of every revolution.
     runs : sequence of str
         Names of the runs.
     """
-    followed = {load for follows in law.follows for load in LOADS_OF[follows]}
+    followed = {load for follows in _followed(law) for load in LOADS_OF[follows]}
     found: list[tuple[float, CampaignWarning]] = []
     for column, (load, unit) in enumerate(_UNITS.items()):
         if load not in followed:
@@ -138,8 +135,7 @@ def beyond_visited(
         share = float(np.mean(away > near))
         if share > 0.0:
             warning = visited_range_warning(
-                law.name,
-                law.pattern,
+                law,
                 share=share,
                 reached=values,
                 table=table,
@@ -150,7 +146,7 @@ def beyond_visited(
     return (max(found, key=lambda own: own[0])[1],) if found else ()
 
 
-def _largest(law: CarrierLaw, load: str) -> float:
+def _largest(law: Law, load: str) -> float:
     """Largest load of a kind in the records that gave a law."""
     alike = ("ntl_y", "ntl_z") if load != "torque" else ("torque",)
     return max(abs(end) for own in alike for end in law.visited[own])

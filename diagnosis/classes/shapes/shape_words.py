@@ -4,7 +4,7 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.results import BesideCurve
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.simulation.element.tabulated_laws import (
+from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
     RESTORING_FORCE,

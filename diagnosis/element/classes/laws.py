@@ -11,19 +11,25 @@ from carrierflex.diagnosis.classes.memory_columns import (
     stops,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.memory_parts import memory_law_force
+from carrierflex.diagnosis.element.classes.memory_parts import memory_force
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.identification.campaign.signals import band_end, change_over
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
-from carrierflex.simulation.element.memory_laws import HYSTERESIS, MEMORY, MemoryLaw
-from carrierflex.simulation.element.surface_laws import FORCE_SURFACE
+from carrierflex.simulation.element.law_forces import ElementLaw
+from carrierflex.simulation.element.memory_laws import MemoryParts
 from carrierflex.simulation.force_laws import Force
+from carrierflex.simulation.laws import (
+    COUPLED_DAMPING,
+    DISSIPATION,
+    FORCE_SURFACE,
+    HYSTERESIS,
+    MEMORY,
+    RESTORING_FORCE,
+    TABULATED,
+)
 
-RESTORING_FORCE = "restoring_force"
-DISSIPATION = "dissipation"
 DELAY = "delay"
-COUPLED_DAMPING = "coupled_damping"
 TIME_VARIATION = "time_variation"
 DRIVE_SIDE = "drive_side"
 
@@ -97,19 +103,24 @@ class MotionSize:
         return self.half_range / self.speed
 
 
-def classes_of(law: str, memory: Mapping[str, MemoryLaw]) -> tuple[str, ...]:
-    """Classes that hold a law; of a user's law f(q, v) those of any surface.
+def classes_of(law: str, measured: Mapping[str, ElementLaw]) -> tuple[str, ...]:
+    """Classes that hold a law; of a user's law f(q, v) and of a table those of any surface.
 
     Parameters
     ----------
     law : str
         Effect.
-    memory : mapping of str to MemoryLaw
-        Measured laws with a memory.
+    measured : mapping of str to ElementLaw
+        Measured laws.
     """
-    if law in memory:
-        return (memory[law].effect_class,)
+    if _has_parts(law, measured):
+        return (measured[law].effect_class,)
     return CLASSES_OF_LAW.get(law, (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING, FORCE_SURFACE))
+
+
+def _has_parts(law: str, measured: Mapping[str, ElementLaw]) -> bool:
+    """Whether a law is a measured one with parts beside its table."""
+    return law in measured and measured[law].effect_class not in TABULATED
 
 
 def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSize) -> FloatArray:
@@ -131,11 +142,12 @@ def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSiz
     ndarray, shape (n_shapes, n_columns, n)
         Force for unit amplitude.
     """
-    if law in model.memory:
-        force = memory_law_force(model.memory[law], own)
+    if _has_parts(law, model.measured):
+        parts = model.measured[law].parts
+        force = memory_force(parts, own)
         if law in model.laws:
             force = force + _force_along(model.laws[law], own)
-            force = force + _friction(model.memory[law], own, size)
+            force = force + _friction(parts, own, size)
         return force[None, None]
     if law == "sensor_delay":
         sign = 1.0 if model.by_force else -1.0
@@ -218,11 +230,11 @@ def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> Floa
     return None
 
 
-def _friction(law: MemoryLaw, own: ForceRecord, size: MotionSize) -> FloatArray:
+def _friction(parts: MemoryParts, own: ForceRecord, size: MotionSize) -> FloatArray:
     """Dry friction of a surface along the motion of a run, shape (n,)."""
-    if not law.levels.size:
+    if not parts.levels.size:
         return np.zeros(own.x.size)
-    nodes, levels = law.levels.T
+    nodes, levels = parts.levels.T
     return np.asarray(np.interp(own.x, nodes, levels) * _sign(own.v, size))
 
 

@@ -1,6 +1,7 @@
 """Classes with a memory as parts: weights of a class's columns, force of a law along a motion."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import gamma
@@ -14,7 +15,6 @@ from carrierflex.simulation.element.memory_laws import (
     FIRST_FORCE,
     NO_PARTS,
     STIFFNESS,
-    MemoryLaw,
     MemoryParts,
     StopPlaces,
     flat_parts,
@@ -87,12 +87,12 @@ def parts_of_branches(taus: FloatArray, weights: FloatArray) -> MemoryParts:
     return MemoryParts(NO_PARTS.stops, rows[rows[:, STIFFNESS] > 0.0], NO_PARTS.levels)
 
 
-def memory_law_force(law: MemoryLaw, own: ForceRecord) -> FloatArray:
+def memory_force(parts: MemoryParts, own: ForceRecord) -> FloatArray:
     """Force of a law's parts along the motion of a run, begun as the class's columns are.
 
     Shape (n,); dry friction, which has no memory, is not in it.
     """
-    parts = flat_parts(MemoryParts(law.stops, law.branches, NO_PARTS.levels, law.loops))
+    flat = flat_parts(replace(parts, levels=NO_PARTS.levels))
     return along(
-        lambda x, moved: forces_along(x, own.step, moved), own.x, parts, from_rest=own.from_rest
+        lambda x, moved: forces_along(x, own.step, moved), own.x, flat, from_rest=own.from_rest
     )

@@ -390,4 +390,4 @@ def laws_by_class(layout: Layout, model: ElementModel) -> dict[str, tuple[LawCol
 
 
 def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:
-    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law, model.memory)
+    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law, model.measured)

@@ -1,13 +1,17 @@
-"""Measured shapes of the bushings as laws: from the answer by class to tables, then to a card."""
+"""Measured laws of the bushings: from the answer by class to a law, from a law to a card."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.classes.shapes.kept_laws import kept_shape, law_name
-from carrierflex.diagnosis.classes.shapes.visited_range import visited_range_warning
+from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
+from carrierflex.diagnosis.classes.shapes.measured_laws import (
+    SIZE,
+    law_of_class,
+    visited_range_warning,
+)
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.cards import KIND
@@ -23,36 +27,24 @@ from carrierflex.diagnosis.mounting.classes.rigid_body import rigid_body
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.simulation.effect_parameters import EffectParameter
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
-    BOTH,
-    PORT,
-    RADIAL,
-    STARBOARD,
-    BushingLaw,
-    BushingPart,
-    MeasuredBushingLaw,
-)
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import BushingMemoryLaw
+from carrierflex.simulation.laws import BOTH, PORT, RADIAL, STARBOARD, Law, Table
 
-#: Classes that are kept, and what files call them.
-_KEPT: Mapping[str, str] = {
+#: Classes that a law file holds, and what it calls them.
+_NAMES: Mapping[str, str] = {
     name: name.rpartition("/")[2] for name in (FORCE, DISSIPATION, COUPLED, HYSTERESIS, MEMORY)
 }
 _EQUATIONS = {
-    _KEPT[FORCE]: "f(u) of measured tables",
-    _KEPT[DISSIPATION]: "g(v) of measured tables",
-    _KEPT[COUPLED]: "h(u) v of measured tables",
-    _KEPT[HYSTERESIS]: "the stops of a measured loop",
-    _KEPT[MEMORY]: "the branches of a measured relaxation",
+    _NAMES[FORCE]: "f(u) of measured tables",
+    _NAMES[DISSIPATION]: "g(v) of measured tables",
+    _NAMES[COUPLED]: "h(u) v of measured tables",
+    _NAMES[HYSTERESIS]: "the stops of a measured loop",
+    _NAMES[MEMORY]: "the branches of a measured relaxation",
 }
 #: Share of the largest force from which a step at rest is dry friction: what is drawn as zero.
 _FRICTION = 0.05
 
 
-def bushing_law_of_answer(
-    answer: ClassAnswer, campaign: str, wanted: str | None = None
-) -> MeasuredBushingLaw:
+def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
     """Measured shape of a class of the answer.
 
     Parameters
@@ -62,37 +54,43 @@ def bushing_law_of_answer(
     campaign : str
         Name of the campaign.
     wanted : str, optional
-        Class as its table calls it; without, the one of the largest share.
+        Class as its law calls it; default: the one of the largest share.
 
     Returns
     -------
-    BushingLaw or BushingMemoryLaw
+    Law
         Tables without what the linear bushings take up; stops or branches of a class with a memory.
 
     Raises
     ------
     ValueError
-        Where no class is named or leading, the answer has not the wanted one, it has no table, or
+        Where no class is named or leading, the answer has not the wanted one, it has no law, or
         holds dry friction.
     """
-    name, shape = kept_shape(answer, _KEPT, wanted)
-    if isinstance(shape.memory, BushingMemoryLaw):
-        return replace(shape.memory, name=law_name(name, campaign), measured_on=campaign)
-    largest = max(float(np.abs(part.y).max()) for part in shape.parts)
-    if max(shape.steps) > _FRICTION * max(largest, max(shape.steps)):
-        raise ValueError(
-            f"no law to save: '{name}' holds dry friction of {max(shape.steps):.3g} N at rest, "
-            "which no table of a bushing does; expected a force that is continuous in the speed"
-        )
-    return BushingLaw(law_name(name, campaign), name, shape.parts, campaign)
+    return law_of_class(answer, campaign, _NAMES, wanted, _refusal)
 
 
-def law_cards(laws: Sequence[MeasuredBushingLaw]) -> tuple[EffectCard, ...]:
+def _refusal(name: str, finding: ClassFinding) -> str:
+    """Why a class whose shape was measured has no law."""
+    tables = finding.measured_law.of(Table) if finding.measured_law else ()
+    if not tables or finding.shape is None:
+        return ""
+    step = max(finding.shape.steps)
+    largest = max(float(np.abs(table.y).max()) for table in tables)
+    if step <= _FRICTION * max(largest, step):
+        return ""
+    return (
+        f"'{name}' holds dry friction of {step:.3g} N at rest, which no table of a bushing does; "
+        "expected a force that is continuous in the speed"
+    )
+
+
+def law_cards(laws: Sequence[Law]) -> tuple[EffectCard, ...]:
     """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
 
     Parameters
     ----------
-    laws : sequence of MeasuredBushingLaw
+    laws : sequence of Law
         Laws.
     """
     return tuple(
@@ -100,7 +98,7 @@ def law_cards(laws: Sequence[MeasuredBushingLaw]) -> tuple[EffectCard, ...]:
             law.name,
             KIND,
             f"size x {_EQUATIONS[law.effect_class]} in the bushings",
-            (EffectParameter("size", "1", 0.0, np.inf, scale=1.0),),
+            (SIZE,),
             "that of its measured shape",
         )
         for law in laws
@@ -108,7 +106,7 @@ def law_cards(laws: Sequence[MeasuredBushingLaw]) -> tuple[EffectCard, ...]:
 
 
 def beyond_visited(
-    law: MeasuredBushingLaw,
+    law: Law,
     model: MountingModel,
     records: Sequence[MountingRecord],
     linear: FloatArray,
@@ -117,7 +115,7 @@ def beyond_visited(
 
     Parameters
     ----------
-    law : MeasuredBushingLaw
+    law : Law
         Law.
     model : MountingModel
         Baseline and library.
@@ -132,45 +130,45 @@ def beyond_visited(
     bare = replace(model, contained=())
     predicted = [bare.predicted(record, (), linear, {}) for record in records]
     motions = bushing_motions(body, records, predicted)
-    parts = _ranges(law)
-    shares = np.array([[_outside(law, part, own).mean() for own in motions] for part in parts])
+    tables = law.of(Table) or tuple(
+        Table(BOTH, np.array(ends), np.zeros(2), RADIAL) for ends in law.visited.values()
+    )
+    along_speed = law.effect_class == _NAMES[DISSIPATION]
+    reached = [
+        [_abscissa(table, own, along_speed=along_speed) for own in motions] for table in tables
+    ]
+    shares = np.array(
+        [
+            [float(_is_outside(table, values).mean()) for values in of_table]
+            for table, of_table in zip(tables, reached, strict=True)
+        ]
+    )
     sizes = np.array([own.u.shape[2] for own in motions])
-    by_part = shares @ sizes / sizes.sum()
-    worst = int(np.argmax(by_part))
-    share = float(by_part[worst])
+    by_table = shares @ sizes / sizes.sum()
+    worst = int(np.argmax(by_table))
+    share = float(by_table[worst])
     if not share > 0.0:
         return ()
-    part = parts[worst]
     warning = visited_range_warning(
-        law.name,
-        law.effect_class,
+        law,
         share=share,
-        reached=np.concatenate([_abscissa(law, part, own).ravel() for own in motions]),
-        table=part.x,
-        unit="m/s" if law.along_speed else "m",
+        reached=np.concatenate([values.ravel() for values in reached[worst]]),
+        table=tables[worst].x,
+        unit="m/s" if along_speed else "m",
         run=motions[int(np.argmax(shares[worst]))].record.name,
     )
     return (warning,)
 
 
-def _ranges(law: MeasuredBushingLaw) -> tuple[BushingPart, ...]:
-    """Tables of a law; of one with a memory the deflections that were visited."""
-    if isinstance(law, BushingLaw):
-        return law.parts
-    ends = np.array([0.0, law.visited])
-    return (BushingPart(RADIAL, BOTH, ends, np.zeros(2)),)
-
-
-def _abscissa(law: MeasuredBushingLaw, part: BushingPart, own: BushingMotion) -> FloatArray:
-    """Deflection or speed of the bushings of a part, shape (m, n)."""
-    motion = own.v if law.along_speed else own.u
-    chosen = {STARBOARD: motion[:1], PORT: motion[1:]}.get(part.bushing, motion)
-    if part.acts == RADIAL:
+def _abscissa(table: Table, own: BushingMotion, *, along_speed: bool) -> FloatArray:
+    """Deflection or speed of the bushings of a table, shape (m, n)."""
+    motion = own.v if along_speed else own.u
+    chosen = {STARBOARD: motion[:1], PORT: motion[1:]}.get(table.acts_on, motion)
+    if table.plane == RADIAL:
         return np.asarray(np.hypot(chosen[:, 0], chosen[:, 1]))
     return chosen.reshape(-1, motion.shape[2])
 
 
-def _outside(law: MeasuredBushingLaw, part: BushingPart, own: BushingMotion) -> FloatArray:
-    """Whether a sample leaves the table of a part, shape (n,)."""
-    values = _abscissa(law, part, own)
-    return np.asarray(((values < part.x[0]) | (values > part.x[-1])).any(axis=0), dtype=np.float64)
+def _is_outside(table: Table, values: FloatArray) -> NDArray[np.bool_]:
+    """Whether a sample leaves a table, shape (n,)."""
+    return np.asarray(((values < table.x[0]) | (values > table.x[-1])).any(axis=0))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.answer import ShapeAndLaw
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import NearestLaw
 from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
@@ -34,19 +35,19 @@ from carrierflex.diagnosis.mounting.classes.forces import ForceGroup, force_grou
 from carrierflex.diagnosis.mounting.classes.laws import law_forces
 from carrierflex.diagnosis.mounting.classes.motion import BushingMotion
 from carrierflex.diagnosis.mounting.classes.table import MountingTable
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+from carrierflex.simulation.laws import (
     APART,
     BOTH,
+    MOUNTING,
     PORT,
     RADIAL,
     SMOOTH,
     STARBOARD,
-    BushingPart,
-)
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
-    BushingBranch,
-    BushingMemoryLaw,
-    BushingStop,
+    Branch,
+    Law,
+    Part,
+    Stop,
+    Table,
 )
 
 #: Ways of a group's force, in the order of the groups of a class.
@@ -106,8 +107,8 @@ def measured_shape(
     name: str,
     held: HeldOutSquares,
     law: NearestLaw,
-) -> MeasuredShape | None:
-    """Curve of one class of an answer.
+) -> ShapeAndLaw:
+    """Curve of one class of an answer, and the law without a name that it makes.
 
     Parameters
     ----------
@@ -128,11 +129,11 @@ def measured_shape(
 
     Returns
     -------
-    MeasuredShape or None
-        None for a class that is no force of the bushings.
+    tuple of (MeasuredShape or None, Law or None)
+        None for a class that is no force of the bushings, and for one that no file holds.
     """
     if shape_of(name) not in FORCE_GROUPS:
-        return None
+        return None, None
     fit = _fit(shares, classes, scores, name, held)
     groups = {group.id: group for group in force_groups(own.size)}
     curves = {side: _side_curve(own, fit, groups, side) for side in fit.sides}
@@ -144,8 +145,8 @@ def measured_shape(
     band = band_of(draws[0], draws[1:])
     words = [_words(fit, x, draws[0], band, units), fit.words]
     words += [_beside_words(first, side, draws[0], found[side][1][0]) for side in others]
-    parts, steps = _parts(own, fit, groups)
-    return MeasuredShape(
+    parts, steps = _tables(own, fit, groups)
+    shape = MeasuredShape(
         x,
         draws[0],
         band,
@@ -156,9 +157,14 @@ def measured_shape(
         draws[0],
         steps,
         tuple(_beside(side, *found[side]) for side in others),
-        parts,
-        _law_with_memory(own, fit),
     )
+    effect_class = fit.shape.rpartition("/")[2]
+    if fit.shape in (HYSTERESIS, MEMORY):
+        u, _ = own.counted((0, 1))
+        visited = {"deflection": (0.0, float(np.hypot(u[0], u[1]).max()))}
+        parts = _parts_with_memory(own, fit)
+        return shape, Law("", MOUNTING, effect_class, ("N", "m"), parts, visited)
+    return shape, Law("", MOUNTING, effect_class, ("N", "m"), parts) if parts else None
 
 
 def _beside(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
@@ -316,13 +322,13 @@ def _without(shape: str, x: FloatArray, draws: FloatArray, taken: FloatArray) ->
     return rest - np.array([np.interp(0.0, x, y) for y in rest])[:, None]
 
 
-def _parts(
+def _tables(
     own: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
-) -> tuple[tuple[BushingPart, ...], tuple[float, float]]:
+) -> tuple[tuple[Part, ...], tuple[float, float]]:
     """Tables of the law, and its largest steps at rest, which no table holds."""
     if fit.shape not in _KEPT:
         return (), (0.0, 0.0)
-    parts = []
+    tables = []
     steps = (0.0, 0.0)
     for act in fit.acts:
         alone = replace(fit, acts=(act,))
@@ -335,27 +341,23 @@ def _parts(
             if fit.shape == DISSIPATION:
                 y, risen = without_steps(x, y, own.size.rest_speed)
                 steps = (max(steps[0], risen[0]), max(steps[1], risen[1]))
-            parts.append(BushingPart(act, side, x, y))
-    return tuple(parts), steps
+            tables.append(Table(side, x, y, act))
+    return tuple(tables), steps
 
 
-def _law_with_memory(own: MountingTable, fit: _Fit) -> BushingMemoryLaw | None:
-    """Stops or branches of the fit as a law without a name; None for a class without a memory."""
-    if fit.shape not in (HYSTERESIS, MEMORY):
-        return None
-    parts: list[BushingStop | BushingBranch] = []
+def _parts_with_memory(own: MountingTable, fit: _Fit) -> tuple[Part, ...]:
+    """Stops or branches of the fit."""
+    parts: list[Part] = []
     for (side, act), drawn in fit.drawn.items():
         weights = drawn[0].tolist()
         if fit.shape == MEMORY:
             taus = zip(own.size.taus.tolist(), weights, strict=True)
-            parts += [BushingBranch(side, tau, weight) for tau, weight in taus if weight > 0.0]
+            parts += [Branch(side, tau, weight) for tau, weight in taus if weight > 0.0]
             continue
         yields = own.size.yields if act == APART else own.size.radial_yields
         slips = zip(yields.tolist(), weights, strict=True)
-        parts += [BushingStop(act, side, slip, weight) for slip, weight in slips if weight > 0.0]
-    u, _ = own.counted((0, 1))
-    effect_class = fit.shape.rpartition("/")[2]
-    return BushingMemoryLaw("", effect_class, tuple(parts), float(np.hypot(u[0], u[1]).max()))
+        parts += [Stop(side, slip, weight, act) for slip, weight in slips if weight > 0.0]
+    return tuple(parts)
 
 
 def _beside_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:

@@ -2,7 +2,6 @@
 
 import math
 
-from carrierflex.diagnosis.classes.shapes.kept_laws import is_kept
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -57,12 +56,12 @@ def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
             return "Measure where the classes differ before one is put into the simulation."
         return f"Do not put {names} into the simulation yet: measure where the rivals differ."
     if diagnosis.verdict == CLASS_NAMED and answer is not None:
-        if not any(finding.shape or finding.carrier_law for finding in answer.classes):
+        if not any(finding.shape or finding.measured_law for finding in answer.classes):
             return (
                 f"Look for the source of {class_names(answer)} in the machine and in the measuring "
                 "chain: no law of the library has it."
             )
-        if not any(map(is_kept, answer.classes)):
+        if not any(finding.measured_law for finding in answer.classes):
             return (
                 f"Look for what makes {class_names(answer)}: its measured shape is below, and no "
                 "law of the library follows it."

@@ -25,6 +25,22 @@ MODULATED = "housing/load_sharing"
 TURNING_TILT = "carrier/tilt"
 WAVES = "carrier/waves"
 UNEVEN = "carrier/load_sharing"
+#: What an amplitude follows: nothing, the torque, the radial load, both, the time of a run.
+NONE = "none"
+BY_TORQUE = "torque"
+BY_RADIAL_LOAD = "radial_load"
+BY_BOTH = "load_sharing"
+TIME = "time"
+#: Dependences whose abscissa is the size of the radial load, each along a direction.
+ALONG_LOAD = (BY_RADIAL_LOAD, BY_BOTH)
+#: Loads that a dependence follows.
+LOADS_OF: Mapping[str, tuple[str, ...]] = {
+    NONE: (),
+    BY_TORQUE: ("torque",),
+    BY_RADIAL_LOAD: ("ntl_y", "ntl_z"),
+    BY_BOTH: ("torque", "ntl_y", "ntl_z"),
+    TIME: (),
+}
 
 
 @dataclass(frozen=True)

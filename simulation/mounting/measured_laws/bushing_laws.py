@@ -1,8 +1,9 @@
-"""Laws of the bushings as tables: f, g with its rise at rest, h, linear between points.
+"""Measured laws of the bushings: f, g with its rise at rest, h, linear between points.
 
-Laws with a memory stand behind them in the same array.
+Laws with a memory stand behind them in the same array
+(:mod:`carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels`).
 
-A part acts in y and in z apart, ``f(u)``, ``g(v)``, ``h(u) v`` of each direction alone, or
+A table acts in y and in z apart, ``f(u)``, ``g(v)``, ``h(u) v`` of each direction alone, or
 radially: ``f(r) u / r`` along the deflection, ``g(w) v / w`` along the speed, ``h(r) v`` with the
 sizes r and w of deflection and speed in the plane. Beyond its table a force goes on with the slope
 of its end, damping with its end value. Forces are internal ones, positive against a positive
@@ -10,16 +11,24 @@ deflection.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from carrierflex.simulation.element.tabulated_laws import (
+from carrierflex.simulation.laws import (
+    APART,
+    BOTH,
     COUPLED_DAMPING,
-    DISSIPATION,
-    RESTORING_FORCE,
+    PORT,
+    RADIAL,
+    SMOOTH,
+    STARBOARD,
+    TABULATED,
+    Branch,
+    Law,
+    Stop,
+    Table,
     end_slopes,
 )
 from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import (
@@ -28,24 +37,12 @@ from carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels import
     moved_every,
     part_forces,
 )
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
-    BushingMemoryLaw,
-    BushingStop,
-)
 
 Array = NDArray[np.float64]
 
-#: In y and in z apart, or along deflection or speed in the plane.
-APART, RADIAL = "apart", "radial"
-#: Of a stop: in the plane, giving way along its path.
-SMOOTH = "smooth"
-BOTH = "both"
-STARBOARD = "starboard"
-PORT = "port"
-#: Numbers that stand for them in the packed tables.
-_ACTS: Mapping[str, int] = {APART: 0, RADIAL: 1, SMOOTH: 2}
+#: Numbers that stand for these words in the packed tables.
+_PLANES: Mapping[str, int] = {APART: 0, RADIAL: 1, SMOOTH: 2}
 _BUSHINGS: Mapping[str, int] = {BOTH: -1, STARBOARD: 0, PORT: 1}
-_CLASSES: Mapping[str, int] = {RESTORING_FORCE: 0, DISSIPATION: 1, COUPLED_DAMPING: 2}
 #: Numbers of a packed part before its points.
 _HEAD = 7
 #: Number of tables, and where the parts with a memory begin, before the tables.
@@ -54,66 +51,13 @@ _FIRST = 2
 _SHARE, _LEAST = 1e-5, 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class BushingPart:
-    """One table of a law.
-
-    Parameters
-    ----------
-    acts : str
-        :data:`APART` or :data:`RADIAL`.
-    bushing : str
-        :data:`BOTH`, :data:`STARBOARD` or :data:`PORT`.
-    x : ndarray, shape (n,)
-        Deflection [m], or speed [m/s], increasing; of a radial part its size, from zero.
-    y : ndarray, shape (n,)
-        Force [N], or damping [N s/m]; of a radial force zero at zero.
-    """
-
-    acts: str
-    bushing: str
-    x: Array
-    y: Array
-
-
-@dataclass(frozen=True, eq=False)
-class BushingLaw:
-    """Measured shape of one class of force of the bushings.
-
-    Parameters
-    ----------
-    name : str
-        Id of the effect.
-    effect_class : str
-        One of :data:`carrierflex.simulation.element.tabulated_laws.TABULATED`.
-    parts : tuple of BushingPart
-        Tables whose forces add up.
-    measured_on : str
-        Campaign whose records gave it; empty where unknown.
-    """
-
-    name: str
-    effect_class: str
-    parts: tuple[BushingPart, ...]
-    measured_on: str = ""
-
-    @property
-    def along_speed(self) -> bool:
-        """Whether x is a speed."""
-        return self.effect_class == DISSIPATION
-
-
-#: Measured shape of a class of the bushings.
-MeasuredBushingLaw = BushingLaw | BushingMemoryLaw
-
-
-def packed_laws(laws: Sequence[tuple[MeasuredBushingLaw, float]]) -> Array:
+def packed_laws(laws: Sequence[tuple[Law, float]]) -> Array:
     """Laws and their sizes as one array, which compiled code reads.
 
     Parameters
     ----------
-    laws : sequence of (BushingLaw or BushingMemoryLaw, float)
-        Laws, each with the factor on its forces.
+    laws : sequence of (Law, float)
+        Laws of kind mounting, each with the factor on its forces.
 
     Returns
     -------
@@ -123,22 +67,24 @@ def packed_laws(laws: Sequence[tuple[MeasuredBushingLaw, float]]) -> Array:
         :func:`carrierflex.simulation.mounting.measured_laws.bushing_memory_kernels.flat_parts`.
     """
     values = [0.0, 0.0]
-    stops = []
-    branches = []
     for law, size in laws:
-        if isinstance(law, BushingMemoryLaw):
-            for own in law.parts:
-                if isinstance(own, BushingStop):
-                    stops.append(([_ACTS[own.acts], _BUSHINGS[own.bushing]], own, size))
-                else:
-                    branches.append((_BUSHINGS[own.bushing], own, size))
-            continue
-        values[0] += len(law.parts)
+        values[0] += len(law.of(Table))
         is_damping = law.effect_class == COUPLED_DAMPING
-        for part in law.parts:
-            low, high = (0.0, 0.0) if is_damping else end_slopes(part.x, part.y)
-            values += [_ACTS[part.acts], _BUSHINGS[part.bushing], _CLASSES[law.effect_class]]
-            values += [size, low, high, part.x.size, *part.x.tolist(), *part.y.tolist()]
+        for table in law.of(Table):
+            low, high = (0.0, 0.0) if is_damping else end_slopes(table.x, table.y)
+            values += [_PLANES[table.plane], _BUSHINGS[table.acts_on]]
+            values += [TABULATED.index(law.effect_class), size, low, high, table.x.size]
+            values += [*table.x.tolist(), *table.y.tolist()]
+    stops = [
+        (_PLANES[stop.plane], _BUSHINGS[stop.acts_on], stop.yield_deflection, size * stop.slip)
+        for law, size in laws
+        for stop in law.of(Stop)
+    ]
+    branches = [
+        (_BUSHINGS[branch.acts_on], branch.tau, size * branch.stiffness)
+        for law, size in laws
+        for branch in law.of(Branch)
+    ]
     if stops or branches:
         values[FIRST_PART] = float(len(values))
         values += flat_parts(stops, branches)

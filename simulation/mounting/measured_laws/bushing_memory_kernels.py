@@ -1,5 +1,12 @@
 """Compiled motion of the parts with a memory in the planes of both bushings.
 
+A stop is a spring in series with dry friction (Jenkins element; Iwan, J. Appl. Mech. 33 (1966)
+893). It acts in y and in z apart, ``force clip(z, -1, 1)`` of each direction alone, or radially: z
+is a vector in the plane, which returns along its own direction where it is longer than 1. Or it
+gives way smoothly along its path, ``dz = (du - |du| z) / yield deflection`` (Dahl, 1968), so that
+it forgets in small loops what it held. A branch is a spring in series with a damper (Maxwell),
+``dq/dt = du/dt - q / tau``, the same in y and in z. Parts are relaxed where a record begins.
+
 Parts stand behind the tables in one flat array, with their states and the room in which a step is
 tried. A straight motion from one state to the next is exact for branches and for stops that act in
 y and in z apart or give way smoothly; of stops in the plane that do not it is where they slip or
@@ -11,11 +18,6 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
-    BushingBranch,
-    BushingStop,
-)
 
 Array = NDArray[np.float64]
 
@@ -39,23 +41,23 @@ _STATES = 3 * _N
 
 
 def flat_parts(
-    stops: Sequence[tuple[Sequence[float], BushingStop, float]],
-    branches: Sequence[tuple[float, BushingBranch, float]],
+    stops: Sequence[tuple[float, float, float, float]],
+    branches: Sequence[tuple[float, float, float]],
 ) -> list[float]:
     """Parts, relaxed, with the room for a step.
 
     Parameters
     ----------
-    stops : sequence of (sequence of float, BushingStop, float)
-        Numbers of way and bushing, stop, factor on its force.
-    branches : sequence of (float, BushingBranch, float)
-        Number of the bushing, branch, factor on its force.
+    stops : sequence of (float, float, float, float)
+        Numbers of way and bushing, yield deflection, force at slip.
+    branches : sequence of (float, float, float)
+        Number of the bushing, relaxation time, stiffness.
     """
     values = [float(len(stops)), float(len(branches)), 0.0]
-    for numbers, stop, size in stops:
-        values += [*numbers, stop.yield_deflection, size * stop.force]
-    for number, branch, size in branches:
-        values += [number, branch.tau, size * branch.stiffness, 1.0, 1.0]
+    for stop in stops:
+        values += stop
+    for branch in branches:
+        values += [*branch, 1.0, 1.0]
     n_parts = len(stops) + len(branches)
     return [*values, *[0.0] * (_ROOM + n_parts * _STATES)]
 

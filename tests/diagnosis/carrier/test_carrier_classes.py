@@ -15,8 +15,12 @@ from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.report.words import verdict_heading
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import BY_BOTH, BY_RADIAL_LOAD
-from carrierflex.simulation.carrier.measured_laws.rim_patterns import MODULATED, TILT
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
+    BY_BOTH,
+    BY_RADIAL_LOAD,
+    MODULATED,
+    TILT,
+)
 from tests.diagnosis.carrier.carrier_twin import (
     CARRIER_RIG,
     CHANNELS,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.classes.amplitude_tables import VisitedLoads, tabulated_parts
+from carrierflex.diagnosis.carrier.classes.amplitude_tables import VisitedLoads, tabulated_waves
 from carrierflex.diagnosis.carrier.classes.catalogue import shapes
 from carrierflex.diagnosis.carrier.classes.class_rows import class_rows
 from carrierflex.diagnosis.carrier.classes.dependence import load_functions
@@ -22,14 +22,10 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import kept_law, law_findings, problem_of
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
-    CarrierLaw,
-    LawPart,
-    WaveTable,
-    law_signal,
-)
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import law_signal
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
-from carrierflex.simulation.law_files import read_measured_law, write_measured_law
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import CARRIER, Law, Wave
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CHANNELS, CURVES, KNOWN, twin_campaign
 
 AXIAL = CHANNELS[:4]
@@ -122,8 +118,8 @@ def saved(signal, path, **options):
     """Answer by class of first records, and its law as a file holds it."""
     first = campaign_of(signal, loads=FIRST, turns=6, **options)
     answer = carrier_problem(first, CURVES).class_answer()
-    write_measured_law(path, kept_law(first, answer, None))
-    return answer, read_measured_law(path)
+    write_law(path, kept_law(first, answer, None))
+    return answer, read_law(path)
 
 
 @pytest.mark.long
@@ -144,13 +140,16 @@ def test_a_saved_law_explains_its_class_on_new_records(cause, tmp_path):
     assert fit.theta[-1] == pytest.approx(1.0, abs=0.1)
 
 
+RIG = {"n_planets": 3, "sensor_radius": 0.412}
+
+
 def tilt_law(**changes):
     """Law of a tilt that grows as the torque."""
     x = np.array([9e4, 3.6e5])
-    waves = (WaveTable("axial_displacement", 0, 1, 1e-10 * x, 0.0 * x),)
+    waves = (Wave("axial_displacement", 0, 1, "torque", 1e-10 * x, 0.0 * x, x),)
     visited = {"torque": (9e4, 3.6e5), "ntl_y": (-1e5, 1e5), "ntl_z": (-2e5, 1e5)}
-    parts = (LawPart("torque", x, waves),)
-    return replace(CarrierLaw("bent", "housing/tilt", 3, 0.412, parts, visited, "rig"), **changes)
+    law = Law("bent", CARRIER, "housing/tilt", ("N", "m"), waves, visited, RIG, "rig")
+    return replace(law, **changes)
 
 
 def answer(*findings, state=NAMED_CLASS):
@@ -158,20 +157,20 @@ def answer(*findings, state=NAMED_CLASS):
     nan = float("nan")
     whole = (0.0, 1.0)
     classes = tuple(
-        ClassFinding(name, share, whole, "", nan, law_named=False, carrier_law=law)
+        ClassFinding(name, share, whole, "", nan, law_named=False, measured_law=law)
         for name, share, law in findings
     )
     return ClassAnswer(state, classes, (), {}, 0.9, whole, 0.9, (), nan, {})
 
 
 def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():
-    waves = tilt_law(pattern="carrier/waves")
+    waves = tilt_law(effect_class="carrier/waves")
     pair = answer(
         ("housing/tilt/torque", 0.6, tilt_law(name="")), ("carrier/waves/none", 0.3, waves)
     )
     law = carrier_law_of_answer(pair, "Rig 7: twin")
     assert (law.name, law.measured_on) == ("housing_tilt_of_rig_7_twin", "Rig 7: twin")
-    assert carrier_law_of_answer(pair, "rig", "carrier/waves").pattern == "carrier/waves"
+    assert carrier_law_of_answer(pair, "rig", "carrier/waves").effect_class == "carrier/waves"
     with pytest.raises(ValueError, match="'carrier/tilt' is not in the answer; expected housing"):
         carrier_law_of_answer(pair, "rig", "carrier/tilt")
 
@@ -214,7 +213,7 @@ def short_campaign():
 
 def test_a_law_of_another_rig_or_that_stands_twice_is_refused():
     with pytest.raises(ValueError, match="law 'bent' is of a carrier with 4 planets"):
-        problem_of(short_campaign(), CURVES, (tilt_law(n_planets=4),))
+        problem_of(short_campaign(), CURVES, (tilt_law(rig={**RIG, "n_planets": 4}),))
     with pytest.raises(ValueError, match="'bent' of kind carrier is registered twice"):
         problem_of(short_campaign(), CURVES, (tilt_law(), tilt_law()))
 
@@ -266,8 +265,8 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
             columns = columns_of(quantities, n_planets)
             own = functions[dependence].functions
             c = rng.uniform(-1.0, 1.0, (len(own), len(weights[group])))
-            parts = tabulated_parts(dependence, own, c @ weights[group], columns, visited)
-            law = CarrierLaw("law", shape.id, n_planets, 0.412, tuple(parts), visited.ranges)
+            waves = tabulated_waves(dependence, own, c @ weights[group], columns, visited)
+            law = tilt_law(effect_class=shape.id, parts=tuple(waves))
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)
                 features = source.flexible_rows(inputs)

@@ -103,5 +103,10 @@ def answer_of_scores(scores, candidates, *, shows_laws=True, **options):
     """Answer among some classes, without measured shapes."""
     shares, decision = class_decision(scores, candidates, **options)
     return class_answer(
-        scores, shares, decision, candidates, shape_of=lambda *_: None, shows_laws=shows_laws
+        scores,
+        shares,
+        decision,
+        candidates,
+        shape_of=lambda *_: (None, None),
+        shows_laws=shows_laws,
     )

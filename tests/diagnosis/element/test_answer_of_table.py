@@ -88,7 +88,7 @@ def loops(monkeypatch):
 def answered(records, causes, classes, *, model=MOVED, noise_note="", **known):
     """Answer of an element whose classes have no shape."""
     own = toy_element(records, causes, classes, **known)
-    return answer_of_table(own, model, noise_note, lambda table: lambda *_: None)
+    return answer_of_table(own, model, noise_note, lambda table: lambda *_: (None, None))
 
 
 @pytest.mark.parametrize(
@@ -325,7 +325,7 @@ def test_a_class_that_falls_short_is_held_against_a_smooth_loop_of_which_the_sha
 
     def shape_of(table):
         drawn.append(table)
-        return lambda *_: None
+        return lambda *_: (None, None)
 
     own = toy_element(WIDE_BAND, {"spring": 100.0}, {"restoring_force": {"spring": 0.1}})
     found = answer_of_table(own, FORCED, "", shape_of)

@@ -28,15 +28,15 @@ from carrierflex.simulation.element.kernels import (
 from carrierflex.simulation.element.memory_laws import (
     AT,
     NO_PARTS,
-    MemoryLaw,
     flat_parts,
     joined_parts,
+    memory_parts,
 )
-from carrierflex.simulation.law_files import read_measured_law, write_measured_law
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import ELEMENT, Branch, Law, Stop
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from tests.diagnosis.element.element_campaigns import STEP, bouc_wen, displacement_campaign
 from tests.diagnosis.element.test_measured_laws import shrinkage
-from tests.simulation.changed_law_files import check_refused
 
 NONE = np.empty(0)
 UNITS = ("N", "m")
@@ -115,9 +115,9 @@ def test_a_stop_differs_from_side_to_side_and_in_the_middle():
 
 
 def test_the_size_scales_forces_and_no_deflection():
-    law = MemoryLaw("own", "hysteresis", stop(slip=SLIP).stops, NO_PARTS.branches, UNITS, (-1, 1))
-    other = MemoryLaw("more", "memory", NO_PARTS.stops, BRANCH.branches, UNITS, (-1, 1))
-    parts = joined_parts([(law, 2.0), (other, 3.0)])
+    law = lasting(parts=(Stop(ELEMENT, SLIP / STIFFNESS, SLIP, half_range=1e-3),))
+    other = lasting(effect_class="memory", parts=(Branch(ELEMENT, TAU, STIFFNESS),))
+    parts = joined_parts([(memory_parts(law), 2.0), (memory_parts(other), 3.0)])
     q = loop()
     expected = 2.0 * force_of(q, stop(slip=SLIP)) + 3.0 * force_of(q, BRANCH)
     assert_allclose(force_of(q, parts), expected, rtol=1e-12, atol=1e-12)
@@ -140,8 +140,8 @@ def rubber(q, v):
 
 def kept(campaign, path):
     """Law of a campaign's class after a turn through its file."""
-    write_measured_law(path, law_of_answer(element_problem(campaign).class_answer(), "twin"))
-    return read_measured_law(path)
+    write_law(path, law_of_answer(element_problem(campaign).class_answer(), "twin"))
+    return read_law(path)
 
 
 @pytest.mark.parametrize(("cause", "name"), [(smooth_loop, "hysteresis"), (rubber, "memory")])
@@ -175,48 +175,10 @@ def test_it_moves_in_the_simulator_as_the_rig_does(number, cause, ratio, drive, 
 
 
 def lasting(**changes):
-    """A law of two stops and one of two branches."""
-    stops = np.concatenate([stop(slip=SLIP).stops, stop(inner=1.0, middle=-2e-4).stops])
-    law = MemoryLaw("own", "hysteresis", stops, NO_PARTS.branches, UNITS, (-1e-3, 2e-3), 'rig "A"')
+    """A law of one stop."""
+    stop = Stop(ELEMENT, SLIP / STIFFNESS, SLIP, half_range=1e-3)
+    law = Law("own", ELEMENT, "hysteresis", UNITS, (stop,), {"deflection": (-1e-3, 2e-3)})
     return replace(law, **changes)
-
-
-BRANCHES = {
-    "effect_class": "memory",
-    "stops": NO_PARTS.stops,
-    "branches": np.array([[0.1, 5.0], [0.7, 0.0]]),
-}
-
-
-@pytest.mark.parametrize("changes", [{}, BRANCHES])
-def test_a_law_is_read_as_it_was_written(changes, tmp_path):
-    law = lasting(**changes)
-    write_measured_law(tmp_path / "law.toml", law)
-    read = read_measured_law(tmp_path / "law.toml")
-    assert_allclose(read.stops, law.stops)
-    assert_allclose(read.branches, law.branches)
-    assert read.stops.shape[1:] == (len(AT),)
-    for name in ("name", "effect_class", "units", "visited", "measured_on"):
-        assert getattr(read, name) == getattr(law, name)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("version = 2", "version = 3", "written by a newer version"),
-        (
-            '"hysteresis"',
-            '"memory"',
-            r"are 2 \[\[stop\]\], 0 \[\[loop\]\] and 0 \[\[branch",
-        ),
-        ('"hysteresis"', '"dissipation"', "one of hysteresis, memory"),
-        ("slip = 3.0", "slip = -3.0", "a number >= 0"),
-        ("half_range = 0.001", "half_range = 0.0", "a positive number"),
-        ("-0.001,", "0.5,", "two increasing deflections"),
-    ],
-)
-def test_a_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    check_refused(lasting(), old, new, told, tmp_path)
 
 
 def test_units_and_range_are_looked_at():
@@ -225,7 +187,7 @@ def test_units_and_range_are_looked_at():
     records = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=3000)).records
     (warning,) = beyond_visited(lasting(), records)
     assert "stops that slip as at its end" in warning.remedy
-    assert beyond_visited(lasting(visited=(-1.0, 1.0)), records) == ()
+    assert beyond_visited(lasting(visited={"deflection": (-1.0, 1.0)}), records) == ()
 
 
 @pytest.mark.long

@@ -16,11 +16,11 @@ from carrierflex.diagnosis.element.classes.measured.measured_laws import (
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.simulation.element.law_files import read_law, write_law
-from carrierflex.simulation.element.tabulated_laws import TabulatedLaw, tabulated_force
+from carrierflex.simulation.element.law_forces import element_law
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import ELEMENT, Law, Table
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
-from tests.simulation.changed_law_files import check_refused
 
 UNITS = ("N", "m")
 
@@ -91,53 +91,20 @@ def test_a_saved_law_moves_in_the_simulator_as_the_rig_does(tmp_path):
     assert shrinkage(problem, law) > 0.98 * answer.share
 
 
-def straight(name="straight", **changes):
+def straight(half=1e-3, **changes):
     """Spring of 1e3 N/m over 2 mm."""
-    law = TabulatedLaw(
-        name, "restoring_force", np.linspace(-1e-3, 1e-3, 41), np.linspace(-1.0, 1.0, 41), UNITS
-    )
-    return replace(law, **changes)
+    table = Table(ELEMENT, np.linspace(-half, half, 41), np.linspace(-1.0, 1.0, 41))
+    return replace(Law("straight", ELEMENT, "restoring_force", UNITS, (table,)), **changes)
 
 
 def test_a_table_goes_on_with_its_slope_and_damping_with_its_end_value():
     size = np.array([2.0])
-    spring = tabulated_force(straight())
+    spring = element_law(straight()).force
     assert_allclose([spring(q, 9.0, size) for q in (5e-4, 3e-3, -3e-3)], [1.0, 6.0, -6.0])
-    damper = tabulated_force(straight(effect_class="dissipation"))
+    damper = element_law(straight(effect_class="dissipation")).force
     assert_allclose([damper(9.0, v, size) for v in (5e-4, 3e-3)], [1.0, 6.0])
-    of_both = tabulated_force(straight(effect_class="coupled_damping"))
+    of_both = element_law(straight(effect_class="coupled_damping")).force
     assert_allclose([of_both(q, 3.0, size) for q in (5e-4, 3e-3)], [3.0, 6.0])
-
-
-@pytest.mark.parametrize("units", [("N", "m"), ('"V"', "mm\\s")])
-def test_a_law_is_read_as_it_was_written(units, tmp_path):
-    law = straight(
-        effect_class="dissipation", units=units, friction=(1.5, 2.5), measured_on='rig "A"\\'
-    )
-    write_law(tmp_path / "law.toml", law)
-    read = read_law(tmp_path / "law.toml")
-    assert_allclose(read.x, law.x)
-    assert_allclose(read.y, law.y)
-    assert (read.name, read.effect_class, read.units) == (law.name, "dissipation", units)
-    assert (read.friction, read.measured_on) == (law.friction, law.measured_on)
-    assert [path.name for path in tmp_path.iterdir()] == ["law.toml"]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("version = 1", "version = 2", "written by a newer version"),
-        ('"carrierflex-law"', '"carrierflex-case"', "key 'format'"),
-        ('"restoring_force"', '"hysteresis"', "one of restoring_force, dissipation"),
-        ('"straight"', '"Straight Spring"', "an id of small letters"),
-        ("    -0.001,", "    0.001,", "expected increasing values"),
-        ("    -0.001,\n", "", "x has 40 and y 41 points"),
-        ("    -0.001,", "    nan,", "finite numbers"),
-        ("[table]", "[table]\nfriction_plus = 1.0", "class dissipation only"),
-    ],
-)
-def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    check_refused(straight(), old, new, told, tmp_path)
 
 
 def answer_of(*names, state=NAMED_CLASS):
@@ -172,7 +139,7 @@ def test_a_law_of_other_units_is_refused():
 
 def test_records_that_leave_the_range_of_a_law_are_told():
     problem = element_problem(moved(lambda q, v: 0.0 * q, 0))
-    narrow, wide = straight(), straight(x=np.linspace(-1.0, 1.0, 41))
+    narrow, wide = straight(), straight(1.0)
     (warning,) = beyond_visited(narrow, problem.records)
     assert (warning.check, warning.about) == ("visited_range", "straight")
     assert 0.0 < warning.figure < 1.0

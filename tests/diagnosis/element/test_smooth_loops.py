@@ -14,12 +14,12 @@ from carrierflex.simulation.element.loop_kernels import loop_states, moved_loop
 from carrierflex.simulation.element.memory_kernels import forces_along
 from carrierflex.simulation.element.memory_laws import (
     N_STIFFNESS,
-    NO_PARTS,
-    MemoryLaw,
     flat_parts,
     joined_parts,
+    memory_parts,
 )
-from carrierflex.simulation.law_files import read_measured_law, write_measured_law
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import ELEMENT, Law, Loop
 from tests.diagnosis.element.element_campaigns import bouc_wen, displacement_campaign
 from tests.diagnosis.element.test_measured_laws import shrinkage
 
@@ -64,11 +64,9 @@ def test_a_stiffness_without_direction_has_no_loop():
 
 def test_a_loop_among_the_parts_is_force_times_its_state():
     q = 1e-3 * np.sin(np.linspace(0.0, 12.0, 600))
-    row = np.array([[2e-3, 3.0, *SOFTENING]])
-    law = MemoryLaw(
-        "own", "hysteresis", NO_PARTS.stops, NO_PARTS.branches, ("N", "m"), (-1, 1), loops=row
-    )
-    force = forces_along(q, 1e-3, flat_parts(joined_parts([(law, 2.0)])))
+    loop = Loop(ELEMENT, 2e-3, 3.0, SOFTENING)
+    parts = memory_parts(Law("own", ELEMENT, "hysteresis", ("N", "m"), (loop,)))
+    force = forces_along(q, 1e-3, flat_parts(joined_parts([(parts, 2.0)])))
     assert_allclose(force, 6.0 * loop_states(q, 2e-3, SOFTENING, np.zeros(1)), atol=1e-12)
 
 
@@ -99,8 +97,8 @@ def test_a_hardening_spring_beside_a_slider_is_two_causes():
 
 def test_a_saved_loop_explains_its_class_on_new_records(tmp_path):
     path = tmp_path / "law.toml"
-    write_measured_law(path, law_of_answer(answer_to(hardening_loop), "twin"))
-    law = read_measured_law(path)
-    assert law.loops.shape[0] == 1
+    write_law(path, law_of_answer(answer_to(hardening_loop), "twin"))
+    law = read_law(path)
+    assert len(law.of(Loop)) == 1
     problem = element_problem(displacement_campaign(hardening_loop, n=3000, seed=7), (law,))
     assert shrinkage(problem, law) > 0.98 * problem.class_answer().share

@@ -22,13 +22,18 @@ from carrierflex.simulation.element.kernels import (
     no_law,
     restoring_force,
 )
-from carrierflex.simulation.element.memory_laws import AT, NO_PARTS, flat_parts, joined_parts
-from carrierflex.simulation.element.surface_laws import SurfaceLaw, surface_force
-from carrierflex.simulation.law_files import read_measured_law, write_measured_law
+from carrierflex.simulation.element.law_forces import element_law
+from carrierflex.simulation.element.memory_laws import (
+    NO_PARTS,
+    flat_parts,
+    joined_parts,
+    memory_parts,
+)
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import ELEMENT, Friction, Law, Stop, Surface
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.element.test_measured_laws import shrinkage
-from tests.simulation.changed_law_files import check_refused
 
 NONE = np.empty(0)
 UNITS = ("N", "m")
@@ -36,13 +41,13 @@ X, V = np.linspace(-1e-3, 1e-3, 5), np.linspace(-0.1, 0.1, 7)
 LEVEL = 3.0
 
 
-def surface(**changes):
+def surface(x=X, v=V):
     """3 + 1e3 q + 20 v + 4e4 q v, with dry friction of 3 N everywhere."""
     y = 3.0 + 1e3 * X[:, None] + 20.0 * V + 4e4 * X[:, None] * V
-    stops = np.zeros((1, len(AT)))
-    stops[0, [AT.yield_deflection, AT.half_range, AT.slip]] = (1e-4, 1e-3, 0.5)
-    law = SurfaceLaw("own", X, V, y, np.full(X.size, LEVEL), stops, UNITS, 'rig "A"')
-    return replace(law, **changes)
+    friction = Friction(ELEMENT, x=x, level=np.full(X.size, LEVEL))
+    stop = Stop(ELEMENT, 1e-4, 0.5, half_range=1e-3)
+    parts = (Surface(ELEMENT, x, v, y), friction, stop)
+    return Law("own", ELEMENT, "force_surface", UNITS, parts)
 
 
 def flat(levels, **values):
@@ -62,7 +67,7 @@ def drive(n=3000):
 
 
 def test_a_table_holds_a_bilinear_force_and_goes_on_with_its_slopes():
-    force = surface_force(surface())
+    force = element_law(surface()).force
     size = np.array([2.0])
 
     def exact(q, v):
@@ -105,40 +110,13 @@ def test_a_motion_sticks_where_its_friction_is_larger_than_what_pulls():
 
 
 def test_tables_of_two_laws_add_up_at_the_nodes_of_both():
-    first = surface().beside_table
+    first = memory_parts(surface())
     nodes = np.array([-5e-4, 7e-4])
     second = replace(first, stops=NO_PARTS.stops, levels=np.column_stack([nodes, [1.0, 2.0]]))
     joined = joined_parts([(first, 2.0), (second, 10.0)]).levels
     at = np.array([-2e-3, -5e-4, 1e-4, 7e-4])
     expected = 2.0 * LEVEL + 10.0 * np.array([1.0, 1.0, 1.5, 2.0])
     assert_allclose(np.interp(at, *joined.T), expected)
-
-
-@pytest.mark.parametrize("changes", [{}, {"friction": np.zeros(5), "stops": NO_PARTS.stops}])
-def test_a_law_is_read_as_it_was_written(changes, tmp_path):
-    law = surface(**changes)
-    write_measured_law(tmp_path / "law.toml", law)
-    read = read_measured_law(tmp_path / "law.toml")
-    for name in ("x", "v", "y", "friction", "stops"):
-        assert_allclose(getattr(read, name), getattr(law, name), atol=1e-15)
-    for name in ("name", "units", "measured_on"):
-        assert getattr(read, name) == getattr(law, name)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("version = 1", "version = 2", "written by a newer version"),
-        ("    -0.001,", "    0.001,", r"x\[1\] is -0.0005 after 0.001; expected increasing"),
-        ("    -0.1,", "    0.1,", r"v\[1\] is -0.0666667 after 0.1; expected increasing"),
-        ("    -0.001,\n", "", r"y has 5 rows; expected one for each of the 4 values of x"),
-        ("    -0.1,\n", "", r"row 0 of y has 7 values; expected one for each of the 6 values of v"),
-        ("    3.0,\n    3.0,\n", "    3.0,\n", "friction has 4 values; expected one for each of"),
-        ("    3.0,\n    3.0,\n", "    -3.0,\n    3.0,\n", "a list of numbers >= 0"),
-    ],
-)
-def test_a_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    check_refused(surface(), old, new, told, tmp_path)
 
 
 def test_deflection_and_speed_beyond_the_table_are_told():
@@ -162,8 +140,8 @@ def rubbing(q, v):
 def kept(campaign, path):
     """Surface of a campaign's class after a turn through its file."""
     answer = element_problem(campaign).class_answer()
-    write_measured_law(path, law_of_answer(answer, "twin", "force_surface"))
-    return read_measured_law(path)
+    write_law(path, law_of_answer(answer, "twin", "force_surface"))
+    return read_law(path)
 
 
 @pytest.mark.long
@@ -178,7 +156,8 @@ def test_a_saved_surface_explains_its_class_on_new_records(cause, tmp_path):
     assert fit_effects(problem, (law.name,)).theta[-1] == pytest.approx(1.0, abs=0.05)
     if cause is rubbing:
         # Read off at the quarters of the range, where the records have been at any speed.
-        levels = np.interp([-1.5e-3, 1.5e-3], law.x, law.friction)
+        (friction,) = law.of(Friction)
+        levels = np.interp([-1.5e-3, 1.5e-3], friction.x, friction.level)
         assert_allclose(levels, [0.6, 11.4], atol=1.5)
 
 
@@ -212,7 +191,7 @@ def test_one_curve_of_deflection_and_speed_is_no_surface():
 def test_a_surface_that_records_do_not_show_off_one_curve_is_not_kept():
     answer = element_problem(displacement_campaign(orifice, n=3000, seed=0)).class_answer()
     found = answer.classes[0]
-    bare = replace(found, shape=replace(found.shape, surface=None))
+    bare = replace(found, measured_law=None)
     with pytest.raises(ValueError, match="one curve of deflection and speed"):
         law_of_answer(replace(answer, classes=(bare,)), "twin")
 

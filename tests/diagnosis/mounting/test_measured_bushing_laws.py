@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import FORM
@@ -15,25 +14,20 @@ from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import kept_law, law_findings, problem_of
 from carrierflex.diagnosis.mounting.classes.measured_laws import bushing_law_of_answer
 from carrierflex.diagnosis.mounting.problem import mounting_problem
-from carrierflex.simulation.law_files import read_measured_law, write_measured_law
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+from carrierflex.simulation.law_files import read_law, write_law
+from carrierflex.simulation.laws import (
     APART,
     BOTH,
+    MOUNTING,
     PORT,
     RADIAL,
-    SMOOTH,
     STARBOARD,
-    BushingLaw,
-    BushingPart,
-    packed_laws,
+    Law,
+    Stop,
+    Table,
 )
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
-    BushingBranch,
-    BushingMemoryLaw,
-    BushingStop,
-)
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import packed_laws
 from tests.diagnosis.mounting.mounting_campaigns import mounting_campaign
-from tests.simulation.changed_law_files import check_refused
 
 FAR = np.linspace(0.0, 20e-3, 4001)
 WIDE = np.linspace(-20e-3, 20e-3, 8001)
@@ -45,30 +39,27 @@ def stop(r):
     return 1.5e7 * np.maximum(r - 1.5e-3, 0.0)
 
 
+def true_law(effect_class, *tables):
+    """Law that the rig follows."""
+    return Law("true", MOUNTING, effect_class, ("N", "m"), tables)
+
+
 CAUSES = {
-    "stop in the plane": BushingLaw(
-        "true", "restoring_force", (BushingPart(RADIAL, BOTH, FAR, stop(FAR)),)
-    ),
-    "stop of its own in either bushing": BushingLaw(
-        "true",
+    "stop in the plane": true_law("restoring_force", Table(BOTH, FAR, stop(FAR), RADIAL)),
+    "stop of its own in either bushing": true_law(
         "restoring_force",
-        (
-            BushingPart(RADIAL, PORT, FAR, 2.0 * stop(FAR)),
-            BushingPart(RADIAL, STARBOARD, FAR, 0.5 * stop(FAR)),
-        ),
+        Table(PORT, FAR, 2.0 * stop(FAR), RADIAL),
+        Table(STARBOARD, FAR, 0.5 * stop(FAR), RADIAL),
     ),
-    "hyperbolic spring": BushingLaw(
-        "true",
-        "restoring_force",
-        (BushingPart(APART, BOTH, WIDE, 2e4 * np.sinh(WIDE / 1e-3) - 2e7 * WIDE),),
+    "hyperbolic spring": true_law(
+        "restoring_force", Table(BOTH, WIDE, 2e4 * np.sinh(WIDE / 1e-3) - 2e7 * WIDE, APART)
     ),
-    "damping by the square of the speed": BushingLaw(
-        "true", "dissipation", (BushingPart(RADIAL, BOTH, FAST, 2e8 * FAST**2),)
+    "damping by the square of the speed": true_law(
+        "dissipation", Table(BOTH, FAST, 2e8 * FAST**2, RADIAL)
     ),
-    "damping far from the middle": BushingLaw(
-        "true",
+    "damping far from the middle": true_law(
         "coupled_damping",
-        (BushingPart(RADIAL, BOTH, FAR, 1e6 * (1.0 - np.exp(-((FAR / 2e-3) ** 2)))),),
+        Table(BOTH, FAR, 1e6 * (1.0 - np.exp(-((FAR / 2e-3) ** 2))), RADIAL),
     ),
 }
 
@@ -88,8 +79,8 @@ def test_a_saved_law_explains_its_class_on_new_records(cause, tmp_path):
     shape = answer.classes[0].shape
     assert (shape.band[:, 0] <= shape.y).all()
     assert (shape.band[:, 1] >= shape.y).all()
-    write_measured_law(tmp_path / "law.toml", kept_law(first, answer, None))
-    law = read_measured_law(tmp_path / "law.toml")
+    write_law(tmp_path / "law.toml", kept_law(first, answer, None))
+    law = read_law(tmp_path / "law.toml")
     problem = mounting_problem(moved(true, 7), (law,))
     found = problem.class_answer()
     assert found.ids == answer.ids
@@ -107,12 +98,13 @@ def test_one_curve_for_either_bushing_is_drawn_where_they_differ():
     cause = CAUSES["stop of its own in either bushing"]
     # Torque of one sign moves one bushing up and the other down: one law that is not even.
     conditions = ((3e5, 0.0, -1e5), (-3e5, 1e5, 1e5), (-2e5, -1e5, 5e4), (3.5e5, 5e4, 0.0))
-    shape = mounting_problem(moved(cause, 0, conditions=conditions)).class_answer().classes[0].shape
+    (finding,) = mounting_problem(moved(cause, 0, conditions=conditions)).class_answer().classes
+    shape = finding.shape
     (other,) = shape.beside
     assert other.name == "starboard bushing"
     assert "port bushing; starboard bushing" in shape.words
     assert np.ptp(other.y) < 0.5 * np.ptp(shape.y)
-    assert {part.bushing for part in shape.parts} == {STARBOARD, PORT}
+    assert {part.acts_on for part in finding.measured_law.parts} == {STARBOARD, PORT}
 
 
 @pytest.mark.long
@@ -136,8 +128,8 @@ def test_a_saved_law_with_a_memory_explains_its_class_on_new_noise(number, effec
     plan = case_plans("mounting", 24, 902, (FORM,))[number - 1]
     answer = mounting_problem(case_campaign(plan)[0]).class_answer()
     assert answer.ids == (f"bushings/{effect_class}",)
-    write_measured_law(tmp_path / "law.toml", bushing_law_of_answer(answer, "twin"))
-    law = read_measured_law(tmp_path / "law.toml")
+    write_law(tmp_path / "law.toml", bushing_law_of_answer(answer, "twin"))
+    law = read_law(tmp_path / "law.toml")
     problem = mounting_problem(case_campaign(plan, repeat=1)[0], (law,))
     found = problem.class_answer()
     assert (found.ids, found.classes[0].law) == (answer.ids, law.name)
@@ -151,83 +143,18 @@ def test_a_saved_law_with_a_memory_explains_its_class_on_new_noise(number, effec
 def straight(**changes):
     """Law of two tables."""
     x = np.linspace(0.0, 1e-3, 21)
-    parts = (
-        BushingPart(RADIAL, STARBOARD, x, 2e6 * x),
-        BushingPart(APART, BOTH, np.linspace(-1e-3, 1e-3, 3), np.array([-1.0, 0.0, 2.0])),
+    tables = (
+        Table(STARBOARD, x, 2e6 * x, RADIAL),
+        Table(BOTH, np.linspace(-1e-3, 1e-3, 3), np.array([-1.0, 0.0, 2.0]), APART),
     )
-    return replace(BushingLaw("straight", "restoring_force", parts, 'rig "A"\\'), **changes)
+    return replace(true_law("restoring_force", *tables), name="straight", **changes)
 
 
-def test_a_law_of_bushings_is_read_as_it_was_written(tmp_path):
-    law = straight()
-    write_measured_law(tmp_path / "law.toml", law)
-    read = read_measured_law(tmp_path / "law.toml")
-    assert (read.name, read.effect_class) == ("straight", "restoring_force")
-    assert read.measured_on == law.measured_on
-    for own, part in zip(read.parts, law.parts, strict=True):
-        assert (own.acts, own.bushing) == (part.acts, part.bushing)
-        assert_allclose(own.x, part.x)
-        assert_allclose(own.y, part.y)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("version = 1", "version = 2", "written by a newer version"),
-        ('"restoring_force"', '"hysteresis"', "one of restoring_force, dissipation"),
-        ('"radial"', '"around"', "one of apart, radial"),
-        ('"starboard"', '"left"', "one of both, starboard, port"),
-        ("    0.0,\n    5e-05,", "    1e-05,\n    5e-05,", "expected 0 of a radial part"),
-        ("    0.0,\n    100.0,", "    3.0,\n    100.0,", "expected 0 of a radial force"),
-        ("    -0.001,\n", "", r"\[\[part\]\] 2: x has 2 and y 3 points"),
-    ],
-)
-def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    check_refused(straight(), old, new, told, tmp_path)
-
-
-def lasting(**changes):
-    """Law of three stops."""
-    stops = (
-        BushingStop(RADIAL, BOTH, 1e-4, 3.0),
-        BushingStop(APART, PORT, 2e-4, 5.0),
-        BushingStop(SMOOTH, STARBOARD, 3e-4, 1.0),
-    )
-    return replace(BushingMemoryLaw("own", "hysteresis", stops, 2e-3, 'rig "A"'), **changes)
-
-
-BRANCHES = {
-    "effect_class": "memory",
-    "parts": (BushingBranch(STARBOARD, 0.1, 5.0), BushingBranch(BOTH, 0.7, 0.0)),
-}
-
-
-@pytest.mark.parametrize("changes", [{}, BRANCHES])
-def test_a_law_with_a_memory_is_read_as_it_was_written(changes, tmp_path):
-    law = lasting(**changes)
-    write_measured_law(tmp_path / "law.toml", law)
-    read = read_measured_law(tmp_path / "law.toml")
-    for name in ("name", "effect_class", "parts", "visited", "measured_on"):
-        assert getattr(read, name) == getattr(law, name)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("version = 1", "version = 2", "written by a newer version"),
-        (
-            '"hysteresis"',
-            '"memory"',
-            r"are 3 \[\[stop\]\] and 0 \[\[branch\]\]; expected 1",
-        ),
-        ('"hysteresis"', '"dissipation"', "one of hysteresis, memory"),
-        ('"radial"', '"around"', "one of apart, radial, smooth"),
-        ("force = 3.0", "force = -3.0", "a number >= 0"),
-        ("visited = 0.002", "visited = 0.0", "a positive number"),
-    ],
-)
-def test_a_file_with_a_memory_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    check_refused(lasting(), old, new, told, tmp_path)
+def lasting(visited=2e-3):
+    """Law of a stop."""
+    stop = Stop(BOTH, 1e-4, 3.0, RADIAL)
+    law = true_law("hysteresis", stop)
+    return replace(law, name="own", visited={"deflection": (0.0, visited)})
 
 
 def test_a_law_with_a_memory_is_for_mountings_and_tells_where_it_was_measured():
@@ -253,18 +180,22 @@ def test_records_that_leave_the_range_of_a_law_are_told():
     assert 0.0 < warning.figure < 1.0
     assert "goes on with the slope of its end" in warning.remedy
     x = np.linspace(-1.0, 1.0, 3)
-    wide = straight(parts=(BushingPart(APART, BOTH, x, x),))
+    wide = straight(parts=(Table(BOTH, x, x, APART),))
     assert law_findings(problem, (wide,)) == ()
 
 
 def friction_answer(steps):
     """Answer by class whose dissipation rises at rest."""
     v = np.linspace(0.0, 1e-2, 11)
-    shape = SimpleNamespace(
-        memory=None, steps=steps, parts=(BushingPart(RADIAL, BOTH, v, 1e5 * v),)
-    )
     finding = ClassFinding(
-        "bushings/dissipation", 0.9, (0.8, 1.0), "", float("nan"), law_named=False, shape=shape
+        "bushings/dissipation",
+        0.9,
+        (0.8, 1.0),
+        "",
+        float("nan"),
+        law_named=False,
+        shape=SimpleNamespace(steps=steps),
+        measured_law=true_law("dissipation", Table(BOTH, v, 1e5 * v, RADIAL)),
     )
     return ClassAnswer(NAMED_CLASS, (finding,), (), {}, 0.9, (0.8, 1.0), 0.9, (), float("nan"), {})
 

@@ -15,18 +15,8 @@ from carrierflex.diagnosis.mounting.classes.maps import held_forces
 from carrierflex.diagnosis.mounting.classes.motion import bushing_motions
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE, rigid_body
 from carrierflex.diagnosis.mounting.problem import mounting_problem
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
-    APART,
-    BOTH,
-    RADIAL,
-    SMOOTH,
-    bushing_forces,
-    packed_laws,
-)
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
-    BushingMemoryLaw,
-    BushingStop,
-)
+from carrierflex.simulation.laws import APART, BOTH, MOUNTING, RADIAL, SMOOTH, Law, Stop
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
 from carrierflex.simulation.mounting.rig import MountingRig
 from tests.diagnosis.mounting.mounting_campaigns import NOISE, RIG, TRUE_LINEAR, mounting_campaign
 from tests.diagnosis.mounting.test_problem import TRUTH
@@ -120,8 +110,8 @@ def test_a_slider_of_the_classes_is_that_of_the_simulator(group, acts):
     (columns,) = (each.columns(own) for each in force_groups(size) if each.id == group)
     yields = size.yields if acts == APART else size.radial_yields
     for column, yield_deflection in zip(columns, yields, strict=True):
-        part = BushingStop(acts, BOTH, float(yield_deflection), 1.0)
-        laws = packed_laws([(BushingMemoryLaw("own", "hysteresis", (part,), 1.0), 1.0)])
+        part = Stop(BOTH, float(yield_deflection), 1.0, acts)
+        laws = packed_laws([(Law("own", MOUNTING, "hysteresis", ("N", "m"), (part,)), 1.0)])
         force = bushing_forces(laws, own.u, own.v, own.step)
         np.testing.assert_allclose(column, force, atol=1e-9)
 

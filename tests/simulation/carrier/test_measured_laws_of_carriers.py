@@ -1,19 +1,11 @@
 """Measured laws of a carrier: patterns as waves, amplitudes over the loads, and their files."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.simulation.carrier import kinematics, patterns
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
-    CarrierLaw,
-    LawPart,
-    WaveTable,
-    law_signal,
-    refuse_other_rig,
-)
+from carrierflex.simulation.carrier.measured_laws.carrier_laws import law_signal, refuse_other_rig
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     RIM_PATTERNS,
     has_wave,
@@ -29,8 +21,7 @@ from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
 from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from carrierflex.simulation.carrier.run_cases import CarrierMotion, RunCase, Sensor
-from carrierflex.simulation.law_files import read_measured_law, write_measured_law
-from tests.simulation.changed_law_files import check_refused
+from carrierflex.simulation.laws import CARRIER, Law, Wave
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 AXIAL = "axial_displacement"
@@ -41,15 +32,16 @@ VISITED = {"torque": (0.0, 4e5), "ntl_y": (-1e5, 1e5), "ntl_z": (-2e5, 2e5)}
 ROUNDING = 1e-13
 
 
-def wave(order, lobes, cosine, sine=None, quantity=AXIAL):
+def wave(order, lobes, cosine, sine=None, quantity=AXIAL, *, follows="none", x=(), along=""):
     """Wave of some amplitudes; its sine is as long as its cosine."""
-    zero = np.zeros(np.size(cosine))
-    return WaveTable(quantity, order, lobes, np.atleast_1d(cosine), zero if sine is None else sine)
+    sine = np.zeros(np.size(cosine)) if sine is None else sine
+    return Wave(quantity, order, lobes, follows, np.atleast_1d(cosine), sine, np.array(x), along)
 
 
-def law_of(*parts, pattern="housing/tilt"):
-    """Law of some parts."""
-    return CarrierLaw("law", pattern, 3, 0.412, parts, VISITED)
+def law_of(*waves, pattern="housing/tilt"):
+    """Law of some waves."""
+    rig = {"n_planets": 3, "sensor_radius": 0.412}
+    return Law("law", CARRIER, pattern, ("N", "m"), waves, VISITED, rig)
 
 
 def read_at(law, *, torque=0.0, y=0.0, z=0.0, is_axial=True, v=V):
@@ -120,7 +112,7 @@ def test_every_column_of_a_pattern_is_one_of_its_waves():
 
 def test_amplitudes_follow_the_torque_and_go_on_with_the_slope_of_their_end():
     x = np.linspace(1e5, 4e5, 31)
-    part = LawPart("torque", x, (wave(0, 1, 1e-10 * x + 2e-6),))
+    part = wave(0, 1, 1e-10 * x + 2e-6, follows="torque", x=x)
     for torque in (2.2e5, 5e5, 0.0):
         expected = (1e-10 * torque + 2e-6) * np.cos(V)
         assert_allclose(read_at(law_of(part), torque=torque), expected)
@@ -130,7 +122,7 @@ def test_amplitudes_follow_the_torque_and_go_on_with_the_slope_of_their_end():
 def test_a_radial_load_is_followed_as_a_vector(torque):
     r = np.linspace(0.0, 3e5, 7)
     parts = [
-        LawPart("radial_load", r, (wave(0, 1, size * r, 2.0 * size * r),), along)
+        wave(0, 1, size * r, 2.0 * size * r, follows="radial_load", x=r, along=along)
         for size, along in ((1e-11, "y"), (2e-11, "z"), (3e-12, "yy"), (4e-12, "yz"), (5e-12, "zz"))
     ]
     y, z = -8e4, 6e4
@@ -148,8 +140,8 @@ def test_a_radial_load_is_followed_as_a_vector(torque):
 
 def test_torque_and_radial_load_make_an_amplitude_together():
     r = np.linspace(0.0, 3e5, 7)
-    waves = (wave(3, 2, 1e-16 * r, 2e-16 * r),)
-    law = law_of(LawPart("load_sharing", r, waves, "z"), pattern="housing/load_sharing")
+    together = wave(3, 2, 1e-16 * r, 2e-16 * r, follows="load_sharing", x=r, along="z")
+    law = law_of(together, pattern="housing/load_sharing")
     phase = 2.0 * V - 3.0 * THETA
     expected = 2e5 * 1e-16 * 1e5 * (np.cos(phase) + 2.0 * np.sin(phase))
     assert_allclose(read_at(law, torque=2e5, z=1e5), expected, atol=1e-20)
@@ -158,15 +150,14 @@ def test_torque_and_radial_load_make_an_amplitude_together():
 
 def test_a_drift_follows_the_share_of_the_run_and_a_constant_nothing():
     x = np.linspace(0.0, 1.0, 101)
-    drift = law_of(LawPart("time", x, (wave(0, 0, 1e-5 * x),)), pattern="housing/offset")
+    drift = law_of(wave(0, 0, 1e-5 * x, follows="time", x=x), pattern="housing/offset")
     assert_allclose(read_at(drift), 1e-5 * THETA / THETA[-1])
-    still = law_of(LawPart("none", np.empty(0), (wave(0, 1, 2e-5),)))
+    still = law_of(wave(0, 1, 2e-5))
     assert_allclose(read_at(still), 2e-5 * np.cos(V))
 
 
 def test_axial_and_radial_sensors_have_amplitudes_of_their_own():
-    waves = (wave(0, 1, 2e-5), wave(0, 1, 3e-5, quantity=RADIAL))
-    law = law_of(LawPart("none", np.empty(0), waves))
+    law = law_of(wave(0, 1, 2e-5), wave(0, 1, 3e-5, quantity=RADIAL))
     assert_allclose(read_at(law), 2e-5 * np.cos(V))
     assert_allclose(read_at(law, is_axial=False), 3e-5 * np.cos(V))
 
@@ -177,8 +168,8 @@ def test_the_simulator_adds_the_signal_of_a_law():
     sensors = (Sensor("s", AXIAL, V, 0.412), Sensor("r", RADIAL, 1.2, 0.412))
     r = np.linspace(0.0, 1e5, 5)
     law = law_of(
-        LawPart("torque", np.array([0.0, 4e5]), (wave(0, 1, np.array([0.0, 4e-5])),)),
-        LawPart("radial_load", r, (wave(0, 1, 1e-10 * r, quantity=RADIAL),), "z"),
+        wave(0, 1, np.array([0.0, 4e-5]), follows="torque", x=(0.0, 4e5)),
+        wave(0, 1, 1e-10 * r, quantity=RADIAL, follows="radial_load", x=r, along="z"),
     )
     curves = (stiff_curve(), flexible_curve())
     runs = [
@@ -198,83 +189,7 @@ def test_the_simulator_adds_the_signal_of_a_law():
     [(4, 0.412, "of a carrier with 3 planets"), (3, 0.5, "measured at the radius 0.412 m")],
 )
 def test_a_law_of_another_rig_is_refused(planets, radius, told):
-    part = LawPart("none", np.empty(0), (wave(0, 1, 2e-5),))
-    refuse_other_rig(law_of(part), 3, 0.4125)
+    law = law_of(wave(0, 1, 2e-5))
+    refuse_other_rig(law, 3, 0.4125)
     with pytest.raises(ValueError, match=told):
-        refuse_other_rig(law_of(part), planets, radius)
-
-
-def several():
-    """Law of four parts in all."""
-    torques, r = np.array([1e5, 2.5e5, 4e5]), np.array([0.0, 1e5])
-    waves = (wave(0, 1, torques * 1e-10, torques * 2e-10),)
-    return replace(
-        law_of(
-            LawPart("none", np.empty(0), (wave(0, 1, 2e-5),)),
-            LawPart("torque", torques, waves),
-            LawPart("radial_load", r, (wave(0, 1, r * 1e-10, quantity=RADIAL),), "yz"),
-        ),
-        measured_on='rig "A"\\',
-    )
-
-
-def test_a_law_of_a_carrier_is_read_as_it_was_written(tmp_path):
-    law = several()
-    write_measured_law(tmp_path / "law.toml", law)
-    read = read_measured_law(tmp_path / "law.toml")
-    for key in ("name", "pattern", "n_planets", "sensor_radius", "visited", "measured_on"):
-        assert getattr(read, key) == getattr(law, key)
-    for own, part in zip(read.parts, law.parts, strict=True):
-        assert (own.follows, own.along) == (part.follows, part.along)
-        assert_allclose(own.x, part.x)
-        for one, two in zip(own.waves, part.waves, strict=True):
-            assert (one.quantity, one.order, one.lobes) == (two.quantity, two.order, two.lobes)
-            assert_allclose(one.cosine, two.cosine)
-            assert_allclose(one.sine, two.sine)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("version = 1", "version = 2", "written by a newer version"),
-        ('"housing"', '"shaft"', "one of housing, carrier"),
-        ('"housing"', '"carrier"', r"part\]\] 1, wave 1: order 0 with 1 lobes is no wave of carr"),
-        ('"tilt"', '"waves"', "no pattern 'waves' of the housing; expected one of housing/offset"),
-        ('"torque"', '"speed"', "one of none, torque, radial_load"),
-        ('"yz"', '"xy"', "one of y, z, yy, yz, zz"),
-        ('along = "yz"\n', "", "along is None and follows radial_load; expected a direction"),
-        ('"radial_load"', '"torque"', "along is yz and follows torque; expected no key along"),
-        ('"torque"', '"none"', "x of a part that follows nothing; expected none"),
-        ('"none"', '"torque"', "no x; expected that of follows torque"),
-        ('"torque"', '"time"', r"x is 100000 to 400000; expected 0 to 1, the run"),
-        ("    0.0,\n    100000.0,", "    1.0,\n    100000.0,", "x begins at 1; expected 0"),
-        ("    250000.0,\n", "    900000.0,\n", r"x\[2\] is 400000 after 900000"),
-        ("    250000.0,\n", "", "wave 1: cosine has 3 points; expected 2, those of x"),
-        ("    0.0,\n    1e-05,", "    2.0,\n    1e-05,", "cosine begins at 2; expected 0 without"),
-        ("n_planets = 3", "n_planets = 99", "n_planets"),
-        ("sensor_radius = 0.412", "sensor_radius = -1", "sensor_radius"),
-        ("lobes = 1", "lobes = 2", "order 0 with 2 lobes is no wave of housing/tilt"),
-        ("    2e-05,\n", "    nan,\n", "a list of 1 to 10000 finite numbers"),
-        ("order = 0", "order = 65", "a whole number, 0 to 64"),
-    ],
-)
-def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
-    check_refused(several(), old, new, told, tmp_path)
-
-
-def test_a_law_without_tables_is_refused(tmp_path):
-    path = tmp_path / "law.toml"
-    write_measured_law(path, law_of(LawPart("none", np.empty(0), ())))
-    with pytest.raises(ValueError, match=r"\[\[part.wave\]\]: 0; expected 1 to 100"):
-        read_measured_law(path)
-    path.write_text(path.read_text(encoding="utf-8").partition("[[part]]")[0] + "part = []\n")
-    with pytest.raises(ValueError, match="part"):
-        read_measured_law(path)
-
-
-def test_visited_loads_stand_in_order(tmp_path):
-    path = tmp_path / "law.toml"
-    law = replace(several(), visited={**VISITED, "torque": (4e5, 1e5)})
-    write_measured_law(path, law)
-    with pytest.raises(ValueError, match="torque is 400000 to 100000; expected the least first"):
-        read_measured_law(path)
+        refuse_other_rig(law, planets, radius)

@@ -4,22 +4,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+from carrierflex.simulation.laws import (
     APART,
     BOTH,
+    MOUNTING,
     PORT,
     RADIAL,
     SMOOTH,
     STARBOARD,
-    bushing_forces,
-    packed_laws,
+    Branch,
+    Law,
+    Stop,
 )
-from carrierflex.simulation.mounting.measured_laws.bushing_memory_laws import (
-    BushingBranch,
-    BushingMemoryLaw,
-    BushingStop,
-)
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.time_integration import (
@@ -34,7 +32,7 @@ SLIP, YIELD = 1e4, 5e-4
 
 
 def laws_of(*parts, size=1.0):
-    return packed_laws([(BushingMemoryLaw("law", "hysteresis", parts, 1.0), size)])
+    return packed_laws([(Law("law", MOUNTING, "hysteresis", ("N", "m"), parts), size)])
 
 
 def from_rest(*, seconds=20.0, step=0.01):
@@ -52,12 +50,12 @@ def from_rest(*, seconds=20.0, step=0.01):
     [
         pytest.param(
             {"Kp": SLIP / YIELD, "Fy": SLIP},
-            BushingStop(APART, BOTH, YIELD, SLIP),
+            Stop(BOTH, YIELD, SLIP, APART),
             1e-10,
             marks=pytest.mark.long,
         ),
         # Steps differ: the built-in branch is a linear state.
-        ({"k": 1e7, "c": 5e6}, BushingBranch(BOTH, 0.5, 1e7), 1e-6),
+        ({"k": 1e7, "c": 5e6}, Branch(BOTH, 0.5, 1e7), 1e-6),
     ],
 )
 def test_a_part_moves_the_housing_as_its_built_in_law_does(built_in, part, tolerance):
@@ -76,7 +74,7 @@ def test_a_part_moves_the_housing_as_its_built_in_law_does(built_in, part, toler
 @pytest.mark.parametrize(("step", "tolerance"), [(1e-3, 1e-5), (4e-3, 1e-4)])
 def test_stiff_parts_move_alike_at_long_steps(step, tolerance):
     # 400 MN/m and more beside 18: the longest steps that are taken turn by 3 rad.
-    laws = laws_of(BushingStop(RADIAL, BOTH, 2e-3, 8e5), BushingBranch(PORT, 0.2, 3e8))
+    laws = laws_of(Stop(BOTH, 2e-3, 8e5, RADIAL), Branch(PORT, 0.2, 3e8))
     parameters = parameter_array(RIG, LINEAR)
     own = simulate(RIG, parameters, from_rest(seconds=4.0), step=step, tables=laws).signals
     fine = simulate(RIG, parameters, from_rest(seconds=4.0), step=2.5e-4, tables=laws).signals
@@ -85,9 +83,9 @@ def test_stiff_parts_move_alike_at_long_steps(step, tolerance):
 
 def test_a_record_in_pieces_is_the_whole_record():
     laws = laws_of(
-        BushingStop(RADIAL, STARBOARD, YIELD, SLIP),
-        BushingStop(SMOOTH, PORT, YIELD, SLIP),
-        BushingBranch(BOTH, 0.3, 1e7),
+        Stop(STARBOARD, YIELD, SLIP, RADIAL),
+        Stop(PORT, YIELD, SLIP, SMOOTH),
+        Branch(BOTH, 0.3, 1e7),
     )
     inputs = from_rest()
     model = mounting_model(
@@ -108,7 +106,7 @@ def test_a_radial_stop_slips_in_the_direction_of_the_motion():
     angle = np.linspace(0.0, 8.0 * np.pi, 40_001)
     circle = 2.0 * YIELD * np.array([np.cos(angle), np.sin(angle)])
     u = np.stack([circle, np.zeros_like(circle)])
-    force = bushing_forces(laws_of(BushingStop(RADIAL, BOTH, YIELD, SLIP)), u, 0.0 * u, 1e-3)
+    force = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, RADIAL)), u, 0.0 * u, 1e-3)
     late = slice(30_000, None)
     assert_allclose(np.hypot(*force[0])[late], SLIP, rtol=1e-9)
     # A tractrix about a circle of radius R = 2 r: in the steady state the stop's end goes along its
@@ -122,15 +120,15 @@ def test_a_radial_stop_slips_in_the_direction_of_the_motion():
 def test_a_radial_stop_in_one_direction_is_one_that_acts_apart():
     u = np.zeros((2, 2, 400))
     u[:, 1] = 3.0 * YIELD * np.sin(np.linspace(0.0, 12.0, 400))
-    own = bushing_forces(laws_of(BushingStop(RADIAL, BOTH, YIELD, SLIP)), u, 0.0 * u, 1e-3)
-    apart = bushing_forces(laws_of(BushingStop(APART, BOTH, YIELD, SLIP)), u, 0.0 * u, 1e-3)
+    own = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, RADIAL)), u, 0.0 * u, 1e-3)
+    apart = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, APART)), u, 0.0 * u, 1e-3)
     assert_allclose(own, apart, atol=1e-9 * SLIP)
     assert np.abs(apart).max() == pytest.approx(SLIP)
 
 
 def test_the_size_scales_forces_and_a_part_acts_in_its_bushing():
     u = np.cumsum(np.random.default_rng(0).standard_normal((2, 2, 300)) * 2e-4, axis=2)
-    parts = (BushingStop(APART, PORT, YIELD, SLIP), BushingBranch(PORT, 0.1, 1e7))
+    parts = (Stop(PORT, YIELD, SLIP, APART), Branch(PORT, 0.1, 1e7))
     own = bushing_forces(laws_of(*parts), u, 0.0 * u, 1e-2)
     assert_allclose(own[0], 0.0)
     assert np.abs(own[1]).max() > SLIP
@@ -141,7 +139,7 @@ def test_a_branch_relaxes_with_its_time():
     u = np.zeros((2, 2, 200))
     u[:, :, 1:] = 1e-3
     tau, step = 0.25, 1e-2
-    own = bushing_forces(laws_of(BushingBranch(BOTH, tau, 1e7)), u, 0.0 * u, step)
+    own = bushing_forces(laws_of(Branch(BOTH, tau, 1e7)), u, 0.0 * u, step)
     decay = np.exp(-step * np.arange(199) / tau)
     assert_allclose(own[0, 0, 1:], own[0, 0, 1] * decay, rtol=1e-9)
     # A ramp of one step leaves tau / step (1 - exp(-step / tau)) of the spring's force.
@@ -154,7 +152,7 @@ def test_a_smooth_stop_gives_way_along_its_path():
     back = np.linspace(3.0 * YIELD, YIELD, 150)[1:]
     u = np.zeros((2, 2, 349))
     u[:, 1] = np.concatenate([out, back])
-    force = bushing_forces(laws_of(BushingStop(SMOOTH, BOTH, YIELD, SLIP)), u, 0.0 * u, 1e-3)
+    force = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, SMOOTH)), u, 0.0 * u, 1e-3)
     rising = -np.expm1(-out / YIELD)
     falling = (1.0 + rising[-1]) * np.exp((back - out[-1]) / YIELD) - 1.0
     assert_allclose(force[0, 1], SLIP * np.concatenate([rising, falling]), atol=1e-9 * SLIP)
@@ -166,7 +164,7 @@ def test_a_smooth_stop_follows_its_path_round_a_circle():
     angle = np.linspace(0.0, 8.0 * np.pi, 40_001)
     circle = 2.0 * YIELD * np.array([np.cos(angle), np.sin(angle)])
     u = np.stack([circle, np.zeros_like(circle)])
-    force = bushing_forces(laws_of(BushingStop(SMOOTH, BOTH, YIELD, SLIP)), u, 0.0 * u, 1e-3)
+    force = bushing_forces(laws_of(Stop(BOTH, YIELD, SLIP, SMOOTH)), u, 0.0 * u, 1e-3)
     late = slice(30_000, None)
     # z' = t - z / l along the path, t turning once in 2 pi R: |z| = 1 / sqrt(1 + (l / R)^2), behind
     # the tangent by atan(l / R).

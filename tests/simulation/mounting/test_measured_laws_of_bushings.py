@@ -5,14 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
+from carrierflex.simulation.laws import APART, BOTH, MOUNTING, PORT, RADIAL, STARBOARD, Law, Table
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
-    APART,
-    BOTH,
-    PORT,
-    RADIAL,
-    STARBOARD,
-    BushingLaw,
-    BushingPart,
     bushing_force,
     bushing_forces,
     packed_laws,
@@ -29,14 +23,14 @@ HARD = 3e12
 
 
 def law_of(*parts, effect_class="restoring_force"):
-    return packed_laws([(BushingLaw("law", effect_class, parts), 1.0)])
+    return packed_laws([(Law("law", MOUNTING, effect_class, ("N", "m"), parts), 1.0)])
 
 
 def cubic_of(bushing=BOTH):
-    return BushingPart(APART, bushing, ALONG, K3 * ALONG**3)
+    return Table(bushing, ALONG, K3 * ALONG**3, APART)
 
 
-RADIAL_CUBIC = BushingPart(RADIAL, BOTH, SIZE, HARD * SIZE**3)
+RADIAL_CUBIC = Table(BOTH, SIZE, HARD * SIZE**3, RADIAL)
 
 
 def test_a_table_of_the_built_in_law_moves_as_it_does():
@@ -66,7 +60,7 @@ def test_a_radial_force_turns_with_its_deflection():
 
 
 def test_damping_keeps_its_end_value_and_a_force_its_slope():
-    line = BushingPart(APART, BOTH, np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 0.0, 2.0]))
+    line = Table(BOTH, np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 0.0, 2.0]), APART)
     assert bushing_force(law_of(line), 0, 3.0, 0.0, 9.0, 0.0) == pytest.approx(6.0)
     speed = law_of(line, effect_class="dissipation")
     assert bushing_force(speed, 0, 9.0, 0.0, 3.0, 0.0) == pytest.approx(6.0)
@@ -79,9 +73,9 @@ def test_damping_keeps_its_end_value_and_a_force_its_slope():
     "tables",
     [
         law_of(RADIAL_CUBIC),
-        law_of(BushingPart(RADIAL, PORT, SIZE, 1e8 * SIZE), effect_class="coupled_damping"),
+        law_of(Table(PORT, SIZE, 1e8 * SIZE, RADIAL), effect_class="coupled_damping"),
         law_of(
-            BushingPart(RADIAL, BOTH, np.array([0.0, 5e-3, 5e-2]), np.array([0.0, 3e3, 1e4])),
+            Table(BOTH, np.array([0.0, 5e-3, 5e-2]), np.array([0.0, 3e3, 1e4]), RADIAL),
             effect_class="dissipation",
         ),
     ],

@@ -1,5 +1,4 @@
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,13 +9,8 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.carrier.carrier_identification import identify_each_run
 from carrierflex.identification.carrier.models import flexible_model
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.simulation.carrier.measured_laws.carrier_laws import (
-    CarrierLaw,
-    LawPart,
-    WaveTable,
-)
-from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
-from carrierflex.simulation.law_files import write_measured_law
+from carrierflex.simulation.law_files import write_law
+from carrierflex.simulation.laws import CARRIER, ELEMENT, Law, Table, Wave
 from carrierflex.workflows.simulation.simulate_load_case import main
 from tests.simulation.synthetic_curves import curve_set
 
@@ -75,13 +69,14 @@ def test_a_refused_case_leaves_nothing(tmp_path, curves):
     assert not (tmp_path / "campaign").exists()
 
 
-def law_file(path, **changes):
+def law_file(path, n_planets=3):
     """Law file of a tilt of 20 um that grows up to the torque of 180 kN m and stays."""
     x = np.array([0.0, 1.8e5, 3.6e5])
-    waves = (WaveTable("axial_displacement", 0, 1, np.array([0.0, 2e-5, 2e-5]), 0.0 * x),)
+    height = np.array([0.0, 2e-5, 2e-5])
+    waves = (Wave("axial_displacement", 0, 1, "torque", height, 0.0 * x, x),)
     visited = {"torque": (1.8e5, 3.6e5), "ntl_y": (0.0, 0.0), "ntl_z": (0.0, 0.0)}
-    law = CarrierLaw("bent", "housing/tilt", 3, 0.412, (LawPart("torque", x, waves),), visited)
-    write_measured_law(path, replace(law, **changes))
+    rig = {"n_planets": n_planets, "sensor_radius": 0.412}
+    write_law(path, Law("bent", CARRIER, "housing/tilt", ("N", "m"), waves, visited, rig))
     return path
 
 
@@ -110,7 +105,8 @@ def test_a_law_that_is_none_of_the_case_is_refused(tmp_path, curves):
         main(shipped_case(), out=tmp_path / "out", curves=curves, law=[other])
     x = np.array([0.0, 1.0])
     element = tmp_path / "element.toml"
-    write_measured_law(element, TabulatedLaw("own", "dissipation", x, x, ("N", "m")))
+    table = Table(ELEMENT, x, x)
+    write_law(element, Law("own", ELEMENT, "dissipation", ("N", "m"), (table,)))
     with pytest.raises(ValueError, match="law 'own' is not of a carrier, which the case is"):
         main(shipped_case(), out=tmp_path / "out", curves=curves, law=[element])
     for name in ("mounting_2011", "stage_lc1"):

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.answer import ShapeAndLaw
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.laws import NearestLaw
 from carrierflex.diagnosis.classes.results import MeasuredShape
@@ -35,7 +36,16 @@ from carrierflex.diagnosis.element.classes.measured.surface_shape import surface
 from carrierflex.diagnosis.element.classes.memory_parts import parts_of_branches
 from carrierflex.diagnosis.element.classes.table import ElementTable
 from carrierflex.diagnosis.element.classes.table_of_loop import LOOP
-from carrierflex.simulation.element.memory_laws import NO_PARTS, WITH_MEMORY, MemoryLaw
+from carrierflex.simulation.element.memory_laws import NO_PARTS, MemoryParts, law_parts
+from carrierflex.simulation.laws import (
+    ELEMENT,
+    TABULATED,
+    WITH_MEMORY,
+    Friction,
+    Law,
+    Part,
+    Table,
+)
 
 #: Groups whose columns make the curve of a class.
 _GROUPS: dict[str, tuple[str, ...]] = {
@@ -70,8 +80,8 @@ def measured_shape(
     name: str,
     held: HeldOutSquares,
     law: NearestLaw,
-) -> MeasuredShape | None:
-    """Curve of one class of an answer.
+) -> ShapeAndLaw:
+    """Curve of one class of an answer, and the law without a name that it makes.
 
     Parameters
     ----------
@@ -90,15 +100,15 @@ def measured_shape(
 
     Returns
     -------
-    MeasuredShape or None
-        None for a class without a curve.
+    tuple of (MeasuredShape or None, Law or None)
+        None for a class without a curve, and for one without a law.
     """
     if name == FORCE_SURFACE:
-        found = surface_shape(own.bases, units, scores, held)
+        shape, measured_law = surface_shape(own.bases, units, scores, held)
         # Off the one curve that the records go round a surface is anything.
-        return replace(found, surface=None) if is_one_curve(own) else found
+        return shape, None if is_one_curve(own) else measured_law
     if name not in _GROUPS:
-        return None
+        return None, None
     curve = _curve(own, name, units)
     has_loop = name == HYSTERESIS and own.loop is not None
     groups = (*_GROUPS[name], LOOP) if has_loop else _GROUPS[name]
@@ -115,7 +125,7 @@ def measured_shape(
     smooth, steps = y, (0.0, 0.0)
     if name == DISSIPATION:
         smooth, steps = without_steps(curve.x, y, own.bases.size.rest_speed)
-    return MeasuredShape(
+    shape = MeasuredShape(
         curve.x,
         y,
         band,
@@ -125,27 +135,38 @@ def measured_shape(
         words,
         smooth,
         steps,
-        memory=_memory_law(own, name, draws[0], units),
     )
+    return shape, _law(own, name, shape, draws[0], units)
 
 
-def _memory_law(
-    own: ElementTable, name: str, weights: FloatArray, units: tuple[str, str]
-) -> MemoryLaw | None:
-    """Parts that a class with a memory is made of; None of a class without one."""
+def _law(
+    own: ElementTable,
+    name: str,
+    shape: MeasuredShape,
+    weights: FloatArray,
+    units: tuple[str, str],
+) -> Law | None:
+    """Law of a curve, without name; None of a class that no file holds."""
+    if name in TABULATED:
+        parts: list[Part] = [Table(ELEMENT, shape.x, shape.smooth)]
+        if any(shape.steps):
+            parts.append(Friction(ELEMENT, *shape.steps))
+        return Law("", ELEMENT, name, units, tuple(parts))
     if name not in WITH_MEMORY:
         return None
-    bases, size = own.bases, own.bases.size
-    visited = (size.low, size.high)
+    size = own.bases.size
+    rows = _rows_with_memory(own, name, weights)
+    return Law("", ELEMENT, name, units, law_parts(rows), {"deflection": (size.low, size.high)})
+
+
+def _rows_with_memory(own: ElementTable, name: str, weights: FloatArray) -> MemoryParts:
+    """Branches of a memory; stops and smooth loop of a hysteresis."""
     if name == MEMORY:
-        branches = parts_of_branches(bases.taus, weights).branches
-        return MemoryLaw("", name, NO_PARTS.stops, branches, units, visited)
-    loops = NO_PARTS.loops
-    if own.loop is not None:
-        weights, force = weights[:-1], weights[-1]
-        loops = own.loop.row(force)[None]
-    stops = stops_of(weights, size).stops
-    return MemoryLaw("", name, stops, NO_PARTS.branches, units, visited, loops=loops)
+        return parts_of_branches(own.bases.taus, weights)
+    if own.loop is None:
+        return stops_of(weights, own.bases.size)
+    stops = stops_of(weights[:-1], own.bases.size).stops
+    return replace(NO_PARTS, stops=stops, loops=own.loop.row(weights[-1])[None])
 
 
 def _curve(own: ElementTable, name: str, units: tuple[str, str]) -> _Curve:

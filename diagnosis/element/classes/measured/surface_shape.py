@@ -1,6 +1,6 @@
 """The measured surface f(x, v): its curves over the speed, and the law that is kept of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,7 +24,8 @@ from carrierflex.diagnosis.element.classes.memory_parts import (
     parts_of_stops,
     stops_of_bristles,
 )
-from carrierflex.simulation.element.surface_laws import SurfaceLaw
+from carrierflex.simulation.element.memory_laws import law_parts
+from carrierflex.simulation.laws import ELEMENT, FORCE_SURFACE, Law, Surface
 
 #: Groups whose columns make the surface, dry friction with a memory last.
 GROUPS = ("f", "g", "jump", "h", "surface")
@@ -50,7 +51,7 @@ class _Grid:
 
 def surface_shape(
     bases: ElementBases, units: tuple[str, str], scores: ClassScores, held: HeldOutSquares
-) -> MeasuredShape:
+) -> tuple[MeasuredShape, Law]:
     """Force over the speed at two deflections, and the surface as a law without a name.
 
     Parameters
@@ -66,7 +67,7 @@ def surface_shape(
 
     Returns
     -------
-    MeasuredShape
+    tuple of (MeasuredShape, Law)
         Curve at a quarter of the range, beside it that at three quarters; straight parts that the
         baseline takes up are in neither curve nor law.
     """
@@ -88,7 +89,7 @@ def surface_shape(
         name = f"at {length_words(x, length)}"
         curves.append(BesideCurve(name, grid.v, values[0], band_of(values[0], values[1:])))
     lower, upper = curves
-    return MeasuredShape(
+    shape = MeasuredShape(
         lower.x,
         lower.y,
         lower.band,
@@ -99,9 +100,9 @@ def surface_shape(
         lower.y,
         (0.0, 0.0),
         beside=(upper,),
-        surface=law,
         name=lower.name,
     )
+    return shape, law
 
 
 def _without_lines(v: FloatArray, values: FloatArray, rest_speed: float) -> FloatArray:
@@ -151,7 +152,7 @@ def _law(
     weights: FloatArray,
     slips: FloatArray,
     units: tuple[str, str],
-) -> SurfaceLaw:
+) -> Law:
     """Surface without its steps at rest, dry friction beside it.
 
     Without the plane of x and v too, which the baseline takes up.
@@ -176,4 +177,7 @@ def _law(
     y -= slope * grid.x[:, None] + constant + damping * grid.v
     bristles = stops_of_bristles(size.presliding, slips)
     turning = parts_of_stops({"slip": bristles}, 0.0, size.half_range)
-    return SurfaceLaw("", grid.x, grid.v, y, np.array(levels), turning.stops, units)
+    friction = np.column_stack([grid.x, levels])
+    parts = law_parts(replace(turning, levels=friction) if any(levels) else turning)
+    surface = Surface(ELEMENT, grid.x, grid.v, y)
+    return Law("", ELEMENT, FORCE_SURFACE, units, (surface, *parts))
