@@ -62,7 +62,7 @@ def faults_of(kind: str) -> tuple[Fault, ...]:
     Returns
     -------
     tuple of Fault
-        In the order of the table in docs/reliability.md.
+        Scale, time, samples, runs, then those of the kind.
     """
     return (
         *_faults_of_scale(),

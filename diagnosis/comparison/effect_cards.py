@@ -4,7 +4,7 @@ A card also states what its effect is confused with.
 
 The kinds "carrier", "mounting" and "element" bring a library of cards; users add their own by an
 entry point of the group ``carrierflex.effects`` that names an :class:`EffectCard`. The chapter
-"Adding an effect or a kind" of docs/diagnosis.md has an example of each kind.
+"Adding an effect or a kind" of docs/own_effects.md has an example of each kind.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,6 +1,6 @@
 """Laws of the cards, mostly users': tried once, and refused by the card's id.
 
-The law of a card says how its kind computes the effect; docs/diagnosis.md has an example of each
+The law of a card says how its kind computes the effect; docs/own_effects.md has an example of each
 kind. Where effects are forces it is ``(deflection, speed, parameters) -> force``, which numba can
 compile; see :mod:`carrierflex.simulation.force_laws`.
 """

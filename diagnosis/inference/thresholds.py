@@ -10,7 +10,7 @@ INTERVAL = (0.025, 0.975)
 class Thresholds:
     """Limits of the verdicts and of the search.
 
-    See docs/diagnosis.md for the null runs they were set on.
+    Where each of them decides: docs/diagnosis_method.md.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The effects that docs/diagnosis.md adds, run as printed there and found in campaigns."""
+"""The effects that docs/own_effects.md adds, run as printed there and found in campaigns."""
 
 import re
 import sys
@@ -27,7 +27,7 @@ from tests.diagnosis.mounting.mounting_campaigns import (
     mounting_campaign,
 )
 
-PAGE = Path(__file__).parents[2] / "docs" / "diagnosis.md"
+PAGE = Path(__file__).parents[2] / "docs" / "own_effects.md"
 #: Truth of the stops in the bushings: stiffness [N/m] and clearance [m].
 STOP_STIFFNESS, CLEARANCE = 2.0e7, 4.0e-3
 #: Steps of the truth in a sampling interval of 50 ms; the mounting swings at up to 20 Hz.
