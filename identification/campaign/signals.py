@@ -3,7 +3,7 @@
 Even steps, the trusted band, derivatives, the drive between the samples.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
