@@ -12,7 +12,7 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.problem import CandidateExperiment
-from carrierflex.diagnosis.diagnose import diagnose, verdict_alone
+from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.diagnosis.inference.results import (
@@ -40,10 +40,9 @@ def with_answers(problem, **answers):
     return type("Problem", (LinearProblem,), methods)(**vars(problem))
 
 
-@pytest.mark.parametrize("ask", [diagnose, verdict_alone])
-def test_what_the_records_lack_for_a_diagnosis_is_told(ask):
+def test_what_the_records_lack_for_a_diagnosis_is_told():
     def told(problem, **limits):
-        given = ask(problem, campaign="c", kind="k", thresholds=replace(LIMITS, **limits))
+        given = diagnose(problem, campaign="c", kind="k", thresholds=replace(LIMITS, **limits))
         if given.verdict == NOT_DIAGNOSABLE:
             assert given.reason == given.attribution.discriminating_experiment
             assert given.reduction is None
@@ -68,12 +67,11 @@ def test_what_the_records_lack_for_a_diagnosis_is_told(ask):
     )
 
 
-@pytest.mark.parametrize("ask", [diagnose, verdict_alone])
-def test_limits_may_be_left_out(ask):
+def test_limits_may_be_left_out():
     problem = linear_problem({"a": 5.0}, n_samples=100)
-    assert ask(problem, campaign="c", kind="k").attribution.effects == ("a",)
+    assert diagnose(problem, campaign="c", kind="k").attribution.effects == ("a",)
     short = linear_problem({"a": 5.0}, n_samples=99)
-    assert "expected at least 200" in ask(short, campaign="c", kind="k").reason
+    assert "expected at least 200" in diagnose(short, campaign="c", kind="k").reason
 
 
 def test_every_step_is_told_as_it_begins():
