@@ -32,8 +32,8 @@ from carrierflex.diagnosis.inference.results import (
 from carrierflex.diagnosis.inference.selection import Selection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.verdict import verdict_of
-from tests.diagnosis.class_answers import one_class
-from tests.diagnosis.inference.toy_problem import LinearProblem, linear_problem
+from tests.diagnosis.class_answers import no_class
+from tests.diagnosis.inference.toy_problem import linear_problem, with_answers
 
 HOLDERS = {
     "cube": ("spring",),
@@ -461,15 +461,13 @@ def diagnosed(*args, sets=(), **options):
     limits = Thresholds(bootstrap_samples=40, fewest_samples=20)
     problem = linear_problem(*args, **options)
     if sets:
-        silent = replace(one_class("spring", "", {}, state=NO_CLASS), classes=(), law_sets=sets)
-        methods = {"class_answer": lambda self: silent, "gram_table": lambda self: None}
-        problem = type("Problem", (LinearProblem,), methods)(**vars(problem))
+        problem = with_answers(problem, class_answer=no_class(*sets))
     return diagnose(problem, campaign="toy", kind="element", thresholds=limits)
 
 
 def test_every_verdict_of_laws_is_reached_from_records():
     named = diagnosed({"a": 3.0, "b": 5.0}, sets=(("a",), ("b",), ("a", "b")))
-    assert (named.verdict, named.attribution.effects) == (NAMED, ("a", "b"))
+    assert (named.verdict, named.attribution.effects) == (NAMED, ("b", "a"))
     assert named.attribution.parameters["a"]["x"].value == pytest.approx(3.0)
     # With 2 outside the library: 8² of 8² + 2² is explained, the root of 1 + 2² is left.
     remainder = diagnosed({"a": 8.0, "outside": 2.0})
