@@ -1,8 +1,7 @@
 """Sets of laws fitted once: what a set explains, and why it is not supported."""
 
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from dataclasses import replace
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -256,22 +255,6 @@ def test_sets_that_do_not_wait_for_each_other_are_fitted_and_scored_elsewhere():
     assert notes == [f"baseline + {pair}" for pair in ("a", "c", "a + b", "a + c")]
     # The noise, and what b leaves where it is not in the set.
     assert_allclose([fits.mean_square(pair) for pair in (("a", "b"), ("a", "c"))], [1.0, 10.0])
-
-
-def test_fits_made_in_another_process_are_the_same_numbers():
-    problem = linear_problem({"a": 1.0, "c": 0.6})
-    singles, pairs = [("a",), ("b",), ("c",)], [("a", "c"), ("a", "b")]
-    here = law_fits(problem, LIMITS)
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        there = law_fits(problem, LIMITS, executor=executor)
-        for fits in (here, there):
-            for sets in ([()], singles, pairs):
-                fits.score_all(sets)
-    assert list(here.scores) == list(there.scores)
-    assert list(here.fits) == list(there.fits)
-    for effects, score in here.scores.items():
-        assert_allclose(there.scores[effects].square, score.square, rtol=0.0, atol=0.0)
-        assert_allclose(there.fits[effects].theta, here.fits[effects].theta, rtol=0.0, atol=0.0)
 
 
 # Parameters that change from fold to fold
