@@ -10,10 +10,8 @@ WORKERS := 2
 FUZZ_INPUTS := 2000
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
-# The import name over the folders, as links; what mypy and pytest read.
-LINKS := build/import/carrierflex
 # A file's tests share fixtures and stay in one process. Dense matrices are small: a second thread of algebra only waits.
-PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules carrierflex studies examples tests \
 	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
 MAKEFLAGS += --no-print-directory
@@ -40,7 +38,6 @@ help:
 
 install:
 	@tools/install.sh $(PYTHON)
-	@tools/link_packages.sh
 
 # The tools of tests, and what tests and benchmarks compare with: MKL and Exudyn, which have licences of their own.
 install-development: install
@@ -94,7 +91,6 @@ gallery: install-development
 
 # mkdocs reads the source and imports nothing of it: an environment of its own, without finite elements.
 docs:
-	@tools/link_packages.sh
 	@[ build/docs-venv/installed -nt requirements-docs.lock ] || { rm -rf build/docs-venv && python3 -m venv build/docs-venv \
 		&& build/docs-venv/bin/pip install -q --disable-pip-version-check --require-hashes -r requirements-docs.lock \
 		&& touch build/docs-venv/installed; }
@@ -103,4 +99,4 @@ docs:
 
 clean:
 	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
-	find $(PACKAGES) tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+	find -P carrierflex $(PACKAGES) tests benchmarks studies examples -name __pycache__ -prune -exec rm -rf {} +

@@ -16,7 +16,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.ratio import Absent, Failed, Ratio, Row
-from benchmarks.run import BENCHMARKS
 from carrierflex.files.json_files import save_json
 
 #: Of the JSON file; one more where a key changes its meaning or goes.
@@ -178,7 +177,8 @@ def _plain(row: Row) -> dict[str, Any]:
 def ratio_table(rows: Sequence[tuple[str, Row]]) -> Table:
     """One table of all rows, a heading for every benchmark; fits 80 columns by wrapping."""
     table = Table(box=None, pad_edge=False, expand=True)
-    table.add_column("case, quantity", ratio=2, min_width=max(map(len, BENCHMARKS)))
+    longest = max((len(benchmark) for benchmark, _ in rows), default=1)
+    table.add_column("case, quantity", ratio=2, min_width=longest)
     table.add_column("ours", justify="right", no_wrap=True)
     table.add_column("peer", ratio=1, min_width=14)
     table.add_column("ratio", justify="right", no_wrap=True)

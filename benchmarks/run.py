@@ -141,7 +141,7 @@ def run_alone(ratios: Callable[..., Iterator[Row]]) -> None:
     import cyclopts
     from rich.console import Console
 
-    from benchmarks.report import ratio_table  # report.py imports this module
+    from benchmarks.report import ratio_table
 
     @functools.wraps(ratios)
     def shown(*arguments: object, **options: object) -> None:

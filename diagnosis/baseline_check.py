@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.comparison.problem import BASELINE, ComparisonProblem
+from carrierflex.diagnosis.comparison.problem import BASELINE
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     CLASS_NAMED,
     NAMING,
 )
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.channel_gains import off_gains
 from carrierflex.diagnosis.wiring.clock import (

@@ -6,11 +6,9 @@ Table of classes and laws, answer by class, one fit of each nearest set of laws,
 from collections.abc import Callable
 from concurrent.futures import Executor
 
-from carrierflex.diagnosis.classes.answer import WithClasses
-from carrierflex.diagnosis.comparison.overlay import Overlaid, SignalComparison
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects
-from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
-from carrierflex.diagnosis.gap.off_order_motion import WithLines
+from carrierflex.diagnosis.comparison.overlay import SignalComparison
+from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
@@ -26,6 +24,7 @@ from carrierflex.diagnosis.inference.results import (
 from carrierflex.diagnosis.inference.selection import Selection, candidate_sets, selected
 from carrierflex.diagnosis.inference.separating_trial import separating_trial
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.line_verdict import line_verdict
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.verdict import Verdict, verdict_of
@@ -68,9 +67,11 @@ def diagnose(
     if missing:
         return _not_diagnosable(campaign, kind, problem.unit, missing)
     note("classes")
-    answer = problem.class_answer() if isinstance(problem, WithClasses) else None
+    answer = problem.class_answer()
     fits = law_fits(problem, limits, note, executor)
-    selection = selected(fits, candidate_sets(problem, answer.law_sets if answer else None))
+    is_at_floor = floor_is_measured and fits.is_at_floor
+    of_table = answer.law_sets if answer else None
+    selection = selected(fits, () if is_at_floor else candidate_sets(problem, of_table))
     note("intervals")
     of_laws = gap_reduction(fits, selection.accepted)
     judged = verdict_of(selection, of_laws, answer, limits, floor_is_measured=floor_is_measured)
@@ -108,9 +109,7 @@ def diagnose(
 
 
 def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
-    """Verdict with the motion beside the shaft's orders, where the kind looks there."""
-    if not isinstance(problem, WithLines):
-        return judged
+    """Verdict with the motion beside the shaft's orders."""
     classes = judged.answer.classes if judged.answer is not None else ()
     motions = problem.off_order_motions()
     joint = line_verdict(judged.verdict, judged.reason, judged.reduction, motions, classes)
@@ -173,14 +172,12 @@ def _separating_trial(fits: LawFits, selection: Selection, judged: Verdict) -> s
 def _gap_detail(
     problem: ComparisonProblem, before: EffectFit, after: EffectFit, reduction: GapReduction
 ) -> GapDetail | None:
-    """The baseline's gap beyond its map, with its uncertainty before and after.
-
-    Where the problem looks at it.
-    """
-    if not isinstance(problem, Detailed):
+    """The baseline's gap beyond its map, with its uncertainty before and after."""
+    findings = problem.gap_findings((), before.theta)
+    if findings is None:
         return None
     return GapDetail(
-        problem.gap_findings((), before.theta),
+        findings,
         cell_validations(
             reduction.cells_before,
             reduction.cells_after,
@@ -194,8 +191,6 @@ def _signals(
     problem: ComparisonProblem, before: EffectFit, after: EffectFit
 ) -> SignalComparison | None:
     """Signals with the baseline and with the accepted laws, where the problem has them."""
-    if not isinstance(problem, Overlaid):
-        return None
     overlays = tuple(problem.overlays((), before.theta))
     if not overlays:
         return None

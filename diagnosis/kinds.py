@@ -10,7 +10,6 @@ from carrierflex.diagnosis.carrier.classes.measured_laws import (
 )
 from carrierflex.diagnosis.carrier.classes.measured_laws import carrier_law_of_answer
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
-from carrierflex.diagnosis.carrier.records.residuals import carrier_residuals
 from carrierflex.diagnosis.carrier.wiring import (
     carrier_left,
     carrier_predictions,
@@ -19,7 +18,6 @@ from carrierflex.diagnosis.carrier.wiring import (
     unchecked_records,
 )
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
 from carrierflex.diagnosis.element.classes.measured.measured_laws import (
     beyond_visited,
     law_of_answer,
@@ -27,7 +25,6 @@ from carrierflex.diagnosis.element.classes.measured.measured_laws import (
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.element.wiring.clocks import element_clocks
-from carrierflex.diagnosis.element.wiring.residuals import element_residuals
 from carrierflex.diagnosis.element.wiring.rivals import (
     element_left,
     element_linear,
@@ -35,10 +32,10 @@ from carrierflex.diagnosis.element.wiring.rivals import (
     element_rivals,
 )
 from carrierflex.diagnosis.inference.effect_fit import baseline_left
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.mounting.classes.measured_laws import bushing_law_of_answer
 from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
 from carrierflex.diagnosis.mounting.problem import MountingProblem, mounting_problem
-from carrierflex.diagnosis.mounting.residuals import mounting_residuals
 from carrierflex.diagnosis.mounting.wiring import (
     mounting_linear,
     mounting_predictions,
@@ -174,45 +171,6 @@ PROBLEM_BUILDERS: dict[
     "element": _element,
     "mounting": _mounting,
 }
-
-
-def residuals_of(
-    problem: ComparisonProblem, campaign: Campaign, effects: Effects, theta: FloatArray
-) -> tuple[FloatArray, ...]:
-    """Measured less predicted signals at the samples of every run, by the campaign's kind.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Problem of the campaign.
-    campaign : Campaign
-        Its records.
-    effects : tuple of str
-        Effects beside the baseline.
-    theta : ndarray, shape (p,)
-        Parameters of the set.
-
-    Returns
-    -------
-    tuple of ndarray, shape (n, n_channels)
-        One a run; NaN where nothing was measured or nothing is predicted.
-
-    Raises
-    ------
-    ValueError
-        Where the kind has none.
-    """
-    if isinstance(problem, CarrierProblem):
-        return carrier_residuals(problem, effects, theta)
-    if isinstance(problem, ElementProblem):
-        return element_residuals(problem, campaign, effects, theta)
-    if isinstance(problem, MountingProblem):
-        return mounting_residuals(problem, campaign, effects, theta)
-    known = ", ".join(PROBLEM_BUILDERS)
-    raise ValueError(
-        f"campaign '{campaign.name}' is of kind {campaign.kind}; residuals in time are those of "
-        f"the kinds {known}"
-    )
 
 
 def law_findings(

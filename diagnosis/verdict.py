@@ -103,7 +103,7 @@ def verdict_of(
         named = _by_laws(_silent(answer), laws, reduction, answer.ids)
         return Verdict(verdict, reason, laws, named, reduction)
     covered = _covered(laws, answer) or _with_small_causes(laws, answer, reduction)
-    if covered is not None and _follow(answer, reduction):
+    if covered is not None and _follow(answer, reduction, limits):
         named = _with_named_laws(answer, covered, laws)
         return Verdict(verdict, reason, laws, named, reduction)
     if answer.state == NO_CLASS:
@@ -183,8 +183,13 @@ def _silent(answer: ClassAnswer) -> ClassAnswer:
     return replace(answer, state=NOTHING, classes=(), ties=(), learnt_by=())
 
 
-def _follow(answer: ClassAnswer, reduction: GapReduction) -> bool:
-    """Whether the laws explain what their class does."""
+def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) -> bool:
+    """Whether the laws explain what their class does, where that is all of a cause.
+
+    A class that only leads leaves part of the gap that its law does not hold either.
+    """
+    if answer.state == LEADING_CLASS and reduction.floor_multiple > limits.near_floor:
+        return False
     is_equal = all(finding.law_named for finding in answer.classes)
     return is_equal or reduction.phi >= min(answer.share, 1.0) - ClassConstants().law_named
 

@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,7 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows import command_line
 from carrierflex.workflows.support.cache_store import FOLDER_VARIABLE
 
+ROOT = Path(__file__).parents[1]
 #: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few
 #: per cent already.
 SIZE = 0.06
@@ -47,7 +49,11 @@ def pytest_configure(config):
     """Let an interruption interrupt: a process in the background, and its children, ignore it.
 
     Compile what is compiled at import before there are several processes to do it at once.
+    Processes that tests start import the packages of this checkout, as the tests do
+    (``pythonpath`` in pyproject.toml), also in the environment of another one.
     """
+    path = (str(ROOT), os.environ.get("PYTHONPATH"))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, path))
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if config.getoption("numprocesses", None):
         importlib.import_module("carrierflex.simulation.element.kernels")

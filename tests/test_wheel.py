@@ -21,7 +21,10 @@ def wheel(tmp_path_factory):
     source = tmp_path_factory.mktemp("source")
     for folder in FOLDERS:
         shutil.copytree(
-            ROOT / folder, source / folder, ignore=shutil.ignore_patterns("__pycache__")
+            ROOT / folder,
+            source / folder,
+            symlinks=True,
+            ignore=shutil.ignore_patterns("__pycache__"),
         )
     for file in FILES:
         shutil.copy(ROOT / file, source / file)
@@ -49,7 +52,7 @@ def test_the_wheel_holds_one_package_and_no_generic_name(installed):
 
 
 def test_every_source_and_data_file_is_in_the_wheel(installed):
-    suffixes = {".py", ".toml", ".csv", ".j2", ".c"}
+    suffixes = {".py", ".typed", ".toml", ".json", ".csv", ".j2", ".c"}
     for folder in FOLDERS:
         inside = installed / "carrierflex" / (folder if folder != "carrierflex" else "")
         for path in (ROOT / folder).rglob("*"):

@@ -209,7 +209,9 @@ def linked_packages(folder: Path) -> None:
     top = folder / "carrierflex"
     top.mkdir()
     changed = {Path(module).parts[0] for module in TESTS}
-    for own in (ROOT / "build" / "import" / "carrierflex").iterdir():
+    for own in (ROOT / "carrierflex").iterdir():
+        if own.name == "__pycache__":
+            continue
         if own.name in changed:
             ignored = shutil.ignore_patterns("__pycache__")
             shutil.copytree(own.resolve(), top / own.name, ignore=ignored)

@@ -6,12 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource
-from carrierflex.diagnosis.comparison.problem import (
-    CandidateExperiment,
-    ComparisonProblem,
-    Effects,
-    FloatArray,
-)
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 

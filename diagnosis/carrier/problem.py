@@ -42,7 +42,6 @@ from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
-    CandidateExperiment,
     Effects,
     FloatArray,
     GapCell,
@@ -54,6 +53,7 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
@@ -61,7 +61,7 @@ from carrierflex.simulation.carrier.measured_laws.carrier_laws import CarrierLaw
 
 
 @dataclass(frozen=True, eq=False)
-class CarrierProblem:
+class CarrierProblem(ComparisonProblem):
     """Rim sensors of a planet carrier.
 
     See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
@@ -242,11 +242,6 @@ class CarrierProblem:
         """Mean turn of every sensor as measured and as a model has it."""
         gaps = self._orders.turns(effects, theta)
         return carrier_overlays(self.model, self._orders.measured_turns, gaps)
-
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
-        """ComparisonProblem that measured what a model predicts."""
-        self._parts.let_go()
-        return replace(self, records=self.records.with_target(*self.values(effects, theta)))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""

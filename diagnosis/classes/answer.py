@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -21,19 +20,6 @@ from carrierflex.diagnosis.classes.shares import PairedShares, Shares, at_most_o
 
 #: Measured shape of one class of an answer: class, result of the answer, nearest law.
 ShapeOf = Callable[[ClassScores, str, HeldOutSquares, NearestLaw], MeasuredShape | None]
-
-
-@runtime_checkable
-class WithClasses(Protocol):
-    """A comparison problem whose kind has classes."""
-
-    def class_answer(self) -> ClassAnswer | None:
-        """Class of the missing effect; None where the records are too short for the comparison."""
-        ...
-
-    def gram_table(self) -> GramTable | None:
-        """Table that the answer is made from; None where the records are too short for it."""
-        ...
 
 
 def class_decision(

@@ -15,6 +15,8 @@ from carrierflex.diagnosis.comparison.problem import Effects
 _MOST_LAWS = 6
 #: Sets of one size that a further law is added to, and sets of one size that are returned.
 _EXTENDED, _RETURNED = 2, 3
+#: Ratio of what a set leaves of the gap to what the best leaves up to which it is worth a fit.
+_NEAR = 2.5
 #: Nearest laws of a class that stand for it, and sets of them for each set of classes.
 _NEAREST, _COMBINATIONS = 2, 4
 
@@ -62,7 +64,9 @@ def law_sets(
         for name, laws in scores.table.laws.items()
     }
     library = {name: law for name, law in scores.table.library.items() if name in simulated}
-    sets = [laws for own in sets_of_classes for laws in _nearest(scores, of_each_class, own)]
+    sets = [
+        laws for own in sets_of_classes for laws in _nearest(scores, shares, of_each_class, own)
+    ]
     sets += [entry.laws for entry in _grown(scores, shares, library)]
     return tuple(dict.fromkeys(tuple(sorted(laws)) for laws in sets if laws))
 
@@ -85,8 +89,14 @@ def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns
         if best.laws and not is_gain:
             break
         best, extended = ordered[0], ordered[:_EXTENDED]
-        returned += ordered[:_RETURNED]
+        returned += _near_best(shares, ordered)[:_RETURNED]
     return returned
+
+
+def _near_best(shares: Shares, ordered: Sequence[_LawSet]) -> list[_LawSet]:
+    """Sets that leave little more than the best of them, which comes first."""
+    most = _NEAR * shares.left(ordered[0].result)
+    return [entry for entry in ordered if shares.left(entry.result) <= most]
 
 
 def _with_law(scores: ClassScores, base: _LawSet, law: LawColumns) -> _LawSet:
@@ -98,7 +108,10 @@ def _with_law(scores: ClassScores, base: _LawSet, law: LawColumns) -> _LawSet:
 
 
 def _nearest(
-    scores: ClassScores, laws: Mapping[str, Sequence[LawColumns]], classes: Classes
+    scores: ClassScores,
+    shares: Shares,
+    laws: Mapping[str, Sequence[LawColumns]],
+    classes: Classes,
 ) -> Iterable[Effects]:
     """Sets of the nearest laws of some classes, one law a class."""
     of_each = [_nearest_laws(scores, laws.get(name, ()), name, classes) for name in classes]
@@ -106,7 +119,7 @@ def _nearest(
         return []
     sets = [_fitted_set(scores, chosen) for chosen in product(*of_each)]
     ordered = sorted(sets, key=lambda entry: entry.result.total)
-    return [entry.laws for entry in ordered[:_COMBINATIONS]]
+    return [entry.laws for entry in _near_best(shares, ordered)[:_COMBINATIONS]]
 
 
 def _nearest_laws(

@@ -17,13 +17,12 @@ channel.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ
 from carrierflex.diagnosis.comparison.known_physics import ERROR_KEYS, KnownPhysics
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.measurement import Measurement
 
 #: Errors of an input that intervals hold.
@@ -78,15 +77,6 @@ class Misreading:
 
     errors: tuple[DeclaredError, ...]
     scores: FloatArray
-
-
-@runtime_checkable
-class WithMisreading(Protocol):
-    """Problem that can tell what its signals would be if they were read with an error."""
-
-    def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
-        """What the declared errors do to a fit."""
-        ...
 
 
 def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:

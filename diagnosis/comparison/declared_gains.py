@@ -1,7 +1,6 @@
 """Constant errors of the gains of force and deflection, as a campaign declares them."""
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -62,13 +61,3 @@ class DeclaredGains:
 
 #: Nothing is declared.
 EXACT_GAINS = DeclaredGains()
-
-
-@runtime_checkable
-class WithGains(Protocol):
-    """Problem whose parameters scale with the gains of its signals."""
-
-    @property
-    def gains(self) -> DeclaredGains:
-        """What the campaign declares of them."""
-        ...

@@ -8,12 +8,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.problem import (
-    BoolArray,
-    FloatArray,
-    Parameter,
-    SegmentSums,
-)
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, Parameter, SegmentSums
 
 #: A difference is taken over a share of a parameter, or of this part of its scale if that is more.
 _LEAST_SHARE = 0.1

@@ -1,12 +1,10 @@
 """Measured and simulated signals side by side: what a comparison problem gives for the eye."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +43,6 @@ def signal_overlay(
     """Overlay of an evenly sampled signal and its residual, shape (n,) each."""
     time = step * np.arange(measured.size, dtype=np.float64)
     return Overlay(run, channel, time, "time", "s", measured, measured - residual)
-
-
-@runtime_checkable
-class Overlaid(Protocol):
-    """A problem whose signals can be laid over one another."""
-
-    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
-        """Every channel of every run."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

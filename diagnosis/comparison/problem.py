@@ -1,21 +1,11 @@
-"""What a kind of campaign gives to the diagnosis, after which everything is the same code.
+"""Segments, parameters, sums and cells: what a comparison problem is made of."""
 
-A comparison problem holds the measured records and a simulator with switchable effects. It answers
-in sums over segments of the record (a block of a run), so that a closed-form linear problem and one
-that integrates in time look alike: the residual is ``r = measured - predicted``, its derivatives by
-the parameters ``J
-= d predicted / d theta``.
-"""
-
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.fit_parameter import FitParameter
 
@@ -201,113 +191,3 @@ class GapCell:
     share_ci95: tuple[float, float]
     p_value: float
     frequency_hz: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class CandidateExperiment:
-    """A feasible measurement that was not made.
-
-    Parameters
-    ----------
-    text : str
-        The condition in words.
-    problem : callable
-        ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that
-        condition; None where the model runs away there.
-    """
-
-    text: str
-    problem: "Callable[[Effects, FloatArray], ComparisonProblem | None]"
-
-
-class ComparisonProblem(Protocol):
-    """Measured records and a simulator with switchable effects; what one kind of campaign brings.
-
-    `cards` are the candidates by id; the effects the baseline already contains are always in and
-    not among them. `cell_counts` and `noise_square`, shape (n_segments, n_cells), are the degrees
-    of freedom of each cell of the score and the sum of squares that noise alone leaves there;
-    `unit` is the unit of the residual, `n_channels` how many signals it has.
-    """
-
-    @property
-    def cards(self) -> Mapping[str, EffectCard]:
-        """What each effect on trial does, by id."""
-        ...
-
-    @property
-    def segments(self) -> tuple[Segment, ...]:
-        """Parts of the records, in order."""
-        ...
-
-    @property
-    def unit(self) -> str:
-        """Unit of the residual."""
-        ...
-
-    @property
-    def n_channels(self) -> int:
-        """Number of signals of the residual."""
-        ...
-
-    @property
-    def cell_counts(self) -> FloatArray:
-        """Degrees of freedom by segment and cell, shape (n_segments, n_cells)."""
-        ...
-
-    @property
-    def noise_square(self) -> FloatArray:
-        """Sum of squares that noise alone leaves, shape (n_segments, n_cells)."""
-        ...
-
-    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
-        """Unknowns of baseline + effects: the baseline's first, then each effect's in turn."""
-        ...
-
-    def starts(
-        self, effects: Effects, known: Mapping[tuple[str, str], float]
-    ) -> Sequence[FloatArray]:
-        """Parameter sets to start from, at least one.
-
-        `known` holds values of a smaller set, by effect and name.
-
-        The first start takes every known value and switches the others off, so that no larger set
-        can fit worse.
-        """
-        ...
-
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums of the chosen segments."""
-        ...
-
-    def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Sum of squared residuals by segment and cell, shape (n_segments, n_cells).
-
-        Zero where not chosen.
-        """
-        ...
-
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
-        """Gap map of a model, largest share first."""
-        ...
-
-    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
-        """Gap that baseline + effects would have without the effects, and what the effects explain.
-
-        With no effects, the gap of the baseline alone; empty where nothing is drawn.
-        """
-        ...
-
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ComparisonProblem":
-        """Same problem, its measured signals replaced by those of a model, without noise."""
-        ...
-
-    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
-        """Feasible measurements, among which a separating one is sought."""
-        ...
-
-    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
-        """RMS of the change of the prediction when the simulator's step is halved.
-
-        Zero for a closed form.
-        """
-        ...

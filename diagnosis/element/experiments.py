@@ -5,14 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import (
-    CandidateExperiment,
-    ComparisonProblem,
-    Effects,
-    FloatArray,
-)
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord, prepared_record
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 
 _AMPLITUDES = (0.25, 0.5, 2.0)
 _FREQUENCIES = (0.1, 0.5, 1.0, 2.0)

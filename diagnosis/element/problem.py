@@ -23,7 +23,6 @@ from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
-    CandidateExperiment,
     Effects,
     FloatArray,
     GapCell,
@@ -67,6 +66,7 @@ from carrierflex.diagnosis.element.signatures import Column, element_signatures,
 from carrierflex.diagnosis.element.starts import element_starts
 from carrierflex.diagnosis.element.wiring.one_frequency import delay_words
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
 from carrierflex.simulation.element.measured_laws import MeasuredElementLaw
@@ -79,7 +79,7 @@ _THREADED = 2_000
 
 
 @dataclass(frozen=True, eq=False)
-class ElementProblem:
+class ElementProblem(ComparisonProblem):
     """One element, its records and its library.
 
     See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
@@ -211,18 +211,6 @@ class ElementProblem:
             signal_overlay(own.name, self.channel, own.step, own.response, residual)
             for own, residual in zip(self.records, self._residuals(effects, theta), strict=True)
         ]
-
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ElementProblem":
-        """ComparisonProblem that measured what a model predicts."""
-        records = []
-        for record in self.records:
-            predicted = self.model.predicted(record, effects, theta)
-            records.append(
-                record.with_response(predicted)
-                if self.model.by_force
-                else record.with_force(predicted)
-            )
-        return replace(self, records=tuple(records), table=None)
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Drives that were not applied."""

@@ -4,11 +4,10 @@ Where it lies, how it develops in time, what does not repeat, how it grows with 
 quantities of interest.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
 
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.gap.power_laws import Exponent
 
 #: Kinds of findings: a shaft order in a sensor pattern; a small yet significant order in all its
@@ -342,19 +341,3 @@ class GapDetail:
     findings: GapFindings
     cells: tuple[CellValidation, ...]
     scalars: tuple[ScalarGap, ...]
-
-
-@runtime_checkable
-class Detailed(Protocol):
-    """A comparison problem that looks at its gap beyond the map.
-
-    One without these methods has no such part in its diagnosis.
-    """
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Where the gap of a model lies, in time, what does not repeat, growth."""
-        ...
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Quantities of interest of a model."""
-        ...

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +37,3 @@ class OffOrderMotion:
     mean_square: Mapping[str, float]
     explained: float
     p_value: float
-
-
-@runtime_checkable
-class WithLines(Protocol):
-    """A comparison problem whose records are without the motion beside the shaft's orders."""
-
-    def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
-        """Lines and bands beside the orders, which were found and taken out first."""
-        ...

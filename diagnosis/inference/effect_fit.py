@@ -10,13 +10,13 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
-    ComparisonProblem,
     Effects,
     FloatArray,
     Parameter,
     SegmentSums,
     bounds_of,
 )
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.gauss_newton import (
     Bounds,
     CostSums,

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.inference.law_fits import (
     explained_share,
     law_fits,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 
 
 @dataclass(frozen=True, eq=False)

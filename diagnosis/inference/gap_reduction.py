@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray, GapCell
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.folds import extrapolation_fold
 from carrierflex.diagnosis.inference.held_out import HeldOut, fold_theta
@@ -24,6 +24,7 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.resampling import two_level_counts
 
 _SEED = 11

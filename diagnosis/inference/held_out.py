@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, minimised
 from carrierflex.diagnosis.inference.folds import Fold
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.gauss_newton import StopRule
 from carrierflex.identification.estimation.resampling import two_level_counts
 

@@ -9,12 +9,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
 from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
 from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, reduction_draws
 from carrierflex.diagnosis.inference.results import Rejection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 
 _SEED = 7
 
@@ -123,6 +124,11 @@ class LawFits:
     def mean_square(self, effects: Effects) -> float:
         """Held-out mean square of a set."""
         return float(self.score(effects).square.sum() / self.problem.cell_counts.sum())
+
+    @property
+    def is_at_floor(self) -> bool:
+        """Whether the baseline alone leaves no more than the noise."""
+        return self.mean_square(()) <= self.thresholds.floor_ratio * self.floor
 
     @property
     def floor(self) -> float:

@@ -5,15 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.declared_errors import WithMisreading, errors_words
-from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ, WithGains
-from carrierflex.diagnosis.comparison.discrepancy import WithDiscrepancy
-from carrierflex.diagnosis.comparison.problem import (
-    BASELINE,
-    ComparisonProblem,
-    FloatArray,
-    Parameter,
-)
+from carrierflex.diagnosis.comparison.declared_errors import errors_words
+from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ
+from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
 from carrierflex.diagnosis.inference.intervals import (
     NORMAL_95,
@@ -27,6 +21,7 @@ from carrierflex.diagnosis.inference.intervals import (
     undetermined,
 )
 from carrierflex.diagnosis.inference.results import NamedValue
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.polar_pair import polar_values
 
 
@@ -63,17 +58,18 @@ def published_values(
     floor_ratio : float
         Mean square over the floor up to which the verdict is "at the noise floor".
     """
-    gains = problem.gains if isinstance(problem, WithGains) else None
+    gains = problem.gains
     words = gains.words if gains else LOADS_AS_READ
-    if isinstance(problem, WithMisreading):
-        misreading = problem.misreading(fit.effects, fit.theta)
+    misreading = problem.misreading(fit.effects, fit.theta)
+    if misreading is not None:
         moves = np.concatenate([misread_moves(fit, misreading.scores), prior_moves(fit)])
         values = named_values(fit, few_blocks=True, moves=moves)
         return PublishedValues(values, errors_words(misreading.errors), ())
-    if not isinstance(problem, WithDiscrepancy):
+    shift = problem.discrepancy_shift(fit.effects, fit.theta)
+    if shift is None:
         return PublishedValues(named_values(fit, few_blocks=gains is not None), words, ())
     systematics = Systematics(
-        shift=problem.discrepancy_shift(fit.effects, fit.theta),
+        shift=shift,
         hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum()),
         signal_square=problem.signal_square,
     )

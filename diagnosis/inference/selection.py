@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.law_fits import LawFits
 from carrierflex.diagnosis.inference.results import RankedSet, Rejection
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 
 #: Sets of laws that are fitted in the simulator at most.
 _MOST_SETS = 12

@@ -5,12 +5,9 @@ from collections.abc import Callable
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.problem import (
-    CandidateExperiment,
-    ComparisonProblem,
-    Effects,
-)
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.identification.estimation.gauss_newton import StopRule
 
 _EXPERIMENT_STOP = StopRule(most_steps=8)

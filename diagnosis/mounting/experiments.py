@@ -5,12 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import (
-    CandidateExperiment,
-    ComparisonProblem,
-    Effects,
-    FloatArray,
-)
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.simulation.mounting.inputs import MountingInputs
 

@@ -20,7 +20,6 @@ from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
-    CandidateExperiment,
     Effects,
     FloatArray,
     GapCell,
@@ -33,6 +32,7 @@ from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.mounting.cards import (
     KIND,
     MOUNTING_CARDS,
@@ -68,7 +68,7 @@ _DIFFERENCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class MountingProblem:
+class MountingProblem(ComparisonProblem):
     """One mounting, its records and its library.
 
     See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
@@ -201,16 +201,6 @@ class MountingProblem:
                 self.model.channels, record.measured.T, residuals.T, strict=True
             )
         ]
-
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "MountingProblem":
-        """ComparisonProblem that measured what a model predicts, where there was a measurement."""
-        records = []
-        for record in self.records:
-            predicted = self.model.predicted(record, effects, theta, self.choice(effects))
-            records.append(
-                replace(record, measured=np.where(np.isfinite(record.measured), predicted, np.nan))
-            )
-        return replace(self, records=tuple(records))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""

@@ -168,30 +168,6 @@ def _record(run: Run, campaign: Campaign, noise: Sequence[DifferenceNoise]) -> M
     )
 
 
-def unthinned_record(run: Run, campaign: Campaign) -> MountingRecord:
-    """Record of a run with every sample, of one block: what a model predicts sample by sample.
-
-    Parameters
-    ----------
-    run : Run
-        One of the campaign's.
-    campaign : Campaign
-        Of kind ``mounting``.
-    """
-    measured = np.column_stack([run.signals[channel.name] for channel in campaign.channels])
-    nothing = np.zeros(measured.shape[1])
-    return MountingRecord(
-        run.name,
-        run.condition,
-        MountingInputs.from_columns(run.time, run.inputs),
-        measured,
-        np.zeros(run.time.size, dtype=np.int64),
-        nothing,
-        nothing,
-        int(campaign.rig["zeroing_samples"]),
-    )
-
-
 def _blocks(counts: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Block of every sample: like numbers of samples that count, the others in between."""
     n = int(counts.sum())

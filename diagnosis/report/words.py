@@ -170,14 +170,6 @@ def percent(value: float) -> str:
     return f"{100.0 * value:.1f} %" if abs(value) < 0.0995 else f"{100.0 * value:.0f} %"
 
 
-def percent_interval(ends: Interval) -> str:
-    """Interval of a share; one number where both ends are the same to a tenth of a per cent."""
-    if not all(math.isfinite(end) for end in ends):
-        return UNKNOWN
-    low, high = (f"{100.0 * end:.1f}" for end in ends)
-    return f"{low} to {high} %" if low != high else f"{low} ± < 0.1 %"
-
-
 def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
     """Sizes of a column under one prefix, by the largest of them, and their unit."""
     finite = [abs(value) for value in values if math.isfinite(value)]

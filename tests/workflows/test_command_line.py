@@ -148,7 +148,7 @@ def test_missing_library_is_told_in_one_line(tmp_path):
     result = subprocess.run(
         [*COMMAND, "mesh", "--variant", "stiff", "--out", "a.msh"],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{os.environ['PYTHONPATH']}"},
         capture_output=True,
         text=True,
         check=False,

@@ -14,7 +14,6 @@ from threadpoolctl import threadpool_limits
 
 from carrierflex.blind_check.references.linear_laws import REFERENCES
 from carrierflex.blind_check.sealing.verdicts import ERROR, TIMES_FILE, Verdict
-from carrierflex.diagnosis.classes.answer import WithClasses
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
@@ -23,7 +22,6 @@ from carrierflex.diagnosis.classes.results import (
     NOTHING,
     ClassAnswer,
 )
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -32,6 +30,7 @@ from carrierflex.diagnosis.inference.results import (
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
 )
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT, VERSION, class_keys
 from carrierflex.files.json_files import read_json, save_json
@@ -124,7 +123,7 @@ def _refer(campaign: Path, out: Path) -> None:
     try:
         with threadpool_limits(limits=1):
             problem = _problem(campaign)
-            table = problem.gram_table() if isinstance(problem, WithClasses) else None
+            table = problem.gram_table()
             n_samples = float(problem.cell_counts.sum())
     except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
         error = f"{type(raised).__name__}: {raised}"
@@ -146,10 +145,6 @@ def _problem(folder: Path) -> ComparisonProblem:
 def _classify(campaign: Path, out: Path) -> None:
     with threadpool_limits(limits=1):  # as in diagnose_campaign
         problem = _problem(campaign)
-        if not isinstance(problem, WithClasses):
-            raise ValueError(
-                f"{campaign}: its kind has no classes; expected kind element, carrier or mounting"
-            )
         answer = problem.class_answer()
     # Records too short for classes answer nothing.
     keys = {"verdict": NOT_DIAGNOSABLE} if answer is None else _verdict_keys(answer)

@@ -5,10 +5,10 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign

@@ -1,10 +1,9 @@
 """Truth of the kind "carrier" from the whole planetary stage, with its own effects.
 
-Readings of the stage come as a table, which
-:mod:`carrierflex.workflows.diagnosis.studies.tabulate_stage_readings` makes: this
-module, as every truth, imports no simulation. The prediction of the baseline is the
-stage without the effect; what is measured is the stage with it, read with noise and by sensors that
-are not quite as declared.
+Readings of the stage come as a table, which ``studies/tabulate_stage_readings.py`` makes: this
+module, as every truth, imports no simulation. The prediction of the baseline is the stage without
+the effect; what is measured is the stage with it, read with noise and by sensors that are not quite
+as declared.
 """
 
 from collections.abc import Mapping

@@ -11,7 +11,7 @@ from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.blind_check.truth.carrier import stage
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
-from carrierflex.workflows.diagnosis.studies.tabulate_stage_readings import (
+from studies.tabulate_stage_readings import (
     LOADS,
     readings,
     stage_truths,

@@ -17,13 +17,13 @@ from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.identification.campaign.campaign_files import read_campaign
-from carrierflex.workflows.diagnosis import (
+from carrierflex.workflows.diagnosis import diagnose_campaign
+from examples import (
     convert_emps,
     convert_fatigue_rig,
     convert_geared_servo,
     convert_pendulum,
     convert_silverbox,
-    diagnose_campaign,
 )
 
 pytestmark = pytest.mark.may_skip

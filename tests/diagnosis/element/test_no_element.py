@@ -4,11 +4,10 @@ import pytest
 
 from carrierflex.blind_check.case_plans import case_plans, full_size
 from carrierflex.blind_check.labels import OUTSIDE, CasePlan
-from carrierflex.blind_check.sensitivity.listed_constants import listed_constants
-from carrierflex.blind_check.sensitivity.moved_constants import moved
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOT_VISIBLE, NOTHING
 from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.identification.campaign import signals
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign, no_law
 
 
@@ -20,13 +19,12 @@ def state(campaign):
     "factor",
     [pytest.param(0.8, marks=pytest.mark.long), 1.0, pytest.param(1.2, marks=pytest.mark.long)],
 )
-def test_a_mass_that_sticks_shows_no_class_whatever_the_band_of_its_noise(factor):
+def test_a_mass_that_sticks_shows_no_class_whatever_the_band_of_its_noise(factor, monkeypatch):
     # Friction holds the mass in all four runs: the sensor shows its noise, which is coloured.
     plan = CasePlan("element", 18, 7411, OUTSIDE, ("heated_friction",), 1.109, "sines")
     campaign, _ = case_campaign(plan)
-    roll_off = next(own for own in listed_constants() if own.name == "_ROLL_OFF")
-    with moved(roll_off, factor):
-        assert state(campaign) == NOT_VISIBLE
+    monkeypatch.setattr(signals, "_ROLL_OFF", factor * signals._ROLL_OFF)
+    assert state(campaign) == NOT_VISIBLE
 
 
 def test_a_drive_of_which_little_arrives_is_a_drive_side():

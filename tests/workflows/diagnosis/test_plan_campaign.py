@@ -10,7 +10,6 @@ from carrierflex.diagnosis.inference.planning.words import first_sentences
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows.diagnosis import plan_campaign
-from carrierflex.workflows.diagnosis.studies.tabulate_plans import addition_outcome
 from tests.workflows.checked_documents import checked_document
 
 SEED = 71101
@@ -80,11 +79,3 @@ def test_at_one_torque_a_clearance_asks_for_another_torque(tmp_path):
     longer = [own for own in plan.additions if own.addition.kind == "minutes"]
     assert longer
     assert not any(own.is_sufficient for own in longer)
-
-
-@pytest.mark.long
-def test_the_first_proposal_parts_a_cause_that_passed_for_another():
-    outcome = addition_outcome(SEED, 1, (12.0, 20.0))
-    assert not outcome.before.is_alone
-    assert outcome.is_sufficient
-    assert outcome.is_parted

@@ -1,1 +1,0 @@
-"""How much verdicts depend on the constants of the decision."""

@@ -1,0 +1,1 @@
+"""What every kind of campaign gives to the diagnosis."""

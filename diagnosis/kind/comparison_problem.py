@@ -1,0 +1,187 @@
+"""What a kind of campaign gives to the diagnosis, after which everything is the same code.
+
+A comparison problem holds the measured records and a simulator with switchable effects. It answers
+in sums over segments of the record (a block of a run), so that a closed-form linear problem and one
+that integrates in time look alike: the residual is ``r = measured - predicted``, its derivatives by
+the parameters ``J = d predicted / d theta``.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from carrierflex.diagnosis.classes.gram_table import GramTable
+from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.comparison.declared_errors import Misreading
+from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.overlay import Overlay
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.problem import (
+    BoolArray,
+    Effects,
+    FloatArray,
+    GapCell,
+    Parameter,
+    Segment,
+    SegmentSums,
+)
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateExperiment:
+    """A feasible measurement that was not made.
+
+    Parameters
+    ----------
+    text : str
+        The condition in words.
+    problem : callable
+        ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that
+        condition; None where the model runs away there.
+    """
+
+    text: str
+    problem: "Callable[[Effects, FloatArray], ComparisonProblem | None]"
+
+
+class ComparisonProblem(ABC):
+    """Measured records and a simulator with switchable effects; what one kind of campaign brings.
+
+    `cards` are the candidates by id; the effects the baseline already contains are always in and
+    not among them. `cell_counts` and `noise_square`, shape (n_segments, n_cells), are the degrees
+    of freedom of each cell of the score and the sum of squares that noise alone leaves there;
+    `unit` is the unit of the residual, `n_channels` how many signals it has.
+    """
+
+    @property
+    @abstractmethod
+    def cards(self) -> Mapping[str, EffectCard]:
+        """What each effect on trial does, by id."""
+
+    @property
+    @abstractmethod
+    def segments(self) -> tuple[Segment, ...]:
+        """Parts of the records, in order."""
+
+    @property
+    @abstractmethod
+    def unit(self) -> str:
+        """Unit of the residual."""
+
+    @property
+    @abstractmethod
+    def n_channels(self) -> int:
+        """Number of signals of the residual."""
+
+    @property
+    @abstractmethod
+    def cell_counts(self) -> FloatArray:
+        """Degrees of freedom by segment and cell, shape (n_segments, n_cells)."""
+
+    @property
+    @abstractmethod
+    def noise_square(self) -> FloatArray:
+        """Sum of squares that noise alone leaves, shape (n_segments, n_cells)."""
+
+    @abstractmethod
+    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
+        """Unknowns of baseline + effects: the baseline's first, then each effect's in turn."""
+
+    @abstractmethod
+    def starts(
+        self, effects: Effects, known: Mapping[tuple[str, str], float]
+    ) -> Sequence[FloatArray]:
+        """Parameter sets to start from, at least one.
+
+        `known` holds values of a smaller set, by effect and name.
+
+        The first start takes every known value and switches the others off, so that no larger set
+        can fit worse.
+        """
+
+    @abstractmethod
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+        """Gauss-Newton sums of the chosen segments."""
+
+    @abstractmethod
+    def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
+        """Sum of squared residuals by segment and cell, shape (n_segments, n_cells).
+
+        Zero where not chosen.
+        """
+
+    @abstractmethod
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
+        """Gap map of a model, largest share first."""
+
+    @abstractmethod
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
+        """Gap that baseline + effects would have without the effects, and what the effects explain.
+
+        With no effects, the gap of the baseline alone; empty where nothing is drawn.
+        """
+
+    @abstractmethod
+    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
+        """Feasible measurements, among which a separating one is sought."""
+
+    @abstractmethod
+    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
+        """RMS of the change of the prediction when the simulator's step is halved.
+
+        Zero for a closed form.
+        """
+
+    @property
+    def gains(self) -> DeclaredGains | None:
+        """Declared errors of the gains of the signals; None where no parameter scales with them."""
+        return None
+
+    @property
+    def signal_square(self) -> float:
+        """Sum of squares of the measured response about its mean, all runs."""
+        return float("nan")
+
+    @property
+    def has_one_frequency(self) -> bool:
+        """Whether one and the same frequency drives all runs."""
+        return False
+
+    def class_answer(self) -> ClassAnswer | None:
+        """Class of the missing effect; None where the records are too short for the comparison."""
+        return None
+
+    def gram_table(self) -> GramTable | None:
+        """Table that the answer is made from; None where the records are too short for it."""
+        return None
+
+    def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
+        """Lines and bands beside the shaft's orders, taken out before anything is fitted."""
+        return ()
+
+    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
+        """Signals of every channel and run, measured and simulated."""
+        return ()
+
+    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings | None:
+        """Where the gap of a model lies, in time, what does not repeat, growth."""
+        return None
+
+    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
+        """Quantities of interest of a model."""
+        return ()
+
+    def misreading(self, effects: Effects, theta: FloatArray) -> Misreading | None:
+        """What the declared errors of channels and inputs do to a fit."""
+        return None
+
+    def discrepancy_shift(self, effects: Effects, theta: FloatArray) -> FloatArray | None:
+        """Shift of the parameters of a fit beside a discrepancy of no known form, shape (p,)."""
+        return None
+
+    def delay_words(self, theta: FloatArray) -> str:
+        """What a delay that no record shows does to the baseline; empty where it would show."""
+        return ""

@@ -1,0 +1,83 @@
+"""Files of a study: a case is computed where its file is missing, and read again for the table."""
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, TypeVar
+
+from carrierflex.files.json_files import read_json
+from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.support.progress import Stages
+
+Case = TypeVar("Case")
+Row = TypeVar("Row")
+
+
+def make_missing(
+    cases: Sequence[Case],
+    files: Sequence[Path],
+    make: Callable[[Case, Path], None],
+    executor: Executor,
+    stages: Stages,
+) -> None:
+    """Make every case whose file is missing, and report the progress.
+
+    Parameters
+    ----------
+    cases : sequence
+        Cases.
+    files : sequence of Path
+        Their files.
+    make : callable
+        Makes a case and writes its file.
+    executor : concurrent.futures.Executor
+        Where cases are made.
+    stages : Stages
+        Shows the progress.
+    """
+    tasks = [
+        executor.submit(make, case, file)
+        for case, file in zip(cases, files, strict=True)
+        if not file.is_file()
+    ]
+    for number, task in enumerate(tasks):
+        task.result()
+        stages.note(f"{number + 1} of {len(tasks)}", (number + 1) / len(tasks))
+
+
+def read_case(path: Path, expected: str, row_of: Callable[[dict[str, Any]], Row]) -> Row:
+    """Read the case that a study wrote.
+
+    Parameters
+    ----------
+    path : Path
+        Its file.
+    expected : str
+        What the file holds, for the error.
+    row_of : callable
+        Makes the case of the file's content.
+
+    Raises
+    ------
+    ValueError
+        Where the file holds something else.
+    """
+    content = read_json(path, expected)
+    try:
+        return row_of(content)
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path}: not {expected}; remove it to make it again") from error
+
+
+def write_table(path: Path, lines: Iterable[str]) -> None:
+    """Write the lines of a table, all or none.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    lines : iterable of str
+        Lines without their ends.
+    """
+    with whole_file(path) as file:
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -1,0 +1,132 @@
+"""Campaigns without a fault of the measuring chain, and what is reported of them.
+
+With nothing missing, with effects of 0.5 to 30 floors that the baseline does not have, and with the
+prediction of another simulator in place of the model.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan
+from carrierflex.blind_check.truth.campaigns import case_campaign
+from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.records_check import records_findings
+from studies.fault_outcomes import Curves
+
+WITHOUT_EFFECT = "nothing missing"
+WITH_EFFECT = "an effect missing"
+BESIDE_COLUMNS = "prediction columns"
+SORTS = (WITHOUT_EFFECT, WITH_EFFECT, BESIDE_COLUMNS)
+
+#: Campaigns by kind, in the order of `SORTS`: 200 in all, 55 with effects, 20 with columns.
+_COUNTS = {"carrier": (80, 30, 4), "element": (35, 20, 14), "mounting": (10, 5, 2)}
+#: Cases of the plan that they are taken from: of a carrier's one in fifteen holds nothing, of an
+#: element's one in five.
+_PLANNED = {"carrier": 1260, "element": 602, "mounting": 168}
+
+
+@dataclass(frozen=True)
+class CleanCase:
+    """One campaign to be checked: its plan, and whether a prediction stands for the model."""
+
+    sort: str
+    plan: CasePlan
+
+
+@dataclass(frozen=True)
+class CleanOutcome:
+    """What is reported of a campaign without a fault.
+
+    Parameters
+    ----------
+    case, kind, sort : str
+        Name, kind and one of `SORTS`.
+    findings : tuple of str
+        Checks that give a finding.
+    change : str
+        Verdict without and with the findings (``before -> after``); empty where it stays.
+    is_tie : bool
+        Whether that verdict ties the finding with all that is missing in truth: one more parameter
+        of the baseline's own kind explains as much, and no check can call the finding false.
+    """
+
+    case: str
+    kind: str
+    sort: str
+    findings: tuple[str, ...]
+    change: str
+    is_tie: bool
+
+
+def clean_cases(seed: int) -> Iterator[CleanCase]:
+    """Campaigns of a check, 200 in all.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the plans; the same one gives the same campaigns.
+    """
+    for kind, (n_without, n_with, n_columns) in _COUNTS.items():
+        plans = case_plans(kind, _PLANNED[kind], seed)
+        without = [plan for plan in plans if plan.family == NOTHING]
+        # A cause outside the library may be a tone or a jump, which a check is right to tell.
+        missing = [plan for plan in plans if plan.family not in (NOTHING, OUTSIDE)]
+        sorts = (
+            (WITHOUT_EFFECT, without[:n_without]),
+            (WITH_EFFECT, missing[:n_with]),
+            (BESIDE_COLUMNS, without[n_without : n_without + n_columns]),
+        )
+        for sort, chosen in sorts:
+            yield from (CleanCase(sort, plan) for plan in chosen)
+
+
+def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
+    """Check one campaign.
+
+    The diagnosis is made only where a finding could change its verdict.
+
+    Parameters
+    ----------
+    case : CleanCase
+        Campaign.
+    curves : mapping of str to DeflectionCurve, optional
+        Deflection curves of a carrier.
+    """
+    campaign = case_campaign(case.plan)[0]
+    if case.sort == BESIDE_COLUMNS:
+        campaign = _beside_columns(campaign, curves)
+    records = records_findings(campaign, curves)
+    problem, floor_is_measured = problem_of(campaign, curves)
+    checked = checked_baseline(problem, campaign, wiring_of(problem, campaign))
+    change, is_tie = "", False
+    if checked.rivals or any(finding.check == "unit" for finding in records):
+        before = diagnose(
+            problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
+        )
+        after = with_findings(before, records, checked)
+        if after.verdict != before.verdict:
+            change = f"{before.verdict} -> {after.verdict}"
+            truth = set(case.plan.effects)
+            is_tie = any(truth <= set(tied) for tied in after.attribution.aliases)
+    findings = tuple(sorted({finding.check for finding in (*records, *checked.warnings)}))
+    return CleanOutcome(case.plan.name, campaign.kind, case.sort, findings, change, is_tie)
+
+
+def _beside_columns(campaign: Campaign, curves: Curves) -> Campaign:
+    """Campaign whose baseline is a column: the prediction of the model fitted to it."""
+    problem, _ = problem_of(campaign, curves)
+    fit = fit_effects(problem, ())
+    predicted = {
+        record.run: record for record in wiring_of(problem, campaign).predictions(fit.theta)
+    }
+    names = [channel.name for channel in campaign.channels]
+    runs = tuple(
+        replace(run, predictions=dict(zip(names, predicted[run.name].predicted.T, strict=True)))
+        for run in campaign.runs
+    )
+    return replace(campaign, runs=runs, baseline=replace(campaign.baseline, source="columns"))

@@ -1,1 +1,0 @@
-"""Studies of the diagnosis that are run by hand: tables over many campaigns."""

@@ -1,1 +1,0 @@
-"""Studies of the planetary stage that are run once, for a page of the docs or a shipped case."""
