@@ -30,7 +30,8 @@ TESTS = {
     "diagnosis/classes/decision.py": ("tests/diagnosis/classes/test_decision.py",),
     "diagnosis/classes/answer.py": ("tests/diagnosis/classes/test_answer.py",),
     "diagnosis/classes/plain_parts.py": ("tests/diagnosis/classes/test_plain_parts.py",),
-    "diagnosis/class_verdict.py": ("tests/diagnosis/test_class_verdict.py",),
+    "diagnosis/classes/law_sets.py": ("tests/diagnosis/classes/test_law_sets.py",),
+    "diagnosis/verdict.py": ("tests/diagnosis/test_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
     "diagnosis/classes/laws.py": ("tests/diagnosis/classes/test_laws.py",),
@@ -41,16 +42,11 @@ TESTS = {
         "tests/diagnosis/element/test_element_shown.py",
     ),
     "diagnosis/mounting/classes/answer.py": ("tests/diagnosis/mounting/test_sparsest_classes.py",),
-    "diagnosis/inference/verdict.py": ("tests/diagnosis/inference/test_verdict.py",),
     "diagnosis/inference/selection.py": ("tests/diagnosis/inference/test_selection.py",),
-    "diagnosis/inference/joint_selection.py": (
-        "tests/diagnosis/inference/test_joint_selection.py",
+    "diagnosis/inference/law_fits.py": ("tests/diagnosis/inference/test_law_fits.py",),
+    "diagnosis/inference/separating_trial.py": (
+        "tests/diagnosis/inference/test_separating_trial.py",
     ),
-    "diagnosis/inference/forward_selection.py": (
-        "tests/diagnosis/inference/test_forward_selection.py",
-        "tests/diagnosis/inference/test_rejection.py",
-    ),
-    "diagnosis/inference/alias_classes.py": ("tests/diagnosis/inference/test_alias_classes.py",),
     "diagnosis/diagnose.py": ("tests/diagnosis/test_parts_of_diagnosis.py",),
     "diagnosis/baseline_check.py": (
         "tests/diagnosis/wiring/test_wiring_rules.py",
@@ -60,7 +56,7 @@ TESTS = {
 #: What changes no answer, by file name, and why.
 EQUIVALENT: dict[tuple[str, str], str] = {
     (
-        "forward_selection.py",
+        "law_fits.py",
         "_SEED + self.thresholds.seed -> _SEED - self.thresholds.seed",
     ): "numbers a stream of draws: another stream has another number too, and none decides",
 }

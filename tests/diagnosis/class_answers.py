@@ -1,8 +1,10 @@
 """Answers by class that were never computed."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, ClassAnswer, ClassFinding
+from carrierflex.diagnosis.comparison.problem import Effects
 
 
 def one_class(
@@ -27,3 +29,9 @@ def one_class(
         law_share=share,
         classes_of_law=classes_of_law,
     )
+
+
+def no_class(*law_sets: Effects, experiment: str = "") -> ClassAnswer:
+    """Answer without a class, of a table that proposes sets of laws."""
+    answer = one_class("spring", "", {}, state=NO_CLASS)
+    return replace(answer, classes=(), law_sets=law_sets, experiment=experiment)

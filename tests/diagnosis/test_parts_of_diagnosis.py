@@ -8,11 +8,10 @@ import pytest
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
-    NO_CLASS,
 )
 from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.problem import CandidateExperiment
-from carrierflex.diagnosis.diagnose import diagnose, verdict_alone
+from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.diagnosis.inference.results import (
@@ -24,8 +23,8 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
-from tests.diagnosis.class_answers import one_class
-from tests.diagnosis.inference.toy_problem import LinearProblem, linear_problem
+from tests.diagnosis.class_answers import no_class, one_class
+from tests.diagnosis.inference.toy_problem import linear_problem, with_answers
 
 LIMITS = Thresholds(bootstrap_samples=40, fewest_samples=20)
 
@@ -34,16 +33,9 @@ def found(problem, limits=LIMITS, **options):
     return diagnose(problem, campaign="toy", kind="element", thresholds=limits, **options)
 
 
-def with_answers(problem, **answers):
-    """Problem that is asked for more than a linear one is: each method returns what is given."""
-    methods = {name: lambda self, *model, given=given: given for name, given in answers.items()}
-    return type("Problem", (LinearProblem,), methods)(**vars(problem))
-
-
-@pytest.mark.parametrize("ask", [diagnose, verdict_alone])
-def test_what_the_records_lack_for_a_diagnosis_is_told(ask):
+def test_what_the_records_lack_for_a_diagnosis_is_told():
     def told(problem, **limits):
-        given = ask(problem, campaign="c", kind="k", thresholds=replace(LIMITS, **limits))
+        given = diagnose(problem, campaign="c", kind="k", thresholds=replace(LIMITS, **limits))
         if given.verdict == NOT_DIAGNOSABLE:
             assert given.reason == given.attribution.discriminating_experiment
             assert given.reduction is None
@@ -68,26 +60,25 @@ def test_what_the_records_lack_for_a_diagnosis_is_told(ask):
     )
 
 
-@pytest.mark.parametrize("ask", [diagnose, verdict_alone])
-def test_limits_may_be_left_out(ask):
+def test_limits_may_be_left_out():
     problem = linear_problem({"a": 5.0}, n_samples=100)
-    assert ask(problem, campaign="c", kind="k").attribution.effects == ("a",)
+    assert diagnose(problem, campaign="c", kind="k").attribution.effects == ("a",)
     short = linear_problem({"a": 5.0}, n_samples=99)
-    assert "expected at least 200" in ask(short, campaign="c", kind="k").reason
+    assert "expected at least 200" in diagnose(short, campaign="c", kind="k").reason
 
 
 def test_every_step_is_told_as_it_begins():
     told = []
     found(linear_problem({"a": 5.0}), note=told.append)
-    assert told[0] == "screen"
-    assert told[-5:] == ["classes", "pictures", "parts of the gap", "signals", "evidence"]
+    fits = [f"baseline + {name}" for name in "abcd"]
+    assert told == ["classes", "baseline", *fits, "intervals", "separating trials", "pictures"]
 
 
 def test_effects_are_those_of_a_verdict_that_names_laws():
     assert found(linear_problem({"a": 5.0})).attribution.effects == ("a",)
-    short = found(linear_problem({"a": 8.0, "outside": 4.6}))
+    short = found(linear_problem({"a": 8.0, "outside": 5.9}))
     assert (short.verdict, short.attribution.effects) == (NONE_OF_THESE, ())
-    # The search accepted it all the same.
+    # The held-out records support it all the same.
     assert [step.added for step in short.reduction.steps] == ["baseline", "a"]
 
 
@@ -98,15 +89,19 @@ def test_the_separating_test_is_of_the_first_effect_that_has_an_alias():
         problem = linear_problem({}, {"a": {"a": 1.0}, "b": {"b": 1.0}, "t": {"t": 1.0}})
         return problem.with_signals_of(names, theta)
 
+    pairs = no_class(("a", "b"), ("a", "t"))
     problem = linear_problem({"a": 9.0, "b": 4.0}, effects)
-    told = found(replace(problem, candidates=(CandidateExperiment("a trial", apart),)))
+    trials = (CandidateExperiment("a trial", apart),)
+    told = found(with_answers(replace(problem, candidates=trials), class_answer=pairs))
     assert (told.verdict, told.attribution.aliases) == (ALIASED, (("b", "t"),))
     assert told.attribution.discriminating_experiment == (
-        "a trial separates b and t: they would differ by 4.0 noise floors there; isolate b"
+        "to distinguish b from t, run a trial; predicted difference 4.0 times the noise; isolate b"
     )
     # Where no trial separates them, what the card says; where all are told apart nothing.
-    assert found(problem).attribution.discriminating_experiment == "isolate b"
-    alone = found(linear_problem({"a": 9.0, "b": 4.0}))
+    untried = found(with_answers(problem, class_answer=pairs)).attribution
+    assert untried.discriminating_experiment == "isolate b"
+    both = with_answers(linear_problem({"a": 9.0, "b": 4.0}), class_answer=no_class(("a", "b")))
+    alone = found(both)
     assert alone.attribution.aliases == ()
     assert alone.attribution.discriminating_experiment == ""
 
@@ -137,7 +132,8 @@ def test_the_gap_is_looked_at_beyond_its_map_where_a_problem_does():
 
 
 def class_answer(state, law="", *, share=0.99):
-    return one_class("spring", law, {"a": ("spring",)}, state=state, share=share)
+    answer = one_class("spring", law, {"a": ("spring",)}, state=state, share=share)
+    return replace(answer, law_sets=(("a",),))
 
 
 def test_the_class_of_the_cause_is_told_where_a_problem_has_classes():
@@ -174,7 +170,7 @@ def line(size, explained=1.0):
 
 
 def test_records_that_mix_the_classes_ask_for_others_where_no_cause_is_named():
-    mixed = replace(class_answer(NO_CLASS), classes=(), experiment="drive on")
+    mixed = no_class(("a",), experiment="drive on")
     none = found(with_answers(linear_problem({"outside": 5.0}), class_answer=mixed))
     assert (none.verdict, none.attribution.effects) == (NONE_OF_THESE, ())
     assert none.attribution.discriminating_experiment == "drive on"

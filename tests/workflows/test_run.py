@@ -60,15 +60,12 @@ def test_identified_rms_follow_the_papers_table_4(summary):
         np.testing.assert_allclose(rms, expected, atol=5.0)
 
 
-def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_negative_control_does_not(
-    summary,
-):
+def test_misalignment_shrinks_the_gap_more_than_flexibility(summary):
     gap = summary["gap"]
     of_paper = gap["of_the_papers_models"]
     alone = dict(zip(of_paper["effects"], of_paper["rms_alone_um"], strict=True))
     assert alone["carrier_tilt"] < 0.8 * gap["rms_um"][0]
     assert alone["flexible_pins"] > 0.97 * gap["rms_um"][0]
-    assert gap["placebo_rho"] == pytest.approx(1.0, abs=0.01)
     assert np.all(np.diff(of_paper["rms_um"]) <= 0.05)
 
 

@@ -84,7 +84,6 @@ class JobGap(TypedDict):
     rms_um: Annotated[Pair, "Held-out RMS as they are added, baseline first [um]"]
     rho: Annotated[Pair, "The same over the baseline's"]
     phi: Annotated[float, "Share of the mean square above the floor that they explain"]
-    placebo_rho: Annotated[float, "rho of the best negative control"]
     noise_floor_um: Annotated[float, "RMS of the noise [um]"]
     of_the_papers_models: Annotated[PaperEffects, "What models M1 and M2 hold"]
 

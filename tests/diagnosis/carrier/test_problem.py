@@ -6,7 +6,6 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.carrier.signature_rows import effect_rows
-from carrierflex.diagnosis.comparison.problem import BLACK_BOX
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign_kinds import CARRIER
@@ -137,16 +136,6 @@ def test_rows_that_all_runs_share_are_held_once():
     assert sum(rows.weights.strides[0] == 0 for rows in of_effects) > 0.8 * len(of_effects)
 
 
-def test_flexible_features_grow_with_the_channels_and_not_with_their_square():
-    sizes = []
-    for channels in (CHANNELS[:3], CHANNELS):
-        signatures = twin_problem(loads=LOADS[:2], turns=3, channels=channels).signatures()
-        sizes.append(signatures.features.square.nbytes)
-        assert BLACK_BOX not in signatures.effects
-        assert len(signatures.gram) == 4
-    assert sizes[1] == 2 * sizes[0]
-
-
 @pytest.mark.long
 def test_parameters_of_a_gain_and_a_threshold_are_recovered():
     gain = fit_effects(twin_problem("sensor_gain"), ("sensor_gain",))
@@ -236,7 +225,7 @@ def test_runs_in_parts_have_the_sums_of_all_at_once(monkeypatch):
     assert_allclose(
         sums.total_matrix(chosen), expected[0].total_matrix(chosen), rtol=1e-9, atol=1e-15
     )
-    screens = [problem.signatures() for problem in (parts, whole)]
-    size = np.sqrt(np.diagonal(screens[1].gram.sum(axis=0)))
-    change = screens[0].gram.sum(axis=0) - screens[1].gram.sum(axis=0)
+    grams = [problem.gram_table().total for problem in (parts, whole)]
+    size = np.sqrt(np.diagonal(grams[1]))
+    change = grams[0] - grams[1]
     assert (np.abs(change) <= 1e-9 * np.outer(size, size)).all()

@@ -25,9 +25,9 @@ from tests.diagnosis.element.toy_element import (
     toy_element,
 )
 
-MOVED = SimpleNamespace(by_force=False, states={})
-FORCED = SimpleNamespace(by_force=True, states={})
-RELEASED = SimpleNamespace(by_force=True, states={"R0": (1e-3, 0.0)})
+MOVED = SimpleNamespace(by_force=False, states={}, cards={})
+FORCED = SimpleNamespace(by_force=True, states={}, cards={})
+RELEASED = SimpleNamespace(by_force=True, states={"R0": (1e-3, 0.0)}, cards={})
 WIDE_BAND = [multisine(level, seed) for seed, level in enumerate((1.0, 2.0, 4.0))]
 ONE_FREQUENCY = [line(1.0), line(2.0), line(4.0)]
 ONE_LEVEL = [line(1.0), line(1.05)]

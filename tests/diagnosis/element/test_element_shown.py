@@ -27,7 +27,7 @@ def state(force, *, cause="restoring_force", runs=DRIVEN, gap=None, states=()):
     ]
     left = {"cause": 0.1}
     own = toy_element(records, {"cause": LEFT - 1.0}, {cause: left}, union=left, force=force)
-    model = SimpleNamespace(by_force=True, states=states)
+    model = SimpleNamespace(by_force=True, states=states, cards={})
     told = answer_of_table(own, model, "", lambda table: lambda *_: (None, None))
     assert bool(told.classes) == (told.state == NAMED_CLASS)
     assert ("more than no force at all" in told.note) == (told.state == NOT_VISIBLE)

@@ -41,9 +41,8 @@ def test_an_effect_alone_takes_what_it_takes_in_turn(in_turn):
     )
 
 
-def test_an_effect_that_is_not_there_and_a_negative_control_gain_nothing(in_turn):
+def test_an_effect_that_is_not_there_gains_nothing(in_turn):
     assert_allclose(in_turn.rms[4], in_turn.rms[3], rtol=0.005)
-    assert_allclose(in_turn.negative_control_rho, 1.0, atol=0.005)
 
 
 def test_what_happens_in_one_condition_alone_is_predicted_from_no_other():

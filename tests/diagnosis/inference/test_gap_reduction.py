@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import BASELINE
-from carrierflex.diagnosis.inference.forward_selection import forward_selection
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
+from carrierflex.diagnosis.inference.law_fits import law_fits
 from carrierflex.diagnosis.inference.thresholds import Thresholds
-from tests.diagnosis.inference.toy_problem import CONTROL, linear_problem, with_random_noise
+from tests.diagnosis.inference.toy_problem import linear_problem
 
 LIMITS = Thresholds(bootstrap_samples=40)
 #: Directions of effects a and b, one outside the library, and noise.
@@ -23,13 +23,13 @@ BEFORE = A**2 + B**2 + OUTSIDE**2 + NOISE**2
 AFTER = OUTSIDE**2 + NOISE**2
 
 
-def reduced(problem, accepted, explainable=0.5, limits=LIMITS):
-    return gap_reduction(forward_selection(problem, limits), accepted, explainable)
+def reduced(problem, accepted, limits=LIMITS):
+    return gap_reduction(law_fits(problem, limits), accepted)
 
 
 @pytest.fixture(scope="module")
 def reduction():
-    return reduced(linear_problem(TRUTH, noise_std=NOISE), ("a", "b"), explainable=0.75)
+    return reduced(linear_problem(TRUTH, noise_std=NOISE), ("a", "b"))
 
 
 def test_rms_and_their_ratio_are_the_roots_of_the_known_sums(reduction):
@@ -111,29 +111,6 @@ def test_without_an_accepted_set_nothing_is_reduced():
     assert reduction.rms_after == reduction.rms_before
     assert [step.added for step in reduction.steps] == ["baseline"]
     assert np.isnan(reduction.extrapolation_rho)
-
-
-def test_a_negative_control_reduces_nothing(reduction):
-    assert_allclose(reduction.negative_control_rho, 1.0, rtol=1e-9)
-    noisy = with_random_noise(
-        replace(linear_problem(TRUTH, noise_std=0.0, n_samples=40), noise_std=1.0),
-        np.random.default_rng(0),
-    )
-    # One useless column beside 240 samples: a part in a few hundred.
-    assert reduced(noisy, ("a", "b")).negative_control_rho == pytest.approx(1.0, abs=0.01)
-
-
-def test_the_best_of_several_negative_controls_counts():
-    problem = linear_problem({"a": 3.0, CONTROL: 4.0}, noise_std=NOISE)
-    both = reduced(replace(problem, negative_controls=("d", CONTROL)), ("a",))
-    assert_allclose(both.negative_control_rho, np.sqrt((9.0 + 0.25) / (25.0 + 0.25)), rtol=1e-9)
-
-
-def test_the_flexible_models_ratio_is_that_of_what_it_leaves(reduction):
-    assert reduction.black_box_rho == 0.5
-    problem = linear_problem(TRUTH)
-    assert reduced(problem, (), explainable=1.2).black_box_rho == 0.0
-    assert reduced(problem, (), explainable=-0.2).black_box_rho == 1.0
 
 
 def test_without_noise_what_is_left_is_beyond_every_multiple_of_it():

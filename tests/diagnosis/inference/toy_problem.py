@@ -13,7 +13,6 @@ import numpy as np
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
-    BLACK_BOX,
     BoolArray,
     CandidateExperiment,
     Effects,
@@ -22,15 +21,13 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     Segment,
     SegmentSums,
-    Signatures,
 )
-from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
+from carrierflex.diagnosis.inference.law_fits import LawFits
 
 #: Values of parameters by effect and name.
 Known = Mapping[tuple[str, str], float]
 
 NOISE = "noise"
-CONTROL = "control"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +42,6 @@ class LinearProblem:
         Measured signal.
     names : tuple of str
         Owner of each column.
-    flexible : ndarray, shape (n_segments, n_samples, n_features)
-        Features of the flexible residual model.
     bounds : mapping of str to tuple of float
         Physical bounds of the effects that have any.
     runs_own : tuple of str
@@ -60,8 +55,6 @@ class LinearProblem:
     names: tuple[str, ...]
     segments: tuple[Segment, ...]
     cards: Mapping[str, EffectCard]
-    negative_controls: Effects
-    flexible: FloatArray
     noise_std: float
     n_channels: int = 1
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -109,21 +102,6 @@ class LinearProblem:
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         return self.sums(effects, theta, chosen).square[:, None]
 
-    def signatures(self) -> Signatures:
-        effects = [k for k, name in enumerate(self.names) if name in self.cards]
-        columns = np.concatenate(
-            [
-                self.target[:, :, None],
-                self.columns[:, :, :1],
-                self.columns[:, :, effects],
-                self.flexible,
-            ],
-            axis=2,
-        )
-        owners = [self.names[k] for k in effects] + [BLACK_BOX] * self.flexible.shape[2]
-        gram = np.einsum("kip,kiq->kpq", columns, columns)
-        return Signatures(gram, 1, tuple(owners), ((),) * len(owners))
-
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
         """One cell a run: mean square of the residual, and the same less the noise."""
         squares = self.sums(effects, theta, np.ones(len(self.segments), dtype=bool)).square
@@ -134,9 +112,6 @@ class LinearProblem:
             coherent = mean - self.noise_std**2
             cells.append(GapCell("signal", 1.0, run, mean, coherent, 1.0, (1.0, 1.0), 0.0))
         return tuple(cells)
-
-    def where_text(self, effects: Effects, theta: FloatArray) -> str:
-        return "in the signal"
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "LinearProblem":
         return replace(self, target=self._jacobian(effects) @ theta)
@@ -175,11 +150,9 @@ def linear_problem(
     gains: Mapping[str, float] | None = None,
     blocks: int = 2,
     n_samples: int = 16,
-    flexible: Sequence[str] = (),
     noise_std: float = 1.0,
     n_channels: int = 1,
     aliases: Mapping[str, Effects] | None = None,
-    acting: Sequence[str] = (),
     seed: int = 3,
 ) -> LinearProblem:
     """Problem with three conditions of one run each, unless `gains` says otherwise.
@@ -192,20 +165,16 @@ def linear_problem(
         Directions of each effect's column with their weights; a name alone is a direction.
     gains : mapping of str to float, optional
         Factor of all directions but baseline and noise, by condition.
-    flexible : sequence of str
-        Directions that the flexible residual model knows.
     noise_std : float
         RMS of the noise.
     aliases : mapping of str to tuple of str, optional
         Aliases on the cards.
-    acting : sequence of str
-        Effects that act on others.
     """
     gains = gains or {"A": 1.0, "B": 1.0, "C": 1.0}
     known = effects if isinstance(effects, Mapping) else {name: {name: 1.0} for name in effects}
-    columns = {BASELINE: {BASELINE: 1.0}, **known, CONTROL: {CONTROL: 1.0}}
+    columns = {BASELINE: {BASELINE: 1.0}, **known}
     target = {**truth, NOISE: noise_std}
-    named = [*(name for weights in (*columns.values(), target) for name in weights), *flexible]
+    named = [name for weights in (*columns.values(), target) for name in weights]
     directions = tuple(dict.fromkeys(named))
     numbers = range(blocks)
     segments = tuple(Segment(f"R{name}", name, k, n_samples) for name in gains for k in numbers)
@@ -224,12 +193,19 @@ def linear_problem(
         target=combined(target),
         names=tuple(columns),
         segments=segments,
-        cards={name: _card(name, (aliases or {}).get(name, ()), name in acting) for name in known},
-        negative_controls=(CONTROL,),
-        flexible=vectors[:, :, [directions.index(name) for name in flexible]],
+        cards={name: _card(name, (aliases or {}).get(name, ())) for name in known},
         noise_std=noise_std,
         n_channels=n_channels,
     )
+
+
+def with_answers(problem: LinearProblem, **answers: object) -> LinearProblem:
+    """Problem that is asked for more than a linear one is: each method returns what is given."""
+    methods = {
+        name: lambda self, *model, given=given: given
+        for name, given in {"gram_table": None, **answers}.items()
+    }
+    return type("Problem", (LinearProblem,), methods)(**vars(problem))
 
 
 def with_random_noise(problem: LinearProblem, rng: np.random.Generator) -> LinearProblem:
@@ -238,7 +214,7 @@ def with_random_noise(problem: LinearProblem, rng: np.random.Generator) -> Linea
     return replace(problem, target=problem.target + noise)
 
 
-def _card(name: str, aliases: Effects, acts_on_others: bool) -> EffectCard:
+def _card(name: str, aliases: Effects) -> EffectCard:
     return EffectCard(
         id=name,
         kind="element",
@@ -247,30 +223,21 @@ def _card(name: str, aliases: Effects, acts_on_others: bool) -> EffectCard:
         signature="a line",
         aliases=aliases,
         discriminating_experiment=f"isolate {name}",
-        acts_on_others=acts_on_others,
     )
 
 
 def write_score(
-    search: ForwardSelection,
+    fits: LawFits,
     effects: Effects,
     mean_square: float | Sequence[float],
     *,
     log_density: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
 ) -> None:
-    """Put a held-out score into a forward selection by hand.
+    """Put a held-out score into fits by hand.
 
     One mean square, or one for each segment.
     """
-    score = search.score(effects)
-    problem = search.problem
-    counts = problem.cell_counts.sum(axis=1)
+    score = fits.score(effects)
+    counts = fits.problem.cell_counts.sum(axis=1)
     square = counts * np.asarray(mean_square)
-    search.scores[effects] = replace(score, square=square, log_density=np.array(log_density))
-
-
-def write_fit(search: ForwardSelection, effects: Effects, mean_square: float) -> None:
-    """Put a fit's sum of squares into a forward selection by hand."""
-    fit = search.fit(effects)
-    square = search.problem.cell_counts.sum(axis=1) * mean_square
-    search.fits[effects] = replace(fit, sums=replace(fit.sums, square=square))
+    fits.scores[effects] = replace(score, square=square, log_density=np.array(log_density))

@@ -7,13 +7,11 @@ import pytest
 
 from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
-from carrierflex.diagnosis.mounting.classes import answer as module
 from carrierflex.diagnosis.mounting.classes.answer import (
     _evened,
     _parted,
     _separating_load,
     _sparsest,
-    mounting_class_answer,
 )
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
 from tests.diagnosis.classes.toy_table import known_scores
@@ -296,10 +294,3 @@ def test_no_load_is_told_where_no_maps_are_tied():
     assert separating(loads, ties=((DELAY,),)) == ""
     assert separating(loads, answer=(SPRING,)) == ""
     assert separating(loads, answer=(STIFFNESS, SPRING), ties=((SPRING, GAINS),)) != ""
-
-
-def test_records_that_do_not_show_the_motion_have_no_answer_by_class(monkeypatch):
-    monkeypatch.setattr(module, "answer_of_table", lambda table: f"answer of {table}")
-    for table, expected in ((None, None), ("a table", "answer of a table")):
-        monkeypatch.setattr(module, "mounting_table", lambda *given, table=table: table)
-        assert mounting_class_answer(None, (), None) == expected

@@ -36,7 +36,7 @@ def compared(channels):
 
 
 def diagnosis(verdict, effects=("carrier_tilt",)):
-    nothing = Attribution(effects, (), {}, (), None, 0.9, "a test with radial load separates them")
+    nothing = Attribution(effects, (), {}, (), "a test with radial load separates them")
     return Diagnosis("c", "carrier", verdict, "too few samples", "m", nothing)
 
 

@@ -5,10 +5,8 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
 from carrierflex.diagnosis.inference.results import GapReduction, SelectionStep
-from carrierflex.diagnosis.inference.screening import Screen, ScreenedEffect
 from carrierflex.diagnosis.report.figures import (
     colour_limits,
-    correlation_figure,
     gap_map_figure,
     selection_figure,
 )
@@ -100,8 +98,6 @@ def test_selection_shows_each_step_with_its_interval_and_the_lines(rho, scale):
         0.9,
         (0.8, 1.0),
         3.0,
-        0.99,
-        NAN,
         NAN,
         steps,
         (),
@@ -114,13 +110,10 @@ def test_selection_shows_each_step_with_its_interval_and_the_lines(rho, scale):
     assert_allclose(points.get_xdata(), [1.0, rho])
     ends = np.sort([segment[:, 0] for segment in bars.get_segments()])
     assert_allclose(ends, [[1.0, 1.0], [0.9 * rho, 1.2 * rho]])
-    # Negative control and floor are drawn; an unknown black-box reference is not.
     labels = [line.get_label() for line in panel.lines]
-    assert [label for label in labels if label.startswith(("best", "noise"))] == [
-        "best negative control: 0.990",
-        f"noise floor: {0.5 * rho:.3f}",
+    assert [label for label in labels if not label.startswith("_")] == [
+        f"noise floor: {0.5 * rho:.3f}"
     ]
-    assert not any(label.startswith("flexible") for label in labels)
 
 
 def test_gap_in_time_draws_the_runs_with_the_largest_gap_in_one_unit():
@@ -131,19 +124,3 @@ def test_gap_in_time_draws_the_runs_with_the_largest_gap_in_one_unit():
     assert [line.get_label() for line in panel.lines] == ["R2", "R3", "R4", "R5", "R6", "R7"]
     assert_allclose(panel.lines[-1].get_xydata(), [[0.0, 8.0], [0.5, 12.0]])
     assert (panel.get_xlabel(), panel.get_ylabel()) == ("time [s]", "RMS of the gap [µm]")
-
-
-def test_named_effects_stand_first_in_the_matrix_of_correlations():
-    names = ("stiff_pins", "carrier_tilt", "ring_pass")
-    correlation = np.array([[1.0, 0.2, -0.7], [0.2, 1.0, 0.4], [-0.7, 0.4, 1.0]])
-    screened = Screen(tuple(ScreenedEffect(name, 0.5, 0.5, ()) for name in names), correlation)
-    panel = correlation_figure(screened, ("carrier_tilt",)).axes[0]
-    assert [label.get_text() for label in panel.get_yticklabels()] == [
-        "carrier tilt  1",
-        "stiff pins  2",
-        "ring pass  3",
-    ]
-    assert_allclose(
-        panel.images[0].get_array(), [[1.0, 0.2, 0.4], [0.2, 1.0, 0.7], [0.4, 0.7, 1.0]]
-    )
-    assert [text.get_text() for text in panel.texts] == [".7", ".7"]

@@ -21,7 +21,7 @@ LOADS = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (1.0, 1e5, 1e5))
 SECTIONS = (
     "verdict next named-values figures-of-merit "
     "where gap-maps gap-in-time growth scalars which parameters "
-    "alias-matrix separating-test sets "
+    "separating-test sets "
     "far ladder-figure ladder remaining validation inputs runs channels rig versions words"
 ).split()
 
@@ -112,8 +112,6 @@ def test_page_says_what_was_found(element, page):
     for value in (
         reduction.rho,
         reduction.phi,
-        reduction.negative_control_rho,
-        reduction.black_box_rho,
         *reduction.rho_ci95,
     ):
         assert f"{value:.3f}" in page
@@ -166,9 +164,9 @@ def test_every_figure_has_a_text_and_fits_any_width(element, carrier, page, carr
     for (diagnosis, _), text in ((element, page), (carrier, carrier_page)):
         figures = Tags(text).of("svg")
         n_panels = sum(len(picture.panels) for picture in diagnosis.pictures)
-        # Two gap maps, gap in time, forward selection, correlation of the signatures; the remaining
-        # gap where there is one; the machine and its signals first.
-        assert len(figures) - n_panels in (7, 8)
+        # Two gap maps, gap in time, the laws in turn; the remaining gap where there is one; the
+        # machine and its signals first.
+        assert len(figures) - n_panels in (6, 7)
         for figure in figures:
             assert figure["role"] == "img"
             assert "viewbox" in figure
@@ -188,11 +186,7 @@ def test_axes_name_their_units(page, carrier_page):
         ),
         strict=True,
     ):
-        for label in (
-            *wanted,
-            "rho = RMS after / before, held-out records [-]",
-            "correlation of the signatures [-]",
-        ):
+        for label in (*wanted, "rho = RMS after / before, held-out records [-]"):
             assert label in text
 
 
@@ -232,7 +226,6 @@ def without_figures(diagnosis):
         classes=None,
         signals=None,
         reduction=reduction,
-        attribution=replace(diagnosis.attribution, screen=None),
     )
 
 

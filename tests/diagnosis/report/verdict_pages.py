@@ -31,10 +31,10 @@ SEVERAL = {
     "element": ("cubic_stiffness", "coulomb_friction", "quadratic_damping"),
 }
 EXPERIMENT = (
-    "five radial loads along z up to 200 kN of both signs at full torque separates carrier tilt + "
-    "flange warp + flexible pins and carrier tilt + flange warp + ring pass: they would differ by "
-    "1.9 noise floors there; as good: five radial loads along y up to 200 kN of both signs at full "
-    "torque"
+    "to distinguish carrier tilt + flange warp + flexible pins from carrier tilt + flange warp + "
+    "ring pass, run five radial loads along z up to 200 kN of both signs at full torque; predicted "
+    "difference 1.9 times the noise. Equivalent: five radial loads along y up to 200 kN of both "
+    "signs at full torque"
 )
 WARNING = CampaignWarning(
     "wiring",
@@ -81,7 +81,7 @@ def with_verdict(diagnosis, verdict):
     if verdict == NOT_DIAGNOSABLE:
         reason = "run LC1 holds 120 samples that count; expected at least 200"
         nothing = replace(
-            which, effects=(), aliases=(), parameters={}, ranking=(), screen=None,
+            which, effects=(), aliases=(), parameters={}, ranking=(),
             discriminating_experiment=reason,
         )  # fmt: skip
         return Diagnosis(

@@ -250,7 +250,7 @@ def test_a_delay_beside_a_clock_that_was_moved_is_an_alias_of_it():
 
 
 def test_a_moved_clock_is_no_rival_of_an_effect_that_is_no_delay():
-    nothing = Attribution(("carrier_tilt",), (), {}, (), None, 0.9, "")
+    nothing = Attribution(("carrier_tilt",), (), {}, (), "")
     reduction = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0))
     named = Diagnosis("c", "carrier", "named", "why", "m", nothing, reduction)
     shift = CampaignWarning("clock_shift", "sensor_delay", "moved", "measure", 0.7, "line")

@@ -331,7 +331,7 @@ REDUCTION = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0)
 
 
 def named(verdict=NAMED, phi=0.875, effects=("tilt",), reduction=REDUCTION, classes=()):
-    which = Attribution(effects, (("tilt", "offset"),), {}, (), None, 0.9, "")
+    which = Attribution(effects, (("tilt", "offset"),), {}, (), "")
     found = SimpleNamespace(ids=classes)
     return Diagnosis(
         "c",
