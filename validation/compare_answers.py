@@ -258,9 +258,9 @@ def found_table(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
                 counts[(name, what, pair.family)] += 1
     lines = ["| found by | what | cases | by family |", "|---|---|---|---|"]
     for name, what in dict.fromkeys((name, what) for name, what, _ in sorted(counts)):
-        own = {f: n for (a, b, f), n in sorted(counts.items()) if (a, b) == (name, what)}
-        families = ", ".join(f"{family} {count}" for family, count in own.items())
-        lines.append(f"| {name} | {what} | {sum(own.values())} | {families} |")
+        numbers = {f: n for (a, b, f), n in sorted(counts.items()) if (a, b) == (name, what)}
+        families = ", ".join(f"{family} {count}" for family, count in numbers.items())
+        lines.append(f"| {name} | {what} | {sum(numbers.values())} | {families} |")
     return "\n".join(lines)
 
 

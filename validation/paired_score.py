@@ -257,15 +257,16 @@ def _interval_hits(
     """Whether rho and the scored parameters lie inside the intervals of an answer."""
     document = verdict.document
     low, high = (document.get("how_far") or {}).get("rho_ci95") or (None, None)
-    has_rho = is_law_right and low is not None and high is not None
-    rho = bool(low <= label.rho <= high) if has_rho else None
+    interval = None if low is None or high is None else (float(low), float(high))
+    if not is_law_right:
+        interval = None
+    rho = interval[0] <= label.rho <= interval[1] if interval else None
     if label.kind == "element":
         return rho, tuple(hit.is_covered for hit in covered_parameters(judged))
-    is_scored = (
-        is_law_right
-        and has_rho
-        and set(judged.laws) == set(label.effects)
-        and has_true_parameters(label.kind, label.effects)
+    if interval is None:
+        return rho, ()
+    is_scored = set(judged.laws) == set(label.effects) and has_true_parameters(
+        label.kind, label.effects
     )
     if not is_scored:
         return rho, ()
@@ -273,7 +274,7 @@ def _interval_hits(
         effect: {name: value for name, own in values.items() if (value := _named(own)) is not None}
         for effect, values in document["parameters"].items()
     }
-    hits = covered_values(label, parameters, (float(low), float(high)))
+    hits = covered_values(label, parameters, interval)
     return rho, tuple(hit.is_covered for hit in hits if hit.name != RHO)
 
 
@@ -327,8 +328,8 @@ def paired_difference(first: Sequence[bool], second: Sequence[bool]) -> tuple[fl
     p1, p2 = hits_1 / n, hits_2 / n
     (l1, u1), (l2, u2) = wilson(hits_1, n), wilson(hits_2, n)
     product_of_margins = hits_1 * (n - hits_1) * hits_2 * (n - hits_2)
-    cross = both * neither - only_first * only_second
-    if cross > 0:
+    cross = float(both * neither - only_first * only_second)
+    if cross > 0.0:
         cross = max(cross - n / 2.0, 0.0)
     phi = cross / math.sqrt(product_of_margins) if product_of_margins else 0.0
     below = (p1 - l1) ** 2 - 2.0 * phi * (p1 - l1) * (u2 - p2) + (u2 - p2) ** 2

@@ -176,7 +176,7 @@ def _worker(path: str, tree: Path) -> None:
 def _diagnosis(path: str) -> Callable[[Path, Path], object]:
     """The diagnosis of the tree that is imported."""
     if path == BY_CLASS:
-        return _first_module(_BY_CLASS_MODULES).classify_case  # type: ignore[no-any-return]
+        return _first_module(_BY_CLASS_MODULES).classify_case
     main = _first_module(_WHOLE_MODULES).main
     return lambda campaign, out: main(campaign, out=out, report=False, quiet=True)
 
