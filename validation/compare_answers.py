@@ -129,6 +129,7 @@ def _figures() -> Iterator[tuple[str, Callable[[Pair], bool], Outcome]]:
         lambda own: own.says_noise,
     )
     yield "verdict 'at_noise_floor', nothing missing", _of(NOTHING), lambda own: own.says_noise
+    yield "line off the orders named", lambda pair: True, lambda own: own.names_line
     yield "failed", lambda pair: True, lambda own: own.outcome == "error"
 
 
@@ -218,6 +219,8 @@ def found_alone(pair: Pair) -> list[str]:
     """
     own, other = pair.first, pair.second
     found = []
+    if own.names_line and not other.names_line:
+        found.append("a line off the shaft's orders")
     if len(pair.label.classes) > 1 and own.causes_found > other.causes_found:
         found.append("a further cause")
     if own.is_class_right and not other.is_class_right:
@@ -286,7 +289,7 @@ def differing_cases(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
     ]
     for pair in pairs:
         both = pair.first, pair.second
-        if len({(own.answer, own.laws, own.says_noise) for own in both}) > 1:
+        if len({(own.answer, own.laws, own.says_noise, own.names_line) for own in both}) > 1:
             texts = [_words(own) for own in both]
             label = pair.label
             truth = " + ".join(label.effects) or label.family
@@ -299,7 +302,8 @@ def differing_cases(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
 
 def _words(own: ScoredAnswer) -> str:
     laws = " + ".join(own.laws) or "no law"
-    return f"{own.outcome}: {own.answer}; {laws}; {own.verdict}"
+    line = "; a line off the orders" if own.names_line else ""
+    return f"{own.outcome}: {own.answer}{line}; {laws}; {own.verdict}"
 
 
 def measured_table(first: Path, second: Path, names: tuple[str, str]) -> str:
@@ -354,6 +358,7 @@ def write_case_lines(pairs: Sequence[Pair], path: Path, names: tuple[str, str]) 
         "has_law_tie",
         "is_law_right",
         "is_law_false",
+        "names_line",
         "causes_found",
         "rho_hit",
         "parameter_hits",

@@ -4,11 +4,13 @@ Cases are judged by class (:mod:`carrierflex.blind_check.scoring.class_judging`)
 withholds laws of the library (families single, pair, aliased, one_condition and stage of kinds
 carrier and mounting), its classes are those of the laws, or of laws that the label accepts in
 their place: an answer that holds only these is right too. An answer that names laws but no class
-has the classes of its laws.
+has the classes of its laws. A line off the shaft's orders is neither class nor law of the library:
+it is counted by itself, and judged neither right nor wrong.
 """
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -39,6 +41,8 @@ from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR, NAMED, Named
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
 
 _NORMAL_95 = 1.959964
+#: Id of a line off the shaft's orders.
+_LINE = re.compile(r"(nonsynchronous|channel)/[0-9.]+(X|Hz)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +72,8 @@ class ScoredAnswer:
         Whether a law is named whose class is wrong, or where nothing or no class is missing.
     is_law_other : bool
         Whether the truth is a textbook law and others are named, of the right class or not.
+    names_line : bool
+        Whether a line off the shaft's orders is named.
     causes_found : int
         True classes that the answer holds, in its classes or as classes of the laws named.
     rho_hit : bool, optional
@@ -90,6 +96,7 @@ class ScoredAnswer:
     is_nearest_right: bool | None
     is_law_false: bool
     is_law_other: bool
+    names_line: bool
     causes_found: int
     rho_hit: bool | None
     parameter_hits: tuple[bool, ...]
@@ -168,7 +175,8 @@ def scored_answer(label: Label, verdict: Verdict) -> ScoredAnswer:
         The answer.
     """
     document = verdict.document
-    judged = _judged(label, _with_classes_of_laws(verdict))
+    classes = [str(entry["id"]) for entry in document.get("classes") or ()]
+    judged = _judged(label, _with_classes_of_laws(_without_lines(verdict)))
     nearest = tuple(
         str(entry["law"]) for entry in document.get("classes") or () if entry.get("law")
     )
@@ -190,6 +198,7 @@ def scored_answer(label: Label, verdict: Verdict) -> ScoredAnswer:
         is_nearest_right=_names_laws(label, verdict, nearest) if true_laws else None,
         is_law_false=bool(judged.false_laws),
         is_law_other=bool(true_laws) and bool(judged.laws) and not is_right,
+        names_line=any(_LINE.fullmatch(name) for name in classes),
         causes_found=_causes_found(label, judged),
         rho_hit=rho,
         parameter_hits=hits,
@@ -212,6 +221,20 @@ def _judged(label: Label, verdict: Verdict) -> ClassJudged:
     ]
     best = min((judged, *others), key=lambda own: (own.outcome != RIGHT, own.outcome != TIE))
     return replace(best, label=label)
+
+
+def _without_lines(verdict: Verdict) -> Verdict:
+    """Answer without the lines off the shaft's orders."""
+    document = dict(verdict.document)
+    if document.get("classes"):
+        document["classes"] = [
+            entry for entry in document["classes"] if not _LINE.fullmatch(str(entry["id"]))
+        ]
+        document["class_ties"] = [
+            [name for name in ids if not _LINE.fullmatch(name)]
+            for ids in document.get("class_ties") or ()
+        ]
+    return Verdict(document, verdict.seconds)
 
 
 def _with_classes_of_laws(verdict: Verdict) -> Verdict:
