@@ -15,10 +15,9 @@ from carrierflex.fe.curve_files import write_curves
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import provenance, versions
 from carrierflex.files.whole_files import whole_file
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.mesh_files import write_mesh
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE, CarrierParameters
 from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
 from carrierflex.reduction.body_files import write_body
 from carrierflex.simulation.carrier.case_files import shipped_case

@@ -19,7 +19,6 @@ from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.reduction.coupling_bracket import CouplingBracket, coupling_bracket
 from carrierflex.workflows.support.carrier_files import (
     CarrierFiles,
-    LengthUnit,
     given_structure,
     mesh_warnings,
     meshes_of_variants,
@@ -27,6 +26,7 @@ from carrierflex.workflows.support.carrier_files import (
 from carrierflex.workflows.support.named_bodies import body_structure
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.units import LengthUnit
 
 
 def main(

@@ -1,6 +1,7 @@
 """How does the rim deflect under drive torque? Two peaks a planet with bonded pins, one without."""
 
 from pathlib import Path
+from typing import Literal
 
 from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.curve_files import read_curves, write_curves
@@ -12,7 +13,6 @@ from carrierflex.geometry.parameter_files import StageParameters, read_parameter
 from carrierflex.workflows.support.cached_results import cached_files
 from carrierflex.workflows.support.carrier_files import (
     CarrierFiles,
-    LengthUnit,
     mesh_warnings,
     meshes_of_variants,
 )
@@ -23,9 +23,10 @@ from carrierflex.workflows.support.carrier_variants import (
     stiff_variant,
 )
 from carrierflex.workflows.support.cost_preview import CostPreview, curves_cost, tell
-from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
+from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.units import LengthUnit
 
 _CURVES = "deflection_curves.csv"
 _PICTURE = "deflection_curves.png"
@@ -42,7 +43,7 @@ def main(
     flexible_mesh: Path | None = None,
     stiff_mesh: Path | None = None,
     length_unit: LengthUnit = "m",
-    assembly: AssemblyName = "compiled",
+    assembly: Literal["compiled", "scikit-fem"] = "compiled",
     preview: bool = False,
     cache: bool = True,
     quiet: bool = False,
@@ -115,7 +116,7 @@ def _compute(
     stage: StageParameters,
     size: float,
     files: CarrierFiles,
-    assembly: AssemblyName,
+    assembly: str,
     *,
     quiet: bool,
 ) -> None:

@@ -26,8 +26,8 @@ from carrierflex.fe.load_cases import gear_forces
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import whole_file
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.pin_fit import (
     ExtremeCurves,

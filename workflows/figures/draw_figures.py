@@ -11,9 +11,7 @@ from typing import Literal
 
 from carrierflex.files.json_files import save_json, save_text
 from carrierflex.files.versions import versions
-from carrierflex.workflows.figures.figures_2011 import FIGURES_2011
-from carrierflex.workflows.figures.figures_2012 import FIGURES_2012
-from carrierflex.workflows.figures.index_page import index_page
+from carrierflex.workflows.figures.index_page import FIGURES, index_page
 from carrierflex.workflows.figures.mounting_figures import accuracy
 from carrierflex.workflows.figures.mounting_records import LABELS
 from carrierflex.workflows.figures.paper_figure import PaperFigure
@@ -21,8 +19,6 @@ from carrierflex.workflows.figures.shared_runs import SharedRuns
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
 
-#: All of them, in the order of the index.
-FIGURES = (*FIGURES_2011, *FIGURES_2012)
 #: Shared runs in words, in the order they are made.
 _RUNS = {
     "flexible": "carrier without pins: mesh, matrices, load cases",

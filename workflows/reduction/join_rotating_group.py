@@ -12,14 +12,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.reduction.assembly_modes import AssemblyMode, assembly_modes
 from carrierflex.reduction.body_files import read_body, write_body
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.shaft_joint import (
-    CARRIER_BEARINGS,
-    COUPLING,
-    MAIN_BEARING,
+    SUPPORTS,
     Misalignment,
     RotatingGroup,
     carrier_on_shaft,
@@ -30,13 +28,6 @@ from carrierflex.workflows.support.outputs import prepared_folder, save_table
 
 #: Elastic modes on the screen.
 _N_MODES = 12
-_PIVOT = {MAIN_BEARING: (0, 1, 2), COUPLING: (3,)}
-#: Bearings that hold the group while the misalignment bends it, in words.
-SUPPORTS: Mapping[str, Mapping[str, tuple[int, ...]]] = {
-    "shaft held, carrier free": {MAIN_BEARING: (0, 1, 2, 3, 4, 5)},
-    "main bearing and bearing A": _PIVOT | {CARRIER_BEARINGS[0]: (1, 2)},
-    "main bearing, A and B, all rigid": _PIVOT | dict.fromkeys(CARRIER_BEARINGS, (1, 2)),
-}
 
 
 @dataclass(frozen=True, eq=False)

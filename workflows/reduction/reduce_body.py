@@ -27,12 +27,11 @@ from carrierflex.workflows.reduction.certified_body import (
 from carrierflex.workflows.support.cached_results import cached_files
 from carrierflex.workflows.support.carrier_files import (
     CarrierFiles,
-    LengthUnit,
     given_structure,
     mesh_warnings,
 )
 from carrierflex.workflows.support.cost_preview import CostPreview, reduction_cost, tell
-from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
+from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS
 from carrierflex.workflows.support.half_sector_bodies import (
     reduced_by_symmetry,
     refuse_whole_body_options,
@@ -41,6 +40,7 @@ from carrierflex.workflows.support.matrix_inputs import MatrixFiles
 from carrierflex.workflows.support.named_bodies import body_name, body_structure
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.units import LengthUnit
 
 
 def main(
@@ -65,7 +65,7 @@ def main(
     surfaces: Path | None = None,
     mesh: Path | None = None,
     length_unit: LengthUnit = "m",
-    assembly: AssemblyName = "compiled",
+    assembly: Literal["compiled", "scikit-fem"] = "compiled",
     by_symmetry: bool = False,
     shapes: bool = False,
     preview: bool = False,

@@ -17,8 +17,8 @@ import numpy as np
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig

@@ -19,11 +19,11 @@ from scipy.optimize import brentq
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
 from carrierflex.geometry.parameter_files import read_parameters
-from carrierflex.geometry.parameters import GearData
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
+from carrierflex.geometry.pins import PAPER_STIFFNESS
+from carrierflex.identification.carrier.printed_tables import PHI_PLC
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.simulation.stage.stage_data import StageData
@@ -35,7 +35,7 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
-from carrierflex.workflows.simulation.order_one_supports import PHI_PLC, supports
+from carrierflex.workflows.simulation.order_one_supports import supports
 from carrierflex.workflows.simulation.stage_misalignment import (
     KinkInMesh,
     StageState,

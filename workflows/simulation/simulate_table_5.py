@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import whole_file
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.carrier_identification import identify_each_run
 from carrierflex.identification.carrier.models import rigid_model

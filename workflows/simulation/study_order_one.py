@@ -14,14 +14,14 @@ import numpy as np
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.carrier.printed_tables import (
     FULL_TORQUE,
     LOAD_CASES,
     SENSOR_RADIUS,
     derived_facts,
 )
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.part_loads import mesh_misalignment

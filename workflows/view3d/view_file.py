@@ -21,7 +21,7 @@ from carrierflex.workflows.view3d.view import scene_page
 #: Page beside the report of a diagnosis.
 VIEW_FILE = "view.html"
 _CURVES_FILE = "deflection_curves.csv"
-_EXPECTED = f"a body (.h5), deflection curves (.csv) or {RIM_MOTION_FILE}"
+_EXPECTED = "a body (.h5), deflection curves (.csv) or rim_motion.json"
 
 
 @dataclass(frozen=True)
