@@ -13,7 +13,6 @@ from threadpoolctl import threadpool_limits
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
-from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.progress import Stages
 
 
@@ -51,6 +50,8 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
     ValueError
         Where the campaign is refused.
     """
+    from carrierflex.workflows.support.examination import examined
+
     stages = Stages(3, quiet)
     with threadpool_limits(limits=1):
         with stages.stage(f"reading {campaign}"):

@@ -9,13 +9,15 @@ floating sun and bearings leave only a part of phi_PLC in the mesh, and the supp
 housing decide which.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
@@ -25,9 +27,7 @@ from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.carrier.printed_tables import PHI_PLC
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.simulation.stage.stage_data import StageData
-from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.simulation.stage.tooth_contact import (
     MeshContact,
     ToothFlank,
@@ -35,16 +35,11 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
-from carrierflex.workflows.simulation.order_one_supports import supports
-from carrierflex.workflows.simulation.stage_misalignment import (
-    KinkInMesh,
-    StageState,
-    kinks_in_meshes,
-    stage_states,
-)
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.stage_bodies import flexible_and_rigid_body
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.simulation.stage_misalignment import KinkInMesh, StageState
 
 #: Supports of the order-one study in which the kink is followed to the teeth: their numbers there.
 _SUPPORTS = {
@@ -165,6 +160,11 @@ def main(
     if not np.isfinite(phi_plc):
         raise ValueError(f"--phi-plc is {phi_plc} rad; expected a finite angle")
     prepared_folder(out)
+
+    from carrierflex.simulation.stage.statics import SteadyLoad
+    from carrierflex.workflows.simulation.stage_misalignment import kinks_in_meshes, stage_states
+    from carrierflex.workflows.support.stage_bodies import flexible_and_rigid_body
+
     stages = Stages(3, quiet)
     force = _tangential_force(torque, gear, stage.carrier.n_planets)
     slopes = np.linspace(0.0, largest_misalignment, 30)
@@ -195,6 +195,9 @@ def main(
 
 def _stages(gear: GearData) -> dict[str, StageData]:
     """Stages by support, with these gears."""
+    from carrierflex.simulation.stage.stage_cases import read_stage_case
+    from carrierflex.workflows.simulation.order_one_supports import supports
+
     table = supports()
     chosen = {name: table[number].data for name, number in _SUPPORTS.items()}
     chosen[_FOUND] = read_stage_case(shipped_case(_FOUND)).data
@@ -253,6 +256,9 @@ def _tangential_force(torque: float, gear: GearData, n_planets: int) -> float:
 def _swept(
     pair: InvolutePair, flank: ToothFlank, force: float, slopes: NDArray[np.float64]
 ) -> MeshLife:
+
+    from scipy.optimize import brentq
+
     aligned = mesh_contact(pair, flank, force).largest_pressure
 
     def ratio(slope: float) -> float:
