@@ -4,9 +4,8 @@ import inspect
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from carrierflex.workflows.shell.called_commands import options_of, workflow_of
 from carrierflex.workflows.shell.commands import COMMANDS
-from carrierflex.workflows.shell.early_refusals import READ_EARLY
-from carrierflex.workflows.shell.written_signatures import written_command
 
 _BAD = "no_such_key = 1\n"
 _CASE = 'format = "carrierflex-case"\nversion = 1\n'
@@ -31,12 +30,6 @@ _HEADS = {
 }
 
 
-def options_of(name: str) -> Mapping[str, inspect.Parameter]:
-    """Options of a command by the name of the workflow's parameter."""
-    module = f"carrierflex.workflows.{COMMANDS[name].workflow}"
-    return written_command(module).signature.parameters
-
-
 def with_unknown_option() -> Iterator[list[str]]:
     """One line a command: all it asks for, and an option that it has not."""
     for name in COMMANDS:
@@ -49,8 +42,8 @@ def with_bad_toml() -> Iterator[list[str]]:
     One with a file that could be of any kind, and one for each kind that the option may name.
     """
     for name in COMMANDS:
-        for key, option in options_of(name).items():
-            if key not in READ_EARLY:
+        for key, option in _options(name).items():
+            if key not in _HEADS:
                 continue
             for file in ["bad", *(_bad_name(key, kind) for kind in _HEADS[key])]:
                 words, flag = _required(name), _flag(key)
@@ -83,7 +76,7 @@ def _bad_name(option: str, kind: str) -> str:
 def _required(name: str) -> list[str]:
     """Words that give a command all it asks for, none of them a file that exists."""
     words: list[str] = []
-    for key, option in options_of(name).items():
+    for key, option in _options(name).items():
         if option.default is not inspect.Parameter.empty or option.kind is option.VAR_POSITIONAL:
             continue
         choices = getattr(option.annotation, "__args__", ())
@@ -91,6 +84,10 @@ def _required(name: str) -> list[str]:
         is_positional = option.kind is option.POSITIONAL_OR_KEYWORD
         words += [value] if is_positional else [_flag(key), value]
     return words
+
+
+def _options(name: str) -> Mapping[str, inspect.Parameter]:
+    return options_of(workflow_of(COMMANDS[name]))
 
 
 def _flag(key: str) -> str:

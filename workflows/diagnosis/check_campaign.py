@@ -50,13 +50,14 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
     ValueError
         Where the campaign is refused.
     """
-    from carrierflex.workflows.support.examination import examined
-
     stages = Stages(3, quiet)
     with threadpool_limits(limits=1):
         with stages.stage(f"reading {campaign}"):
             measured = read_campaign(campaign)
             curves = campaign_curves(measured, campaign)
+
+        from carrierflex.workflows.support.examination import examined
+
         with stages.stage("records"):
             own = examined(measured, curves)
         with stages.stage("baseline and wiring"):

@@ -138,9 +138,7 @@ def main(
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
 
-    from carrierflex.diagnosis.report.rim_motion_files import rim_motion
     from carrierflex.simulation.law_files import read_measured_law
-    from carrierflex.workflows.view3d.rim_scene import rim_scene
 
     brought = tuple(read_measured_law(path) for path in law or ())
     stages = Stages(4, quiet)
@@ -156,6 +154,10 @@ def main(
                 effects=effects or (),
             )
             curves = campaign_curves(measured, campaign)
+
+        from carrierflex.diagnosis.report.rim_motion_files import rim_motion
+        from carrierflex.workflows.view3d.rim_scene import rim_scene
+
         with work_executor(workers, scheduler) as executor:
             diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
             # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.

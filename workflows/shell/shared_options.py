@@ -87,3 +87,8 @@ def limit_threads(n_threads: int) -> None:
         from threadpoolctl import threadpool_limits
 
         threadpool_limits(n_threads)
+    if "pyarrow" in sys.modules:
+        import pyarrow
+
+        pyarrow.set_cpu_count(n_threads)
+        pyarrow.set_io_thread_count(n_threads)

@@ -9,12 +9,9 @@ floating sun and bearings leave only a part of phi_PLC in the mesh, and the supp
 housing decide which.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +32,14 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
+from carrierflex.workflows.simulation.stage_misalignment import (
+    KinkInMesh,
+    StageState,
+    kinks_in_meshes,
+    stage_states,
+)
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.support.progress import Stages
-
-if TYPE_CHECKING:
-    from carrierflex.workflows.simulation.stage_misalignment import KinkInMesh, StageState
 
 #: Supports of the order-one study in which the kink is followed to the teeth: their numbers there.
 _SUPPORTS = {
@@ -162,7 +162,6 @@ def main(
     prepared_folder(out)
 
     from carrierflex.simulation.stage.statics import SteadyLoad
-    from carrierflex.workflows.simulation.stage_misalignment import kinks_in_meshes, stage_states
     from carrierflex.workflows.support.stage_bodies import flexible_and_rigid_body
 
     stages = Stages(3, quiet)
