@@ -30,6 +30,19 @@ _HEADS = {
 }
 
 
+#: What an option is refused without, before its file is read.
+_STEP = ("--step", "bad.toml")
+_COMPANIONS = {
+    ("mesh", "surfaces"): _STEP,
+    ("curves", "surfaces"): _STEP,
+    ("couplings", "surfaces"): _STEP,
+    ("reduce", "surfaces"): (*_STEP, "--body", "carrier"),
+    ("reduce", "interfaces"): ("--stiffness", "bad.toml", "--mass", "bad.toml"),
+}
+#: Values that are looked at before files are read.
+_SOUND = {("reduce", "out"): "nowhere.h5", ("simulate", "case"): "carrier_lc1_to_lc4"}
+
+
 def with_unknown_option() -> Iterator[list[str]]:
     """One line a command: all it asks for, and an option that it has not."""
     for name in COMMANDS:
@@ -54,6 +67,7 @@ def with_bad_toml() -> Iterator[list[str]]:
                     words[words.index(flag) + 1] = path
                 else:
                     words += [flag, path]
+                    words += _COMPANIONS.get((name, key), ())
                 yield [name, *words]
 
 
@@ -81,6 +95,7 @@ def _required(name: str) -> list[str]:
             continue
         choices = getattr(option.annotation, "__args__", ())
         value = choices[0] if choices and isinstance(choices[0], str) else "nowhere"
+        value = _SOUND.get((name, key), value)
         is_positional = option.kind is option.POSITIONAL_OR_KEYWORD
         words += [value] if is_positional else [_flag(key), value]
     return words
