@@ -24,7 +24,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
-from carrierflex.workflows.shell.freed_memory import (
+from carrierflex.workflows.diagnosis.freed_memory import (
     return_freed_memory,
     return_unused_memory,
     returning_freed_memory,

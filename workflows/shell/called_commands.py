@@ -51,15 +51,7 @@ def options_of(main: Callable[..., Any]) -> dict[str, inspect.Parameter]:
 
 
 def called(name: str, command: Command) -> Callable[..., None]:
-    """Function with the options of a command and those of every command.
-
-    Parameters
-    ----------
-    name : str
-        What the user types.
-    command : Command
-        Its workflow and table.
-    """
+    """Function with the options of a command and those of every command."""
     workflow = workflow_of(command)
     options_of_workflow = options_of(workflow)
     units = units_of(inspect.getdoc(workflow) or "")
