@@ -15,7 +15,6 @@ from cyclopts import Parameter
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign_files import write_campaign
-from carrierflex.identification.logs.map_files import read_map
 
 if TYPE_CHECKING:
     from carrierflex.identification.logs.imported import Imported
@@ -65,6 +64,8 @@ def main(
     OSError
         Where `out` cannot be written.
     """
+    from carrierflex.identification.logs.map_files import read_map
+
     document = read_map(map_)
 
     from carrierflex.identification.logs.imported import imported_campaign
