@@ -30,11 +30,11 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
-from carrierflex.workflows.diagnosis.convert_emps import main as convert_emps
-from carrierflex.workflows.diagnosis.convert_fatigue_rig import main as convert_fatigue_rig
-from carrierflex.workflows.diagnosis.convert_geared_servo import main as convert_geared_servo
-from carrierflex.workflows.diagnosis.convert_pendulum import main as convert_pendulum
-from carrierflex.workflows.diagnosis.convert_silverbox import main as convert_silverbox
+from examples.convert_emps import main as convert_emps
+from examples.convert_fatigue_rig import main as convert_fatigue_rig
+from examples.convert_geared_servo import main as convert_geared_servo
+from examples.convert_pendulum import main as convert_pendulum
+from examples.convert_silverbox import main as convert_silverbox
 
 FloatArray = NDArray[np.float64]
 

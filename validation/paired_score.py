@@ -28,17 +28,17 @@ from carrierflex.blind_check.scoring.class_judging import (
     judge_by_class,
 )
 from carrierflex.blind_check.scoring.judging import judge
-from carrierflex.blind_check.scoring.law_coverage import (
-    RHO,
-    covered_values,
-    has_true_parameters,
-)
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.sealing.check import LABELS_FILE
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.element.families import CAUSES
 from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR, NAMED, NamedValue
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
+from validation.law_coverage import (
+    RHO,
+    covered_values,
+    has_true_parameters,
+)
 
 _NORMAL_95 = 1.959964
 #: Id of a line off the shaft's orders.
