@@ -32,13 +32,16 @@ from carrierflex.diagnosis.gap.findings import (
     Scalar,
 )
 from carrierflex.diagnosis.gap.gap_map import map_of
-from carrierflex.diagnosis.gap.in_time import DriftTable, significant_drifts, sliding_rms, trend
-from carrierflex.diagnosis.gap.non_synchronous import (
+from carrierflex.diagnosis.gap.in_time import (
+    DriftTable,
     ScatterTable,
     repeatability,
     scatter_p_values,
     scatter_p_values_estimated,
+    significant_drifts,
     significant_non_synchronous,
+    sliding_rms,
+    trend,
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.revolutions import whole_revolutions

@@ -8,7 +8,7 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
 from carrierflex.diagnosis.inference.results import GapReduction

@@ -19,11 +19,11 @@ from carrierflex.diagnosis.gap.findings import (
     ORDER,
     ORDERS,
     SMALL_ORDER,
+    Exponent,
     Finding,
     GapFindings,
     Repeatability,
 )
-from carrierflex.diagnosis.gap.power_laws import Exponent
 from carrierflex.diagnosis.report.phrases import (
     Phrase,
     in_scientific_notation,

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, is_function
+from carrierflex.diagnosis.comparison.overlay import GAP, LAW, LEFT, Panel, Picture, is_function
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.report.svg import BLACK, BLUE, GREY, ORANGE, WIDTH, scaled_unit
 

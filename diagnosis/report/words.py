@@ -9,9 +9,8 @@ from typing import NamedTuple, TypeVar
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
-from carrierflex.diagnosis.gap.findings import Drift, NonSynchronousCell, PartGrowth
-from carrierflex.diagnosis.gap.power_laws import Exponent
-from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.gap.findings import Drift, Exponent, NonSynchronousCell, PartGrowth
+from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,

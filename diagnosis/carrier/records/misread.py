@@ -18,7 +18,7 @@ from carrierflex.diagnosis.carrier.records.curve_errors import rigs_of_curve_err
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import accumulated_sums
 from carrierflex.diagnosis.carrier.weight_table import FloatArray, IntArray, WeightTable
-from carrierflex.diagnosis.comparison.declared_errors import (
+from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
     declared_errors,

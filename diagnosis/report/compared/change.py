@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
 from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.compared.side import (

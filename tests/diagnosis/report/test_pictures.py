@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.pictures import carrier_polar, mean_turns, pins_passing
-from carrierflex.diagnosis.comparison.pictures import (
+from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
     LEFT,

@@ -4,8 +4,7 @@ import pytest
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import Drift, NonSynchronousCell, PartGrowth
-from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.gap.findings import Drift, Exponent, NonSynchronousCell, PartGrowth
 from carrierflex.diagnosis.report import words
 from carrierflex.diagnosis.report.phrases import (
     in_scientific_notation,
