@@ -10,7 +10,6 @@ from carrierflex.diagnosis.classes.results import (
     NAMED_CLASS,
 )
 from carrierflex.diagnosis.comparison.overlay import Overlay
-from carrierflex.diagnosis.comparison.problem import CandidateExperiment
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
@@ -23,6 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from tests.diagnosis.class_answers import no_class, one_class
 from tests.diagnosis.inference.toy_problem import linear_problem, with_answers
 
@@ -104,6 +104,13 @@ def test_the_separating_test_is_of_the_first_effect_that_has_an_alias():
     alone = found(both)
     assert alone.attribution.aliases == ()
     assert alone.attribution.discriminating_experiment == ""
+
+
+def test_tied_classes_without_rival_laws_have_no_separating_trial_of_laws():
+    tie = replace(class_answer(NAMED_CLASS), ties=(("loop",),))
+    told = found(with_answers(linear_problem({"outside": 5.0}), class_answer=tie))
+    assert (told.verdict, told.attribution.aliases) == (ALIASED, ())
+    assert told.attribution.discriminating_experiment == ""
 
 
 SIGNAL = np.array([1.0, 2.0, 4.0])

@@ -306,10 +306,12 @@ def test_a_law_in_all_tied_classes_stays_where_the_tie_is_not_settled():
     assert (found.verdict, found.effects) == (ALIASED, ("coulomb",))
 
 
-def test_a_leading_class_names_no_law():
+def test_a_leading_class_names_no_law_unless_that_leaves_no_more_than_noise():
     leading = answer(LEADING_CLASS, [finding("spring", 0.6, "cube")], share=0.6)
     found = joint(leading, phi=0.5)
     assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+    assert joint(leading, ("cube",), phi=0.75).verdict == CLASS_NAMED
+    assert joint(leading, ("cube",), phi=0.75, floor_multiple=1.1).verdict == NAMED
 
 
 def test_without_a_class_laws_are_believed_only_where_they_explain_more_than_every_class():
@@ -401,6 +403,12 @@ def test_of_the_classes_of_a_law_that_stands_the_one_that_was_seen_is_its_own():
 def test_a_further_law_of_no_class_is_no_small_second_cause():
     spring = answer(classes=[finding("spring", share=0.99, law="cube")])
     assert joint(spring, ("cube", "of_a_user"), phi=0.9999).verdict == CLASS_NAMED
+
+
+def test_the_law_of_a_class_is_not_named_beside_a_law_of_no_class():
+    spring = answer(classes=[finding("spring", law="cube", is_named=True)])
+    found = joint(spring, ("cube", "of_a_user"))
+    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
 
 
 def test_one_law_of_a_leading_pair_is_not_named():

@@ -50,9 +50,12 @@ def test_two_laws_that_make_the_gap_together_are_proposed_though_no_class_is():
     assert max(map(len, sets)) == 2
 
 
-def test_three_laws_of_one_size_none_of_which_explains_half_are_proposed():
-    sets = sets_of(column("a0") + column("b0") + column("c0"))
+def test_sets_grow_while_a_law_takes_half_of_what_remains():
+    sets = sets_of(4.0 * column("a0") + 2.0 * column("b0") + 1.5 * column("c0"))
     assert ("a0", "b0", "c0") in sets
+    # Of two causes one is outside the library and larger: b0 takes two fifths of what a0 leaves.
+    sets = sets_of(4.0 * column("a0") + column("b0") + 1.2 * column("a2"))
+    assert set(sets) == {("a0",)}
 
 
 def test_laws_of_one_class_compete_with_each_other_and_may_stand_together():
@@ -62,37 +65,39 @@ def test_laws_of_one_class_compete_with_each_other_and_may_stand_together():
 
 def test_a_law_that_the_simulator_lacks_is_never_proposed():
     signal = column("a0") + 0.7 * column("b0")
-    classes = (("a",), ("a", "b"))
-    assert any("a0" in laws for laws in sets_of(signal, classes))
-    sets = sets_of(signal, classes, simulated=EVERY - {"a0"})
-    assert sets
-    assert not any("a0" in laws for laws in sets)
-    assert ("a1",) in sets
-    assert sets_of(signal, classes, simulated=()) == ()
+    for classes in ((), (("a",), ("a", "b"))):
+        assert any("a0" in laws for laws in sets_of(signal, classes))
+        sets = sets_of(signal, classes, simulated=EVERY - {"a0"})
+        assert not any("a0" in laws for laws in sets)
+        # Beside classes that explain the gap no other law is near enough.
+        assert bool(sets) is not bool(classes)
+        assert sets_of(signal, classes, simulated=()) == ()
 
 
-def test_the_nearest_laws_of_the_answer_and_of_its_ties_come_before_the_library():
-    # The gap is of c alone; a tie with a and b is asked for all the same.
-    sets = sets_of(column("c0"), (("b",), ("a", "b")))
-    assert sets[0] in {("b0",), ("b1",)}
-    assert set(sets[:2]) == {("b0",), ("b1",)}
-    assert set(sets[2:6]) == {("a0", "b0"), ("a0", "b1"), ("a1", "b0"), ("a1", "b1")}
-    assert ("c0",) in sets[6:]
+def test_laws_of_the_answer_come_first_then_those_of_its_ties_then_the_library():
+    laws = {
+        "a": (law("of_a", "a0"),),
+        "b": (law("of_b", "a0"),),
+        "c": (law("of_c", "a0"), law("of_c_too", "a0"), law("last", "a0")),
+    }
+    every = {"of_a", "of_b", "of_c", "of_c_too", "last"}
+    sets = sets_of(column("a0"), (("c",), ("b",)), laws=laws, simulated=every)
+    assert sets == (("of_c",), ("of_c_too",), ("of_b",), ("of_a",))
 
 
 def test_two_nearest_laws_stand_for_a_class():
-    signal = column("a0") + 0.6 * column("a2") + 0.3 * column("a1")
-    laws = {"a": (law("a1", "a1"), law("a2", "a2"), law("a0", "a0"))}
-    sets = sets_of(signal, (("a",),), laws=laws, simulated={"a0", "a1", "a2"})
-    assert sets[:2] == (("a0",), ("a2",))
+    laws = {"a": (law("far", "a1"), law("near", "a0"), law("alike", "a0"), law("third", "a0"))}
+    sets = sets_of(column("a0"), (("a",),), laws=laws, simulated={"far", "near", "alike"})
+    assert sets == (("near",), ("alike",))
 
 
 def test_the_nearest_law_of_a_class_is_nearest_beside_the_other_classes():
-    # Most of what a0 explains alone the class b explains too.
-    both = column("a0") + 2.0 * column("b0")
-    laws = {"a": (law("a0", "a0"), law("b0_as_a", "b0"), law("a1", "a1")), "b": LAWS["b"]}
-    sets = sets_of(both, (("a", "b"),), laws=laws, simulated={"a0", "a1", "b0_as_a", "b0", "b1"})
-    assert sets[0] == ("a0", "b0")
+    # Beside its class a0 gains nothing, beside b it is the only law of a that does.
+    signal = column("a0") + 2.0 * column("b0") + 0.06 * column("b1")
+    shared = (law("b0_as_a", "b0"), law("b1_as_a", "b1"), law("a0", "a0"))
+    every = {"a0", "b0_as_a", "b1_as_a", "b0"}
+    laws = {"a": shared, "b": (law("b0", "b0"),)}
+    assert sets_of(signal, (("a", "b"),), laws=laws, simulated=every)[0] == ("a0", "b0")
 
 
 def test_a_class_without_a_law_has_no_set():
@@ -123,7 +128,20 @@ def test_the_best_laws_of_noise_are_single_ones():
     assert all(len(laws) == 1 for laws in sets_of(np.zeros_like(column("a0"))))
 
 
-def test_the_library_holds_three_sets_of_a_size():
-    sets = sets_of(column("a0") + 0.7 * column("b1"))
-    assert [len(laws) for laws in sets] == [1, 1, 1, 2, 2, 2]
-    assert (sets[0], sets[3]) == (("a0",), ("a0", "b1"))
+def test_three_sets_of_a_size_are_proposed_at_most():
+    laws = {"a": tuple(law(f"law{k}", "a0") for k in range(5))}
+    sets = sets_of(column("a0"), laws=laws, simulated={f"law{k}" for k in range(5)})
+    assert sets == (("law0",), ("law1",), ("law2",))
+
+
+def test_a_set_that_leaves_far_more_than_the_best_of_its_size_is_not_proposed():
+    # Of the two causes the smaller one alone leaves two, or four times what the larger one does.
+    assert {("a0",), ("b1",)} < set(sets_of(column("a0") + 0.7 * column("b1")))
+    assert sets_of(column("a0") + 0.5 * column("b1")) == (("a0",), ("a0", "b1"))
+
+
+def test_a_set_that_leaves_far_more_than_classes_that_explain_the_gap_is_not_proposed():
+    signal = column("a0") + 0.7 * column("b1")
+    assert sets_of(signal, (("a", "b"),)) == (("a0", "b1"),)
+    # A class that explains two thirds says nothing against a law that does.
+    assert ("a0",) in sets_of(signal, (("a",),))

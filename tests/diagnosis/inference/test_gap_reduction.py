@@ -156,10 +156,10 @@ def halved(segments, condition):
 def test_the_condition_with_the_largest_gap_is_that_of_the_largest_mean_square():
     """Its blocks may be shorter than those of a condition with a smaller gap."""
     problem = linear_problem({"a": 4.0}, gains={"A": 1.0, "B": 1.1, "C": 1.0})
-    in_b = replace(problem, segments=halved(problem.segments, "B"))
+    in_b = replace(problem, blocks=halved(problem.segments, "B"))
     of_b, of_a = 1.0 / np.sqrt(16.0 * 1.21 + 1.0), 1.0 / np.sqrt(17.0)
     assert_allclose(reduced(in_b, ("a",)).extrapolation_rho, of_b, rtol=1e-6)
-    in_a = replace(problem, segments=halved(problem.segments, "A"))
+    in_a = replace(problem, blocks=halved(problem.segments, "A"))
     assert_allclose(reduced(in_a, ("a",)).extrapolation_rho, of_a, rtol=1e-6)
 
 

@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import CandidateExperiment
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.separating_trial import separating_trial
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from tests.diagnosis.inference.toy_problem import LinearProblem, linear_problem
 
 

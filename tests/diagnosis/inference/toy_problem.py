@@ -14,7 +14,6 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectPara
 from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
     BoolArray,
-    CandidateExperiment,
     Effects,
     FloatArray,
     GapCell,
@@ -23,6 +22,7 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
 )
 from carrierflex.diagnosis.inference.law_fits import LawFits
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 
 #: Values of parameters by effect and name.
 Known = Mapping[tuple[str, str], float]
@@ -31,7 +31,7 @@ NOISE = "noise"
 
 
 @dataclass(frozen=True, eq=False)
-class LinearProblem:
+class LinearProblem(ComparisonProblem):
     """Target minus ``columns @ theta``: one column for the baseline and one for each effect.
 
     Parameters
@@ -53,15 +53,30 @@ class LinearProblem:
     columns: FloatArray
     target: FloatArray
     names: tuple[str, ...]
-    segments: tuple[Segment, ...]
-    cards: Mapping[str, EffectCard]
+    blocks: tuple[Segment, ...]
+    library: Mapping[str, EffectCard]
     noise_std: float
-    n_channels: int = 1
+    channels: int = 1
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     runs_own: tuple[str, ...] = ()
     candidates: tuple[CandidateExperiment, ...] = ()
     numerical: float = 0.0
-    unit: str = "m"
+
+    @property
+    def cards(self) -> Mapping[str, EffectCard]:
+        return self.library
+
+    @property
+    def segments(self) -> tuple[Segment, ...]:
+        return self.blocks
+
+    @property
+    def unit(self) -> str:
+        return "m"
+
+    @property
+    def n_channels(self) -> int:
+        return self.channels
 
     @property
     def cell_counts(self) -> FloatArray:
@@ -192,19 +207,16 @@ def linear_problem(
         columns=np.stack([combined(weights) for weights in columns.values()], axis=2),
         target=combined(target),
         names=tuple(columns),
-        segments=segments,
-        cards={name: _card(name, (aliases or {}).get(name, ())) for name in known},
+        blocks=segments,
+        library={name: _card(name, (aliases or {}).get(name, ())) for name in known},
         noise_std=noise_std,
-        n_channels=n_channels,
+        channels=n_channels,
     )
 
 
 def with_answers(problem: LinearProblem, **answers: object) -> LinearProblem:
     """Problem that is asked for more than a linear one is: each method returns what is given."""
-    methods = {
-        name: lambda self, *model, given=given: given
-        for name, given in {"gram_table": None, **answers}.items()
-    }
+    methods = {name: lambda self, *model, given=given: given for name, given in answers.items()}
     return type("Problem", (LinearProblem,), methods)(**vars(problem))
 
 
