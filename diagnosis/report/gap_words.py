@@ -24,14 +24,15 @@ from carrierflex.diagnosis.gap.findings import (
     GapFindings,
     Repeatability,
 )
-from carrierflex.diagnosis.report.phrases import (
+from carrierflex.diagnosis.report.words import (
     Phrase,
+    counted,
     in_scientific_notation,
     joined,
     phrase,
     power,
+    sized,
 )
-from carrierflex.diagnosis.report.words import counted, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
