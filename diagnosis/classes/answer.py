@@ -42,24 +42,7 @@ class NearestLaw:
 
 
 def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> NearestLaw:
-    """Law that takes the place of a class best.
-
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares.
-    shares : Shares
-        Gap and scatter.
-    own : str
-        Class whose place the law takes.
-    beside : tuple of str
-        Other classes of the answer, which stay.
-
-    Returns
-    -------
-    NearestLaw
-        Best of ``share - 0.005 n_parameters`` over the laws and their shapes.
-    """
+    """Law that takes the place of a class best, by ``share - 0.005 n_parameters``."""
     limits = scores.constants
     found: list[tuple[float, str, IntArray, HeldOutSquares]] = []
     for law in scores.table.laws.get(own, ()):
@@ -309,7 +292,7 @@ def answer_of(
         learnable=at_most_one(learnable),
         learnt_by=tuple(set(decision.best_pair) - set(decision.classes)) if pair_gains else (),
         law_share=_law_share(scores, shares, laws),
-        classes_of_law=classes_of_law(table),
+        classes_of_law=_classes_of_law(table),
         note=note,
         best=() if is_class else decision.classes,
     )
@@ -321,7 +304,7 @@ def _holds(table: GramTable, name: str, classes: Sequence[str]) -> bool:
     return inside <= set(table.classes[name])
 
 
-def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
+def _classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
     """Classes that hold each law of a table, in the order of its classes."""
     found: dict[str, tuple[str, ...]] = {}
     for name, laws in table.laws.items():
@@ -331,17 +314,7 @@ def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
 
 
 def without_classes(state: str, table: GramTable, note: str) -> ClassAnswer:
-    """Answer of records in which nothing is missing, or nothing is visible.
-
-    Parameters
-    ----------
-    state : str
-        Which of both.
-    table : GramTable
-        Classes and their laws.
-    note : str
-        What the records cannot say.
-    """
+    """Answer of records in which nothing is missing, or nothing is visible."""
     nan = float("nan")
     return ClassAnswer(
         state=state,
@@ -353,7 +326,7 @@ def without_classes(state: str, table: GramTable, note: str) -> ClassAnswer:
         learnable=nan,
         learnt_by=(),
         law_share=nan,
-        classes_of_law=classes_of_law(table),
+        classes_of_law=_classes_of_law(table),
         note=note,
     )
 

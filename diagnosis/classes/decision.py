@@ -14,15 +14,10 @@ from carrierflex.diagnosis.classes.results import (
 from carrierflex.diagnosis.classes.shares import Shares
 
 
-def plain_first(
+def _plain_first(
     scores: ClassScores, shares: Shares, answer: Classes, candidates: Sequence[str]
 ) -> Classes:
-    """Answer in which no class bends to what is another's.
-
-    Members that bend a law (sliders whose strength or spring changes with deflection) let a class
-    imitate others: a set with them and a set with another class in their place are two sets, and
-    the one that leaves less is the answer.
-    """
+    """Answer in which no class bends to what is another's."""
     for own in scores.table.plain:
         if answer == (own,):
             return _beside_plain(scores, shares, own, candidates)
@@ -168,13 +163,6 @@ def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
 
     No second class explains that much more by itself, else it would be in the answer: what is
     missing are more causes than two, or one that no class holds whole.
-
-    Parameters
-    ----------
-    scores, shares
-        Held-out squares, gap and floor.
-    decision : Decision
-        The answer.
     """
     least = scores.constants.second_cause
     return shares.is_gain(scores.ceiling(), decision.held, least)
@@ -211,7 +199,7 @@ def _answer(
     damping = _sum_or_product(scores, shares, answer, shows_small_causes=shows_small_causes)
     if damping != answer:
         answer, ties = damping, ()
-    plain = plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
+    plain = _plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
     if plain != answer:
         answer, ties = plain, ()
     return answer, ties
@@ -305,12 +293,7 @@ def _product(scores: ClassScores, beside: Classes) -> HeldOutSquares:
 def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
     """Whether there is no gap above the floor, or one that looks like coloured noise.
 
-    Parameters
-    ----------
-    scores, shares
-        Held-out squares, gap and floor.
-    results : sequence of HeldOutSquares
-        What single classes and the best pair leave.
+    `results` are what single classes and the best pair leave.
     """
     limits = scores.constants
     before = scores.of(())

@@ -44,7 +44,7 @@ class ClassModel:
         return order, int(np.count_nonzero(free))
 
 
-def class_model(
+def _class_model(
     table: GramTable,
     groups: Sequence[str],
     ridges: Sequence[float],
@@ -52,26 +52,7 @@ def class_model(
     jitter: float,
     further: IntArray | None = None,
 ) -> ClassModel:
-    """Model of the baseline with some groups, each at its own ridge.
-
-    Parameters
-    ----------
-    table : GramTable
-        Products.
-    groups : sequence of str
-        Groups of columns.
-    ridges : sequence of float
-        Weight of each group's penalty.
-    jitter : float
-        Ridge on every class column.
-    further : ndarray of int, optional
-        Columns of laws, which are not penalised.
-
-    Returns
-    -------
-    ClassModel
-        Ready to be fitted.
-    """
+    """Model of the baseline with some groups, each at its own ridge."""
     members: list[ColumnGroup] = [table.groups[name] for name in groups]
     laws = np.empty(0, dtype=np.int64) if further is None else further
     columns = np.concatenate([table.base, laws, *(member.columns for member in members)])
@@ -113,20 +94,14 @@ def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = N
     chosen: IntArray | EllipsisType = ... if blocks is None else blocks
     found = np.empty((*n_blocks, places.size, places.size))
     # Groups stand together in a table: slices are copied several times as fast as single places.
-    own = stretches(np.arange(places.size), places)
+    own = _stretches(np.arange(places.size), places)
     for (rows, from_rows), (columns, from_columns) in product(own, repeat=2):
         found[..., rows, columns] = gram[chosen, from_rows, from_columns]
     return found
 
 
-def stretches(first: IntArray, second: IntArray) -> list[tuple[slice, slice]]:
-    """Pairs of places as slices, each of pairs that follow each other on both sides.
-
-    Parameters
-    ----------
-    first, second : ndarray of int, shape (n,)
-        Places, pair by pair.
-    """
+def _stretches(first: IntArray, second: IntArray) -> list[tuple[slice, slice]]:
+    """Pairs of places as slices, each of pairs that follow each other on both sides."""
     cuts = np.flatnonzero((np.diff(first) != 1) | (np.diff(second) != 1)) + 1
     ends = pairwise([0, *cuts.tolist(), first.size])
     return [
@@ -178,31 +153,13 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
 
 
 def squares_left(products: FloatArray, c: FloatArray) -> FloatArray:
-    """Sum of squares that coefficients leave, shape (...).
-
-    Parameters
-    ----------
-    products : ndarray, shape (..., 1 + n, 1 + n)
-        Products of the target and the columns, such as those of each block.
-    c : ndarray, shape (n,)
-        Coefficients.
-    """
+    """Sum of squares that coefficients leave, shape (...)."""
     weights = np.concatenate([[1.0], -c])
     return np.asarray((products @ weights) @ weights)
 
 
-def squares_of_each(products: FloatArray, C: FloatArray) -> FloatArray:
-    """Sums of squares that several fits leave of the same products, shape (n_fits, n_blocks).
-
-    The products are read once for all fits: of many blocks they are larger than a cache.
-
-    Parameters
-    ----------
-    products : ndarray, shape (n_blocks, 1 + n, 1 + n)
-        Products of the target and the columns of each block.
-    C : ndarray, shape (n_fits, n)
-        Coefficients of each fit.
-    """
+def _squares_of_each(products: FloatArray, C: FloatArray) -> FloatArray:
+    """Sums of squares that several fits leave of the same products, shape (n_fits, n_blocks)."""
     weights = np.column_stack([np.ones(len(C)), -C])
     rows = (products.reshape(-1, weights.shape[1]) @ weights.T).reshape(*products.shape[:2], -1)
     return np.einsum("bif,fi->fb", rows, weights)
@@ -240,7 +197,7 @@ def _nonnegative(A: FloatArray, b: FloatArray) -> FloatArray:
 
 Classes = tuple[str, ...]
 #: Products of some columns outside each fold; and of each fold its blocks with theirs.
-FoldProducts = tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
+_FoldProducts = tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,7 +245,7 @@ class ClassScores:
     table: GramTable
     constants: ClassConstants
     known: dict[Classes, HeldOutSquares] = field(default_factory=dict)
-    chosen: dict[bytes, FoldProducts] = field(default_factory=dict)
+    chosen: dict[bytes, _FoldProducts] = field(default_factory=dict)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:
         """Held-out squares of a set of classes; of the baseline for the empty set."""
@@ -349,7 +306,7 @@ class ClassScores:
         key = (*sorted(classes), f"columns {columns.tolist()}")
         if key not in self.known:
             beside = self.of(classes)
-            model = class_model(
+            model = _class_model(
                 self.table,
                 beside.groups,
                 beside.ridges,
@@ -362,7 +319,7 @@ class ClassScores:
 
     def model(self, held: HeldOutSquares) -> ClassModel:
         """Model of a result."""
-        return class_model(
+        return _class_model(
             self.table,
             held.groups,
             held.ridges,
@@ -436,7 +393,7 @@ class ClassScores:
     ) -> HeldOutSquares:
         """Result of the ridges that leave least."""
         jitter = self.constants.jitter
-        models = [class_model(self.table, groups, ridges, jitter=jitter) for ridges in options]
+        models = [_class_model(self.table, groups, ridges, jitter=jitter) for ridges in options]
         results = [
             HeldOutSquares(squares, groups, ridges)
             for squares, ridges in zip(self._held_out(models), options, strict=True)
@@ -449,10 +406,10 @@ class ClassScores:
         squares = np.empty((len(models), len(self.table.folds)))
         for outside, (held, blocks) in zip(training, held_out, strict=True):
             C = np.array([coefficients(outside, model) for model in models])
-            squares[:, held] = squares_of_each(blocks, C)
+            squares[:, held] = _squares_of_each(blocks, C)
         return squares
 
-    def _products(self, model: ClassModel) -> FoldProducts:
+    def _products(self, model: ClassModel) -> _FoldProducts:
         """Products of a model's columns outside each fold, and of each block."""
         key = model.columns.tobytes()
         if key not in self.chosen:

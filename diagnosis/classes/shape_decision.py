@@ -25,10 +25,10 @@ FURTHER_CAUSE = 0.01
 
 
 #: Whether a simpler result may stand for the best one.
-AsGood = Callable[[Shares, HeldOutSquares, HeldOutSquares], bool]
+_AsGood = Callable[[Shares, HeldOutSquares, HeldOutSquares], bool]
 
 
-def is_equal(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
+def _is_equal(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
     """Whether the records cannot tell a simpler result from the best."""
     return shares.are_equal(simpler, best)
 
@@ -43,7 +43,7 @@ def decide_by_shape(
     shares: Shares,
     sizes: Mapping[str, int],
     *,
-    as_good: AsGood = is_equal,
+    as_good: _AsGood = _is_equal,
     chooses_anew: bool = False,
 ) -> Decision:
     """Name the classes that the held-out blocks show.
@@ -69,7 +69,7 @@ def decide_by_shape(
     Decision
         Answer; its ties are other shapes of no more columns that leave as much.
     """
-    first = best_of_shapes(scores, sizes)
+    first = _best_of_shapes(scores, sizes)
     singles = [(name,) for name in first]
     pairs = list(combinations(sorted(first), 2))
     best_pair = _best(scores, pairs)
@@ -98,7 +98,7 @@ def way_of(class_name: str) -> str:
     return class_name.rsplit("/", 1)[1]
 
 
-def best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
+def _best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
     """Class that alone leaves least of every shape, the best shape first."""
     best: dict[str, str] = {}
     for name in sorted(names, key=lambda name: scores.of((name,)).total):
@@ -109,7 +109,7 @@ def best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
 def rivals_of(scores: ClassScores, decision: Decision, names: Iterable[str]) -> list[str]:
     """Best class of every shape that a decision does not name."""
     taken = {shape_of(name) for name in decision.classes}
-    return [name for name in best_of_shapes(scores, names) if shape_of(name) not in taken]
+    return [name for name in _best_of_shapes(scores, names) if shape_of(name) not in taken]
 
 
 def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
@@ -200,7 +200,7 @@ def simplest(
     shares: Shares,
     answer: Classes,
     sizes: Mapping[str, int],
-    as_good: AsGood,
+    as_good: _AsGood,
 ) -> Classes:
     """Answer whose members follow the loads in the simplest way that leaves as much."""
     for own in answer:
@@ -217,7 +217,7 @@ def _needed(
     shares: Shares,
     answer: Classes,
     sizes: Mapping[str, int],
-    as_good: AsGood,
+    as_good: _AsGood,
 ) -> Classes:
     """Answer without members that pay no more once the others follow the loads as they do best.
 

@@ -36,7 +36,7 @@ from carrierflex.simulation.laws import (
 #: Points of a curve.
 POINTS = 81
 #: Quantiles of the draws that are a curve's 95 % band.
-BAND = (0.025, 0.975)
+_BAND = (0.025, 0.975)
 _SEED = 3
 #: Share of the range over which a curve is called straight, to take the baseline's part out.
 _STRAIGHT = 0.25
@@ -80,7 +80,7 @@ def drawn_coefficients(scores: ClassScores, held: HeldOutSquares, places: IntArr
 
 def band_of(y: FloatArray, draws: FloatArray) -> FloatArray:
     """95 % band of a curve over its draws, the curve itself within it; shape (n, 2)."""
-    low, high = np.quantile(draws, BAND, axis=0)
+    low, high = np.quantile(draws, _BAND, axis=0)
     return np.array([np.minimum(low, y), np.maximum(high, y)]).T
 
 
@@ -166,24 +166,7 @@ _CURVED = 1.3
 def shape_words(
     name: str, x: FloatArray, y: FloatArray, band: FloatArray, units: tuple[str, str]
 ) -> str:
-    """Curve of a class in words.
-
-    Parameters
-    ----------
-    name : str
-        Class.
-    x, y : ndarray, shape (n,)
-        Curve.
-    band : ndarray, shape (n, 2)
-        Its 95 % band.
-    units : tuple of str
-        Units of x and y.
-
-    Returns
-    -------
-    str
-        For example ``zero below 0.8 mm, stiffening above, one side only``.
-    """
+    """Curve of a class in words: ``zero below 0.8 mm, stiffening above, one side only``."""
     if not np.abs(y).max() > 0.0:
         return "zero throughout"
     if name == RESTORING_FORCE:
@@ -205,19 +188,9 @@ def length_words(value: float, unit: str) -> str:
 
 
 def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]) -> str:
-    """How the force over the speed differs from one deflection to another.
+    """How the force over the speed differs between two deflections.
 
-    Parameters
-    ----------
-    lower, upper : BesideCurve
-        Force over the same speeds at two deflections, each named by its place.
-    units : tuple of str
-        Units of speed and force.
-
-    Returns
-    -------
-    str
-        For example ``loss at 0.2 m/s of 3 N at -1 mm and of 9 N at 1 mm``.
+    For example ``loss at 0.2 m/s of 3 N at -1 mm and of 9 N at 1 mm``.
     """
     top = min(float(lower.x[-1]), -float(lower.x[0]))
     losses = [

@@ -29,7 +29,7 @@ from carrierflex.identification.campaign.declarations import Channel, InputSigna
 from carrierflex.simulation.measurement import Measurement
 
 #: Declared error of a channel that bounds each part of the measurement model.
-ERROR_KEYS = {
+_ERROR_KEYS = {
     Measurement.GAIN: "gain_std",
     Measurement.ZERO: "zero_std",
     Measurement.DELAY: "delay_std",
@@ -89,7 +89,7 @@ class KnownPhysics:
         if measurement is None:
             return parameter
         those = self.channels if channel is None else (self.channels[channel : channel + 1])
-        declared = [getattr(own, ERROR_KEYS[measurement]) for own in those]
+        declared = [getattr(own, _ERROR_KEYS[measurement]) for own in those]
         if not declared or None in declared:
             return parameter
         return replace(parameter, prior_std=float(max(declared)))
@@ -120,7 +120,7 @@ def known_physics(campaign: Campaign) -> KnownPhysics:
 
 
 #: Words where no gain is declared.
-TAKEN_AS_EXACT = "gains taken as exact"
+_TAKEN_AS_EXACT = "gains taken as exact"
 #: A torque 5 % too large on a carrier or mounting is the torque itself on one 5 % softer: where no
 #: other load acts, the records of the two are the same.
 LOADS_AS_READ = "loads taken as read: stiffness and values per load are off by as much as these"
@@ -169,7 +169,7 @@ class DeclaredGains:
         known = [f"{name} {100.0 * std:.3g} %" for name, std in signals.items() if std]
         exact = [name for name, std in signals.items() if not std]
         if not known:
-            return TAKEN_AS_EXACT
+            return _TAKEN_AS_EXACT
         text = f"intervals hold the declared standard deviations of gains: {', '.join(known)}"
         return text + (f"; that of the {exact[0]} taken as exact" if exact else "")
 
@@ -244,9 +244,9 @@ def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
         DeclaredError(signal.name, part, std)
         for signal in known.inputs
         for part in _OF_INPUTS
-        if (std := getattr(signal, ERROR_KEYS[part]))
+        if (std := getattr(signal, _ERROR_KEYS[part]))
     ]
-    for part, key in ERROR_KEYS.items():
+    for part, key in _ERROR_KEYS.items():
         declared = [(k, own.name, getattr(own, key)) for k, own in enumerate(known.channels)]
         declared = [one for one in declared if one[2]]
         if part is Measurement.DELAY:
@@ -267,13 +267,7 @@ _WORDS = {
 
 
 def errors_words(errors: Sequence[DeclaredError]) -> str:
-    """What is declared, as a sentence without its full stop.
-
-    Parameters
-    ----------
-    errors : sequence of DeclaredError
-        Declared errors; where no gain of an input is among them, loads are taken as read.
-    """
+    """What is declared, as a sentence without its full stop."""
     parts = [
         f"{_WORDS[part][0]} ({', '.join(_of_part(errors, part))})"
         for part in _WORDS

@@ -14,7 +14,7 @@ from scipy.stats import t as student_t
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
 #: A condition varies where its largest value is at least this many times its smallest.
-SPAN = 1.3
+_SPAN = 1.3
 #: Values below this share of the largest count as "without" (a radial load at rest of its rams).
 WITHOUT = 0.01
 #: A condition is separable from the others where this share of its variation is its own.
@@ -86,7 +86,7 @@ def _exponent(
     if n < 2:
         return _none(n, "fewer than two points show it")
     columns = {other: _column(values) for other, values in conditions.items()}
-    varying = [other for other, column in columns.items() if np.ptp(column) >= np.log(SPAN)]
+    varying = [other for other, column in columns.items() if np.ptp(column) >= np.log(_SPAN)]
     if name not in varying:
         return _none(n, f"{name} does not vary")
     others = [other for other in varying if other != name]

@@ -25,13 +25,10 @@ SIGNIFICANCE = 0.01
 _MOST_OF_THE_GAP = 0.8
 
 
-def adjusted(p_values: ArrayLike) -> FloatArray:
+def _adjusted(p_values: ArrayLike) -> FloatArray:
     """P-values adjusted for their number under any dependence, same shape.
 
-    References
-    ----------
-    .. [1] Y. Benjamini, D. Yekutieli, "The control of the false discovery rate in multiple testing
-       under dependency", Ann. Statist. 29 (2001) 1165-1188.
+    Y. Benjamini, D. Yekutieli, Ann. Statist. 29 (2001) 1165-1188.
     """
     values = np.clip(np.asarray(p_values, dtype=np.float64), 0.0, 1.0)
     if not values.size:
@@ -43,33 +40,22 @@ def adjusted_together(tables: Sequence[FloatArray]) -> list[FloatArray]:
     """P-values of several tables adjusted for the number of all that are known; NaN stays."""
     p_values = np.concatenate(tables)
     known = np.isfinite(p_values)
-    p_values[known] = adjusted(p_values[known])
+    p_values[known] = _adjusted(p_values[known])
     return np.split(p_values, np.cumsum([own.size for own in tables])[:-1])
 
 
-def is_significant(cell: GapCell) -> bool:
+def _is_significant(cell: GapCell) -> bool:
     """Whether a cell holds more than noise, beyond chance."""
     return cell.p_value < SIGNIFICANCE and cell.coherent > 0.0
 
 
 def significant(cells: Iterable[GapCell]) -> list[GapCell]:
     """Cells beyond chance, in their order."""
-    return [cell for cell in cells if is_significant(cell)]
+    return [cell for cell in cells if _is_significant(cell)]
 
 
 def largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
-    """First cells of a list that together hold 80 % of its gap.
-
-    Parameters
-    ----------
-    cells : sequence of GapCell
-        Significant cells, largest first.
-
-    Returns
-    -------
-    list of GapCell
-        At least one where there is any.
-    """
+    """First cells of a list that together hold 80 % of its gap; at least one where there is any."""
     required = _MOST_OF_THE_GAP * sum(cell.coherent for cell in cells)
     covered = 0.0
     chosen: list[GapCell] = []
@@ -385,7 +371,7 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
     if not tables:
         return ()
     total = sum(float(table.coherent.sum()) for table in tables)
-    p_values = adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
+    p_values = _adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
     runs: dict[str, int] = {}
     patterns: dict[str, int] = {}
     places = []

@@ -91,25 +91,15 @@ def block_rms(
 
 
 @dataclass(frozen=True, eq=False)
-class Trend:
-    """Quadratic trend of complex amplitudes, arrays shaped like one repetition.
-
-    Parameters
-    ----------
-    change : ndarray
-        Size of the change from the first to the last repetition.
-    mean_square : ndarray
-        Mean square of the trend.
-    p_value : ndarray
-        Without a trend; NaN with fewer than five repetitions.
-    """
+class _Trend:
+    """Quadratic trend of complex amplitudes, arrays shaped like one repetition."""
 
     change: FloatArray
     mean_square: FloatArray
     p_value: FloatArray
 
 
-def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
+def trend(time: FloatArray, amplitudes: ComplexArray) -> _Trend:
     """Quadratic trend of complex amplitudes over a run.
 
     ``F = (SS_trend / 2) / (SS_rest / (R - 3))``, complex amplitudes with twice the degrees of
@@ -125,7 +115,7 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
     n = time.size
     shape = amplitudes.shape[1:]
     if n < _TERMS + 3 or np.ptp(time) == 0.0:
-        return Trend(np.zeros(shape), np.zeros(shape), np.full(shape, np.nan))
+        return _Trend(np.zeros(shape), np.zeros(shape), np.full(shape, np.nan))
     relative = 2.0 * (time - time.min()) / np.ptp(time) - 1.0
     # Orthonormal columns without the constant.
     basis = np.linalg.qr(np.vander(relative, _TERMS + 1, increasing=True))[0][:, 1:]
@@ -139,7 +129,7 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
     ratio = explained / _TERMS / (rest / (n - _TERMS - 1))
     p_value = fisher_f.sf(ratio, degrees * _TERMS, degrees * (n - _TERMS - 1))
     change = np.abs(fitted[-1] - fitted[0])
-    return Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
+    return _Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
 
 
 @dataclass(frozen=True, eq=False)

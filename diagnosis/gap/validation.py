@@ -19,18 +19,6 @@ def cell_validations(
     """Comparison error and its uncertainty of every significant cell.
 
     ASME V&V 20-2009, section 1-5.
-
-    Parameters
-    ----------
-    before, after : sequence of GapCell
-        Map of the baseline and of the accepted model.
-    numerical : float
-        RMS error of the integration.
-
-    Returns
-    -------
-    tuple of CellValidation
-        Largest error before first, a thousand at most.
     """
     every = map_of(before)
     significant = every.chosen(every.are_significant)
@@ -71,11 +59,6 @@ def _mean_squares_after(shown: GapMap, after: GapMap) -> list[float]:
 
 def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[ScalarGap, ...]:
     """Area metric of every scalar, before and after.
-
-    Parameters
-    ----------
-    before, after : sequence of Scalar
-        The same scalars of the baseline and of the accepted model.
 
     References
     ----------

@@ -86,32 +86,6 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     return tuple(folds)
 
 
-def extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fold | None:
-    """The condition with the largest gap, predicted from all others.
-
-    None where there is one condition only.
-
-    Parameters
-    ----------
-    segments : sequence of Segment
-        Segments of the comparison problem.
-    gap : sequence of float
-        Mean square of the baseline's gap by segment.
-
-    Returns
-    -------
-    Fold or None
-        The split.
-    """
-    condition = np.array([segment.condition for segment in segments])
-    names = sorted(set(condition))
-    if len(names) < 2:
-        return None
-    sizes = {name: float(np.mean(np.asarray(gap)[condition == name])) for name in names}
-    left_out = condition == max(sizes, key=lambda name: sizes[name])
-    return Fold(f"condition {condition[left_out][0]}", ~left_out, np.zeros_like(left_out), left_out)
-
-
 def _places(condition: np.ndarray) -> np.ndarray:
     """Number of each segment within its condition."""
     index = np.zeros(condition.size, dtype=np.int64)

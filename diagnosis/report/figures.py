@@ -10,6 +10,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from carrierflex.diagnosis.classes.results import MeasuredShape
 from carrierflex.diagnosis.comparison.overlay import (
@@ -33,16 +34,12 @@ if TYPE_CHECKING:
 #: Width of every figure [in]: on a phone it is shown at about its own size, so that its text stays
 #: readable.
 WIDTH = 4.4
-#: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008), and
-#: the map of magnitudes.
+#: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008).
 BLUE = "#0072b2"
 ORANGE = "#d55e00"
 BLACK = "#000000"
 GREY = "#6b6b6b"
-GREEN = "#009e73"
-MAGNITUDE_MAP = "cividis"
-#: Cells within chance.
-CHANCE = "#e6e9ed"
+_GREEN = "#009e73"
 
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # selectable, and a tenth of the size of outlines
@@ -55,23 +52,8 @@ _STYLE: dict[Any, Any] = {
 _IDENTIFIER = re.compile(r'(\bid="|href="#|url\(#)')
 
 
-def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
-    """SVG element of a figure, to be put into a page.
-
-    Parameters
-    ----------
-    draw : callable
-        Gives the figure; called with the report's style in force.
-    key : str
-        Its name on the page: letters, digits and hyphens, no other figure's.
-    title : str
-        What it shows, in words, for those who do not see it.
-
-    Returns
-    -------
-    str
-        ``<svg ...>...</svg>`` without fixed size; its identifiers start with `key`.
-    """
+def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> Markup:
+    """SVG element of a figure without fixed size; its identifiers start with `key`."""
     from matplotlib import rc_context
 
     file = io.StringIO()
@@ -88,7 +70,7 @@ def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
     head, body = text.split(">", 1)
     head = re.sub(r'\s(?:width|height)="[^"]*"', "", head)
     labelled = f'{head} role="img" aria-labelledby="{key}-title">'
-    return f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}'
+    return Markup(f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}')
 
 
 def _lay_out(figure: "Figure") -> None:
@@ -106,20 +88,7 @@ _HEIGHT = 2.9
 
 
 def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
-    """Curve of a class over the visited range.
-
-    Parameters
-    ----------
-    shape : MeasuredShape
-        Curve, band and law.
-    law : str
-        Name of the law in words.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel: curve, 95 % band, law.
-    """
+    """Curve of a class over the visited range."""
     from matplotlib.figure import Figure
 
     x_factor, x_unit = scaled_unit(float(abs(shape.x).max()), shape.units[0])
@@ -150,7 +119,7 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
 _RUN_STROKES = (
     (BLUE, "-"),
     (ORANGE, "--"),
-    (GREEN, "-."),
+    (_GREEN, "-."),
     (BLACK, ":"),
     (GREY, "-"),
     ("#cc79a7", "--"),
@@ -160,20 +129,7 @@ MOST_RUNS = len(_RUN_STROKES)
 
 
 def gap_in_time_figure(moments: Sequence[GapMoment], unit: str) -> "Figure":
-    """RMS of the gap in windows over time.
-
-    Parameters
-    ----------
-    moments : sequence of GapMoment
-        Windows of every run.
-    unit : str
-        Unit of the channels.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One line a run, those with the largest gap.
-    """
+    """RMS of the gap in windows over time."""
     from matplotlib.figure import Figure
 
     by_run: dict[str, list[GapMoment]] = {}
@@ -212,20 +168,7 @@ _MOST_LETTERS = 10
 
 
 def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure":
-    """Signals above, what is left of the gap below.
-
-    Parameters
-    ----------
-    before, after : Overlay
-        One channel in one run with the baseline, and with the effects.
-    unit : str
-        Unit of the channel.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Two panels over one axis.
-    """
+    """Signals above, what is left of the gap below."""
     from matplotlib.figure import Figure
 
     part = _stretch(before)
@@ -316,20 +259,7 @@ _REMAINDER = 0.4
 
 
 def panel_figure(picture: Picture, panel: Panel) -> "Figure":
-    """One panel of a picture.
-
-    Parameters
-    ----------
-    picture : Picture
-        Names and units of the axes; all its panels share one scale of the values.
-    panel : Panel
-        What is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Cloud with the law, or polar plot.
-    """
+    """One panel of a picture."""
     return _polar_figure(picture, panel) if picture.is_polar else _cloud_figure(picture, panel)
 
 
