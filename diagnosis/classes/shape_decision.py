@@ -73,7 +73,7 @@ def decide_by_shape(
     singles = [(name,) for name in first]
     pairs = list(combinations(sorted(first), 2))
     best_pair = _best(scores, pairs)
-    results = [scores.of(own) for own in (*singles, best_pair)]
+    results = [scores.of(classes) for classes in (*singles, best_pair)]
     if is_nothing(scores, shares, results):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     if chooses_anew:
@@ -83,9 +83,9 @@ def decide_by_shape(
         answer = _grown(scores, shares, _best(scores, singles), enlarged, best_pair)
     answer = simplest(scores, shares, answer, sizes, as_good)
     answer = _needed(scores, shares, answer, sizes, as_good)
-    held = scores.of(answer)
+    result = scores.of(answer)
     ties = ties_of(scores, shares, answer, sizes)
-    return Decision(state_of(shares, held), answer, ties, held, best_pair)
+    return Decision(state_of(shares, result), answer, ties, result, best_pair)
 
 
 def shape_of(class_name: str) -> str:
@@ -114,7 +114,7 @@ def rivals_of(scores: ClassScores, decision: Decision, names: Iterable[str]) -> 
 
 def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
     """Set that leaves least."""
-    return min(sets, key=lambda own: scores.of(own).total)
+    return min(sets, key=lambda classes: scores.of(classes).total)
 
 
 def _grown(
@@ -180,9 +180,9 @@ def _anew(scores: ClassScores, sizes: Mapping[str, int], grown: Classes) -> Clas
     larger = _with_one_more(scores, sizes, grown)
     if larger is None:
         return None
-    for own in larger:
-        others = tuple(name for name in larger if name != own)
-        larger = _in_best_way(scores, others, own, sizes)
+    for member in larger:
+        others = tuple(name for name in larger if name != member)
+        larger = _in_best_way(scores, others, member, sizes)
     return larger
 
 
@@ -203,12 +203,12 @@ def simplest(
     as_good: _AsGood,
 ) -> Classes:
     """Answer whose members follow the loads in the simplest way that leaves as much."""
-    for own in answer:
-        others = tuple(name for name in answer if name != own)
-        ways = [name for name in sizes if shape_of(name) == shape_of(own)]
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
+        ways = [name for name in sizes if shape_of(name) == shape_of(member)]
         sets = [tuple(sorted((*others, way))) for way in sorted(ways, key=lambda n: sizes[n])]
         best = scores.of(_best(scores, sets))
-        answer = next(own for own in sets if as_good(shares, scores.of(own), best))
+        answer = next(one for one in sets if as_good(shares, scores.of(one), best))
     return answer
 
 
@@ -227,12 +227,14 @@ def _needed(
     if len(answer) == 1:
         return answer
     least = shares.constants.second_cause
-    for own in answer:
-        others = tuple(name for name in answer if name != own)
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
         rest = simplest(scores, shares, others, sizes, as_good)
         if not shares.is_gain(scores.of(answer), scores.of(rest), least):
             return _needed(scores, shares, rest, sizes, as_good)
-    single = _best(scores, [simplest(scores, shares, (own,), sizes, as_good) for own in answer])
+    single = _best(
+        scores, [simplest(scores, shares, (member,), sizes, as_good) for member in answer]
+    )
     return answer if shares.is_clear_gain(scores.of(answer), scores.of(single), least) else single
 
 
@@ -244,38 +246,40 @@ def ties_of(
     Of the ways to follow the loads of a shape the simplest is listed. What leaves a little more in
     one condition after the other is no tie: of waves of which 96 % are alike 4 % tell.
     """
-    held = scores.of(answer)
+    result = scores.of(answer)
     taken = {shape_of(name) for name in answer}
-    found: dict[tuple[str, ...], Classes] = {}
-    for own in answer:
-        others = tuple(name for name in answer if name != own)
+    ties: dict[tuple[str, ...], Classes] = {}
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
         for name in sorted(sizes, key=lambda n: sizes[n]):
-            if shape_of(name) in taken or sizes[name] > sizes[own]:
+            if shape_of(name) in taken or sizes[name] > sizes[member]:
                 continue
             rival = tuple(sorted((*others, name)))
             # A simpler way leaves more than its shape does: what would be equal to it alone is not.
-            best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, own)]
-            pairs = [(held, scores.of(rival)), (best[1], best[0])]
+            best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, member)]
+            pairs = [(result, scores.of(rival)), (best[1], best[0])]
             if all(_is_tie(scores, shares, *pair) for pair in pairs):
-                found.setdefault(tuple(sorted(map(shape_of, rival))), rival)
-    return tuple(found.values())
+                ties.setdefault(tuple(sorted(map(shape_of, rival))), rival)
+    return tuple(ties.values())
 
 
 def _is_tie(
-    scores: ClassScores, shares: Shares, own: HeldOutSquares, rival: HeldOutSquares
+    scores: ClassScores, shares: Shares, result: HeldOutSquares, rival: HeldOutSquares
 ) -> bool:
     """Whether the records do not tell a result from a rival.
 
     Folds of blocks of every condition lack the same and agree on anything.
     """
     table = scores.table
-    is_told = table.has_whole_conditions and shares.folds_prefer(own, rival, table.folds)
-    return shares.are_equal(own, rival) and not is_told
+    is_distinguished = table.has_whole_conditions and shares.folds_prefer(
+        result, rival, table.folds
+    )
+    return shares.are_equal(result, rival) and not is_distinguished
 
 
 def _in_best_way(
-    scores: ClassScores, others: Classes, own: str, sizes: Mapping[str, int]
+    scores: ClassScores, others: Classes, member: str, sizes: Mapping[str, int]
 ) -> Classes:
     """Some classes and, beside them, the way of another class's shape that leaves least."""
-    ways = [name for name in sizes if shape_of(name) == shape_of(own)]
+    ways = [name for name in sizes if shape_of(name) == shape_of(member)]
     return _best(scores, [tuple(sorted((*others, way))) for way in ways])

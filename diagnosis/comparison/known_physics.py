@@ -89,7 +89,7 @@ class KnownPhysics:
         if measurement is None:
             return parameter
         those = self.channels if channel is None else (self.channels[channel : channel + 1])
-        declared = [getattr(own, _ERROR_KEYS[measurement]) for own in those]
+        declared = [getattr(signal, _ERROR_KEYS[measurement]) for signal in those]
         if not declared or None in declared:
             return parameter
         return replace(parameter, prior_std=float(max(declared)))
@@ -241,20 +241,22 @@ def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
         Channels and inputs with their declarations.
     """
     errors = [
-        DeclaredError(signal.name, part, std)
+        DeclaredError(signal.name, measurement, std)
         for signal in known.inputs
-        for part in _OF_INPUTS
-        if (std := getattr(signal, _ERROR_KEYS[part]))
+        for measurement in _OF_INPUTS
+        if (std := getattr(signal, _ERROR_KEYS[measurement]))
     ]
-    for part, key in _ERROR_KEYS.items():
-        declared = [(k, own.name, getattr(own, key)) for k, own in enumerate(known.channels)]
+    for measurement, key in _ERROR_KEYS.items():
+        declared = [
+            (k, channel.name, getattr(channel, key)) for k, channel in enumerate(known.channels)
+        ]
         declared = [one for one in declared if one[2]]
-        if part is Measurement.DELAY:
+        if measurement is Measurement.DELAY:
             # All channels share one; whoever declares several knows it to the largest.
             largest = max((std for _, _, std in declared), default=0.0)
-            errors += [DeclaredError(name, part, largest) for _, name, _ in declared[:1]]
+            errors += [DeclaredError(name, measurement, largest) for _, name, _ in declared[:1]]
         else:
-            errors += [DeclaredError(name, part, std, k) for k, name, std in declared]
+            errors += [DeclaredError(name, measurement, std, k) for k, name, std in declared]
     return tuple(errors)
 
 
@@ -268,24 +270,28 @@ _WORDS = {
 
 def errors_words(errors: Sequence[DeclaredError]) -> str:
     """What is declared, as a sentence without its full stop."""
-    parts = [
-        f"{_WORDS[part][0]} ({', '.join(_of_part(errors, part))})"
-        for part in _WORDS
-        if any(error.part is part for error in errors)
+    clauses = [
+        f"{_WORDS[measurement][0]} ({', '.join(_declared_words(errors, measurement))})"
+        for measurement in _WORDS
+        if any(error.part is measurement for error in errors)
     ]
-    text = f"intervals hold the declared standard deviations of {', '.join(parts)}" if parts else ""
-    has_load = any(error.is_of_input and error.part is Measurement.GAIN for error in errors)
-    return "; ".join(own for own in (text, "" if has_load else LOADS_AS_READ) if own)
-
-
-def _of_part(errors: Sequence[DeclaredError], part: Measurement) -> Iterator[str]:
-    """Inputs by name, then all channels together."""
-    _, factor, unit = _WORDS[part]
-    own = [error for error in errors if error.part is part]
-    yield from (
-        f"{error.signal} {factor * error.std:.3g}{unit}" for error in own if error.is_of_input
+    text = (
+        f"intervals hold the declared standard deviations of {', '.join(clauses)}"
+        if clauses
+        else ""
     )
-    stds = [factor * error.std for error in own if not error.is_of_input]
+    has_load = any(error.is_of_input and error.part is Measurement.GAIN for error in errors)
+    return "; ".join(clause for clause in (text, "" if has_load else LOADS_AS_READ) if clause)
+
+
+def _declared_words(errors: Sequence[DeclaredError], measurement: Measurement) -> Iterator[str]:
+    """Inputs by name, then all channels together."""
+    _, factor, unit = _WORDS[measurement]
+    chosen = [error for error in errors if error.part is measurement]
+    yield from (
+        f"{error.signal} {factor * error.std:.3g}{unit}" for error in chosen if error.is_of_input
+    )
+    stds = [factor * error.std for error in chosen if not error.is_of_input]
     if stds:
         low, high = f"{min(stds):.3g}", f"{max(stds):.3g}"
         yield f"channels {low if low == high else f'{low} to {high}'}{unit}"

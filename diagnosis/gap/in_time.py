@@ -161,7 +161,7 @@ class DriftTable:
 
     def beyond(self, p_values: FloatArray) -> list[Drift]:
         """Trends beyond chance, by the adjusted p-values of all that exist."""
-        places = np.argwhere(self.used)
+        indices = np.argwhere(self.used)
         is_beyond = p_values < SIGNIFICANCE
         return [
             Drift(
@@ -173,7 +173,7 @@ class DriftTable:
                 p_value=p_value,
             )
             for (p, n), p_value in zip(
-                places[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
+                indices[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
             )
         ]
 
@@ -186,8 +186,12 @@ def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
     if not tables:
         return ()
     by_table = adjusted_together([table.p_value[table.used] for table in tables])
-    kept = [row for table, own in zip(tables, by_table, strict=True) for row in table.beyond(own)]
-    return tuple(sorted(kept, key=lambda row: -row.change))
+    rows = [
+        row
+        for table, p_values in zip(tables, by_table, strict=True)
+        for row in table.beyond(p_values)
+    ]
+    return tuple(sorted(rows, key=lambda row: -row.change))
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +232,7 @@ class ScatterTable:
 
     def beyond(self, p_values: FloatArray) -> list[NonSynchronousCell]:
         """Cells beyond noise, by the adjusted p-values of all that exist."""
-        places = np.argwhere(self.is_used())
+        indices = np.argwhere(self.is_used())
         is_beyond = p_values < SIGNIFICANCE
         return [
             NonSynchronousCell(
@@ -242,7 +246,7 @@ class ScatterTable:
                 p_value=p_value,
             )
             for (p, n), p_value in zip(
-                places[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
+                indices[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
             )
         ]
 
@@ -293,12 +297,16 @@ def significant_non_synchronous(
     raw = [table.p_value[table.is_used()] for table in tables]
     raw.append(np.array([cell.p_value for cell in off_orders]))
     *by_table, of_others = adjusted_together(raw)
-    kept = [cell for table, own in zip(tables, by_table, strict=True) for cell in table.beyond(own)]
-    kept += [
+    rows = [
+        cell
+        for table, p_values in zip(tables, by_table, strict=True)
+        for cell in table.beyond(p_values)
+    ]
+    rows += [
         replace(cell, p_value=p_value)
         for cell, p_value in zip(off_orders, of_others.tolist(), strict=True)
     ]
-    return tuple(sorted(kept, key=lambda cell: cell.noise - cell.gap))
+    return tuple(sorted(rows, key=lambda cell: cell.noise - cell.gap))
 
 
 def repeatability(

@@ -48,13 +48,13 @@ def _mean_squares_after(shown: GapMap, after: GapMap) -> list[float]:
     """Mean squares of the same cells in another map, which may hold a million."""
     sought = [(cell.run, cell.channel_pattern, cell.order) for cell in shown]
     wanted = set(sought)
-    found = {}
+    mean_squares = {}
     rows = zip(after.places, after.orders, after.mean_squares, strict=True)
     for (run, pattern), order, mean_square in rows:
-        place = (after.runs[run], after.patterns[pattern], float(order))
-        if place in wanted:
-            found[place] = float(mean_square)
-    return [found[place] for place in sought]
+        key = (after.runs[run], after.patterns[pattern], float(order))
+        if key in wanted:
+            mean_squares[key] = float(mean_square)
+    return [mean_squares[key] for key in sought]
 
 
 def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[ScalarGap, ...]:

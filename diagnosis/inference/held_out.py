@@ -123,12 +123,12 @@ def _log_density(
     variance = np.maximum(
         trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny)
     )
-    own_counts = problem.cell_counts[fold.held_out]
+    counts_outside = problem.cell_counts[fold.held_out]
     # A model that runs away predicts as badly as any model can.
     variance = np.minimum(variance, np.sqrt(np.finfo(float).max))
     with np.errstate(over="ignore"):
         misses = np.minimum(squares[fold.held_out] / variance, _WORST)
-    terms = own_counts * np.log(2.0 * np.pi * variance) + misses
+    terms = counts_outside * np.log(2.0 * np.pi * variance) + misses
     # A cell that no training segment holds says nothing of its variance.
-    counted = (own_counts > 0.0) & (trained_counts > 0.0)
+    counted = (counts_outside > 0.0) & (trained_counts > 0.0)
     return -0.5 * np.where(counted, terms, 0.0).sum(axis=1)

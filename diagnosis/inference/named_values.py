@@ -62,7 +62,7 @@ def _small_sample_factor(fit: EffectFit) -> float:
     Not counted in p: a run's parameter where the run is a single block, whose scatter is in no
     score of another one. Not a number where there are no more blocks than free parameters.
     """
-    of_one_block = np.array([own.run is not None for own in fit.parameters], dtype=bool)
+    of_one_block = np.array([parameter.run is not None for parameter in fit.parameters], dtype=bool)
     of_one_block &= fit.sums.n_segments_of_each() < 2
     n_free = int((_is_free(fit) & ~fit.at_bound & ~of_one_block).sum())
     n_blocks = len(fit.sums.square)
@@ -121,24 +121,24 @@ def _known_combination(
     first, second = which
     others = np.flatnonzero(_is_free(fit))
     others = others[others != second]
-    place = int(np.flatnonzero(others == first)[0])
+    row = int(np.flatnonzero(others == first)[0])
     matrix = fit.sums.total_matrix()
     inverse = full_inverse((matrix + np.diag(fit.prior.weight))[np.ix_(others, others)])
-    factor = -float((inverse @ matrix[others, second])[place])
+    factor = -float((inverse @ matrix[others, second])[row])
     scores = fit.sums.full_right_side()
     scores = scores - scores.mean(axis=0)
     n_blocks = max(len(scores), 2)
-    own = scores[:, others] @ inverse[place]
-    noise = float(own @ own) * n_blocks / (n_blocks - 1.0) * _small_sample_factor(fit) ** 2
-    moved = systematics.hidden_square * _largest_move(fit, others)[place] / NORMAL_95**2
+    score = scores[:, others] @ inverse[row]
+    noise = float(score @ score) * n_blocks / (n_blocks - 1.0) * _small_sample_factor(fit) ** 2
+    moved = systematics.hidden_square * _largest_move(fit, others)[row] / NORMAL_95**2
     shift = systematics.shift[first] - factor * systematics.shift[second]
-    parts = (fit.parameters[first], fit.parameters[second])
+    both = (fit.parameters[first], fit.parameters[second])
     value = float(fit.theta[first] - factor * fit.theta[second])
-    gain = max(part.gain_std for part in parts) * value
+    gain = max(parameter.gain_std for parameter in both) * value
     std = float(np.sqrt(noise + moved + shift**2 + gain**2))
     half = NORMAL_95 * std
-    named = NamedValue(value, std, parts[0].unit, (value - half, value + half))
-    return _KnownCombination((parts[0].name, parts[1].name), factor, named)
+    named = NamedValue(value, std, both[0].unit, (value - half, value + half))
+    return _KnownCombination((both[0].name, both[1].name), factor, named)
 
 
 def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
@@ -153,7 +153,7 @@ def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
 
 def _is_free(fit: EffectFit) -> BoolArray:
     """Which parameters are fitted."""
-    return np.array([own.lower < own.upper for own in fit.parameters], dtype=bool)
+    return np.array([parameter.lower < parameter.upper for parameter in fit.parameters], dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)

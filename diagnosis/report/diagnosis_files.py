@@ -209,8 +209,8 @@ def _how_far(reduction: GapReduction | None) -> dict[str, Any]:
 
 def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
     """Largest cells; a small one only where chance would not make it."""
-    own = map_of(cells)
-    known = own.chosen((own.shares >= _SMALLEST_SHARE) | (own.p_values < SIGNIFICANCE))
+    gap_map = map_of(cells)
+    known = gap_map.chosen((gap_map.shares >= _SMALLEST_SHARE) | (gap_map.p_values < SIGNIFICANCE))
     rows = []
     for cell in known[:_MOST_ROWS]:
         row = plain(cell)

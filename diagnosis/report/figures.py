@@ -103,10 +103,10 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
     panel.plot(x, y_factor * shape.y, color=BLUE, linewidth=1.6, label=shape.name)
     for other in shape.beside:
         low, high = y_factor * other.band.T
-        own = x_factor * other.x
+        other_x = x_factor * other.x
         if is_curve:
-            panel.fill_between(own, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
-        panel.plot(own, y_factor * other.y, color=ORANGE, linewidth=1.6, label=other.name)
+            panel.fill_between(other_x, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
+        panel.plot(other_x, y_factor * other.y, color=ORANGE, linewidth=1.6, label=other.name)
     if shape.law.size:
         panel.plot(x, y_factor * shape.law, color=BLACK, linestyle="--", linewidth=1.2, label=law)
     panel.set_xlabel(f"{shape.labels[0]} [{x_unit}]")
@@ -171,11 +171,11 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
     """Signals above, what is left of the gap below."""
     from matplotlib.figure import Figure
 
-    part = _stretch(before)
-    x = before.x[part]
-    measured = before.measured[part]
+    stretch = _stretch(before)
+    x = before.x[stretch]
+    measured = before.measured[stretch]
     factor, shown = scaled_unit(float(np.nanmax(np.abs(measured))), unit)
-    gap = before.measured[part] - before.simulated[part]
+    gap = before.measured[stretch] - before.simulated[stretch]
     gap_factor, gap_unit = scaled_unit(float(np.nanmax(np.abs(gap))), unit)
     figure = Figure(figsize=(WIDTH, 2.55), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -187,9 +187,9 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
     ):
         if overlay is None:
             continue
-        simulated = overlay.simulated[part]
+        simulated = overlay.simulated[stretch]
         upper.plot(x, factor * simulated, dashes, color=colour, linewidth=1.3, label=name)
-        rest = gap_factor * (overlay.measured[part] - simulated)
+        rest = gap_factor * (overlay.measured[stretch] - simulated)
         lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
     upper.set_ylabel(f"{_short(before.channel)} [{shown}]")
     lower.set_ylabel(f"gap [{gap_unit}]")
@@ -244,7 +244,7 @@ _SHADE_MAP = "cividis"
 _CLOUD_DPI = 220
 #: Left and lower end, width and height of a polar plot in its figure: every one has the same
 #: labels, whose room need not be looked for.
-_POLAR_PLACE = (0.13, 0.07, 0.74, 0.74)
+_POLAR_AXES = (0.13, 0.07, 0.74, 0.74)
 #: Marks stand within the edge, over the reach.
 _MARKS_AT = 1.2
 _MARK = {
@@ -268,13 +268,13 @@ def remainder_factor(picture: Picture) -> float:
 
     At its own size it would lie on the zero circle.
     """
-    left, gap = (
+    remainder, gap = (
         _largest([t.y for panel in picture.panels for t in panel.traces if t.role == role])
         for role in (LEFT, GAP)
     )
-    if left <= 0.0 or gap <= 0.0:
+    if remainder <= 0.0 or gap <= 0.0:
         return 1.0
-    return float(np.clip(_round_step(_REMAINDER * gap / left), 1.0, 1000.0))
+    return float(np.clip(_round_step(_REMAINDER * gap / remainder), 1.0, 1000.0))
 
 
 def _largest(values: list[FloatArray]) -> float:
@@ -333,7 +333,7 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     reach = factor * every or 1.0
     magnified = remainder_factor(picture)
     figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH))
-    axes = figure.add_axes(_POLAR_PLACE, projection="polar")
+    axes = figure.add_axes(_POLAR_AXES, projection="polar")
     for trace in panel.traces:
         stroke = _ROLE_STROKES[trace.role]
         drawn = (magnified if trace.role == LEFT else 1.0) * factor * trace.y

@@ -151,7 +151,7 @@ def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
 
 def _causes(effects: Sequence[Any], classes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     named = [_text(effect) for effect in effects]
-    of_class = [_text(found["id"]) for found in classes]
+    of_class = [_text(finding["id"]) for finding in classes]
     return tuple(named or of_class)
 
 
@@ -190,7 +190,7 @@ NEW = "new"
 #: A change is one beyond so many noises of the cell and this share of its larger size: what the
 #: baseline's own parameters take up is refitted beside the change, and moves its neighbours.
 _NOISES = 2.0
-_PART = 0.1
+_LEAST_SHARE = 0.1
 _DRAWS = 1000
 _SEED = 17
 
@@ -369,7 +369,7 @@ def _cell_change(
     rms = [_above_noise(cell) for cell in (old, new)]
     u = max(_noise(cell) for cell in (old, new))
     what = _SAME
-    least = max(_NOISES * u, _PART * max(rms))
+    least = max(_NOISES * u, _LEAST_SHARE * max(rms))
     if rms[1] < rms[0] - least:
         what = SMALLER if is_real[1] else GONE
     elif rms[1] > rms[0] + least:

@@ -66,16 +66,16 @@ def first_sentence(change: GapChange) -> str:
 
 def causes_sentence(change: GapChange) -> str:
     """Causes that are named before and after."""
-    parts = []
+    clauses = []
     if change.solved:
-        parts.append(f"no longer missing: {_names(change.solved)}")
+        clauses.append(f"no longer missing: {_names(change.solved)}")
     if change.remaining:
-        parts.append(f"still missing: {_names(change.remaining)}")
+        clauses.append(f"still missing: {_names(change.remaining)}")
     if change.added:
-        parts.append(f"missing now, not named before: {_names(change.added)}")
-    if not parts:
+        clauses.append(f"missing now, not named before: {_names(change.added)}")
+    if not clauses:
         return "Neither diagnosis names a cause."
-    text = "; ".join(parts)
+    text = "; ".join(clauses)
     return f"{text[:1].upper()}{text[1:]}."
 
 

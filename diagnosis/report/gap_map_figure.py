@@ -60,12 +60,12 @@ class GapGrid:
 
 def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     """Grids of gap maps of the same records; the first sets rows and columns."""
-    own = [map_of(cells) for cells in maps]
-    is_frequency = not np.isnan(own[0].bands_hz[:, 0]).any()
+    gap_maps = [map_of(cells) for cells in maps]
+    is_frequency = not np.isnan(gap_maps[0].bands_hz[:, 0]).any()
     if not is_frequency:
         # Lines beside the orders have no column of their own; tables and words tell them.
-        own = [cells.on_orders() for cells in own]
-    first = own[0]
+        gap_maps = [cells.on_orders() for cells in gap_maps]
+    first = gap_maps[0]
     if not first:
         return ()
     runs = sorted(first.runs[k] for k in np.unique(first.places[:, 0]))
@@ -76,14 +76,15 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     if len(patterns) == 1:
         blank = _blank_grid("run", runs, edges, is_frequency)
         return tuple(
-            _filled(blank, cells, cells.runs, cells.places[:, 0], n_runs=1) for cells in own
+            _filled(blank, cells, cells.runs, cells.places[:, 0], n_runs=1) for cells in gap_maps
         )
     of_patterns = any(name.startswith("m=") for name in patterns)
     blank = _blank_grid(
         "sensor pattern" if of_patterns else "motion or sensor", patterns, edges, is_frequency
     )
     return tuple(
-        _filled(blank, cells, cells.patterns, cells.places[:, 1], n_runs=len(runs)) for cells in own
+        _filled(blank, cells, cells.patterns, cells.places[:, 1], n_runs=len(runs))
+        for cells in gap_maps
     )
 
 
@@ -109,14 +110,14 @@ def _filled(
 
     `names` hold those of the rows, `name_of` the number of every cell's among them.
     """
-    row_of_name = np.array([_place(blank.rows, name) for name in names], dtype=np.int64)
-    place = np.ravel_multi_index(
+    row_of_name = np.array([_row_number(blank.rows, name) for name in names], dtype=np.int64)
+    number = np.ravel_multi_index(
         (row_of_name[name_of], _columns(cells, blank.edges, blank.is_frequency)), blank.rms.shape
     )
 
     def sums(values: FloatArray) -> FloatArray:
         """Sums of the cells' values by row and column."""
-        flat = np.bincount(place, values, minlength=blank.rms.size)
+        flat = np.bincount(number, values, minlength=blank.rms.size)
         return np.asarray(flat.reshape(blank.rms.shape), dtype=np.float64)
 
     square = np.maximum(sums(cells.coherent / n_runs), 0.0)
@@ -128,7 +129,7 @@ def _filled(
     )
 
 
-def _place(rows: Sequence[str], name: str) -> int:
+def _row_number(rows: Sequence[str], name: str) -> int:
     """Place of a row; of names that no cell has any other, since nothing is counted there."""
     return rows.index(name) if name in rows else 0
 

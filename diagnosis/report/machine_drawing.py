@@ -183,7 +183,7 @@ def _rim_pattern(axes: "Axes", campaign: Campaign, signals: SignalComparison, wa
 
 #: Places of the sensors, seen downwind (starboard, +y, on the left): sensor to place and direction;
 #: axial ones look out of the page.
-_PLACES = {
+_SENSOR_POSITIONS = {
     "ssz": ((-1.0, 0.35), (0.0, 1.0)),
     "spz": ((1.0, 0.35), (0.0, 1.0)),
     "ssx": ((-1.0, -0.35), None),
@@ -217,10 +217,10 @@ def _mounting(axes: "Axes", campaign: Campaign, signals: SignalComparison, unit:
             color=_EDGE,
         )
     for channel in campaign.channels:
-        place, direction = _PLACES[channel.sensor or "sbx"]
-        at = np.array(place)
+        position, direction = _SENSOR_POSITIONS[channel.sensor or "sbx"]
+        at = np.array(position)
         if direction is None:
-            axes.add_patch(Circle(place, 0.09, facecolor="white", edgecolor=GREY, linewidth=0.8))
+            axes.add_patch(Circle(position, 0.09, facecolor="white", edgecolor=GREY, linewidth=0.8))
         else:
             reach = 0.3 * np.array(direction)
             arrow = {"arrowstyle": "<->", "color": GREY}

@@ -114,8 +114,10 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
 
 def _largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
     """Cells beyond chance that hold a part of the gap worth a row."""
-    own = map_of(cells)
-    return list(own.chosen(own.are_significant & (own.shares >= _SMALLEST_SHARE))[:_MOST_CELLS])
+    gap_map = map_of(cells)
+    return list(
+        gap_map.chosen(gap_map.are_significant & (gap_map.shares >= _SMALLEST_SHARE))[:_MOST_CELLS]
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,13 +190,13 @@ def _signals(diagnosis: Diagnosis) -> _Drawing | None:
     after = compared.after[compared.largest] if compared.after else None
     draw = partial(signal_figure, before, after, diagnosis.unit)
     size = sized(before.rms, diagnosis.unit)
-    left = f", with the effects {sized(after.rms, diagnosis.unit)}" if after else ""
+    added = f", with the effects {sized(after.rms, diagnosis.unit)}" if after else ""
     is_turn = before.x_unit == "deg"
     span = "the mean of the revolutions" if is_turn else "the stretch of time where it is largest"
-    title = f"Measured and simulated, {before.channel} in run {before.run}: gap {size}{left}"
+    title = f"Measured and simulated, {before.channel} in run {before.run}: gap {size}{added}"
     return _Drawing(
         inline_svg(draw, "signals", title),
-        f"The largest gap: {before.channel} in run {before.run}, RMS {size}{left}. Drawn: {span}.",
+        f"The largest gap: {before.channel} in run {before.run}, RMS {size}{added}. Drawn: {span}.",
     )
 
 

@@ -93,11 +93,11 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
         return None
     channels = {channel.name: channel for channel in campaign.channels}
     after: list[Any] = list(diagnosis.signals.after) or [None] * len(diagnosis.signals.before)
-    kept = _kept_runs(campaign)
+    chosen = _chosen_runs(campaign)
     signals = []
     for before, with_effects in zip(diagnosis.signals.before, after, strict=True):
         channel = channels[before.channel]
-        if channel.angle is None or before.run not in kept:
+        if channel.angle is None or before.run not in chosen:
             continue
         one_turn = slice(0, before.x.size - 1, _STEP)
         signals.append(
@@ -121,7 +121,7 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
     )
 
 
-def _kept_runs(campaign: Campaign) -> set[str]:
+def _chosen_runs(campaign: Campaign) -> set[str]:
     """Names of the runs that are kept: the first of every condition, then the second of each."""
     most = max(1, _MOST_SIGNALS // len(campaign.channels))
     met: dict[str, int] = {}

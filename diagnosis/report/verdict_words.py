@@ -52,7 +52,9 @@ def _lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
     """What a simulation lacks: named effects, and the classes that none of them follows."""
     if not effects:
         return f"{_class_names(answer)}, by no law of the library"
-    by_law = {own.id for own in answer.classes if own.law_named and own.law in effects}
+    by_law = {
+        finding.id for finding in answer.classes if finding.law_named and finding.law in effects
+    }
     laws = " and ".join(plain_name(effect) for effect in effects)
     others = [plain_name(name) for name in answer.ids if name not in by_law]
     return f"{laws}, and {' and '.join(others)}" if others else laws
@@ -89,10 +91,10 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
         (share for name, share in answer.rivals.items() if name not in answer.ids), default=0.0
     )
     alone = len(answer.classes) == 1
-    beside = f"; next class {_share_words(rival)}" if alone else ""
+    next_class = f"; next class {_share_words(rival)}" if alone else ""
     # What is named is not nothing: a second cause may add as little as it harms alone.
     share = max(finding.share, _SMALLEST)
-    text = f"{plain_name(finding.id)} ({_share_words(share)}{beside})"
+    text = f"{plain_name(finding.id)} ({_share_words(share)}{next_class})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
     return f"{text}; {_law_words(finding, answer)}"
@@ -102,14 +104,16 @@ def _law_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     """Law of a class: named, or the nearest with its part of the class."""
     if not finding.law:
         return "no law of the library lies in this class"
-    part = finding.law_share / finding.share if finding.share > 0.0 else float("nan")
+    share = finding.law_share / finding.share if finding.share > 0.0 else float("nan")
     if finding.law_named:
         # A surface of deflection and speed holds the laws of one of them: there is more in it.
-        own = answer.classes_of_law.get(finding.law, (finding.id,))[0]
-        is_part = finding.id == FORCE_SURFACE and own != finding.id
+        class_of_law = answer.classes_of_law.get(finding.law, (finding.id,))[0]
+        is_component = finding.id == FORCE_SURFACE and class_of_law != finding.id
         name = plain_name(finding.law)
-        return f"{name} is the part of it that a law follows" if is_part else f"it follows {name}"
-    return f"no law of the library, nearest {plain_name(finding.law)} {_share_words(part)} of it"
+        return (
+            f"{name} is the part of it that a law follows" if is_component else f"it follows {name}"
+        )
+    return f"no law of the library, nearest {plain_name(finding.law)} {_share_words(share)} of it"
 
 
 def remaining_words(answer: ClassAnswer | None) -> str:
@@ -220,7 +224,7 @@ def next_step(diagnosis: Diagnosis) -> str:
     if diagnosis.warnings:
         first = diagnosis.warnings[0]
         return f"First check {first.about}: {first.remedy}. {_by_verdict(diagnosis, names)}".strip()
-    return " ".join(part for part in (_by_verdict(diagnosis, names), experiment) if part)
+    return " ".join(text for text in (_by_verdict(diagnosis, names), experiment) if text)
 
 
 def _by_verdict(diagnosis: Diagnosis, names: str) -> str:

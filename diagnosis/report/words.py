@@ -72,10 +72,10 @@ def phrase(text: str) -> Phrase:
 
 def joined(separator: str, phrases: Iterable[Phrase]) -> Phrase:
     """Phrases that say anything, with a separator between them."""
-    said = [part for part in phrases if part]
+    said = [item for item in phrases if item]
     return Phrase(
-        separator.join(part.plain for part in said),
-        Markup(separator).join(part.markup for part in said),
+        separator.join(item.plain for item in said),
+        Markup(separator).join(item.markup for item in said),
     )
 
 
@@ -98,9 +98,9 @@ def _unit_phrase(unit: str) -> Phrase:
     """Unit with its powers raised: ``N s^2/m^3``."""
     first, *others = unit.split("^")
     markup = escape(first)
-    for part in others:
-        rest = part.lstrip("-.0123456789")
-        exponent = part[: len(part) - len(rest)]
+    for item in others:
+        rest = item.lstrip("-.0123456789")
+        exponent = item[: len(item) - len(rest)]
         markup += Markup("<sup>{}</sup>{}").format(exponent.replace("-", "−"), rest)
     return Phrase(unit, markup)
 
@@ -299,7 +299,7 @@ def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
 class _CellRow(NamedTuple):
     """Row of a table of parts of the gap: one place in all runs in which it stands out."""
 
-    place: str
+    position: str
     runs: str
     share: float
     rms: float
@@ -315,12 +315,12 @@ def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> 
         before = f"{cell.channel_pattern}, " if many_channels else ""
         groups.setdefault(before + position_of(cell.order, cell.frequency_hz), []).append(cell)
     rows = []
-    for place, members in groups.items():
+    for position, members in groups.items():
         runs = list(dict.fromkeys(cell.run for cell in members))
         named = "every run" if len(runs) == n_runs > 1 else ", ".join(runs)
         mean_square = sum(cell.mean_square for cell in members) / len(members)
         share = sum(cell.share for cell in members)
-        rows.append(_CellRow(place, named, share, math.sqrt(max(mean_square, 0.0))))
+        rows.append(_CellRow(position, named, share, math.sqrt(max(mean_square, 0.0))))
     return sorted(rows, key=lambda row: -row.share)[:_MOST_ROWS]
 
 
@@ -407,7 +407,7 @@ def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
     return ranked.refused or "passes every rule"
 
 
-def beside_named(effects: Effects, named: Effects) -> str:
+def compared_with_named(effects: Effects, named: Effects) -> str:
     """Set of effects, told by its difference from the named one where both are long."""
     common = [effect for effect in effects if effect in named]
     if len(named) < 2 or set(effects) == set(named) or len(common) < 2:
@@ -447,7 +447,7 @@ def beyond_chance(rows: Sequence[_Row]) -> list[_Row]:
 class _GrowthRow(NamedTuple):
     """Row of the table of amplitude-scaling exponents."""
 
-    part: str
+    item: str
     frame: str
     condition: str
     exponent: Exponent
@@ -456,11 +456,11 @@ class _GrowthRow(NamedTuple):
 def growth_rows(growth: Sequence[PartGrowth]) -> list[_GrowthRow]:
     """Every exponent that is determined, at most twelve rows."""
     rows = []
-    for part in growth:
-        order = f", order {part.order:g}" if math.isfinite(part.order) else ""
+    for item in growth:
+        order = f", order {item.order:g}" if math.isfinite(item.order) else ""
         rows += [
-            _GrowthRow(part.channel_pattern + order, part.frame or UNKNOWN, condition, exponent)
-            for condition, exponent in part.exponents.items()
+            _GrowthRow(item.channel_pattern + order, item.frame or UNKNOWN, condition, exponent)
+            for condition, exponent in item.exponents.items()
             if math.isfinite(exponent.value)
             and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
         ]
@@ -498,7 +498,9 @@ def scatter_rows(cells: Sequence[NonSynchronousCell], unit: str) -> tuple[list[_
     )
     table = []
     for number_of_row, row in enumerate(rows):
-        place = "off the orders" if row.order is None else f"order {row.order:g}"
-        own = sizes[3 * number_of_row : 3 * number_of_row + 3]
-        table.append(_ScatterRow(f"{row.channel_pattern}, {place}", row.run, own, row.p_value))
+        position = "off the orders" if row.order is None else f"order {row.order:g}"
+        row_sizes = sizes[3 * number_of_row : 3 * number_of_row + 3]
+        table.append(
+            _ScatterRow(f"{row.channel_pattern}, {position}", row.run, row_sizes, row.p_value)
+        )
     return table, shown
