@@ -88,7 +88,8 @@ def verdict_of(
     verdict, reason = _of_laws(
         selection, reduction, answer, limits, floor_is_measured=floor_is_measured
     )
-    laws = selection.accepted if verdict in NAMING else ()
+    # The one that explains most first.
+    laws = tuple(step.added for step in reduction.steps[1:]) if verdict in NAMING else ()
     if answer is None:
         return Verdict(verdict, reason, laws, None, reduction)
     if answer.state == NOT_VISIBLE and not laws and verdict != AT_NOISE_FLOOR:
