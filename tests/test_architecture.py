@@ -45,7 +45,6 @@ IMPORTS_THAT_CLOSE_A_CIRCLE = {
     ("blind_check.truth.element", "blind_check"),
     ("blind_check.truth.mounting", "blind_check"),
     ("diagnosis.carrier", "diagnosis.carrier.classes"),
-    ("diagnosis.carrier.records", "diagnosis.carrier"),
     ("diagnosis.element", "diagnosis.element.classes"),
     ("diagnosis.element", "diagnosis.element.classes.measured"),
     ("diagnosis.element", "diagnosis.element.wiring"),

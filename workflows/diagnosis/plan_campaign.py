@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.carrier.planned.additions import CarrierPool, RigLimits, carrier_pool
+from carrierflex.diagnosis.carrier.planned import CarrierPool, RigLimits, carrier_pool
 from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.toml_files import read_toml, toml_document
@@ -175,7 +175,7 @@ def plan_of(
     ValueError
         Where the kind has no additions.
     """
-    from carrierflex.diagnosis.carrier.planned.columns import carrier_planned_table
+    from carrierflex.diagnosis.carrier.planned import carrier_planned_table
     from carrierflex.diagnosis.carrier.problem import CarrierProblem
     from carrierflex.diagnosis.inference.planning.plan import campaign_plan
     from carrierflex.diagnosis.kinds import problem_of
