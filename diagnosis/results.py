@@ -6,8 +6,7 @@ Where the gap lies, which effect is missing, how far it shrinks, and the verdict
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.overlay import SignalComparison
-from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.overlay import Picture, SignalComparison
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.results import (

@@ -49,7 +49,6 @@ IMPORTS_THAT_CLOSE_A_CIRCLE = {
     ("diagnosis.element", "diagnosis.element.classes.measured"),
     ("diagnosis.element", "diagnosis.element.wiring"),
     ("diagnosis.mounting", "diagnosis.mounting.classes"),
-    ("diagnosis.report", "diagnosis.report.first_screen"),
     ("fe", "fe.matrices"),
     ("geometry", "geometry.cad_recognition"),
     ("geometry", "geometry.given_meshes"),

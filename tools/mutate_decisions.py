@@ -27,14 +27,18 @@ import pytest
 ROOT = Path(__file__).parents[1]
 #: Modules and the tests that state their behaviour.
 TESTS = {
-    "diagnosis/classes/decision.py": ("tests/diagnosis/classes/test_decision.py",),
-    "diagnosis/classes/answer.py": ("tests/diagnosis/classes/test_answer.py",),
-    "diagnosis/classes/plain_parts.py": ("tests/diagnosis/classes/test_plain_parts.py",),
+    "diagnosis/classes/decision.py": (
+        "tests/diagnosis/classes/test_decision.py",
+        "tests/diagnosis/classes/test_plain_parts.py",
+    ),
+    "diagnosis/classes/answer.py": (
+        "tests/diagnosis/classes/test_answer.py",
+        "tests/diagnosis/classes/test_laws.py",
+    ),
     "diagnosis/classes/law_sets.py": ("tests/diagnosis/classes/test_law_sets.py",),
     "diagnosis/verdict.py": ("tests/diagnosis/test_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
-    "diagnosis/classes/laws.py": ("tests/diagnosis/classes/test_laws.py",),
     "diagnosis/classes/shape_decision.py": ("tests/diagnosis/classes/test_shape_decision.py",),
     "diagnosis/element/classes/answer.py": (
         "tests/diagnosis/element/test_answer_of_table.py",

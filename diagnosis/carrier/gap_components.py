@@ -10,9 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import ORDER, SMALL_ORDER, Finding, PartGrowth
+from carrierflex.diagnosis.gap.findings import (
+    ORDER,
+    SMALL_ORDER,
+    WITHOUT,
+    Finding,
+    PartGrowth,
+    exponents,
+)
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
-from carrierflex.diagnosis.gap.power_laws import WITHOUT, exponents
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
 
 IntArray = NDArray[np.int64]

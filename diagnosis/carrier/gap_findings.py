@@ -34,13 +34,16 @@ from carrierflex.diagnosis.gap.findings import (
 )
 from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
 from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells, map_of
-from carrierflex.diagnosis.gap.in_time import DriftTable, significant_drifts, sliding_rms, trend
-from carrierflex.diagnosis.gap.non_synchronous import (
+from carrierflex.diagnosis.gap.in_time import (
+    DriftTable,
     ScatterTable,
     repeatability,
     scatter_p_values,
     scatter_p_values_estimated,
+    significant_drifts,
     significant_non_synchronous,
+    sliding_rms,
+    trend,
 )
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign

@@ -10,8 +10,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library, users_cards
-from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
+from carrierflex.diagnosis.comparison.effect_cards import (
+    EffectCard,
+    check_is_function,
+    effect_library,
+    first_line,
+    refusal,
+    users_cards,
+)
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effect import Effect

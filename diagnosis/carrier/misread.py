@@ -20,7 +20,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     inputs_of,
 )
 from carrierflex.diagnosis.carrier.records.sums import RunParts, accumulated_sums
-from carrierflex.diagnosis.comparison.declared_errors import (
+from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
     declared_errors,

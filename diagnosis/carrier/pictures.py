@@ -10,8 +10,7 @@ import numpy as np
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.residual_orders import TURN_ANGLES, mean_turns
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums, ComplexArray
-from carrierflex.diagnosis.comparison.overlay import Overlay
-from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, Trace
+from carrierflex.diagnosis.comparison.overlay import GAP, LAW, LEFT, Overlay, Panel, Picture, Trace
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.plain_parts import plain_first
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
@@ -13,6 +12,47 @@ from carrierflex.diagnosis.classes.results import (
     NOTHING,
 )
 from carrierflex.diagnosis.classes.shares import Shares
+
+
+def plain_first(
+    scores: ClassScores, shares: Shares, answer: Classes, candidates: Sequence[str]
+) -> Classes:
+    """Answer in which no class bends to what is another's.
+
+    Members that bend a law (sliders whose strength or spring changes with deflection) let a class
+    imitate others: a set with them and a set with another class in their place are two sets, and
+    the one that leaves less is the answer.
+    """
+    for own in scores.table.plain:
+        if answer == (own,):
+            return _beside_plain(scores, shares, own, candidates)
+        if len(answer) == 2 and own in answer:
+            return _without_other(scores, shares, own, answer)
+    return answer
+
+
+def _beside_plain(
+    scores: ClassScores, shares: Shares, own: str, candidates: Sequence[str]
+) -> Classes:
+    """A class with the best one beside its plain law, where that explains what bending would."""
+    pairs = [(own, name) for name in candidates if name != own]
+    if not pairs:
+        return (own,)
+    best = min(pairs, key=lambda pair: scores.plain.of(pair).total)
+    beside, straight = scores.plain.of(best), scores.plain.of((own,))
+    is_cause = shares.is_clear_gain(beside, straight, scores.constants.second_cause)
+    if is_cause and shares.leaves_less(beside, scores.of((own,))):
+        return tuple(sorted(best))
+    return (own,)
+
+
+def _without_other(scores: ClassScores, shares: Shares, own: str, answer: Classes) -> Classes:
+    """A class alone where it bends anyway, and what stands beside it gains little."""
+    bent = scores.of((own,))
+    needs_bending = shares.leaves_less(bent, scores.plain.of(answer))
+    gains = shares.gain(scores.of(answer), bent) > scores.constants.beside_bent
+    return answer if gains or not needs_bending else (own,)
+
 
 _MORE_NOTE = (
     "one frequency drives all runs: a second cause is not separable from what one class leaves "

@@ -2,14 +2,28 @@
 
 Both are priors of the fits. Known physics is published by size and angle where it is a vector; its
 prior is that of the components, each with its own standard deviation to first order.
+
+A signal that is read with a constant error e moves the fit. To first order, with the residual r,
+``J = d predicted / d theta`` and W the weights of the priors,
+
+``d theta = (J.T J + W)^-1 J.T (r_e - r)``,
+
+``r_e`` the residual of the same records where the signal is read one standard deviation of the
+error off. Errors of different signals are independent: their squares add up. A gain of channel c
+of C has ``r_e - r = sigma_c y_c``, the channel's signal in it and zero in the others, so that least
+squares decides what it does: C channels that tell a parameter alike move it by
+``sigma / sqrt(C)``, one that alone tells it by all of sigma. A gain that one parameter or several
+make up for exactly moves them by their powers in the unit of the signal:
+:class:`~carrierflex.diagnosis.comparison.known_physics.DeclaredGains` is this with a single
+channel.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel, InputSignal, KnownValue
 from carrierflex.simulation.measurement import Measurement
@@ -103,3 +117,181 @@ NOTHING_KNOWN = KnownPhysics()
 def known_physics(campaign: Campaign) -> KnownPhysics:
     """What a campaign states beforehand."""
     return KnownPhysics(campaign.baseline.fixed, campaign.channels, campaign.inputs)
+
+
+#: Words where no gain is declared.
+TAKEN_AS_EXACT = "gains taken as exact"
+#: A torque 5 % too large on a carrier or mounting is the torque itself on one 5 % softer: where no
+#: other load acts, the records of the two are the same.
+LOADS_AS_READ = "loads taken as read: stiffness and values per load are off by as much as these"
+
+
+@dataclass(frozen=True)
+class DeclaredGains:
+    """Relative standard deviations of the gains of an element's two signals.
+
+    Parameters
+    ----------
+    force, deflection : float, optional
+        Relative standard deviation; None where none is declared: the gain is taken as exact.
+    force_is_inertia : bool
+        Whether the force is the mass times the measured acceleration (free decay): its gain is then
+        that of the deflection.
+    """
+
+    force: float | None = None
+    deflection: float | None = None
+    force_is_inertia: bool = False
+
+    def of(self, powers: tuple[int, int, int]) -> float:
+        """Relative standard deviation of a parameter by the gains alone.
+
+        A parameter of the powers ``a`` of force, deflection and time is found ``g_F^a_F g_x^a_x``
+        times too large where force and deflection are read ``g_F`` and ``g_x`` times too large:
+        ``sqrt((a_F sigma_F)² + (a_x sigma_x)²)``. Time is taken as exact.
+
+        Parameters
+        ----------
+        powers : tuple of int
+            Exponents of force, deflection and time.
+        """
+        force, deflection, _ = powers
+        if self.force_is_inertia:
+            force, deflection = 0, force + deflection
+        return float(np.hypot(force * (self.force or 0.0), deflection * (self.deflection or 0.0)))
+
+    @property
+    def words(self) -> str:
+        """What is declared, as a sentence without its full stop."""
+        signals = {"deflection": self.deflection}
+        if not self.force_is_inertia:
+            signals = {"force": self.force, **signals}
+        known = [f"{name} {100.0 * std:.3g} %" for name, std in signals.items() if std]
+        exact = [name for name, std in signals.items() if not std]
+        if not known:
+            return TAKEN_AS_EXACT
+        text = f"intervals hold the declared standard deviations of gains: {', '.join(known)}"
+        return text + (f"; that of the {exact[0]} taken as exact" if exact else "")
+
+
+#: Nothing is declared.
+EXACT_GAINS = DeclaredGains()
+
+
+#: Errors of an input that intervals hold.
+_OF_INPUTS = (Measurement.GAIN, Measurement.ZERO)
+
+
+@dataclass(frozen=True)
+class DeclaredError:
+    """One constant error of a signal.
+
+    Parameters
+    ----------
+    signal : str
+        Channel or input; of a delay, which all channels share, the first that declares it.
+    part : Measurement
+        Part of the measurement model that is off.
+    std : float
+        Standard deviation: relative, or in the unit of the signal, [s] or [rad].
+    channel : int, optional
+        Number of the channel; None for an input and for the delay of all channels.
+    """
+
+    signal: str
+    part: Measurement
+    std: float
+    channel: int | None = None
+
+    @property
+    def is_of_input(self) -> bool:
+        """Whether an input is misread."""
+        return self.channel is None and self.part in _OF_INPUTS
+
+    def misread(self, values: FloatArray) -> FloatArray:
+        """Signal as it is read one standard deviation off in gain or zero, of the same shape."""
+        if self.part is Measurement.GAIN:
+            return np.asarray((1.0 + self.std) * values)
+        return np.asarray(values + self.std)
+
+
+@dataclass(frozen=True, eq=False)
+class Misreading:
+    """Declared errors and what each of them does to the gradient of a fit.
+
+    Parameters
+    ----------
+    errors : tuple of DeclaredError
+        Declared errors.
+    scores : ndarray, shape (E, p)
+        ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the
+        noise of a run, of the waves of a carrier's curves.
+    """
+
+    errors: tuple[DeclaredError, ...]
+    scores: FloatArray
+
+
+def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
+    """Errors that a campaign declares of its signals, inputs first.
+
+    Parameters
+    ----------
+    known : KnownPhysics
+        Channels and inputs with their declarations.
+    """
+    errors = [
+        DeclaredError(signal.name, part, std)
+        for signal in known.inputs
+        for part in _OF_INPUTS
+        if (std := getattr(signal, ERROR_KEYS[part]))
+    ]
+    for part, key in ERROR_KEYS.items():
+        declared = [(k, own.name, getattr(own, key)) for k, own in enumerate(known.channels)]
+        declared = [one for one in declared if one[2]]
+        if part is Measurement.DELAY:
+            # All channels share one; whoever declares several knows it to the largest.
+            largest = max((std for _, _, std in declared), default=0.0)
+            errors += [DeclaredError(name, part, largest) for _, name, _ in declared[:1]]
+        else:
+            errors += [DeclaredError(name, part, std, k) for k, name, std in declared]
+    return tuple(errors)
+
+
+_WORDS = {
+    Measurement.GAIN: ("gains", 100.0, " %"),
+    Measurement.ANGLE: ("angles", float(np.rad2deg(1.0)), " deg"),
+    Measurement.ZERO: ("zeros", 1.0, ""),
+    Measurement.DELAY: ("delay", 1e3, " ms"),
+}
+
+
+def errors_words(errors: Sequence[DeclaredError]) -> str:
+    """What is declared, as a sentence without its full stop.
+
+    Parameters
+    ----------
+    errors : sequence of DeclaredError
+        Declared errors; where no gain of an input is among them, loads are taken as read.
+    """
+    parts = [
+        f"{_WORDS[part][0]} ({', '.join(_of_part(errors, part))})"
+        for part in _WORDS
+        if any(error.part is part for error in errors)
+    ]
+    text = f"intervals hold the declared standard deviations of {', '.join(parts)}" if parts else ""
+    has_load = any(error.is_of_input and error.part is Measurement.GAIN for error in errors)
+    return "; ".join(own for own in (text, "" if has_load else LOADS_AS_READ) if own)
+
+
+def _of_part(errors: Sequence[DeclaredError], part: Measurement) -> Iterator[str]:
+    """Inputs by name, then all channels together."""
+    _, factor, unit = _WORDS[part]
+    own = [error for error in errors if error.part is part]
+    yield from (
+        f"{error.signal} {factor * error.std:.3g}{unit}" for error in own if error.is_of_input
+    )
+    stds = [factor * error.std for error in own if not error.is_of_input]
+    if stds:
+        low, high = f"{min(stds):.3g}", f"{max(stds):.3g}"
+        yield f"channels {low if low == high else f'{low} to {high}'}{unit}"

@@ -1,6 +1,6 @@
 """Segments, parameters, sums and cells: what a comparison problem is made of."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.fit_parameter import FitParameter
+from carrierflex.simulation.force_effect import ForceEffect
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
@@ -191,3 +192,22 @@ class GapCell:
     share_ci95: tuple[float, float]
     p_value: float
     frequency_hz: tuple[float, float] | None = None
+
+
+def total_products(table: FloatArray, block: NDArray[np.int64]) -> FloatArray:
+    """Products of the rows of a table over the samples of its blocks, shape (n_rows, n_rows).
+
+    Parameters
+    ----------
+    table : ndarray, shape (n_rows, n) or (n_rows, n, n_channels)
+        Target, baseline and signatures.
+    block : ndarray of int, shape (n,)
+        Block of every sample, negative where it belongs to none.
+    """
+    rows = table[:, block >= 0].reshape(len(table), -1)
+    return np.asarray(rows @ rows.T)
+
+
+def shape_starts(effects: Mapping[str, ForceEffect], name: str) -> tuple[float, ...]:
+    """Shapes that the screen tries, over their scale; that scale alone for a law of the user's."""
+    return effects[name].shape_starts if name in effects else (1.0,)

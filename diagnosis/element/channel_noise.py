@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import welch
 
-from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
+from carrierflex.diagnosis.comparison.known_physics import DeclaredGains
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord, noise_of_steps, run_in_use

@@ -20,21 +20,25 @@ from carrierflex.diagnosis.gap.findings import (
     NO_PERIODIC_DRIVE,
     ODD,
     ODD_AND_EVEN,
+    Exponent,
     Finding,
     GapFindings,
     GapMoment,
     PartGrowth,
     Scalar,
+    exponents,
 )
-from carrierflex.diagnosis.gap.in_time import DriftTable, block_rms, significant_drifts, trend
-from carrierflex.diagnosis.gap.non_synchronous import (
+from carrierflex.diagnosis.gap.gap_map import largest_cells, significant
+from carrierflex.diagnosis.gap.in_time import (
+    DriftTable,
     ScatterTable,
+    block_rms,
     repeatability,
     scatter_p_values,
+    significant_drifts,
     significant_non_synchronous,
+    trend,
 )
-from carrierflex.diagnosis.gap.power_laws import Exponent, exponents
-from carrierflex.diagnosis.gap.significance import largest_cells, significant
 
 _BANDS = 12
 #: Unexplained force in blocks where it is this many times the noise shows its growth with speed.

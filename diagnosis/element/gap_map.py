@@ -8,10 +8,15 @@ from scipy.stats import chi2
 from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
-from carrierflex.diagnosis.comparison.spectral_cells import band_amplitudes, band_edges_hz
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.score_cells import segment_squares
-from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
+from carrierflex.diagnosis.gap.gap_map import (
+    N_DRAWS,
+    CellTable,
+    band_amplitudes,
+    band_edges_hz,
+    gap_cells,
+)
 from carrierflex.identification.estimation.resampling import multinomial_counts
 
 _BANDS = 24

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
-from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.gap.findings import Exponent
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 #: Share of the blocks, those of the lowest amplitude, that the linear element is fitted to.

@@ -6,9 +6,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.declared_gains import EXACT_GAINS, DeclaredGains
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
+from carrierflex.diagnosis.comparison.known_physics import (
+    EXACT_GAINS,
+    NOTHING_KNOWN,
+    DeclaredGains,
+    KnownPhysics,
+)
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited, half_step_values

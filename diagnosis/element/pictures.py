@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.pictures import (
+from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
     Panel,

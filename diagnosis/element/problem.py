@@ -12,15 +12,13 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, force_library
 from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
     step_halving_error,
 )
-from carrierflex.diagnosis.comparison.known_physics import known_physics
-from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
-from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_physics
+from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
@@ -31,7 +29,6 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
     Signatures,
 )
-from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND
 from carrierflex.diagnosis.element.channel_noise import (
     carried_noise,

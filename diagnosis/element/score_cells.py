@@ -6,12 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.comparison.spectral_cells import (
-    band_edges_hz,
-    block_counts,
-    block_powers,
-)
 from carrierflex.diagnosis.element.records import N_BANDS, ElementRecord
+from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
 
 
 @dataclass(frozen=True, eq=False)

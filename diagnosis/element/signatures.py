@@ -8,8 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import FloatArray, Signatures
-from carrierflex.diagnosis.comparison.signature_blocks import shape_starts, total_products
+from carrierflex.diagnosis.comparison.problem import (
+    FloatArray,
+    Signatures,
+    shape_starts,
+    total_products,
+)
 from carrierflex.diagnosis.element.model import ElementModel, is_delay
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.declared_errors import Misreading
-from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.overlay import Overlay
-from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, Misreading
+from carrierflex.diagnosis.comparison.overlay import Overlay, Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,

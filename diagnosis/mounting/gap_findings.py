@@ -9,7 +9,6 @@ from itertools import combinations
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
-from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.gap.findings import (
     CHANNEL,
     MOTION,
@@ -21,16 +20,16 @@ from carrierflex.diagnosis.gap.findings import (
     GapMoment,
     PartGrowth,
     Scalar,
+    exponents,
 )
-from carrierflex.diagnosis.gap.in_time import block_rms
-from carrierflex.diagnosis.gap.non_synchronous import (
+from carrierflex.diagnosis.gap.gap_map import block_powers, largest_cells, significant
+from carrierflex.diagnosis.gap.in_time import (
     ScatterTable,
+    block_rms,
     repeatability,
     scatter_p_values,
     significant_non_synchronous,
 )
-from carrierflex.diagnosis.gap.power_laws import exponents
-from carrierflex.diagnosis.gap.significance import largest_cells, significant
 from carrierflex.diagnosis.mounting.gap_map import (
     PATTERNS,
     line_counts,

@@ -6,12 +6,14 @@ import numpy as np
 from scipy.stats import chi2
 
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
-from carrierflex.diagnosis.comparison.spectral_cells import (
+from carrierflex.diagnosis.gap.gap_map import (
+    N_DRAWS,
+    CellTable,
     band_edges_hz,
     block_counts,
     block_powers,
+    gap_cells,
 )
-from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.mounting.rig import SENSORS

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.declared_errors import (
+from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
     declared_errors,

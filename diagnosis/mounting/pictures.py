@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.pictures import (
+from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
     Panel,

@@ -9,15 +9,13 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.declared_errors import Misreading
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, force_library
 from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
     step_halving_error,
 )
-from carrierflex.diagnosis.comparison.known_physics import known_physics
-from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
-from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.known_physics import Misreading, known_physics
+from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
@@ -28,9 +26,8 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
     Signatures,
 )
-from carrierflex.diagnosis.comparison.spectral_cells import block_powers
-from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.gap.gap_map import block_powers
 from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.mounting.cards import (

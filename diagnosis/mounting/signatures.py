@@ -17,8 +17,9 @@ from carrierflex.diagnosis.comparison.problem import (
     FloatArray,
     Parameter,
     Signatures,
+    shape_starts,
+    total_products,
 )
-from carrierflex.diagnosis.comparison.signature_blocks import shape_starts, total_products
 from carrierflex.diagnosis.mounting.cards import ONE_CHANNEL
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord

@@ -10,8 +10,7 @@ from typing import Any
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer, MeasuredShape
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapDetail
-from carrierflex.diagnosis.gap.gap_map import map_of
-from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE, map_of
 from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
 from carrierflex.diagnosis.results import Diagnosis

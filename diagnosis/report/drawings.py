@@ -8,22 +8,26 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
 from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.report.class_figure import shape_figure
 from carrierflex.diagnosis.report.figures import (
+    MOST_RUNS,
+    gap_in_time_figure,
+    inline_svg,
+    panel_figure,
+    shape_figure,
+    signal_figure,
+)
+from carrierflex.diagnosis.report.gap_map_figure import (
+    GapGrid,
     colour_limits,
+    gap_grids,
     gap_map_figure,
     selection_figure,
 )
-from carrierflex.diagnosis.report.first_screen.machine_drawing import machine_figure
-from carrierflex.diagnosis.report.first_screen.signal_figure import signal_figure
-from carrierflex.diagnosis.report.gap_grid import GapGrid, gap_grids
-from carrierflex.diagnosis.report.motion_figures import panel_figure
-from carrierflex.diagnosis.report.svg import inline_svg
-from carrierflex.diagnosis.report.time_figure import MOST_RUNS, gap_in_time_figure
+from carrierflex.diagnosis.report.machine_drawing import machine_figure
 from carrierflex.diagnosis.report.words import added_effects, position_of, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
@@ -236,8 +240,9 @@ def _largest_cell(cells: Sequence[GapCell], unit: str) -> str:
     if not cells:
         return "no cells"
     first = cells[0]
+    position = position_of(first.order, first.frequency_hz)
     size = sized(first.mean_square**0.5, unit)
-    return f"largest in run {first.run}: {first.channel_pattern}, {position_of(first)}, {size}"
+    return f"largest in run {first.run}: {first.channel_pattern}, {position}, {size}"
 
 
 def _panel(picture: Picture, number: int, picture_number: int) -> Drawing:

@@ -1,228 +1,441 @@
-"""Figures of the report.
+"""Figures of the report as inline SVG: shapes, the gap over time, signals, loops and polar plots.
 
-Gap map, forward selection, correlation of the signatures. Matplotlib late.
+Text stays text, identifiers are unique on the page, a title for screen readers. Matplotlib late.
 """
 
+import io
+import re
+from collections.abc import Callable, Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.report.gap_grid import GapGrid
-from carrierflex.diagnosis.report.svg import (
-    BLACK,
-    BLUE,
-    CHANCE,
-    MAGNITUDE_MAP,
-    WIDTH,
-    scaled_unit,
+from carrierflex.diagnosis.classes.results import MeasuredShape
+from carrierflex.diagnosis.comparison.overlay import (
+    GAP,
+    LAW,
+    LEFT,
+    Overlay,
+    Panel,
+    Picture,
+    is_function,
 )
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.gap.findings import GapMoment
+from carrierflex.diagnosis.report.words import scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-#: Dynamic range of the colours of a gap map: at least one decade, at most three.
-_FEWEST = 10.0
-_MOST = 1e3
-#: Cells of a gap map above this share of the largest carry their number.
-_NUMBERED = 0.1
-#: Effects in the matrix of correlations at most; correlation from which a cell carries its number.
-MOST_EFFECTS = 12
-_NUMBERED_CORRELATION = 0.5
-#: Ratios below this are told apart on a logarithmic axis only.
-_SMALL_RATIO = 0.2
+
+#: Width of every figure [in]: on a phone it is shown at about its own size, so that its text stays
+#: readable.
+WIDTH = 4.4
+#: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008), and
+#: the map of magnitudes.
+BLUE = "#0072b2"
+ORANGE = "#d55e00"
+BLACK = "#000000"
+GREY = "#6b6b6b"
+GREEN = "#009e73"
+MAGNITUDE_MAP = "cividis"
+#: Cells within chance.
+CHANCE = "#e6e9ed"
+
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",  # selectable, and a tenth of the size of outlines
+    "svg.hashsalt": "carrierflex",  # the same figure gives the same file
+    "text.parse_math": False,  # a $ in the name of a channel begins no formula
+    "font.size": 9.0,
+    "axes.linewidth": 0.7,
+    "axes.titlesize": 9.5,
+}
+_IDENTIFIER = re.compile(r'(\bid="|href="#|url\(#)')
 
 
-def colour_limits(*grids: GapGrid) -> tuple[float, float]:
-    """RMS at both ends of the colours that maps share.
-
-    Of the significant cells of any of them; of all cells where none is.
-    """
-    sizes = np.concatenate([grid.rms[grid.is_significant] for grid in grids])
-    if not sizes.size:
-        sizes = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
-    high = float(sizes.max()) or 1.0
-    return float(np.clip(sizes.min(), high / _MOST, high / _FEWEST)), high
-
-
-def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
-    """RMS of the gap by row and column, logarithmic colours.
-
-    Cells within chance are grey, those the map lacks white.
+def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
+    """SVG element of a figure, to be put into a page.
 
     Parameters
     ----------
-    grid : GapGrid
-        What is drawn.
-    limits : tuple of float
-        RMS at both ends of the colours; the same for maps that are compared.
+    draw : callable
+        Gives the figure; called with the report's style in force.
+    key : str
+        Its name on the page: letters, digits and hyphens, no other figure's.
+    title : str
+        What it shows, in words, for those who do not see it.
+
+    Returns
+    -------
+    str
+        ``<svg ...>...</svg>`` without fixed size; its identifiers start with `key`.
+    """
+    from matplotlib import rc_context
+
+    file = io.StringIO()
+    with rc_context(_STYLE):
+        figure = draw()
+        _lay_out(figure)
+        figure.savefig(
+            file, format="svg", transparent=True, metadata={"Date": None, "Creator": None}
+        )
+    text = file.getvalue()
+    text = text[text.index("<svg") :].strip()
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, count=1, flags=re.DOTALL)
+    text = _IDENTIFIER.sub(rf"\g<1>{key}-", text)
+    head, body = text.split(">", 1)
+    head = re.sub(r'\s(?:width|height)="[^"]*"', "", head)
+    labelled = f'{head} role="img" aria-labelledby="{key}-title">'
+    return f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}'
+
+
+def _lay_out(figure: "Figure") -> None:
+    """Place the axes; saving would draw the figure twice, once for their places alone."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        FigureCanvasSVG(figure)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
+_HEIGHT = 2.9
+
+
+def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
+    """Curve of a class over the visited range.
+
+    Parameters
+    ----------
+    shape : MeasuredShape
+        Curve, band and law.
+    law : str
+        Name of the law in words.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel: curve, 95 % band, law.
+    """
+    from matplotlib.figure import Figure
+
+    x_factor, x_unit = scaled_unit(float(abs(shape.x).max()), shape.units[0])
+    y_factor, y_unit = scaled_unit(float(abs(shape.y).max()), shape.units[1])
+    figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
+    panel = figure.subplots()
+    x = x_factor * shape.x
+    low, high = y_factor * shape.band.T
+    is_curve = bool((x[1:] >= x[:-1]).all())
+    if is_curve:
+        panel.fill_between(x, low, high, color=BLUE, alpha=0.25, linewidth=0.0, label="95 % band")
+    panel.plot(x, y_factor * shape.y, color=BLUE, linewidth=1.6, label=shape.name)
+    for other in shape.beside:
+        low, high = y_factor * other.band.T
+        own = x_factor * other.x
+        if is_curve:
+            panel.fill_between(own, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
+        panel.plot(own, y_factor * other.y, color=ORANGE, linewidth=1.6, label=other.name)
+    if shape.law.size:
+        panel.plot(x, y_factor * shape.law, color=BLACK, linestyle="--", linewidth=1.2, label=law)
+    panel.set_xlabel(f"{shape.labels[0]} [{x_unit}]")
+    panel.set_ylabel(f"{shape.labels[1]} [{y_unit}]")
+    panel.legend(fontsize=8, frameon=False)
+    return figure
+
+
+#: Strokes of the runs; colours and dashes change together, so that neither is needed alone.
+_RUN_STROKES = (
+    (BLUE, "-"),
+    (ORANGE, "--"),
+    (GREEN, "-."),
+    (BLACK, ":"),
+    (GREY, "-"),
+    ("#cc79a7", "--"),
+)
+#: Runs drawn at most: those with the largest gap.
+MOST_RUNS = len(_RUN_STROKES)
+
+
+def gap_in_time_figure(moments: Sequence[GapMoment], unit: str) -> "Figure":
+    """RMS of the gap in windows over time.
+
+    Parameters
+    ----------
+    moments : sequence of GapMoment
+        Windows of every run.
     unit : str
         Unit of the channels.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Heat map with its scale below.
+        One line a run, those with the largest gap.
     """
-    from matplotlib.colors import ListedColormap, LogNorm
     from matplotlib.figure import Figure
 
-    factor, shown_unit = scaled_unit(limits[1], unit)
-    low, high = factor * limits[0], factor * limits[1]
-    figure = Figure(figsize=(WIDTH, 1.35 + 0.34 * len(grid.rows)), layout="constrained")
+    by_run: dict[str, list[GapMoment]] = {}
+    for moment in moments:
+        by_run.setdefault(moment.run, []).append(moment)
+    sizes = {run: max(window.rms for window in windows) for run, windows in by_run.items()}
+    drawn = sorted(sizes, key=lambda run: -sizes[run])[:MOST_RUNS]
+    factor, shown_unit = scaled_unit(max(sizes.values()), unit)
+    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     panel = figure.subplots()
-    is_shown = grid.is_significant & (factor * grid.rms >= low)
-    shown = np.where(is_shown, factor * grid.rms, np.nan)
-    norm = LogNorm(vmin=low, vmax=high)
-    lines = np.arange(len(grid.rows) + 1) - 0.5
-    known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
-    panel.pcolormesh(
-        grid.edges, lines, known, cmap=ListedColormap([CHANCE]), edgecolors="white", linewidth=0.3
-    )
-    image = panel.pcolormesh(
-        grid.edges,
-        lines,
-        np.ma.masked_invalid(shown),
-        norm=norm,
-        cmap=MAGNITUDE_MAP,
-        edgecolors="white",
-        linewidth=0.3,
-    )
-    panel.set_yticks(range(len(grid.rows)), grid.rows)
-    panel.set_ylabel(grid.row_name)
-    panel.invert_yaxis()
-    panel.tick_params(axis="y", length=0)
-    if grid.is_frequency:
-        panel.set_xscale("log")
-        _plain_numbers(panel.xaxis, grid.edges[0], grid.edges[-1])
-        panel.set_xlabel("frequency [Hz]")
-    else:
-        panel.set_xlabel("order of carrier rotation [per turn]")
-        # The highest order is four times the number of planets: their orders are numbered.
-        step = 1 if grid.edges.size < 16 else max(1, int(grid.edges[-1]) // 4)
-        panel.set_xticks(np.arange(np.ceil(grid.edges[0]), grid.edges[-1], step))
-        _number_cells(panel, grid, shown, high)
-    bar = figure.colorbar(
-        image, ax=panel, orientation="horizontal", aspect=40, label=f"RMS of the gap [{shown_unit}]"
-    )
-    _plain_numbers(bar.ax.xaxis, low, high)
+    for run, (colour, dashes) in zip(sorted(drawn), _RUN_STROKES, strict=False):
+        time, rms = np.array([(window.time, factor * window.rms) for window in by_run[run]]).T
+        mark = "." if time.size < 30 else ""
+        panel.plot(
+            time,
+            rms,
+            color=colour,
+            linestyle=dashes,
+            marker=mark,
+            linewidth=1.3,
+            markersize=4,
+            label=run,
+        )
+    panel.set_ylim(0.0, 1.1 * factor * max(sizes.values()))
+    panel.set_xlabel("time [s]")
+    panel.set_ylabel(f"RMS of the gap [{shown_unit}]")
+    panel.grid(alpha=0.25)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
     return figure
 
 
-def _plain_numbers(axis: "Axis", low: float, high: float) -> None:
-    """Numbers in full on a logarithmic axis.
-
-    At every decade, at 2 and 5 between where there are few decades.
-    """
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(subs=(1.0,) if high > 100.0 * low else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
+#: Samples of a stretch of time at most, and mean crossings of the signal in it at least.
+_MOST_SAMPLES, _CROSSINGS = 400, 12
+#: Letters of a channel's name beside its axis.
+_MOST_LETTERS = 10
 
 
-def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) -> None:
-    middles = 0.5 * (grid.edges[1:] + grid.edges[:-1])
-    # Three digits in a narrow column.
-    size = 7.0 if middles.size <= 12 else 5.2
-    for (row, column), value in np.ndenumerate(shown):
-        if np.isfinite(value) and value >= _NUMBERED * high:
-            text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
-            panel.text(
-                float(middles[column]),
-                row,
-                text,
-                ha="center",
-                va="center",
-                fontsize=size,
-                color=BLACK,
-            )
-
-
-def selection_figure(reduction: GapReduction) -> "Figure":
-    """Held-out rho as the accepted effects are added in turn, with intervals.
-
-    Beside it negative control, black-box reference and noise floor as lines.
+def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure":
+    """Signals above, what is left of the gap below.
 
     Parameters
     ----------
-    reduction : GapReduction
-        Steps and the levels of the lines.
+    before, after : Overlay
+        One channel in one run with the baseline, and with the effects.
+    unit : str
+        Unit of the channel.
 
     Returns
     -------
     matplotlib.figure.Figure
-        One row for each step.
+        Two panels over one axis.
     """
     from matplotlib.figure import Figure
 
-    rho = np.array([step.rho for step in reduction.steps])
-    ends = np.array([step.rho_ci95 for step in reduction.steps])
-    lines = _level_lines(reduction)
-    figure = Figure(figsize=(WIDTH, 1.45 + 0.36 * rho.size), layout="constrained")
-    panel = figure.subplots()
-    for value, name, style, colour in lines:
-        panel.axvline(
-            value, linestyle=style, color=colour, linewidth=1.4, label=f"{name}: {value:.3f}"
-        )
-    known = np.isfinite(ends).all(axis=1)
-    reach = np.abs(np.where(known[:, None], ends, rho[:, None]) - rho[:, None]).T
-    panel.errorbar(
-        rho,
-        np.arange(rho.size),
-        xerr=reach,
-        fmt="o",
-        color=BLUE,
-        capsize=4,
-        markersize=6,
-        linewidth=1.6,
-    )
-    above: dict[str, Any] = {
-        "xytext": (0, 8),
-        "textcoords": "offset points",
-        "ha": "center",
-        "fontsize": 8,
-        "color": BLUE,
-    }
-    for row, value in enumerate(rho):
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
-        panel.annotate(f"{value:.3f}", (value, row), bbox=box, **above)
-    panel.set_yticks(
-        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(reduction.steps)]
-    )
-    panel.set_ylim(rho.size - 0.5, -0.7)
-    _ratio_axis(panel, [*rho, *ends[known].ravel(), *(line[0] for line in lines)])
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    part = _stretch(before)
+    x = before.x[part]
+    measured = before.measured[part]
+    factor, shown = scaled_unit(float(np.nanmax(np.abs(measured))), unit)
+    gap = before.measured[part] - before.simulated[part]
+    gap_factor, gap_unit = scaled_unit(float(np.nanmax(np.abs(gap))), unit)
+    figure = Figure(figsize=(WIDTH, 2.55), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    upper.plot(x, factor * measured, color=BLACK, linewidth=2.6, alpha=0.35, label="measured")
+    lower.axhline(0.0, color=GREY, linewidth=0.6)
+    for overlay, name, colour, dashes in (
+        (before, "simulated, before", ORANGE, "--"),
+        (after, "simulated, after", BLUE, "-"),
+    ):
+        if overlay is None:
+            continue
+        simulated = overlay.simulated[part]
+        upper.plot(x, factor * simulated, dashes, color=colour, linewidth=1.3, label=name)
+        rest = gap_factor * (overlay.measured[part] - simulated)
+        lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
+    upper.set_ylabel(f"{_short(before.channel)} [{shown}]")
+    lower.set_ylabel(f"gap [{gap_unit}]")
+    lower.set_xlabel(f"{before.x_name} [{before.x_unit}]")
+    if before.x_unit == "deg":
+        lower.set_xticks(range(0, 361, 60))
+        lower.set_xlim(0.0, 360.0)
+    for panel in (upper, lower):
+        panel.grid(alpha=0.25)
+        panel.margins(x=0.0)
+    figure.align_ylabels()
+    figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False, handlelength=1.6)
     return figure
 
 
-def _level_lines(reduction: GapReduction) -> list[tuple[float, str, str, str]]:
-    """Value, name, stroke and colour of the known lines that the steps are read against."""
-    floor = (
-        reduction.noise_floor / reduction.rms_before if reduction.rms_before > 0.0 else float("nan")
+def _short(name: str) -> str:
+    """Name that the axis has room for; the words below the figure have the whole."""
+    return name if len(name) <= _MOST_LETTERS else f"{name[: _MOST_LETTERS - 1]}…"
+
+
+def _stretch(overlay: Overlay) -> slice:
+    """The whole turn, or a stretch of time about the largest gap."""
+    if overlay.x_unit == "deg":
+        return slice(None)
+    n = overlay.x.size
+    length = min(_MOST_SAMPLES, n)
+    level = np.nan_to_num(overlay.measured - np.nanmean(overlay.measured))
+    crossings = np.count_nonzero(np.diff(np.signbit(level)))
+    if crossings > _CROSSINGS:
+        length = int(np.clip(n * _CROSSINGS / crossings, 60, n))
+    length = min(length, n)
+    energy = _windowed(np.nan_to_num(overlay.measured - overlay.simulated) ** 2, length)
+    first = int(np.argmax(energy))
+    return slice(first, first + length)
+
+
+def _windowed(values: FloatArray, length: int) -> FloatArray:
+    """Sums over all windows of a length."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return total[length:] - total[:-length]
+
+
+#: Colour and stroke of every role.
+_ROLE_STROKES = {
+    GAP: {"color": BLUE, "linewidth": 1.8, "linestyle": "-"},
+    LAW: {"color": BLACK, "linewidth": 1.4, "linestyle": "--"},
+    LEFT: {"color": ORANGE, "linewidth": 1.6, "linestyle": "-"},
+}
+_SHADE_MAP = "cividis"
+#: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would
+#: swell the file.
+_CLOUD_DPI = 220
+#: Left and lower end, width and height of a polar plot in its figure: every one has the same
+#: labels, whose room need not be looked for.
+_POLAR_PLACE = (0.13, 0.07, 0.74, 0.74)
+#: Marks stand within the edge, over the reach.
+_MARKS_AT = 1.2
+_MARK = {
+    "ha": "center",
+    "va": "center",
+    "fontsize": 6.5,
+    "color": GREY,
+    "bbox": {"boxstyle": "circle,pad=0.25", "facecolor": "white", "edgecolor": GREY, "lw": 0.7},
+}
+#: The remaining gap is drawn at most this large beside the gap.
+_REMAINDER = 0.4
+
+
+def panel_figure(picture: Picture, panel: Panel) -> "Figure":
+    """One panel of a picture.
+
+    Parameters
+    ----------
+    picture : Picture
+        Names and units of the axes; all its panels share one scale of the values.
+    panel : Panel
+        What is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Cloud with the law, or polar plot.
+    """
+    return _polar_figure(picture, panel) if picture.is_polar else _cloud_figure(picture, panel)
+
+
+def remainder_factor(picture: Picture) -> float:
+    """By how much the remaining gap is drawn larger in polar plots: 1, 2, 5, 10 ... 1000.
+
+    At its own size it would lie on the zero circle.
+    """
+    left, gap = (
+        _largest([t.y for panel in picture.panels for t in panel.traces if t.role == role])
+        for role in (LEFT, GAP)
     )
-    lines = [
-        (floor, "noise floor", "--", BLACK),
-    ]
-    return [line for line in lines if np.isfinite(line[0]) and line[0] > 0.0]
+    if left <= 0.0 or gap <= 0.0:
+        return 1.0
+    return float(np.clip(_round_step(_REMAINDER * gap / left), 1.0, 1000.0))
 
 
-def _ratio_axis(panel: "Axes", shown: list[float]) -> None:
-    """Axis of ratios from zero, or logarithmic where small ones are among them."""
-    smallest, largest = min(shown), max(shown)
-    if smallest < _SMALL_RATIO:
-        panel.set_xscale("log")
-        panel.set_xlim(smallest / 1.5, 1.6 * largest)
-        _plain_numbers(panel.xaxis, smallest / 1.5, 1.6 * largest)
+def _largest(values: list[FloatArray]) -> float:
+    return max((float(np.nanmax(np.abs(array))) for array in values if array.size), default=0.0)
+
+
+def _cloud_figure(picture: Picture, panel: Panel) -> "Figure":
+    from matplotlib.figure import Figure
+
+    traces = [trace for panel in picture.panels for trace in panel.traces]
+    x_factor, x_unit = scaled_unit(_largest([trace.x for trace in traces]), picture.x_unit)
+    y_factor, y_unit = scaled_unit(_largest([trace.y for trace in traces]), picture.y_unit)
+    shades = [trace.shade for trace in traces if trace.shade is not None]
+    s_factor, s_unit = scaled_unit(_largest(shades), picture.shade_unit)
+    limit = s_factor * _largest(shades)
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained", dpi=_CLOUD_DPI)
+    axes = figure.subplots()
+    for trace in panel.traces:
+        x, y = x_factor * trace.x, y_factor * trace.y
+        if trace.shade is None:
+            _draw_law(axes, x, y)
+            continue
+        cloud = axes.scatter(
+            x,
+            y,
+            c=s_factor * trace.shade,
+            s=7.0,
+            cmap=_SHADE_MAP,
+            vmin=-limit,
+            vmax=limit,
+            linewidths=0.0,
+            rasterized=True,
+        )
+        figure.colorbar(cloud, ax=axes, label=f"{picture.shade_name} [{s_unit}]", aspect=30)
+    axes.axhline(0.0, color=GREY, linewidth=0.6)
+    axes.set_xlabel(f"{picture.x_name} [{x_unit}]")
+    axes.set_ylabel(f"{picture.y_name} [{y_unit}]")
+    axes.grid(alpha=0.25)
+    return figure
+
+
+def _draw_law(axes: "Axes", x: FloatArray, y: FloatArray) -> None:
+    """Line through a law that is a function of x, points for a loop."""
+    order = np.argsort(x, kind="stable")
+    if is_function(x, y):
+        axes.plot(x[order], y[order], color=ORANGE, linewidth=1.8, zorder=3)
     else:
-        panel.set_xlim(0.0, 1.15 * largest)
-    panel.set_xlabel("rho = RMS after / before, held-out records [-]")
-    panel.grid(axis="x", alpha=0.25)
+        axes.plot(x, y, ".", color=ORANGE, markersize=1.8, rasterized=True, zorder=3)
 
 
-def _step_name(row: int, added: str) -> str:
-    name = plain_name(added)
-    return name if row == 0 else "+ " + (name.replace(" ", "\n", 1) if len(name) > 18 else name)
+def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
+    from matplotlib.figure import Figure
+
+    every = _largest([trace.y for each in picture.panels for trace in each.traces])
+    factor, unit = scaled_unit(every, picture.y_unit)
+    reach = factor * every or 1.0
+    magnified = remainder_factor(picture)
+    figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH))
+    axes = figure.add_axes(_POLAR_PLACE, projection="polar")
+    for trace in panel.traces:
+        stroke = _ROLE_STROKES[trace.role]
+        drawn = (magnified if trace.role == LEFT else 1.0) * factor * trace.y
+        axes.plot(trace.x, drawn, **stroke, label=trace.role)  # type: ignore[arg-type]
+    circle = np.linspace(0.0, 2.0 * np.pi, 181)
+    axes.plot(circle, np.zeros(circle.size), ":", color=GREY, linewidth=0.8, zorder=3)
+    _polar_axes(axes, reach)
+    for text, angle in panel.marks.items():
+        axes.text(angle, _MARKS_AT * reach, text, **_MARK)  # type: ignore[arg-type]
+    axes.set_title(
+        f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5
+    )
+    return figure
+
+
+def _polar_axes(axes: "Axes", reach: float) -> None:
+    """Zero circle off the centre, so that negative values have room inside it."""
+    axes.set_ylim(-1.6 * reach, 1.35 * reach)
+    step = _round_step(reach)
+    axes.set_yticks([-step, 0.0, step], [f"−{step:g}", "0", f"+{step:g}"])
+    axes.set_rlabel_position(88.0)  # type: ignore[attr-defined]
+    axes.tick_params(labelsize=7)
+    for label in axes.get_yticklabels():
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8})
+    axes.grid(alpha=0.35)
+    # The labels on top of the curves, not under them.
+    axes.set_axisbelow(False)
+
+
+def _round_step(reach: float) -> float:
+    """Largest of 1, 2, 5 times a power of ten that is not beyond a reach."""
+    power = 10.0 ** np.floor(np.log10(reach))
+    return float(
+        max(step for step in (1.0, 2.0, 5.0) if step * power <= reach * (1.0 + 1e-9)) * power
+    )

@@ -19,19 +19,20 @@ from carrierflex.diagnosis.gap.findings import (
     ORDER,
     ORDERS,
     SMALL_ORDER,
+    Exponent,
     Finding,
     GapFindings,
     Repeatability,
 )
-from carrierflex.diagnosis.gap.power_laws import Exponent
-from carrierflex.diagnosis.report.phrases import (
+from carrierflex.diagnosis.report.words import (
     Phrase,
+    counted,
     in_scientific_notation,
     joined,
     phrase,
     power,
+    sized,
 )
-from carrierflex.diagnosis.report.words import counted, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 

@@ -11,11 +11,10 @@ from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.gap_map import map_of
-from carrierflex.diagnosis.report import class_words, gap_words, words
+from carrierflex.diagnosis.report import gap_words, verdict_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
-from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
-from carrierflex.diagnosis.report.motion_figures import remainder_factor
-from carrierflex.diagnosis.report.scatter_rows import scatter_rows
+from carrierflex.diagnosis.report.figures import remainder_factor
+from carrierflex.diagnosis.report.verdict_words import gists, next_step, worth
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
@@ -94,8 +93,7 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "campaign": source.campaign,
         "words": words,
         "gap_words": gap_words,
-        "class_words": class_words,
-        "scatter_rows": scatter_rows,
+        "verdict_words": verdict_words,
         "next_step": next_step(diagnosis),
         "worth": worth(diagnosis),
         "gist": gists(diagnosis),

@@ -1,43 +1,245 @@
-"""Words and numbers of the report.
+"""Numbers, units, parameters and table rows of the report in words.
 
-The verdict as a sentence, values with as many digits as their error allows.
+Phrases have two notations: plain for diagnosis.json and a terminal, HTML for the report. Values
+have as many digits as their error allows.
 """
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
+from markupsafe import Markup, escape
+
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.problem import Effects, GapCell
-from carrierflex.diagnosis.gap.findings import Drift, NonSynchronousCell, PartGrowth
-from carrierflex.diagnosis.gap.power_laws import Exponent
-from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, GapCell
+from carrierflex.diagnosis.gap.findings import Drift, Exponent, NonSynchronousCell, PartGrowth
+from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
 from carrierflex.diagnosis.inference.results import (
-    ALIASED,
-    AT_NOISE_FLOOR,
-    CLASS_NAMED,
-    NAMED,
-    NAMED_WITH_REMAINDER,
-    NONE_OF_THESE,
-    NOT_DIAGNOSABLE,
     GapReduction,
     Interval,
     NamedValue,
     RankedSet,
 )
-from carrierflex.diagnosis.report.class_words import class_names, lacking_words
-from carrierflex.diagnosis.report.first_screen.engineering import (
-    parameter_words,
-    shown_unit,
-)
-from carrierflex.diagnosis.report.phrases import (
-    Phrase,
-    in_scientific_notation,
-    phrase,
-    unit_phrase,
-)
-from carrierflex.diagnosis.report.svg import scaled_unit
 from carrierflex.diagnosis.results import Diagnosis
+
+
+@dataclass(frozen=True)
+class Phrase:
+    """Part of a sentence.
+
+    Parameters
+    ----------
+    plain : str
+        Plain text, powers as ``torque^1.0``.
+    markup : Markup
+        HTML, powers raised; a template shows it by :meth:`__html__`.
+    """
+
+    plain: str
+    markup: Markup
+
+    def __html__(self) -> str:
+        """HTML, not to be escaped again."""
+        return str(self.markup)
+
+    def __str__(self) -> str:
+        """Plain text."""
+        return self.plain
+
+    def __bool__(self) -> bool:
+        """Whether it says anything."""
+        return bool(self.plain)
+
+    def __add__(self, other: "Phrase | str") -> "Phrase":
+        """Both one after the other."""
+        after = other if isinstance(other, Phrase) else phrase(other)
+        return Phrase(self.plain + after.plain, self.markup + after.markup)
+
+    def capitalised(self) -> "Phrase":
+        """The same with its first letter large; it begins with plain text."""
+        return Phrase(
+            self.plain[:1].upper() + self.plain[1:],
+            self.markup[:1].upper() + self.markup[1:],
+        )
+
+
+def phrase(text: str) -> Phrase:
+    """Plain text as a phrase."""
+    return Phrase(text, escape(text))
+
+
+def joined(separator: str, phrases: Iterable[Phrase]) -> Phrase:
+    """Phrases that say anything, with a separator between them."""
+    said = [part for part in phrases if part]
+    return Phrase(
+        separator.join(part.plain for part in said),
+        Markup(separator).join(part.markup for part in said),
+    )
+
+
+def power(base: str, exponent: str) -> Phrase:
+    """Power: ``torque^-0.5``."""
+    raised = Markup("{}<sup>{}</sup>").format(base, exponent.replace("-", "−"))
+    return Phrase(f"{base}^{exponent}", raised)
+
+
+def in_scientific_notation(number: str) -> Phrase:
+    """Number as Python writes it, its power of ten raised: ``5.80e-4``."""
+    mantissa, _, exponent = number.partition("e")
+    if not exponent:
+        return phrase(number)
+    raised = power("10", str(int(exponent))).markup
+    return Phrase(number, Markup("{}·{}").format(mantissa, raised))
+
+
+def unit_phrase(unit: str) -> Phrase:
+    """Unit with its powers raised: ``N s^2/m^3``."""
+    first, *others = unit.split("^")
+    markup = escape(first)
+    for part in others:
+        rest = part.lstrip("-.0123456789")
+        exponent = part[: len(part) - len(rest)]
+        markup += Markup("<sup>{}</sup>{}").format(exponent.replace("-", "−"), rest)
+    return Phrase(unit, markup)
+
+
+#: Factor and unit that a unit of the contract is shown in.
+_SHOWN = {
+    "m/N": (1e11, "µm per 100 kN"),
+    "m/(N m)": (1e11, "µm per 100 kN m"),
+    "rad/N": (1e8, "mrad per 100 kN"),
+    "rad/(N m)": (1e8, "mrad per 100 kN m"),
+    "1/N": (1e7, "% per 100 kN"),
+    "s": (1e3, "ms"),
+    "m": (1e6, "µm"),
+    "rad": (1e3, "mrad"),
+}
+#: Directions, which are told in degrees; other angles are small.
+_DIRECTIONS = ("theta", "angle", "dv")
+_AXES = {"y": "sideways", "z": "vertical"}
+_WORDS: dict[str, str] = {
+    "m": "mass",
+    "K1": "stiffness",
+    "K2": "quadratic stiffness",
+    "K3": "cubic stiffness",
+    "K5": "quintic stiffness",
+    "C1": "damping",
+    "C2": "quadratic damping",
+    "C3": "cubic damping",
+    "f0": "constant force",
+    "q_0": "deflection at the release",
+    "v_0": "speed at the release",
+    "Fc": "friction force",
+    "Fs": "breakaway force",
+    "v_s": "Stribeck speed",
+    "Fy": "force at which it slips",
+    "Kp": "stiffness before it slips",
+    "gap": "clearance",
+    "k": "stiffness of the branch",
+    "c": "damping of the branch",
+    "tau": "time constant",
+    "delay": "delay",
+    "F_plus": "friction force outwards",
+    "F_minus": "friction force inwards",
+    "d_x": "axial offset",
+    "d_y": "sideways offset",
+    "d_z": "vertical offset",
+    "phi_H": "tilt of the housing",
+    "theta_H": "direction of the housing's tilt",
+    "phi_T": "tilt at nominal torque",
+    "theta_T": "direction of that tilt",
+    "phi_PLC": "tilt of the carrier",
+    "theta_PLC": "direction of the carrier's tilt",
+    "e_PLC": "eccentricity of the carrier",
+    "theta_e": "direction of the eccentricity",
+    "rho_s": "share of stiff pins",
+    "rho_f": "share of flexible pins",
+    "theta_rho": "turn of the deflection",
+    "kappa_r": "load sharing, radial",
+    "kappa_t": "load sharing, tangential",
+    "s_0": "saddle without load",
+    "s_T": "saddle by torque",
+    "P_T": "torque per radial load",
+    "dk_x": "axial stiffness beyond nominal",
+    "compliance": "compliance of the main bearing",
+    "angle": "turn of the radial load",
+    "dv": "error of the angle",
+    "g": "error of the gain",
+    "e": "difference port to starboard",
+    "z": "zero",
+    "F_s": "load of half the travel",
+    "phi_B": "largest tilt in the bearing",
+    "r_B": "largest radial shift in the bearing",
+    "phi_R": "largest tilt between the bearings",
+    "r_R": "largest radial shift between the bearings",
+    "W_1": "weight on the bearing pressed towards +z",
+    "W_2": "weight on the bearing pressed towards -z",
+}
+_DELAYS = ("sensor_delay",)
+
+
+#: Parameters of pins that close.
+_OF_CLOSED_PINS = {
+    "c": "share that closes",
+    "w_s": "weight on stiff pins",
+    "w_f": "weight on flexible pins",
+    "k_s": "radial load on stiff pins",
+    "k_f": "radial load on flexible pins",
+    "T_c": "torque at which it closes",
+}
+
+
+def parameter_words(effect: str, name: str) -> str:
+    """What a parameter is, in words: ``tilt of the carrier``.
+
+    Parameters
+    ----------
+    effect : str
+        Its owner; some symbols mean something else in another effect.
+    name : str
+        Its published symbol.
+    """
+    if effect in _DELAYS:
+        return "delay"
+    if effect == "pin_clearance":
+        return _OF_CLOSED_PINS.get(name, name)
+    stem, _, last = name.partition("_")
+    if effect in ("ntl_tilt", "flange_warp", "bearing_clearance") and last in _AXES:
+        what = {"a": "tilt of direction 0 deg", "b": "tilt of direction 90 deg", "s": "saddle"}.get(
+            stem, stem
+        )
+        return f"{what} by {_AXES[last]} load"
+    if effect == "ring_pass" and last in ("c", "s"):
+        motion = {"p": "axial motion", "q": "tilt of direction 0 deg"}.get(
+            stem, "tilt of direction 90 deg"
+        )
+        return f"{motion} as planets pass, {'cosine' if last == 'c' else 'sine'}"
+    if effect == "unequal_load_sharing" and last.isdigit():
+        return f"excess load of pin {last}"
+    if effect == "face_runout" and last.isdigit():
+        return f"order {last}, {'cosine' if stem == 'a' else 'sine'}"
+    if effect == "thermal_drift" and last.isdigit():
+        return f"drift, term {last}"
+    words = _WORDS.get(name, "")
+    if words and effect == BASELINE and name in ("K1", "C1"):
+        return f"{words} of the baseline"
+    return words
+
+
+def shown_unit(name: str, unit: str) -> tuple[float, str]:
+    """Factor to the unit that an engineer uses for a parameter, and that unit.
+
+    Examples
+    --------
+    >>> shown_unit("phi_PLC", "rad"), shown_unit("s_y", "m/N")
+    ((1000.0, 'mrad'), (100000000000.0, 'µm per 100 kN'))
+    """
+    if unit == "rad" and name.startswith(_DIRECTIONS):
+        return 180.0 / math.pi, "deg"
+    return _SHOWN.get(unit, (1.0, unit))
+
 
 _Row = TypeVar("_Row", Drift, NonSynchronousCell)
 
@@ -54,75 +256,6 @@ _MOST_ROWS = 12
 _MOST_BEYOND = 6
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
-
-_HEADINGS = {
-    NAMED: "The simulation lacks {effects}",
-    NAMED_WITH_REMAINDER: "The simulation lacks {effects}, and something more",
-    CLASS_NAMED: "The simulation lacks an effect of a known class, by no law of the library",
-    ALIASED: "The simulation lacks {effects}, or an effect that looks the same in these records",
-    NONE_OF_THESE: "No known effect explains the gap",
-    AT_NOISE_FLOOR: "Simulation and measurement agree within the noise",
-    NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
-}
-_MEANINGS = {
-    NAMED: "What is named explains the gap on records it was not fitted to; the remaining gap is "
-    "near the noise.",
-    NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; "
-    "a remainder is above the noise.",
-    CLASS_NAMED: "A model of the class without a fixed form explains the gap on records it was not "
-    "fitted to; no law of the library follows its curve.",
-    ALIASED: "Several effects explain the gap equally well under the measured conditions.",
-    NONE_OF_THESE: "There is a gap, but no effect of the library may be named as its cause.",
-    AT_NOISE_FLOOR: "There is no gap above the noise floor that an effect could explain.",
-    NOT_DIAGNOSABLE: "Something is missing in the records; the reason says what.",
-}
-
-
-def verdict_heading(diagnosis: Diagnosis) -> str:
-    """Verdict as one sentence with the effects in it.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Result of the diagnosis.
-
-    Returns
-    -------
-    str
-        For example ``The simulation lacks cubic stiffness, and something more``.
-    """
-    answer = diagnosis.classes
-    if answer is not None and answer.classes:
-        if diagnosis.verdict == CLASS_NAMED:
-            lacking = lacking_words(answer, diagnosis.attribution.effects)
-            return f"The simulation lacks {lacking}"
-        if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
-            return f"The simulation lacks {class_names(answer)}, or what looks the same here"
-    if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
-        return "These records show that an effect is missing, not which one"
-    return _HEADINGS[diagnosis.verdict].format(
-        effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects])
-    )
-
-
-def verdict_meaning(verdict: str) -> str:
-    """What a verdict says in general."""
-    return _MEANINGS[verdict]
-
-
-def alias_sentence(diagnosis: Diagnosis) -> str:
-    """Effects that the named ones cannot be told from; empty where none."""
-    texts = []
-    for effect, *others in diagnosis.attribution.aliases:
-        names = listed([plain_name(other) for other in others])
-        texts.append(f"{plain_name(effect)} from {names}")
-    return f"These records do not tell {listed(texts)}." if texts else ""
-
-
-def experiment_text(diagnosis: Diagnosis) -> str:
-    """Discriminating experiment as a sentence; empty where none is asked for."""
-    text = diagnosis.attribution.discriminating_experiment
-    return f"{capitalised(text).rstrip('.')}." if text else ""
 
 
 def capitalised(text: str) -> str:
@@ -194,7 +327,7 @@ def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> 
     groups: dict[str, list[GapCell]] = {}
     for cell in cells:
         before = f"{cell.channel_pattern}, " if many_channels else ""
-        groups.setdefault(before + position_of(cell), []).append(cell)
+        groups.setdefault(before + position_of(cell.order, cell.frequency_hz), []).append(cell)
     rows = []
     for place, members in groups.items():
         runs = list(dict.fromkeys(cell.run for cell in members))
@@ -203,6 +336,33 @@ def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> 
         share = sum(cell.share for cell in members)
         rows.append(CellRow(place, named, share, math.sqrt(max(mean_square, 0.0))))
     return sorted(rows, key=lambda row: -row.share)[:_MOST_ROWS]
+
+
+def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and unit that show a size with few digits: ``2e-4 m`` as 200 µm.
+
+    Parameters
+    ----------
+    largest : float
+        Size to be shown.
+    unit : str
+        Its unit; only a plain symbol takes a prefix.
+
+    Returns
+    -------
+    tuple of (float, str)
+        What values are multiplied by, and the unit they then have.
+    """
+    if (
+        not re.fullmatch(r"[A-Za-z]+(/s)?", unit)
+        or not 0.0 < largest < float("inf")
+        or unit == "rad"
+    ):
+        return 1.0, unit
+    for factor, prefix in ((1e9, "n"), (1e6, "µ"), (1e3, "m"), (1.0, ""), (1e-3, "k")):
+        if largest * factor >= 1.0 and largest * factor < 1e3:
+            return factor, prefix + unit
+    return 1.0, unit
 
 
 def sized(value: float, unit: str) -> str:
@@ -292,11 +452,11 @@ def beside_named(effects: Effects, named: Effects) -> str:
     return f"the named ones {', '.join(changes)}"
 
 
-def position_of(cell: GapCell) -> str:
-    """Where a cell lies: its order or its frequency band."""
-    if cell.frequency_hz is None:
-        return f"order {cell.order:g}"
-    low, high = cell.frequency_hz
+def position_of(order: float, band_hz: tuple[float, float] | None) -> str:
+    """Where a cell lies: its order, or its band of frequency."""
+    if band_hz is None:
+        return f"order {order:g}"
+    low, high = band_hz
     return f"{high:.4g} Hz" if high <= 1.001 * low or low == high else f"{low:.3g}–{high:.3g} Hz"
 
 
@@ -348,3 +508,31 @@ def p_value(value: float) -> Phrase:
     if value < _SMALLEST_P:
         return phrase("< ") + in_scientific_notation(f"{_SMALLEST_P:.0e}")
     return in_scientific_notation(f"{value:.1g}")
+
+
+class ScatterRow(NamedTuple):
+    """Row of the table of what does not repeat; RMS of measured, simulated and noise."""
+
+    cell: str
+    run: str
+    sizes: list[str]
+    p_value: float
+
+
+def scatter_rows(cells: Sequence[NonSynchronousCell], unit: str) -> tuple[list[ScatterRow], str]:
+    """What does not repeat beyond chance, all sizes in one unit, and that unit.
+
+    The mean squares may be slightly negative above a subtracted noise.
+    """
+    rows = beyond_chance(cells)
+    squares = [square for row in rows for square in (row.measured, row.simulated, row.noise)]
+    sizes, shown = in_one_unit(
+        [math.sqrt(max(square, 0.0)) if math.isfinite(square) else square for square in squares],
+        unit,
+    )
+    table = []
+    for number_of_row, row in enumerate(rows):
+        place = "off the orders" if row.order is None else f"order {row.order:g}"
+        own = sizes[3 * number_of_row : 3 * number_of_row + 3]
+        table.append(ScatterRow(f"{row.channel_pattern}, {place}", row.run, own, row.p_value))
+    return table, shown

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import carrierflex as cf
-from carrierflex.diagnosis.report.first_screen.machine_drawing import machine_figure
+from carrierflex.diagnosis.report.machine_drawing import machine_figure
 
 picture = Path(sys.argv[1]) / f"{Path(__file__).stem}.png"
 

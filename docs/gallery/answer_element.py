@@ -10,7 +10,7 @@ import numpy as np
 
 import carrierflex as cf
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.report.class_figure import shape_figure
+from carrierflex.diagnosis.report.figures import shape_figure
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run

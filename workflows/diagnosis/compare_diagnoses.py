@@ -14,7 +14,7 @@ from carrierflex.files.json_files import save_json, save_text
 from carrierflex.workflows.support.outputs import prepared_folder
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.report.compared.change import GapChange
+    from carrierflex.diagnosis.report.gap_change import GapChange
 
 COMPARISON_FILE = "comparison.json"
 PAGE_FILE = "comparison.html"
@@ -43,10 +43,8 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange:
     OSError
         Where `out` cannot be written.
     """
-    from carrierflex.diagnosis.report.compared.change import gap_change
-    from carrierflex.diagnosis.report.compared.page import comparison_page
-    from carrierflex.diagnosis.report.compared.side import read_side
-    from carrierflex.diagnosis.report.compared.words import change_document
+    from carrierflex.diagnosis.report.gap_change import gap_change, read_side
+    from carrierflex.diagnosis.report.gap_change_page import change_document, comparison_page
 
     change = gap_change(read_side(before), read_side(after))
     if out is not None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.inference.effects_in_turn import EffectsInTurn, effects_in_turn
+from carrierflex.diagnosis.inference.gap_reduction import EffectsInTurn, effects_in_turn
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign_files import read_campaign

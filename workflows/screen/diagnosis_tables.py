@@ -6,8 +6,8 @@ import numpy as np
 from rich.console import Group, RenderableType
 
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
-from carrierflex.diagnosis.report.compared.change import GapChange
-from carrierflex.diagnosis.report.compared.words import (
+from carrierflex.diagnosis.report.gap_change import GapChange
+from carrierflex.diagnosis.report.gap_change_page import (
     causes_sentence,
     cells_sentence,
     first_sentence,

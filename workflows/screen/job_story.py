@@ -6,9 +6,9 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.report.first_screen.next_step import worth
 from carrierflex.diagnosis.report.gap_words import place_words
-from carrierflex.diagnosis.report.words import listed, verdict_heading
+from carrierflex.diagnosis.report.verdict_words import verdict_heading, worth
+from carrierflex.diagnosis.report.words import listed
 from carrierflex.workflows.screen.tables import curve_table, rms_table
 from carrierflex.workflows.screen.titled_table import titled_table as _table
 from carrierflex.workflows.support.units import MICROMETRES

@@ -17,7 +17,7 @@ from carrierflex.diagnosis.inference.results import (
     RunValidation,
     SelectionStep,
 )
-from carrierflex.diagnosis.report.compared.change import CellChange, RunChange
+from carrierflex.diagnosis.report.gap_change import CellChange, RunChange
 from carrierflex.identification.campaign.record_digests import RecordDigests
 from carrierflex.identification.carrier.robust_loss import Outliers
 from carrierflex.identification.logs.clock_shift import ClockShift

@@ -12,11 +12,7 @@ from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
-from carrierflex.diagnosis.classes.shapes.measured_laws import (
-    SIZE,
-    law_of_class,
-    visited_range_warning,
-)
+from carrierflex.diagnosis.classes.shapes import SIZE, law_of_class, visited_range_warning
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning

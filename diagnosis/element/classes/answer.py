@@ -7,12 +7,12 @@ from carrierflex.diagnosis.classes.answer import (
     ShapeOf,
     class_answer,
     class_decision,
+    nearest_law,
     without_classes,
 )
 from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.law_sets import law_sets
-from carrierflex.diagnosis.classes.laws import nearest_law
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,

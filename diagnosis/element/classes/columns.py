@@ -6,16 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.group_columns import GroupColumns
-from carrierflex.diagnosis.classes.memory_columns import (
-    dahl_friction,
-    relaxing_branches,
-    stops,
-)
-from carrierflex.diagnosis.classes.splines import (
+from carrierflex.diagnosis.classes.columns import (
+    GroupColumns,
     SplineBasis,
     basis_over,
+    dahl_friction,
     difference_penalty,
+    relaxing_branches,
+    stops,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.drive_in_time import time_basis

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.splines import SplineBasis
+from carrierflex.diagnosis.classes.columns import SplineBasis
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 

@@ -9,8 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.discrepancy import discrepancy_shift
-from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.gram_table import (
+    GramTable,
+    IntArray,
+    LawColumns,
+    discrepancy_shift,
+)
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
 from carrierflex.diagnosis.element.classes.laws import MotionSize, shapes_of
 from carrierflex.diagnosis.element.classes.table import ElementTable

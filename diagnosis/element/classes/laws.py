@@ -5,11 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.memory_columns import (
-    dahl_friction,
-    relaxing_branches,
-    stops,
-)
+from carrierflex.diagnosis.classes.columns import dahl_friction, relaxing_branches, stops
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.memory_parts import memory_force
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord

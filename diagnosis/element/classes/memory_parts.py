@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import gamma
 
-from carrierflex.diagnosis.classes.memory_columns import along
+from carrierflex.diagnosis.classes.columns import along
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
 from carrierflex.simulation.element.memory_kernels import forces_along

@@ -25,8 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from carrierflex.diagnosis.classes.group_columns import GroupColumns
-from carrierflex.diagnosis.classes.memory_columns import along
+from carrierflex.diagnosis.classes.columns import GroupColumns, along
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.laws import MotionSize
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord

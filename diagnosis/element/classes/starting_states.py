@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.fits import ClassModel, coefficients, squares_left
-from carrierflex.diagnosis.classes.memory_columns import relaxing_branches
+from carrierflex.diagnosis.classes.columns import relaxing_branches
+from carrierflex.diagnosis.classes.held_out import ClassModel, coefficients, squares_left
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.columns import ElementBases, stops_columns
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord

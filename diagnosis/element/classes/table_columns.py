@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.columns import GroupColumns
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, IntArray, LawColumns
-from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.laws import (
     MotionSize,

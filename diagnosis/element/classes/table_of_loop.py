@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.columns import GroupColumns
 from carrierflex.diagnosis.classes.gram_table import GramTable
-from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.element.classes.laws import HYSTERESIS
 from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord

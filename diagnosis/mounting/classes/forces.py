@@ -10,9 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from carrierflex.diagnosis.classes.group_columns import GroupColumns
-from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
-from carrierflex.diagnosis.classes.splines import SplineBasis, basis_over, difference_penalty
+from carrierflex.diagnosis.classes.columns import (
+    GroupColumns,
+    SplineBasis,
+    basis_over,
+    difference_penalty,
+    relaxing_branches,
+    stops,
+)
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.motion import BushingMotion
 

@@ -5,20 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.answer import ShapeAndLaw
+from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.laws import NearestLaw
 from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
 from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
-from carrierflex.diagnosis.classes.shapes.curves import (
+from carrierflex.diagnosis.classes.shapes import (
     POINTS,
     band_of,
     drawn_coefficients,
     fitted_law,
+    shape_words,
     slope_beside_rest,
     without_steps,
 )
-from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import (

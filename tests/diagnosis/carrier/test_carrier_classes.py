@@ -17,7 +17,7 @@ from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
-from carrierflex.diagnosis.report.words import verdict_heading
+from carrierflex.diagnosis.report.verdict_words import verdict_heading
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     BY_BOTH,
     BY_RADIAL_LOAD,

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.carrier.gap_components import frame_of, gap_parts
 from carrierflex.diagnosis.carrier.gap_findings import carrier_gap_cells
 from carrierflex.diagnosis.report.gap_words import beside_words, place_words
-from carrierflex.diagnosis.report.phrases import joined
+from carrierflex.diagnosis.report.words import joined
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.carrier.sensor_patterns import RADIAL, pattern_split

@@ -9,8 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.carrier.misread import rigs_of_curve_errors
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.inference.intervals import misread_moves
-from carrierflex.diagnosis.inference.named_values import published_values
+from carrierflex.diagnosis.inference.named_values import misread_moves, published_values
 from carrierflex.identification.campaign.declarations import InputSignal
 from carrierflex.simulation.sensing import delayed_angle
 from tests.diagnosis.carrier.carrier_twin import (

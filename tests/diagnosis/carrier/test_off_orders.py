@@ -12,7 +12,7 @@ from carrierflex.diagnosis.carrier.records.off_orders import beside_orders
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.gap_map import gap_cells
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
-from carrierflex.diagnosis.report.words import verdict_heading
+from carrierflex.diagnosis.report.verdict_words import verdict_heading
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from tests.diagnosis.carrier.carrier_twin import CURVES, KNOWN, LOADS, NOISE, SPEEDS, twin_campaign
 from tests.identification.synthetic_campaigns import SPEED, carrier_campaign, run_case

@@ -10,15 +10,16 @@ from scipy.optimize import nnls
 from carrierflex.diagnosis.classes.answer import class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import _best_pair, is_short
-from carrierflex.diagnosis.classes.fits import (
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup
+from carrierflex.diagnosis.classes.held_out import (
     ClassModel,
+    ClassScores,
+    HeldOutSquares,
     class_model,
     coefficients,
     products_of,
     squares_left,
 )
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup
-from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shares import Shares
 from tests.diagnosis.classes.toy_table import (

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.classes.discrepancy import discrepancy_shift
+from carrierflex.diagnosis.classes.gram_table import discrepancy_shift
 from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, toy_table
 
 N = N_BLOCKS * N_SAMPLES

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from carrierflex.diagnosis.classes.answer import _explains, _is_curved, nearest_law
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.laws import _explains, _is_curved, nearest_law
 from carrierflex.diagnosis.classes.shares import Shares
 from tests.diagnosis.classes.toy_table import (
     N_BLOCKS,

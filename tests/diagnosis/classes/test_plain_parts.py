@@ -7,9 +7,9 @@ import pytest
 
 from carrierflex.diagnosis.classes.answer import class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import plain_first
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.plain_parts import plain_first
 from carrierflex.diagnosis.classes.shares import Shares
 from tests.diagnosis.classes.toy_table import N_BLOCKS, toy_columns, toy_table
 

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.comparison.declared_errors import (
+from carrierflex.diagnosis.comparison.known_physics import (
+    LOADS_AS_READ,
     DeclaredError,
+    DeclaredGains,
+    KnownPhysics,
     declared_errors,
     errors_words,
 )
-from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ, DeclaredGains
-from carrierflex.diagnosis.comparison.known_physics import KnownPhysics
 from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
-from carrierflex.diagnosis.inference.intervals import misread_moves, prior_moves
+from carrierflex.diagnosis.inference.named_values import misread_moves, prior_moves
 from carrierflex.identification.campaign.declarations import Channel, InputSignal
 from carrierflex.simulation.measurement import Measurement
 from tests.diagnosis.element.element_campaigns import displacement_campaign

@@ -13,8 +13,8 @@ from carrierflex.diagnosis.comparison.effect_cards import (
     EffectParameter,
     card_of_force,
     effect_library,
+    force_library,
 )
-from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS
 from carrierflex.diagnosis.element.problem import element_problem

@@ -9,13 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
-from carrierflex.diagnosis.classes.memory_columns import (
-    dahl_friction,
-    relaxing_branches,
-    stops,
-)
+from carrierflex.diagnosis.classes.columns import dahl_friction, relaxing_branches, stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
-from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
+from carrierflex.diagnosis.classes.shapes import shape_words
 from carrierflex.diagnosis.element.classes.motion.force_records import (
     fold_of,
     force_records,

@@ -7,7 +7,7 @@ import pytest
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.report.class_words import class_sentence
+from carrierflex.diagnosis.report.verdict_words import class_sentence
 from tests.diagnosis.element.element_campaigns import PERIOD, STEP, force_campaign
 
 #: 7.8 Hz, below the resonance at 10 Hz.

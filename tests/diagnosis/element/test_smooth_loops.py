@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.classes.memory_columns import stops
+from carrierflex.diagnosis.classes.columns import stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
 from carrierflex.diagnosis.element.classes.measured.measured_laws import law_of_answer
 from carrierflex.diagnosis.element.problem import element_problem

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.classes.columns import dahl_friction, stops
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.memory_columns import dahl_friction, stops
 from carrierflex.diagnosis.element.classes.memory_parts import (
     parts_of_stops,
     stops_of_bristles,

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
-from carrierflex.diagnosis.gap.significance import (
+from carrierflex.diagnosis.gap.gap_map import (
+    N_DRAWS,
+    CellTable,
     adjusted,
+    gap_cells,
     is_significant,
     largest_cells,
     significant,

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
 from carrierflex.diagnosis.report.gap_words import scatter_words
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, NOISE, twin_campaign
 from tests.diagnosis.element.element_campaigns import force_campaign, no_law

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.gap.power_laws import exponents
+from carrierflex.diagnosis.gap.findings import exponents
 
 TORQUE = np.array([360.0, 180.0, 360.0, 270.0, 90.0, 360.0])
 LOAD = np.array([0.0, 0.0, 200.0, 100.0, 50.0, 150.0])

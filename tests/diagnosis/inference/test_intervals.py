@@ -8,13 +8,16 @@ from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 from scipy.stats import t as student_t
 
-from carrierflex.diagnosis.comparison.declared_gains import TAKEN_AS_EXACT, DeclaredGains
+from carrierflex.diagnosis.comparison.known_physics import TAKEN_AS_EXACT, DeclaredGains
 from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
 from carrierflex.diagnosis.element.channel_noise import declared_gains
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
-from carrierflex.diagnosis.inference.intervals import NORMAL_95, small_sample_factor
-from carrierflex.diagnosis.inference.named_values import named_values
+from carrierflex.diagnosis.inference.named_values import (
+    NORMAL_95,
+    named_values,
+    small_sample_factor,
+)
 from carrierflex.identification.campaign.declarations import InputSignal
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,

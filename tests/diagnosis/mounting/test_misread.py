@@ -6,7 +6,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.inference.intervals import misread_moves
+from carrierflex.diagnosis.inference.named_values import misread_moves
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.identification.campaign.declarations import InputSignal
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.findings import MOTION
+from carrierflex.diagnosis.gap.gap_map import block_powers
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.cards import MOUNTING_CARDS
 from carrierflex.diagnosis.mounting.gap_map import PATTERNS, line_counts, pattern_matrix

@@ -3,7 +3,7 @@
 import pytest
 
 from carrierflex.diagnosis.element.classes.laws import CLASSES_OF_LAW
-from carrierflex.diagnosis.report.class_words import class_sentence, share_words
+from carrierflex.diagnosis.report.verdict_words import class_sentence, share_words
 from tests.diagnosis.class_answers import one_class
 
 

@@ -9,11 +9,10 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.classes.results import NO_CLASS
 from carrierflex.diagnosis.comparison.overlay import Overlay, SignalComparison
 from carrierflex.diagnosis.inference.results import VERDICTS, Attribution, GapReduction
-from carrierflex.diagnosis.report.first_screen.engineering import parameter_words, shown_unit
-from carrierflex.diagnosis.report.first_screen.machine_drawing import machine_figure
-from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
-from carrierflex.diagnosis.report.first_screen.signal_figure import signal_figure
-from carrierflex.diagnosis.report.words import verdict_heading
+from carrierflex.diagnosis.report.figures import signal_figure
+from carrierflex.diagnosis.report.machine_drawing import machine_figure
+from carrierflex.diagnosis.report.verdict_words import gists, next_step, verdict_heading, worth
+from carrierflex.diagnosis.report.words import parameter_words, shown_unit
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_BY_DRIVE, MOUNTING
 from tests.diagnosis.element.element_campaigns import displacement_campaign

@@ -5,13 +5,13 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
 from carrierflex.diagnosis.inference.results import GapReduction, SelectionStep
-from carrierflex.diagnosis.report.figures import (
+from carrierflex.diagnosis.report.figures import gap_in_time_figure
+from carrierflex.diagnosis.report.gap_map_figure import (
     colour_limits,
+    gap_grids,
     gap_map_figure,
     selection_figure,
 )
-from carrierflex.diagnosis.report.gap_grid import gap_grids
-from carrierflex.diagnosis.report.time_figure import gap_in_time_figure
 
 NAN = float("nan")
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.pictures import carrier_polar, mean_turns, pins_passing
-from carrierflex.diagnosis.comparison.pictures import (
+from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
     LEFT,
@@ -15,7 +15,7 @@ from carrierflex.diagnosis.comparison.pictures import (
 )
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.report.motion_figures import panel_figure
+from carrierflex.diagnosis.report.figures import panel_figure
 from carrierflex.identification.campaign.order_analysis import highest_order
 from tests.diagnosis.carrier.carrier_twin import NOISE, twin_problem
 from tests.diagnosis.element.element_campaigns import (

@@ -3,19 +3,18 @@ import re
 import pytest
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import Drift, NonSynchronousCell, PartGrowth
-from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.gap.findings import Drift, Exponent, NonSynchronousCell, PartGrowth
 from carrierflex.diagnosis.report import words
-from carrierflex.diagnosis.report.phrases import (
+from carrierflex.diagnosis.report.figures import inline_svg
+from carrierflex.diagnosis.report.words import (
     in_scientific_notation,
     joined,
     phrase,
     power,
+    scaled_unit,
+    scatter_rows,
     unit_phrase,
 )
-from carrierflex.diagnosis.report.scatter_rows import scatter_rows
-from carrierflex.diagnosis.report.svg import inline_svg, scaled_unit
 
 NAN, INF = float("nan"), float("inf")
 
@@ -87,12 +86,9 @@ def test_lists_and_places():
     }
     assert {effect: plain_name(effect) for effect in wanted} == wanted
     assert (words.counted(1, "run"), words.counted(2, "run")) == ("1 run", "2 runs")
-    plain = GapCell("m=2", 3.0, "A", 1.0, 1.0, 0.1, (0.0, 1.0), 0.5)
-    assert words.position_of(plain) == "order 3"
+    assert words.position_of(3.0, None) == "order 3"
     for band, text in (((50.0, 50.0), "50 Hz"), ((50.0, 66.2), "50–66.2 Hz"), ((0.0, 0.0), "0 Hz")):
-        assert (
-            words.position_of(GapCell("q", 3.0, "A", 1.0, 1.0, 0.1, (0.0, 1.0), 0.5, band)) == text
-        )
+        assert words.position_of(3.0, band) == text
 
 
 def test_figures_on_one_page_keep_their_identifiers_apart():

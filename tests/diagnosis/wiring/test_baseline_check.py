@@ -17,7 +17,7 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
-from carrierflex.diagnosis.report.words import alias_sentence
+from carrierflex.diagnosis.report.verdict_words import alias_sentence
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.rivals import INPUT_GAIN
 from carrierflex.identification.campaign.declarations import Baseline, KnownValue

@@ -18,7 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     Attribution,
     GapReduction,
 )
-from carrierflex.diagnosis.report.words import alias_sentence
+from carrierflex.diagnosis.report.verdict_words import alias_sentence
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (

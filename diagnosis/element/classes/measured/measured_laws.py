@@ -5,11 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
-from carrierflex.diagnosis.classes.shapes.measured_laws import (
-    SIZE,
-    law_of_class,
-    visited_range_warning,
-)
+from carrierflex.diagnosis.classes.shapes import SIZE, law_of_class, visited_range_warning
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.cards import KIND

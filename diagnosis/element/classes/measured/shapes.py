@@ -4,20 +4,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.answer import ShapeAndLaw
+from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.laws import NearestLaw
 from carrierflex.diagnosis.classes.results import MeasuredShape
-from carrierflex.diagnosis.classes.shapes.curves import (
+from carrierflex.diagnosis.classes.shapes import (
     POINTS,
     band_of,
     drawn_coefficients,
     fitted_law,
+    shape_words,
     slope_beside_rest,
     straight_part,
     without_steps,
 )
-from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.answer import is_one_curve
 from carrierflex.diagnosis.element.classes.columns import stops_columns, stops_of

@@ -6,14 +6,15 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
-from carrierflex.diagnosis.classes.shapes.curves import (
+from carrierflex.diagnosis.classes.shapes import (
     CERTAIN_SIGN,
     band_of,
     drawn_coefficients,
+    length_words,
     slope_beside_rest,
     straight_part,
+    surface_words,
 )
-from carrierflex.diagnosis.classes.shapes.shape_words import length_words, surface_words
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.columns import (
     ElementBases,

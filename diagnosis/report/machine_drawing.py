@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
-from carrierflex.diagnosis.report.svg import BLACK, BLUE, GREY, ORANGE, WIDTH
+from carrierflex.diagnosis.report.figures import BLACK, BLUE, GREY, ORANGE, WIDTH
 from carrierflex.diagnosis.report.words import sized
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel

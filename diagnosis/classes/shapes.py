@@ -1,0 +1,438 @@
+"""Measured shape of a class: its curve with a band, in words, and as a law."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.gram_table import IntArray
+from carrierflex.diagnosis.classes.held_out import (
+    ClassScores,
+    HeldOutSquares,
+    coefficients,
+    products_of,
+)
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    BesideCurve,
+    ClassAnswer,
+    ClassFinding,
+)
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.laws import (
+    COUPLED_DAMPING,
+    DISSIPATION,
+    FORCE_SURFACE,
+    HYSTERESIS,
+    MEMORY,
+    RESTORING_FORCE,
+    Law,
+)
+
+#: Points of a curve.
+POINTS = 81
+#: Quantiles of the draws that are a curve's 95 % band.
+BAND = (0.025, 0.975)
+_SEED = 3
+#: Share of the range over which a curve is called straight, to take the baseline's part out.
+_STRAIGHT = 0.25
+#: What a quarter far from rest must be straighter by, as a share of the curve's size.
+_NEAR_REST = 0.02
+#: Speeds over that of rest from which the sign of the speed is certain: tanh is 0.995.
+CERTAIN_SIGN = 3.0
+
+
+def drawn_coefficients(scores: ClassScores, held: HeldOutSquares, places: IntArray) -> FloatArray:
+    """Coefficients of some columns in the table's units: of all blocks, then of every draw.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Table.
+    held : HeldOutSquares
+        Result whose columns are fitted.
+    places : ndarray of int, shape (n,)
+        Columns that are wanted, among those of the result.
+
+    Returns
+    -------
+    ndarray, shape (1 + n_draws, n)
+        Coefficients.
+    """
+    table = scores.table
+    model = scores.model(held)
+    chosen = np.array([int(np.flatnonzero(model.columns == place)[0]) for place in places])
+    rng = np.random.default_rng(_SEED)
+    n = len(table.gram)
+    counts = rng.multinomial(n, np.full(n, 1.0 / n), size=scores.constants.band_samples)
+    by_block = products_of(table.gram, model)
+    found = [
+        coefficients(np.tensordot(weights, by_block, axes=1), model)[chosen]
+        for weights in (np.ones(n), *counts)
+    ]
+    # Column k of the table is the raw column times scale[k], the target times scale[0].
+    return np.array(found) * table.scale[places] / table.scale[0]
+
+
+def band_of(y: FloatArray, draws: FloatArray) -> FloatArray:
+    """95 % band of a curve over its draws, the curve itself within it; shape (n, 2)."""
+    low, high = np.quantile(draws, BAND, axis=0)
+    return np.array([np.minimum(low, y), np.maximum(high, y)]).T
+
+
+def straight_part(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Line (slope, value at zero) along the straightest quarter of a curve, the nearest to rest."""
+    even = np.linspace(x[0], x[-1], POINTS)
+    values = np.interp(even, x, y)
+    width = max(int(_STRAIGHT * POINTS), 8)
+    size = float(np.ptp(values)) or 1.0
+    rest = float(np.clip(0.0, even[0], even[-1]))
+    best = (np.inf, np.zeros(2))
+    for first in range(0, POINTS - width + 1, 4):
+        part = slice(first, first + width)
+        line = np.polyfit(even[part], values[part], 1)
+        bend = float(np.abs(np.polyval(line, even[part]) - values[part]).max()) / size
+        away = abs(float(even[part].mean()) - rest) / float(even[-1] - even[0])
+        cost = bend + _NEAR_REST * away
+        if cost < best[0]:
+            best = (cost, line)
+    return np.asarray(best[1])
+
+
+def slope_beside_rest(x: FloatArray, y: FloatArray) -> float:
+    """Slope of a curve over the speed: friction is a step between two straight sides."""
+    sides = [side for side in (x > 0.0, x < 0.0) if np.count_nonzero(side) > 8]
+    return float(np.mean([straight_part(x[side], y[side])[0] for side in sides]))
+
+
+def without_steps(
+    v: FloatArray, y: FloatArray, rest_speed: float
+) -> tuple[FloatArray, tuple[float, float]]:
+    """Curve over the speed without its steps at rest, and their heights.
+
+    A step is what the curve has risen by where the sign of the speed is certain; columns of the
+    splines and of the steps share it between them in any way. Friction never drives.
+
+    Parameters
+    ----------
+    v, y : ndarray, shape (n,)
+        Speed and curve.
+    rest_speed : float
+        Speed below which its sign is uncertain.
+
+    Returns
+    -------
+    tuple of (ndarray, tuple of float)
+        Curve, shape (n,), and steps at positive and at negative speed, >= 0.
+    """
+    certain = CERTAIN_SIGN * rest_speed
+    edges = np.array([min(certain, v[-1]), max(-certain, v[0])])
+    first, second = np.interp(edges, v, y)
+    steps = (max(float(first), 0.0), max(-float(second), 0.0))
+    rest = np.where(v > 0.0, y - steps[0], y + steps[1])
+    inner = (v > edges[1]) & (v < edges[0])
+    rest[inner] = np.interp(v[inner], edges[::-1], [second + steps[1], first - steps[0]])
+    return rest, steps
+
+
+def fitted_law(columns: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Law fitted to a curve beside a straight line, shape (n,).
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n_columns, n)
+        Law for unit amplitudes.
+    x, y : ndarray, shape (n,)
+        Curve.
+    """
+    design = np.vstack([columns, x, np.ones(x.size)]).T
+    size = np.maximum(np.abs(design).max(axis=0), 1e-300)
+    c = np.linalg.lstsq(design / size, y, rcond=None)[0]
+    return np.asarray(design / size @ c)
+
+
+#: Share of the largest value below which a curve counts as zero.
+_ZERO = 0.05
+#: Ratio of both sides from which a curve is called one-sided, or stronger on one side.
+_ONE_SIDED, _STRONGER = 0.15, 0.8
+#: Ratio of the slopes of the outer and the inner half from which a curve is called bent.
+_CURVED = 1.3
+
+
+def shape_words(
+    name: str, x: FloatArray, y: FloatArray, band: FloatArray, units: tuple[str, str]
+) -> str:
+    """Curve of a class in words.
+
+    Parameters
+    ----------
+    name : str
+        Class.
+    x, y : ndarray, shape (n,)
+        Curve.
+    band : ndarray, shape (n, 2)
+        Its 95 % band.
+    units : tuple of str
+        Units of x and y.
+
+    Returns
+    -------
+    str
+        For example ``zero below 0.8 mm, stiffening above, one side only``.
+    """
+    if not np.abs(y).max() > 0.0:
+        return "zero throughout"
+    if name == RESTORING_FORCE:
+        return _force_words(x, y, units)
+    if name == DISSIPATION:
+        return _dissipation_words(x, y, units)
+    if name == HYSTERESIS:
+        return _loop_words(x, y, units)
+    if name == MEMORY:
+        return _memory_words(x, y, units)
+    if name == COUPLED_DAMPING:
+        return _coupled_words(x, y, units)
+    return f"changes by {_sized(float(np.ptp(y)), units[1])}"
+
+
+def length_words(value: float, unit: str) -> str:
+    """A deflection with its unit, in millimetres below a tenth of a metre."""
+    return _sized(value, unit)
+
+
+def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]) -> str:
+    """How the force over the speed differs from one deflection to another.
+
+    Parameters
+    ----------
+    lower, upper : BesideCurve
+        Force over the same speeds at two deflections, each named by its place.
+    units : tuple of str
+        Units of speed and force.
+
+    Returns
+    -------
+    str
+        For example ``loss at 0.2 m/s of 3 N at -1 mm and of 9 N at 1 mm``.
+    """
+    top = min(float(lower.x[-1]), -float(lower.x[0]))
+    losses = [
+        0.5 * float(np.interp(top, own.x, own.y) - np.interp(-top, own.x, own.y))
+        for own in (lower, upper)
+    ]
+    first, second = (_sized(loss, units[1]) for loss in losses)
+    return f"loss at {_sized(top, units[0])} of {first} {lower.name} and of {second} {upper.name}"
+
+
+def _sized(value: float, unit: str) -> str:
+    """Number with its unit; lengths below a tenth of a metre in millimetres."""
+    if unit == "m" and abs(value) < 0.1:
+        return f"{1e3 * value:.3g} mm"
+    if unit == "m/s" and abs(value) < 0.1:
+        return f"{1e3 * value:.3g} mm/s"
+    if unit == "N" and abs(value) >= 1e3:
+        return f"{1e-3 * value:.3g} kN"
+    return f"{value:.3g} {unit}"
+
+
+def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
+    top = float(np.abs(y).max())
+    right = float(np.abs(y[x > 0.0]).max(initial=0.0))
+    left = float(np.abs(y[x < 0.0]).max(initial=0.0))
+    words = []
+    weaker, stronger = sorted((left, right))
+    is_one_sided = stronger > 0.0 and weaker < _ONE_SIDED * stronger and x[0] < 0.0 < x[-1]
+    side = x > 0.0 if right >= left else x < 0.0
+    inside = side & (np.abs(y) < _ZERO * top)
+    far = float(np.abs(x[inside]).max(initial=0.0))
+    if far > 0.05 * float(np.abs(x).max()):
+        words.append(f"zero below {_sized(far, units[0])}")
+    outer = np.flatnonzero(side & (np.abs(x) >= far))
+    bending = _bending(x[outer], y[outer])
+    words.append(f"{bending} above" if words else bending)
+    if is_one_sided:
+        words.append("one side only")
+    elif weaker < _STRONGER * stronger and x[0] < 0.0 < x[-1]:
+        part = weaker / stronger
+        words.append(f"{part:.0%} as strong on the other side")
+    words.append(f"up to {_sized(top, units[1])}")
+    return ", ".join(words)
+
+
+def _bending(x: FloatArray, y: FloatArray) -> str:
+    """Whether a force grows with deflection or falls, and how."""
+    if x.size < 4:
+        return "too short to say"
+    order = np.argsort(np.abs(x))
+    d, f = np.abs(x[order]), y[order] * np.sign(x[order])
+    half = d.size // 2
+    first = np.polyfit(d[: half + 1], f[: half + 1], 1)[0]
+    second = np.polyfit(d[half:], f[half:], 1)[0]
+    if f[-1] < 0.0:
+        return "softening" if second < first else "softening, then straight"
+    if second > _CURVED * first:
+        return "stiffening"
+    return "straight" if second > first / _CURVED else "stiffening ever less"
+
+
+def _dissipation_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
+    top = float(np.abs(x).max())
+    slow = np.abs(x) < 0.05 * top
+    level = 0.5 * (float(np.interp(0.05 * top, x, y)) - float(np.interp(-0.05 * top, x, y)))
+    end = 0.5 * (float(np.interp(top, x, y)) - float(np.interp(-top, x, y)))
+    words = [f"{_sized(end, units[1])} at {_sized(top, units[0])}"]
+    if abs(end) > 0.0 and level > 0.5 * end and slow.any():
+        words.insert(0, f"step of {_sized(level, units[1])} at rest")
+    elif abs(end) > 0.0:
+        words.insert(0, "grows with speed" if end > 0.0 else "falls with speed")
+    return ", ".join(words)
+
+
+def _loop_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
+    middle = 0.5 * (x.max() + x.min())
+    half = 0.5 * float(np.ptp(x))
+    outwards, inwards = y[x > middle], y[x < middle]
+    rising = np.gradient(x) > 0.0
+    height = float(
+        np.interp(middle, *_sorted(x[rising], y[rising]))
+        - np.interp(middle, *_sorted(x[~rising], y[~rising]))
+    )
+    end = float(np.abs(y).max())
+    words = [f"loop of {_sized(float(np.ptp(y)), units[1])} over {_sized(2.0 * half, units[0])}"]
+    if end > 0.0 and height < 0.7 * float(np.ptp(y)):
+        words.append("narrow in the middle" if height < 0.4 * np.ptp(y) else "rising to its ends")
+    strong, weak = float(np.abs(outwards).max()), float(np.abs(inwards).max())
+    if weak > 0.0 and abs(strong / weak - 1.0) > 0.05:
+        words.append(
+            f"{abs(strong / weak - 1.0):.0%} {'stronger' if strong > weak else 'weaker'} outwards"
+        )
+    return ", ".join(words)
+
+
+def _sorted(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    order = np.argsort(x)
+    return x[order], y[order]
+
+
+def _memory_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
+    start = float(y[0])
+    if start <= 0.0:
+        return "no relaxation"
+    half = float(x[int(np.argmax(y < 0.5 * start))])
+    return f"relaxes from {_sized(start, units[1])}, half of it after {half:.3g} s"
+
+
+def _coupled_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
+    ends = 0.5 * float(y[0] + y[-1])
+    middle = float(np.interp(0.5 * (x[0] + x[-1]), x, y))
+    sense = "larger far from the middle" if ends > middle else "larger in the middle"
+    return f"{sense}, by {_sized(float(np.ptp(y)), units[1])}"
+
+
+#: The parameter of a measured law: one where the shape is as measured.
+SIZE = EffectParameter("size", "1", 0.0, np.inf, scale=1.0)
+_MOST_LETTERS = 40
+#: How a law goes on that does not with the slope of its end.
+_CONTINUED = {
+    COUPLED_DAMPING: "its end value",
+    HYSTERESIS: "stops that slip as at its end",
+    MEMORY: "branches that stay linear",
+    FORCE_SURFACE: "the slopes of its edge",
+}
+
+
+def law_of_class(
+    answer: ClassAnswer,
+    campaign: str,
+    names: Mapping[str, str],
+    wanted: str | None,
+    refusal: Callable[[str, ClassFinding], str],
+) -> Law:
+    """Measured shape of a class of an answer, named after class and campaign.
+
+    Parameters
+    ----------
+    answer : ClassAnswer
+        Answer by class.
+    campaign : str
+        Name of the campaign.
+    names : mapping of str to str
+        Classes that a law file holds, and what the file calls them.
+    wanted : str, optional
+        Class as the file calls it; default: that of the largest share.
+    refusal : callable
+        Why the class has no law although its shape was measured; empty where it has one.
+
+    Raises
+    ------
+    ValueError
+        Where no class is named or leading, the answer has not the wanted one, or it has no law.
+    """
+    if answer.state not in (NAMED_CLASS, LEADING_CLASS) or not answer.classes:
+        raise ValueError(f"no law to save: the answer by class is '{answer.state}'")
+    known = {names.get(finding.id, finding.id): finding for finding in answer.classes}
+    name = wanted or max(known, key=lambda one: known[one].share)
+    if name not in known:
+        listed = ", ".join(known)
+        raise ValueError(f"no law to save: '{name}' is not in the answer; expected {listed}")
+    if name not in names.values():
+        raise ValueError(
+            f"no law to save: the class '{name}' is not kept as a law; expected one of "
+            f"{', '.join(dict.fromkeys(names.values()))}"
+        )
+    finding = known[name]
+    reason = refusal(name, finding)
+    if not reason and finding.measured_law is None:
+        reason = (
+            f"'{name}' was named by its law {finding.law}, not by its shape; add that law to the "
+            "model, its parameters are in diagnosis.json"
+        )
+    if reason or finding.measured_law is None:
+        raise ValueError(f"no law to save: {reason}")
+    return replace(finding.measured_law, name=_law_name(name, campaign), measured_on=campaign)
+
+
+def _law_name(effect_class: str, campaign: str) -> str:
+    """Id of a law: small letters, digits and underscores."""
+    slug = re.sub(r"[^a-z0-9]+", "_", campaign.lower()).strip("_")[:_MOST_LETTERS]
+    return f"{effect_class.replace('/', '_')}_of_{slug or 'campaign'}"
+
+
+def visited_range_warning(
+    law: Law,
+    *,
+    share: float,
+    reached: FloatArray,
+    table: FloatArray,
+    unit: str,
+    run: str,
+) -> CampaignWarning:
+    """Warning of what a law does beyond its table.
+
+    Parameters
+    ----------
+    law : Law
+        Law.
+    share : float
+        Share of the samples outside.
+    reached : ndarray
+        Deflections or speeds of the records.
+    table : ndarray, shape (n,)
+        Those of the table, increasing.
+    unit : str
+        Of both.
+    run : str
+        Run that is farthest outside.
+    """
+    text = (
+        f"{share:.2%} of the samples lie outside the range in which the law was measured: records "
+        f"reach from {reached.min():.4g} to {reached.max():.4g} {unit}, its table from "
+        f"{table[0]:.4g} to {table[-1]:.4g} {unit}"
+    )
+    continued = _CONTINUED.get(law.effect_class, "the slope of its end")
+    remedy = f"beyond its table the law goes on with {continued}; measure it at this size"
+    return CampaignWarning("visited_range", law.name, text, remedy, share, f"run {run}")

@@ -1,1 +1,0 @@
-"""Measured shapes of classes: what every kind makes of them alike."""

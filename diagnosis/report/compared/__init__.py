@@ -1,1 +1,0 @@
-"""Two diagnoses of one measurement, before and after the simulator changed."""

@@ -1,0 +1,396 @@
+"""Gap map and steps of the accepted laws as figures. Matplotlib late.
+
+Rows of a map are sensor patterns, or runs where there is one channel; columns orders or bands.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
+from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
+from carrierflex.diagnosis.inference.results import GapReduction
+from carrierflex.diagnosis.report.figures import BLACK, BLUE, CHANCE, MAGNITUDE_MAP, WIDTH
+from carrierflex.diagnosis.report.words import scaled_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+
+IntArray = NDArray[np.int64]
+
+#: Lines of a periodic drive beyond this number are joined to bands, about this many.
+_MOST_COLUMNS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class GapGrid:
+    """RMS of the gap by row and column.
+
+    Parameters
+    ----------
+    row_name : str
+        What the rows are: ``sensor pattern``, ``motion or sensor`` or ``run``.
+    rows : tuple of str
+        Their names.
+    edges : ndarray, shape (n_columns + 1,)
+        Ends of the columns: frequency [Hz], or shaft order less and plus a half.
+    is_frequency : bool
+        Which of the two.
+    rms : ndarray, shape (n_rows, n_columns)
+        RMS of the gap above the noise, over the runs, in the unit of the channels; NaN where the
+        map has no cell.
+    is_significant : ndarray of bool, shape (n_rows, n_columns)
+        Whether a cell of it is beyond chance in any run.
+    """
+
+    row_name: str
+    rows: tuple[str, ...]
+    edges: FloatArray
+    is_frequency: bool
+    rms: FloatArray
+    is_significant: BoolArray
+
+
+def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
+    """Grids of several gap maps of the same records, with the same rows and columns.
+
+    Parameters
+    ----------
+    *maps : sequence of GapCell
+        Gap maps; the first sets rows and columns.
+
+    Returns
+    -------
+    tuple of GapGrid
+        One for each map; none where the first is empty.
+    """
+    own = [map_of(cells) for cells in maps]
+    is_frequency = not np.isnan(own[0].bands_hz[:, 0]).any()
+    if not is_frequency:
+        # Lines beside the orders have no column of their own; tables and words tell them.
+        own = [cells.on_orders() for cells in own]
+    first = own[0]
+    if not first:
+        return ()
+    runs = sorted(first.runs[k] for k in np.unique(first.places[:, 0]))
+    patterns = sorted(
+        (first.patterns[k] for k in np.unique(first.places[:, 1])), key=_pattern_position
+    )
+    edges = _frequency_edges(first) if is_frequency else _order_edges(first)
+    if len(patterns) == 1:
+        blank = _blank_grid("run", runs, edges, is_frequency)
+        return tuple(
+            _filled(blank, cells, cells.runs, cells.places[:, 0], n_runs=1) for cells in own
+        )
+    of_patterns = any(name.startswith("m=") for name in patterns)
+    blank = _blank_grid(
+        "sensor pattern" if of_patterns else "motion or sensor", patterns, edges, is_frequency
+    )
+    return tuple(
+        _filled(blank, cells, cells.patterns, cells.places[:, 1], n_runs=len(runs)) for cells in own
+    )
+
+
+def _blank_grid(
+    row_name: str, rows: Sequence[str], edges: FloatArray, is_frequency: bool
+) -> GapGrid:
+    """Grid without cells."""
+    shape = (len(rows), edges.size - 1)
+    return GapGrid(
+        row_name=row_name,
+        rows=tuple(rows),
+        edges=edges,
+        is_frequency=is_frequency,
+        rms=np.full(shape, np.nan),
+        is_significant=np.zeros(shape, dtype=bool),
+    )
+
+
+def _filled(
+    blank: GapGrid, cells: GapMap, names: Sequence[str], name_of: IntArray, *, n_runs: int
+) -> GapGrid:
+    """Grid with the coherent gap of the cells, a mean over `n_runs` runs in every row.
+
+    `names` hold those of the rows, `name_of` the number of every cell's among them.
+    """
+    row_of_name = np.array([_place(blank.rows, name) for name in names], dtype=np.int64)
+    place = np.ravel_multi_index(
+        (row_of_name[name_of], _columns(cells, blank.edges, blank.is_frequency)), blank.rms.shape
+    )
+
+    def sums(values: FloatArray) -> FloatArray:
+        """Sums of the cells' values by row and column."""
+        flat = np.bincount(place, values, minlength=blank.rms.size)
+        return np.asarray(flat.reshape(blank.rms.shape), dtype=np.float64)
+
+    square = np.maximum(sums(cells.coherent / n_runs), 0.0)
+    is_filled = sums(np.ones(len(cells))) > 0.0
+    return replace(
+        blank,
+        rms=np.sqrt(np.where(is_filled, square, np.nan)),
+        is_significant=sums(cells.are_significant.astype(np.float64)) > 0.0,
+    )
+
+
+def _place(rows: Sequence[str], name: str) -> int:
+    """Place of a row; of names that no cell has any other, since nothing is counted there."""
+    return rows.index(name) if name in rows else 0
+
+
+def _pattern_position(name: str) -> tuple[int, str]:
+    """Sensor patterns in the order 0, +1, -1, 2, channels after them by name."""
+    known = ("m=0", "m=+1", "m=-1", "m=2")
+    return (known.index(name) if name in known else len(known), name)
+
+
+def _middles(cells: GapMap) -> FloatArray:
+    """Geometric middle of every cell's band; arithmetic where it begins at zero."""
+    low, high = cells.bands_hz.T
+    return np.where(low > 0.0, np.sqrt(low * high), 0.5 * high)
+
+
+def _columns(cells: GapMap, edges: FloatArray, is_frequency: bool) -> IntArray:
+    """Column of every cell."""
+    values = _middles(cells) if is_frequency else cells.orders
+    return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.size - 2)
+
+
+def _order_edges(cells: GapMap) -> FloatArray:
+    orders = np.round(cells.orders)
+    return np.arange(orders.min(), orders.max() + 2.0) - 0.5
+
+
+def _frequency_edges(cells: GapMap) -> FloatArray:
+    """Edges of the coarsest bands in use.
+
+    Lines, which have no width, are joined until few enough are left.
+    """
+    run_of = cells.places[:, 0]
+    bands_of_runs = [
+        np.unique(cells.bands_hz[run_of == run], axis=0).tolist() for run in np.unique(run_of)
+    ]
+    wide = [bands for bands in bands_of_runs if any(low < high for low, high in bands)]
+    if wide:
+        coarsest = max(wide, key=lambda bands: bands[-1][1] / bands[-1][0])
+        edges = [low for low, _ in coarsest if low > 0.0] + [coarsest[-1][1]]
+        return np.array([edges[0] / (edges[1] / edges[0]), *edges])
+    middles = _middles(cells)
+    lines = np.unique(middles[middles > 0.0])
+    first_lines = np.arange(lines.size)
+    if lines.size > _MOST_COLUMNS:
+        spaced = np.geomspace(1.0, lines.size, _MOST_COLUMNS)
+        first_lines = np.unique(spaced.round().astype(int)) - 1
+    starts = lines[first_lines]
+    step = starts[0] if lines.size == 1 else lines[1] - lines[0]
+    return np.append(starts - 0.5 * step, lines[-1] + 0.5 * step)
+
+
+#: Dynamic range of the colours of a gap map: at least one decade, at most three.
+_FEWEST = 10.0
+_MOST = 1e3
+#: Cells of a gap map above this share of the largest carry their number.
+_NUMBERED = 0.1
+#: Effects in the matrix of correlations at most; correlation from which a cell carries its number.
+MOST_EFFECTS = 12
+_NUMBERED_CORRELATION = 0.5
+#: Ratios below this are told apart on a logarithmic axis only.
+_SMALL_RATIO = 0.2
+
+
+def colour_limits(*grids: GapGrid) -> tuple[float, float]:
+    """RMS at both ends of the colours that maps share.
+
+    Of the significant cells of any of them; of all cells where none is.
+    """
+    sizes = np.concatenate([grid.rms[grid.is_significant] for grid in grids])
+    if not sizes.size:
+        sizes = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
+    high = float(sizes.max()) or 1.0
+    return float(np.clip(sizes.min(), high / _MOST, high / _FEWEST)), high
+
+
+def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
+    """RMS of the gap by row and column, logarithmic colours.
+
+    Cells within chance are grey, those the map lacks white.
+
+    Parameters
+    ----------
+    grid : GapGrid
+        What is drawn.
+    limits : tuple of float
+        RMS at both ends of the colours; the same for maps that are compared.
+    unit : str
+        Unit of the channels.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Heat map with its scale below.
+    """
+    from matplotlib.colors import ListedColormap, LogNorm
+    from matplotlib.figure import Figure
+
+    factor, shown_unit = scaled_unit(limits[1], unit)
+    low, high = factor * limits[0], factor * limits[1]
+    figure = Figure(figsize=(WIDTH, 1.35 + 0.34 * len(grid.rows)), layout="constrained")
+    panel = figure.subplots()
+    is_shown = grid.is_significant & (factor * grid.rms >= low)
+    shown = np.where(is_shown, factor * grid.rms, np.nan)
+    norm = LogNorm(vmin=low, vmax=high)
+    lines = np.arange(len(grid.rows) + 1) - 0.5
+    known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
+    panel.pcolormesh(
+        grid.edges, lines, known, cmap=ListedColormap([CHANCE]), edgecolors="white", linewidth=0.3
+    )
+    image = panel.pcolormesh(
+        grid.edges,
+        lines,
+        np.ma.masked_invalid(shown),
+        norm=norm,
+        cmap=MAGNITUDE_MAP,
+        edgecolors="white",
+        linewidth=0.3,
+    )
+    panel.set_yticks(range(len(grid.rows)), grid.rows)
+    panel.set_ylabel(grid.row_name)
+    panel.invert_yaxis()
+    panel.tick_params(axis="y", length=0)
+    if grid.is_frequency:
+        panel.set_xscale("log")
+        _plain_numbers(panel.xaxis, grid.edges[0], grid.edges[-1])
+        panel.set_xlabel("frequency [Hz]")
+    else:
+        panel.set_xlabel("order of carrier rotation [per turn]")
+        # The highest order is four times the number of planets: their orders are numbered.
+        step = 1 if grid.edges.size < 16 else max(1, int(grid.edges[-1]) // 4)
+        panel.set_xticks(np.arange(np.ceil(grid.edges[0]), grid.edges[-1], step))
+        _number_cells(panel, grid, shown, high)
+    bar = figure.colorbar(
+        image, ax=panel, orientation="horizontal", aspect=40, label=f"RMS of the gap [{shown_unit}]"
+    )
+    _plain_numbers(bar.ax.xaxis, low, high)
+    return figure
+
+
+def _plain_numbers(axis: "Axis", low: float, high: float) -> None:
+    """Numbers in full on a logarithmic axis.
+
+    At every decade, at 2 and 5 between where there are few decades.
+    """
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0,) if high > 100.0 * low else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) -> None:
+    middles = 0.5 * (grid.edges[1:] + grid.edges[:-1])
+    # Three digits in a narrow column.
+    size = 7.0 if middles.size <= 12 else 5.2
+    for (row, column), value in np.ndenumerate(shown):
+        if np.isfinite(value) and value >= _NUMBERED * high:
+            text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
+            panel.text(
+                float(middles[column]),
+                row,
+                text,
+                ha="center",
+                va="center",
+                fontsize=size,
+                color=BLACK,
+            )
+
+
+def selection_figure(reduction: GapReduction) -> "Figure":
+    """Held-out rho as the accepted effects are added in turn, with intervals.
+
+    Beside it negative control, black-box reference and noise floor as lines.
+
+    Parameters
+    ----------
+    reduction : GapReduction
+        Steps and the levels of the lines.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One row for each step.
+    """
+    from matplotlib.figure import Figure
+
+    rho = np.array([step.rho for step in reduction.steps])
+    ends = np.array([step.rho_ci95 for step in reduction.steps])
+    lines = _level_lines(reduction)
+    figure = Figure(figsize=(WIDTH, 1.45 + 0.36 * rho.size), layout="constrained")
+    panel = figure.subplots()
+    for value, name, style, colour in lines:
+        panel.axvline(
+            value, linestyle=style, color=colour, linewidth=1.4, label=f"{name}: {value:.3f}"
+        )
+    known = np.isfinite(ends).all(axis=1)
+    reach = np.abs(np.where(known[:, None], ends, rho[:, None]) - rho[:, None]).T
+    panel.errorbar(
+        rho,
+        np.arange(rho.size),
+        xerr=reach,
+        fmt="o",
+        color=BLUE,
+        capsize=4,
+        markersize=6,
+        linewidth=1.6,
+    )
+    above: dict[str, Any] = {
+        "xytext": (0, 8),
+        "textcoords": "offset points",
+        "ha": "center",
+        "fontsize": 8,
+        "color": BLUE,
+    }
+    for row, value in enumerate(rho):
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
+        panel.annotate(f"{value:.3f}", (value, row), bbox=box, **above)
+    panel.set_yticks(
+        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(reduction.steps)]
+    )
+    panel.set_ylim(rho.size - 0.5, -0.7)
+    _ratio_axis(panel, [*rho, *ends[known].ravel(), *(line[0] for line in lines)])
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    return figure
+
+
+def _level_lines(reduction: GapReduction) -> list[tuple[float, str, str, str]]:
+    """Value, name, stroke and colour of the known lines that the steps are read against."""
+    floor = (
+        reduction.noise_floor / reduction.rms_before if reduction.rms_before > 0.0 else float("nan")
+    )
+    lines = [
+        (floor, "noise floor", "--", BLACK),
+    ]
+    return [line for line in lines if np.isfinite(line[0]) and line[0] > 0.0]
+
+
+def _ratio_axis(panel: "Axes", shown: list[float]) -> None:
+    """Axis of ratios from zero, or logarithmic where small ones are among them."""
+    smallest, largest = min(shown), max(shown)
+    if smallest < _SMALL_RATIO:
+        panel.set_xscale("log")
+        panel.set_xlim(smallest / 1.5, 1.6 * largest)
+        _plain_numbers(panel.xaxis, smallest / 1.5, 1.6 * largest)
+    else:
+        panel.set_xlim(0.0, 1.15 * largest)
+    panel.set_xlabel("rho = RMS after / before, held-out records [-]")
+    panel.grid(axis="x", alpha=0.25)
+
+
+def _step_name(row: int, added: str) -> str:
+    name = plain_name(added)
+    return name if row == 0 else "+ " + (name.replace(" ", "\n", 1) if len(name) > 18 else name)

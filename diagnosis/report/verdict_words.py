@@ -1,0 +1,320 @@
+"""The verdict in words: what is missing, which law of it, what remains, what to do next."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    NO_CLASS,
+    ClassAnswer,
+    ClassFinding,
+)
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.inference.results import (
+    ALIASED,
+    AT_NOISE_FLOOR,
+    CLASS_NAMED,
+    NAMED,
+    NAMED_WITH_REMAINDER,
+    NONE_OF_THESE,
+    NOT_DIAGNOSABLE,
+)
+from carrierflex.diagnosis.report.words import capitalised, listed, sized
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.simulation.laws import FORCE_SURFACE
+
+#: Rivals below this share are not listed.
+_LEAST_RIVAL = 0.05
+_MOST_RIVALS = 4
+#: Shares below the first would be rounded to nothing; what is named is the second at least.
+_LEAST_SHOWN = 0.005
+_SMALLEST = 1e-300
+
+
+def share_words(value: float) -> str:
+    """Share in per cent, never above 100 and never below 0."""
+    if value != value:
+        return "–"
+    inside = min(max(value, 0.0), 1.0)
+    if 0.0 < inside < _LEAST_SHOWN:
+        return f"below {100.0 * _LEAST_SHOWN:.1f} %"
+    return f"{100.0 * inside:.1f} %" if 0.99 <= inside < 0.9995 else f"{100.0 * inside:.0f} %"
+
+
+def class_names(answer: ClassAnswer) -> str:
+    """Classes of an answer in words."""
+    return " and ".join(plain_name(name) for name in answer.ids)
+
+
+def lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
+    """What a simulation lacks: named effects, and the classes that none of them follows."""
+    if not effects:
+        return f"{class_names(answer)}, by no law of the library"
+    by_law = {own.id for own in answer.classes if own.law_named and own.law in effects}
+    laws = " and ".join(plain_name(effect) for effect in effects)
+    others = [plain_name(name) for name in answer.ids if name not in by_law]
+    return f"{laws}, and {' and '.join(others)}" if others else laws
+
+
+def class_sentence(answer: ClassAnswer | None) -> str:
+    """Answer by class as one or two sentences; empty where there is none.
+
+    For example ``Restoring force (99 %; next class 42 %): zero below 0.8 mm, stiffening above, one
+    side only; no law of the library, nearest backlash 74 %.``
+    """
+    if answer is None or answer.state not in (NAMED_CLASS, LEADING_CLASS, NO_CLASS):
+        return ""
+    if answer.state == NO_CLASS:
+        best = " and ".join(plain_name(name) for name in answer.best)
+        which = f"the best ({best})" if best else "the best"
+        return (
+            f"No class of effect is named: {which} explains {share_words(answer.share)} of the "
+            f"gap, all together {share_words(max(answer.learnable, answer.share))}."
+        )
+    first, *others = (_finding_words(finding, answer) for finding in answer.classes)
+    text = ". ".join([first, *(text[:1].upper() + text[1:] for text in others)])
+    if answer.state == LEADING_CLASS:
+        text = f"Leading, incomplete: {text}"
+    text = text[:1].upper() + text[1:] + "."
+    if answer.ties:
+        tied = ", ".join(" and ".join(plain_name(n) for n in names) for names in answer.ties)
+        text += f" These records do not tell it from {tied}."
+    return text
+
+
+def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
+    rival = max(
+        (share for name, share in answer.rivals.items() if name not in answer.ids), default=0.0
+    )
+    alone = len(answer.classes) == 1
+    beside = f"; next class {share_words(rival)}" if alone else ""
+    # What is named is not nothing: a second cause may add as little as it harms alone.
+    share = max(finding.share, _SMALLEST)
+    text = f"{plain_name(finding.id)} ({share_words(share)}{beside})"
+    if finding.shape is not None and finding.shape.words:
+        text += f": {finding.shape.words}"
+    return f"{text}; {_law_words(finding, answer)}"
+
+
+def _law_words(finding: ClassFinding, answer: ClassAnswer) -> str:
+    """Law of a class: named, or the nearest with its part of the class."""
+    if not finding.law:
+        return "no law of the library lies in this class"
+    part = finding.law_share / finding.share if finding.share > 0.0 else float("nan")
+    if finding.law_named:
+        # A surface of deflection and speed holds the laws of one of them: there is more in it.
+        own = answer.classes_of_law.get(finding.law, (finding.id,))[0]
+        is_part = finding.id == FORCE_SURFACE and own != finding.id
+        name = plain_name(finding.law)
+        return f"{name} is the part of it that a law follows" if is_part else f"it follows {name}"
+    return f"no law of the library, nearest {plain_name(finding.law)} {share_words(part)} of it"
+
+
+def remaining_words(answer: ClassAnswer | None) -> str:
+    """What the answer leaves: law, class beyond it, learnable beyond the class, the rest."""
+    if answer is None or not answer.classes:
+        return ""
+    share = min(max(answer.share, 0.0), 1.0)
+    law = min(max(answer.law_share, 0.0), share) if answer.law_share == answer.law_share else 0.0
+    rest = max(1.0 - share - answer.beyond_learnable, 0.0)
+    text = (
+        f"Of the gap above the floor on held-out records the nearest laws explain "
+        f"{share_words(law)}, the class beyond them {share_words(share - law)}; "
+        f"{share_words(answer.beyond_learnable)} could still be learnt by another class"
+    )
+    if answer.learnt_by:
+        text += f" ({', '.join(plain_name(name) for name in answer.learnt_by)})"
+    return f"{text}; {share_words(rest)} by none."
+
+
+class RivalRow(NamedTuple):
+    """Row of the table of classes."""
+
+    name: str
+    share: str
+
+
+def rival_rows(answer: ClassAnswer | None) -> list[RivalRow]:
+    """Other classes alone, largest first."""
+    if answer is None:
+        return []
+    ordered = sorted(answer.rivals.items(), key=lambda item: -item[1])
+    return [
+        RivalRow(plain_name(name), share_words(share))
+        for name, share in ordered[:_MOST_RIVALS]
+        if share >= _LEAST_RIVAL
+    ]
+
+
+_HEADINGS = {
+    NAMED: "The simulation lacks {effects}",
+    NAMED_WITH_REMAINDER: "The simulation lacks {effects}, and something more",
+    CLASS_NAMED: "The simulation lacks an effect of a known class, by no law of the library",
+    ALIASED: "The simulation lacks {effects}, or an effect that looks the same in these records",
+    NONE_OF_THESE: "No known effect explains the gap",
+    AT_NOISE_FLOOR: "Simulation and measurement agree within the noise",
+    NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
+}
+_MEANINGS = {
+    NAMED: "What is named explains the gap on records it was not fitted to; the remaining gap is "
+    "near the noise.",
+    NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; "
+    "a remainder is above the noise.",
+    CLASS_NAMED: "A model of the class without a fixed form explains the gap on records it was not "
+    "fitted to; no law of the library follows its curve.",
+    ALIASED: "Several effects explain the gap equally well under the measured conditions.",
+    NONE_OF_THESE: "There is a gap, but no effect of the library may be named as its cause.",
+    AT_NOISE_FLOOR: "There is no gap above the noise floor that an effect could explain.",
+    NOT_DIAGNOSABLE: "Something is missing in the records; the reason says what.",
+}
+
+
+def verdict_heading(diagnosis: Diagnosis) -> str:
+    """Verdict as one sentence with the effects in it.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Result of the diagnosis.
+
+    Returns
+    -------
+    str
+        For example ``The simulation lacks cubic stiffness, and something more``.
+    """
+    answer = diagnosis.classes
+    if answer is not None and answer.classes:
+        if diagnosis.verdict == CLASS_NAMED:
+            lacking = lacking_words(answer, diagnosis.attribution.effects)
+            return f"The simulation lacks {lacking}"
+        if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
+            return f"The simulation lacks {class_names(answer)}, or what looks the same here"
+    if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
+        return "These records show that an effect is missing, not which one"
+    return _HEADINGS[diagnosis.verdict].format(
+        effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects])
+    )
+
+
+def verdict_meaning(verdict: str) -> str:
+    """What a verdict says in general."""
+    return _MEANINGS[verdict]
+
+
+def alias_sentence(diagnosis: Diagnosis) -> str:
+    """Effects that the named ones cannot be told from; empty where none."""
+    texts = []
+    for effect, *others in diagnosis.attribution.aliases:
+        names = listed([plain_name(other) for other in others])
+        texts.append(f"{plain_name(effect)} from {names}")
+    return f"These records do not tell {listed(texts)}." if texts else ""
+
+
+def experiment_text(diagnosis: Diagnosis) -> str:
+    """Discriminating experiment as a sentence; empty where none is asked for."""
+    text = diagnosis.attribution.discriminating_experiment
+    return f"{capitalised(text).rstrip('.')}." if text else ""
+
+
+#: Share of the gap above the floor that is worth a second look.
+_WORTH = 0.05
+
+
+def next_step(diagnosis: Diagnosis) -> str:
+    """What to do next.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Result of the diagnosis.
+
+    Returns
+    -------
+    str
+        For example ``Put carrier tilt into the simulation, with the values below.``
+    """
+    names = listed([plain_name(effect) for effect in diagnosis.attribution.effects])
+    experiment = experiment_text(diagnosis)
+    if diagnosis.verdict == NOT_DIAGNOSABLE:
+        return f"Measure again: {diagnosis.reason}."
+    if diagnosis.warnings:
+        first = diagnosis.warnings[0]
+        return f"First check {first.about}: {first.remedy}. {_by_verdict(diagnosis, names)}".strip()
+    return " ".join(part for part in (_by_verdict(diagnosis, names), experiment) if part)
+
+
+def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
+    answer = diagnosis.classes
+    if diagnosis.verdict == NAMED:
+        return f"Put {names} into the simulation, with the values below."
+    if diagnosis.verdict == NAMED_WITH_REMAINDER:
+        return (
+            f"Put {names} into the simulation, with the values below; then look at the remaining "
+            "gap."
+        )
+    if diagnosis.verdict == ALIASED:
+        if not names:
+            return "Measure where the classes differ before one is put into the simulation."
+        return f"Do not put {names} into the simulation yet: measure where the rivals differ."
+    if diagnosis.verdict == CLASS_NAMED and answer is not None:
+        if not any(finding.shape or finding.measured_law for finding in answer.classes):
+            return (
+                f"Look for the source of {class_names(answer)} in the machine and in the measuring "
+                "chain: no law of the library has it."
+            )
+        if not any(finding.measured_law for finding in answer.classes):
+            return (
+                f"Look for what makes {class_names(answer)}: its measured shape is below, and no "
+                "law of the library follows it."
+            )
+        return (
+            f"Take the measured shape of {class_names(answer)} into the simulation "
+            "(diagnose --save-law), or find the law that has it."
+        )
+    if diagnosis.verdict == AT_NOISE_FLOOR:
+        return "Nothing: the simulation is as good as this measurement can tell."
+    if answer is not None and answer.experiment:
+        return "Do not look for an unknown cause yet: classes below explain the gap, but not apart."
+    return (
+        "Look at where the gap lies, below: no effect of the library has that place and growth, so "
+        "the cause is one that it does not know, or the measurement itself."
+    )
+
+
+def worth(diagnosis: Diagnosis) -> str:
+    """What that is worth: the gap before and after on held-out records; empty where unknown."""
+    far = diagnosis.reduction
+    if far is None:
+        return ""
+    before = sized(far.rms_before, diagnosis.unit)
+    floor = sized(far.noise_floor, diagnosis.unit)
+    explains = diagnosis.shrinks_by_class or len(far.steps) > 1
+    if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):
+        return f"The gap is {before} RMS, the noise floor {floor}."
+    share = f", {100.0 * (1.0 - far.rho):.0f} % less" if far.rho < 1.0 - _WORTH else ""
+    what = "with all that the answer by class explains " if diagnosis.shrinks_by_class else ""
+    return (
+        f"Worth it: {what}the gap goes from {before} to {sized(far.rms_after, diagnosis.unit)} "
+        f"RMS{share}, on records that were not fitted to; the noise floor is {floor}."
+    )
+
+
+def gists(diagnosis: Diagnosis) -> dict[str, str]:
+    """One line for every folded section, so that what is in it is known before it is opened."""
+    far = diagnosis.reduction
+    which = diagnosis.attribution
+    tried = f"{len(which.ranking)} sets of effects tried" if which.ranking else "nothing tried"
+    steps = len(far.steps) - 1 if far is not None and far.steps else 0
+    far_gist = f"RMS as effects are added, {steps} of them" if steps else "no effect was added"
+    if diagnosis.shrinks_by_class:
+        far_gist += "; what the answer by class explains"
+    return {
+        "where": "maps of the gap, its growth with the conditions, what does not repeat",
+        "which": f"signatures, parameters, rivals; {tried}",
+        "far": far_gist,
+        "remaining": "what is left, run by run" if steps else "the gap itself",
+        "inputs": f"{diagnosis.campaign}: runs, channels, rig, versions",
+        "words": "rho, phi, noise floor and the other words of this page",
+    }
