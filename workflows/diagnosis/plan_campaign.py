@@ -33,7 +33,7 @@ from carrierflex.workflows.support.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.diagnosis.kinds import Curves
-    from carrierflex.diagnosis.mounting.planned.additions import MountingPool
+    from carrierflex.diagnosis.mounting.planned import MountingPool
     from carrierflex.simulation.plan_tables import PlanTable
 
 PLAN_FILE = "plan.json"
@@ -179,8 +179,7 @@ def plan_of(
     from carrierflex.diagnosis.carrier.problem import CarrierProblem
     from carrierflex.diagnosis.inference.planning.plan import campaign_plan
     from carrierflex.diagnosis.kinds import problem_of
-    from carrierflex.diagnosis.mounting.planned.additions import mounting_pool
-    from carrierflex.diagnosis.mounting.planned.columns import mounting_planned_table
+    from carrierflex.diagnosis.mounting.planned import mounting_planned_table, mounting_pool
     from carrierflex.diagnosis.mounting.problem import MountingProblem
 
     if campaign.kind == "element":
@@ -280,7 +279,7 @@ def plan_document(plan: CampaignPlan) -> dict[str, Any]:
 
 
 def _write(plan: CampaignPlan, out: Path) -> None:
-    from carrierflex.diagnosis.inference.planning.picture import plan_figure
+    from carrierflex.diagnosis.inference.planning.report import plan_figure
 
     save_json(out / PLAN_FILE, plan_document(plan))
     save_figure(out / PICTURE_FILE, plan_figure(plan))

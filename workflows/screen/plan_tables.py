@@ -3,8 +3,8 @@
 import numpy as np
 from rich.console import Group, RenderableType
 
+from carrierflex.diagnosis.inference.planning.report import first_sentences
 from carrierflex.diagnosis.inference.planning.results import CampaignPlan
-from carrierflex.diagnosis.inference.planning.words import first_sentences
 from carrierflex.workflows.screen.titled_table import titled_table
 
 #: Additions that are shown.

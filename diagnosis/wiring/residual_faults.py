@@ -35,7 +35,7 @@ _GROWS = 1.5
 _OF_THE_GAP = 0.3
 
 
-def left_over_findings(
+def residual_findings(
     records: Sequence[PredictedRecord], campaign: Campaign, floor: float
 ) -> Iterator[CampaignWarning]:
     """Findings about what the fitted baseline leaves of the records.

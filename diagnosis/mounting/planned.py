@@ -1,17 +1,25 @@
-"""What could be added to a mounting's campaign: load cases and minutes on the rig."""
+"""What could be added to a mounting's campaign, and the signatures over all of it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.diagnosis.comparison.problem import BASELINE
 from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, Addition, Costs
+from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
+from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.mounting.signatures import (
+    Column,
+    base_columns,
+    column_values,
+    signature_columns,
+)
 from carrierflex.simulation.mounting.inputs import MountingInputs
 
 FloatArray = NDArray[np.float64]
-
 #: Added records: step and length [s].
 _STEP, _LENGTH = 0.05, 120.0
 _SHARES, _FREQUENCIES = (0.25, 0.5, 1.0), (0.05, 1.0)
@@ -105,6 +113,73 @@ def mounting_pool(
     return MountingPool((*records, *added), len(records), planned, tuple(additions))
 
 
+def mounting_planned_table(
+    problem: MountingProblem, pool: MountingPool, note: Callable[[str], None] = lambda text: None
+) -> PlannedTable:
+    """Products of target, baseline and signatures by run and channel.
+
+    Parameters
+    ----------
+    problem : MountingProblem
+        Campaign as planned, with signals, to which the linear bushings are fitted.
+    pool : MountingPool
+        Planned records and blank ones.
+    note : callable
+        Told each run, for progress.
+
+    Returns
+    -------
+    PlannedTable
+        Parts: every run at every channel.
+    """
+    bare = replace(problem, model=replace(problem.model, contained=()))
+    theta = bare.bare_fit()
+    known = {(BASELINE, "K1"): float(theta[0]), (BASELINE, "C1"): float(theta[1])}
+    every = signature_columns(problem.model)
+    contained = [own for own in every if own.effect in problem.model.contained]
+    columns = [own for own in every if own.effect in problem.cards]
+    scales = _scales(problem)
+    size = np.array(
+        [1.0, *(own.scale for own in bare.parameters(()))]
+        + [scales[own.effect, own.amplitude] for own in (*contained, *columns)]
+    )
+    grams = []
+    runs = []
+    channels = []
+    counts = []
+    for r, record in enumerate(pool.records):
+        note(f"signatures under {record.condition}")
+        target = np.zeros_like(record.measured)
+        if r < pool.n_planned:
+            target = record.measured - bare.model.predicted(record, (), theta, {})
+        rows = [target, *base_columns(problem.model, record, known)]
+        rows += [column_values(problem.model, record, own, known) for own in (*contained, *columns)]
+        table = size[:, None, None] * np.where(np.isfinite(record.measured), np.array(rows), 0.0)
+        for c in range(record.measured.shape[1]):
+            # The target is no amplitude; its size is one.
+            grams.append(table[:, :, c] @ table[:, :, c].T / record.noise[c])
+            runs.append(r)
+            channels.append(c)
+            counts.append(np.isfinite(record.measured[:, c]).sum())
+    n_base = 2 + len(contained)
+    return PlannedTable(
+        np.array(grams),
+        n_base,
+        np.zeros(n_base),
+        _by_variant(columns, n_base),
+        {
+            own.effect: ScaledParameter(own.amplitude, _unit(problem, own), scales[_key(own)])
+            for own in reversed(columns)
+        },
+        np.array(runs),
+        np.array(channels),
+        np.array(counts, dtype=np.float64),
+        tuple(record.name for record in pool.records),
+        problem.model.channels,
+        float(np.sqrt(np.mean(pool.records[0].noise))),
+    )
+
+
 def _blank_record(
     record: MountingRecord, name: str, time: FloatArray, loads: dict[str, FloatArray]
 ) -> MountingRecord:
@@ -121,3 +196,32 @@ def _blank_record(
         block=np.zeros(time.size, dtype=np.int64),
         noise=record.noise * record.step / _STEP,
     )
+
+
+def _key(column: Column) -> tuple[str, str]:
+    return column.effect, column.amplitude
+
+
+def _scales(problem: MountingProblem) -> dict[tuple[str, str], float]:
+    """Scale of every amplitude."""
+    bare = replace(problem.model, contained=())
+    return {
+        (name, own.name): own.scale
+        for name in problem.model.cards
+        for own in bare.parameters((name,))[2:]
+        if not own.shape
+    }
+
+
+def _unit(problem: MountingProblem, column: Column) -> str:
+    bare = replace(problem.model, contained=())
+    units = {own.name: own.unit for own in bare.parameters((column.effect,))[2:]}
+    return units[column.amplitude]
+
+
+def _by_variant(columns: list[Column], n_base: int) -> tuple[Signature, ...]:
+    """Columns by effect and variant."""
+    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
+    for k, own in enumerate(columns):
+        groups.setdefault((own.effect, own.variant), []).append(1 + n_base + k)
+    return tuple(Signature(*key, tuple(numbers)) for key, numbers in groups.items())
