@@ -59,12 +59,8 @@ IMPORTS_THAT_CLOSE_A_CIRCLE = {
     ("simulation", "simulation.stage"),
     ("simulation.carrier", "simulation.carrier.effects"),
     ("simulation.carrier", "simulation.carrier.measured_laws"),
-    ("simulation.element", "simulation"),
-    ("simulation.mounting.measured_laws", "simulation"),
     ("simulation.mounting.measured_laws", "simulation.mounting"),
     ("simulation.stage", "simulation.mounting"),
-    ("workflows.diagnosis", "workflows.screen"),
-    ("workflows.support", "workflows.simulation"),
 }
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carrierflex.files.json_files import save_json, save_text
-from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
     from carrierflex.diagnosis.report.compared.change import GapChange

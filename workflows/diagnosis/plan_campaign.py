@@ -27,9 +27,9 @@ from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
 from carrierflex.simulation.mounting.case_files import MOUNTING_CASE
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import simulate_load_case
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.diagnosis.kinds import Curves

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carrierflex.files.json_files import plain, save_json
-from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
     from carrierflex.reduction.certificate import Certificate

@@ -19,7 +19,7 @@ from carrierflex.reduction.modes.mode_rules import rule_for_use
 from carrierflex.reduction.pin_fit import HELD, PinFitFamily
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.workflows.fe.bodies import body_structure
 
 #: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's
 #: rim size, nearly rigid.

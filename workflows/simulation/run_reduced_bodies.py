@@ -31,6 +31,7 @@ from carrierflex.simulation.stage.response import joined_records
 from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.workflows.outputs import save_figure, save_table
 from carrierflex.workflows.simulation import simulate_mounting
 from carrierflex.workflows.simulation.housing_motion import measured_motion
 from carrierflex.workflows.simulation.in_time_pictures import (
@@ -38,8 +39,7 @@ from carrierflex.workflows.simulation.in_time_pictures import (
     stage_in_time_figure,
 )
 from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
-from carrierflex.workflows.support.outputs import save_figure, save_table
-from carrierflex.workflows.support.stage_bodies import stage_body_of
+from carrierflex.workflows.simulation.stage_bodies import stage_body_of
 
 #: Case whose rig, sensors, load and pin fit the stage has, and the mounting's.
 STAGE_CASE, MOUNTING_CASE = "stage_lc1", "mounting_2011"

@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict
 
 import numpy as np
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.carrier.printed_tables import (
@@ -27,8 +27,8 @@ from carrierflex.identification.carrier.printed_tables import (
 )
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.simulation.stage.stage_body import StageBody
@@ -124,7 +124,7 @@ def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> Order
         case beside the paper's values.
     """
     from carrierflex.workflows.simulation.order_one_supports import AXES, supports
-    from carrierflex.workflows.support.stage_bodies import default_stage_body
+    from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
     folder, stages = prepared_folder(out), Stages(4, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
@@ -248,3 +248,28 @@ def _cells(row: OrderOneRow) -> list[object]:
     micrometres = [value * 1e6 for value in (row.order_2, row.order_3, tilt)]
     slopes = [row.sun_slope * 1e6, row.ring_slope * 1e6]
     return [row.name, row.order_1 * 1e6, row.share, *micrometres, *slopes]
+
+
+class Sweep(TypedDict):
+    """Order 1 over one axis of the supports."""
+
+    unit: Annotated[str, "Unit of the axis"]
+    values: Annotated[Sequence[float], "Values"]
+    order_1: Annotated[Mapping[str, Sequence[float]], "Amplitude by support [um]"]
+
+
+class SizeInput(TypedDict):
+    """Size of the elements."""
+
+    size: Annotated[float, "Element edge length [m]"]
+
+
+class OrderOneDocument(TypedDict):
+    """order_one.json, written by order-one."""
+
+    inputs: Annotated[SizeInput, "Inputs"]
+    rows: Annotated[Sequence[OrderOneRow], "One a support, at full torque"]
+    sweeps_um: Annotated[Mapping[str, Sweep], "By axis"]
+    load_cases_m: Annotated[Mapping[str, Any], "Order 1 by load case [m]"]
+    paper_m: Annotated[Any, "What the paper's figures hold [m]"]
+    versions: Versions
