@@ -6,8 +6,12 @@ from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
+from carrierflex.diagnosis.inference.effects_in_turn import EffectsInTurn, effects_in_turn
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.gap_words import where_text
+from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.carrier_curves import UNIT_TORQUE
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import GearForces, gear_forces
@@ -16,17 +20,31 @@ from carrierflex.files.versions import Versions
 from carrierflex.geometry.parameter_files import Dimensions, StageParameters
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
+from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
-from carrierflex.workflows.diagnosis import diagnose_load_cases
+from carrierflex.workflows.diagnosis import diagnose_campaign
 from carrierflex.workflows.diagnosis.documents import Verdict
-from carrierflex.workflows.fe import check_mesh_convergence
 from carrierflex.workflows.fe.carrier_variants import CarrierVariant
 from carrierflex.workflows.identification import identify_parameters
-from carrierflex.workflows.reduction import reduce_carrier
-from carrierflex.workflows.simulation import run_reduced_bodies, simulate_carrier
+from carrierflex.workflows.main_job import (
+    check_mesh_convergence,
+    reduce_carrier,
+    run_reduced_bodies,
+)
+from carrierflex.workflows.simulation import simulate_carrier
 
 #: Angles whose truth lies on a circle are compared modulo a turn.
 _TRUTHS = ("d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC", "rho_s", "rho_f")
+#: Effects of the 2012 paper's models M1 and M2, in the order of its argument.
+_PAPER_EFFECTS = ("housing_tilt", "carrier_tilt", "flexible_pins", "stiff_pins")
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """Diagnosis of the load cases, and held-out RMS as the paper's effects are added."""
+
+    diagnosis: Diagnosis
+    in_turn: EffectsInTurn
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +60,37 @@ class Job:
     in_time: run_reduced_bodies.BodiesAtWork
     simulated: simulate_carrier.SimulatedLoadCases
     identified: identify_parameters.Identification
-    gap: diagnose_load_cases.Gap
+    gap: Gap
     summary: dict[str, Any]
+
+
+def diagnosed_gap(campaign: Path, *, out: Path) -> Gap:
+    """Diagnose a campaign of kind "carrier" whose baseline holds none of the paper's effects.
+
+    Parameters
+    ----------
+    campaign : Path
+        Campaign folder.
+    out : Path
+        Folder for diagnosis.json and report.html.
+
+    Returns
+    -------
+    Gap
+        A good model leaves no cell above the noise; every effect must pay on held-out records.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused, or its baseline holds one of the paper's effects.
+    OSError
+        Where `out` cannot be written.
+    """
+    diagnosis = diagnose_campaign.main(campaign, out=out, quiet=True)
+    measured = read_campaign(campaign)
+    with threadpool_limits(limits=1):  # as in diagnose_campaign
+        problem, _ = problem_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
+        return Gap(diagnosis, effects_in_turn(problem, _PAPER_EFFECTS))
 
 
 def job_summary(job: Job, size: float) -> dict[str, Any]:

@@ -18,8 +18,8 @@ from carrierflex.reduction.view import modes_picture
 from carrierflex.simulation.carrier.case_files import read_case
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.workflows.fe.carrier_variants import CarrierVariant
+from carrierflex.workflows.main_job.reduce_carrier import ReducedCarrier
 from carrierflex.workflows.outputs import save_figure, save_image
-from carrierflex.workflows.reduction.reduce_carrier import ReducedCarrier
 
 #: Of the pin fit in the picture of its influence [N m/rad].
 _STIFFNESSES = tuple(float(k) for k in np.logspace(4.0, 10.0, 25))

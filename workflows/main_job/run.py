@@ -21,16 +21,15 @@ from carrierflex.geometry.parameter_files import StageParameters, read_parameter
 from carrierflex.geometry.parameters import DEFAULT_SIZE, CarrierParameters
 from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.workflows.fe import check_mesh_convergence
 from carrierflex.workflows.identification import identify_parameters
+from carrierflex.workflows.main_job import check_mesh_convergence
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
-    from carrierflex.workflows.diagnosis import diagnose_load_cases
     from carrierflex.workflows.fe.carrier_variants import CarrierVariant
-    from carrierflex.workflows.main_job.job import Job
-    from carrierflex.workflows.reduction import reduce_carrier
+    from carrierflex.workflows.main_job import reduce_carrier
+    from carrierflex.workflows.main_job.job import Gap, Job
     from carrierflex.workflows.simulation import simulate_carrier
 
 _MESH_SUFFIXES = (".msh", ".vtu", ".inp")
@@ -74,9 +73,9 @@ def main(
 
     from carrierflex.fe.carrier_curves import named_curves
     from carrierflex.workflows.fe.carrier_variants import flexible_variant, stiff_variant
+    from carrierflex.workflows.main_job import run_reduced_bodies
     from carrierflex.workflows.main_job.job import Job, job_summary
     from carrierflex.workflows.main_job.pictures import draw_carriers
-    from carrierflex.workflows.simulation import run_reduced_bodies
 
     # No weights: the mesh study took 0.4 and 1.6 times as long as the diagnosis.
     stages = Stages(10, quiet)
@@ -132,7 +131,7 @@ def _reduced_bodies(
 ) -> reduce_carrier.ReducedCarrier:
     """Both carriers and a pin, reduced and written."""
     from carrierflex.reduction.body_files import write_body
-    from carrierflex.workflows.reduction import reduce_carrier
+    from carrierflex.workflows.main_job import reduce_carrier
 
     reduced = reduce_carrier.main(
         stage,
@@ -166,8 +165,8 @@ def _load_cases(out: Path, carrier: CarrierParameters) -> Path:
         return shipped
     text = shipped.read_text(encoding="utf-8")
     for key in ("n_planets", "sensor_radius"):
-        stated, own = (f"{key} = {getattr(of, key)}" for of in (default, carrier))
-        text = text.replace(f"\n{stated}", f"\n{own}")
+        default_line, line = (f"{key} = {getattr(of, key)}" for of in (default, carrier))
+        text = text.replace(f"\n{default_line}", f"\n{line}")
     copy = out / "load_cases.toml"
     with whole_file(copy) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -176,11 +175,9 @@ def _load_cases(out: Path, carrier: CarrierParameters) -> Path:
 
 def _signals(
     out: Path, case: Path, stages: Stages
-) -> tuple[
-    simulate_carrier.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap
-]:
+) -> tuple[simulate_carrier.SimulatedLoadCases, identify_parameters.Identification, Gap]:
     """Simulate the load cases, identify the motion, diagnose the gap of the simplest model."""
-    from carrierflex.workflows.diagnosis import diagnose_load_cases
+    from carrierflex.workflows.main_job.job import diagnosed_gap
     from carrierflex.workflows.simulation import simulate_carrier
 
     campaign = out / "campaign"
@@ -193,5 +190,5 @@ def _signals(
             campaign, "m2", out / "identification", per_run=True, quiet=True
         )
     with stages.stage("gap diagnosed"):
-        gap = diagnose_load_cases.main(campaign, out=out / "gap")
+        gap = diagnosed_gap(campaign, out=out / "gap")
     return simulated, identified, gap

@@ -7,10 +7,11 @@ the same bodies, energy balances to rounding, and the planets share the load but
 """
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,12 +35,12 @@ from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.workflows.outputs import save_figure, save_table
 from carrierflex.workflows.simulation import simulate_mounting
 from carrierflex.workflows.simulation.housing_motion import measured_motion
-from carrierflex.workflows.simulation.in_time_pictures import (
-    mounting_in_time_figure,
-    stage_in_time_figure,
-)
 from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
 from carrierflex.workflows.simulation.stage_bodies import stage_body_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Case whose rig, sensors, load and pin fit the stage has, and the mounting's.
 STAGE_CASE, MOUNTING_CASE = "stage_lc1", "mounting_2011"
@@ -211,7 +212,7 @@ def _run_stage(
     save_table(
         folder / "in_time.csv", shown, np.column_stack([columns[name] for name in shown]).tolist()
     )
-    save_figure(folder / "in_time.png", stage_in_time_figure(run.name, columns, case.sensors))
+    save_figure(folder / "in_time.png", _stage_figure(run.name, columns, case.sensors))
     work = np.abs(states.energy[:, 0]).max()
     return columns, float(np.abs(states.imbalance).max() / work)
 
@@ -233,5 +234,81 @@ def _run_mounting(folder: Path) -> dict[str, NDArray[np.float64]]:
         list(columns),
         np.column_stack(list(columns.values())).tolist(),
     )
-    save_figure(folder / "housing_motion.png", mounting_in_time_figure(columns))
+    save_figure(folder / "housing_motion.png", _mounting_figure(columns))
     return columns
+
+
+def _stage_figure(run: str, columns: Columns, sensors: Sequence[Sensor]) -> "Figure":
+    """Sensors, tooth forces, load shares and motion of the housing over the revolutions."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 7.0), layout="constrained")
+    figure.suptitle(f"{run}: the reduced bodies in the planetary stage")
+    axial, radial, teeth, shares, moved, turned = figure.subplots(2, 3, sharex=True).flat
+    turns = columns["carrier_angle"] / (2.0 * np.pi)
+    n_planets = sum(name.startswith("share_") for name in columns)
+    for sensor in sensors:
+        panel = axial if sensor.quantity == AXIAL else radial
+        panel.plot(turns, columns[sensor.name] * 1e3, label=sensor.name, linewidth=0.9)
+    for mate, style in (("sun", "-"), ("ring", "--")):
+        for planet in range(1, n_planets + 1):
+            force = columns[f"{mate}_mesh_{planet}"] / 1e3
+            teeth.plot(
+                turns, force, f"C{planet - 1}{style}", label=f"{mate} {planet}", linewidth=0.7
+            )
+    for planet in range(1, n_planets + 1):
+        share = columns[f"share_{planet}"] * 100.0
+        shares.plot(turns, share, label=f"planet {planet}", linewidth=0.9)
+    _draw_change(moved, turns, columns, HOUSING_COLUMNS[:3])
+    _draw_change(turned, turns, columns, HOUSING_COLUMNS[3:])
+    axial.set(title="axial sensors", ylabel="mm")
+    radial.set(title="radial sensors", ylabel="mm")
+    teeth.set(title="forces along the tooth normals", ylabel="kN")
+    shares.set(title="load shares of the planets", ylabel="%")
+    moved.set(title="housing: displacement less its mean", ylabel="um")
+    turned.set(title="housing: rotation less its mean", ylabel="urad")
+    for panel in (axial, radial, teeth, shares, moved, turned):
+        panel.margins(y=0.45)
+        n_columns = 1 if panel in (moved, turned) else 3
+        panel.legend(fontsize="x-small", ncols=n_columns, loc="upper center")
+        panel.grid(alpha=0.3)
+    for panel in (shares, moved, turned):
+        panel.set_xlabel("revolutions")
+    return figure
+
+
+def _draw_change(
+    panel: "Axes", turns: NDArray[np.float64], columns: Columns, names: Sequence[str]
+) -> None:
+    """Columns less their means [um or urad], the means in the legend."""
+    for name in names:
+        mean = columns[name].mean()
+        unit = "mrad" if "theta" in name else "mm"
+        label = f"{name.removeprefix('housing_')}, mean {mean * 1e3:.3f} {unit}"
+        panel.plot(turns, (columns[name] - mean) * 1e6, label=label, linewidth=0.9)
+
+
+def _mounting_figure(columns: Columns) -> "Figure":
+    """Loads of the main shaft and motion of the housing over time."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 8.0), layout="constrained")
+    figure.suptitle("housing on its bushings under the load case of the 2011 paper")
+    loads, moved, turned = figure.subplots(3, 1, sharex=True)
+    time = columns["time"]
+    for name, unit in (("torque", "kN m"), ("ntl_y", "kN"), ("ntl_z", "kN")):
+        loads.plot(time, columns[name] / 1e3, label=f"{name}, {unit}", linewidth=0.9)
+    for panel, names, unit in (
+        (moved, HOUSING_MOTION[:3], "mm"),
+        (turned, HOUSING_MOTION[3:], "mrad"),
+    ):
+        for name in names:
+            panel.plot(time, columns[name] * 1e3, label=name, linewidth=0.9)
+        panel.set_ylabel(unit)
+    loads.set(title="loads of the main shaft", ylabel="kN m, kN")
+    moved.set_title("displacement midway between the bushings")
+    turned.set(title="rotation", xlabel="time, s")
+    for panel in (loads, moved, turned):
+        panel.legend(fontsize="small", loc="upper left")
+        panel.grid(alpha=0.3)
+    return figure
