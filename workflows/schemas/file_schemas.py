@@ -13,13 +13,13 @@ import inspect
 import json
 import types
 from collections.abc import Callable
-from typing import Annotated, Any, Union, get_origin, get_type_hints
+from typing import Annotated, Any, Union, get_origin
 
 import numpy as np
 from pydantic import Field, TypeAdapter
 
 from carrierflex.fe.matrices.interface_tables import InterfacesDocument
-from carrierflex.files.result_schemas import Schema, result_schema
+from carrierflex.files.result_schemas import Schema, result_schema, type_hints
 from carrierflex.files.toml_values import FileSchema
 from carrierflex.geometry.cad_surface_tables import SurfacesDocument
 from carrierflex.geometry.parameter_tables import ParameterTables
@@ -204,7 +204,7 @@ def _always_writes(main: Callable[..., Any], document: str) -> bool:
     signature = inspect.signature(main)
     out = signature.parameters.get("out")
     needs_folder = out is not None and out.default is inspect.Parameter.empty
-    returned = get_type_hints(main)["return"]
+    returned = type_hints(main)["return"]
     has_one_result = get_origin(returned) not in (Union, types.UnionType)
     return bool(document) and needs_folder and has_one_result
 
@@ -215,7 +215,7 @@ def _figures(main: Callable[..., Any]) -> Schema:
     array = {"anyOf": [{"type": ["array", "number", "null"]}, long_array]}
     kind = {"type": "string", "description": "Kind of a value that is not made of numbers."}
     return result_schema(
-        get_type_hints(main, include_extras=True)["return"],
+        type_hints(main)["return"],
         own={np.ndarray: array},
         other=kind,
     )
