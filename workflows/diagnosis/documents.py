@@ -1,4 +1,4 @@
-"""What the JSON files of diagnosis, comparison and plan hold, by key."""
+"""What the JSON files of diagnosis hold, by key."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, NotRequired, TypedDict
@@ -11,19 +11,12 @@ from carrierflex.diagnosis.gap.findings import (
     PartGrowth,
     ScalarGap,
 )
-from carrierflex.diagnosis.inference.planning.results import (
-    CausePair,
-    Costs,
-    RankedAddition,
-    VisibleSize,
-)
 from carrierflex.diagnosis.inference.results import (
     BlockScore,
     NamedValue,
     RunValidation,
     SelectionStep,
 )
-from carrierflex.diagnosis.report.compared.change import CellChange, RunChange
 from carrierflex.files.versions import Software
 from carrierflex.identification.campaign.record_digests import RecordDigests
 from carrierflex.workflows.identification.documents import Warned
@@ -196,62 +189,3 @@ class DiagnosisDocument(TypedDict):
     gap: Annotated[GapBeyondMap | None, "The gap beyond its map"]
     separating_test: Annotated[str, "Measurement that would tell rivals apart"]
     warnings: Annotated[Sequence[Warned], "What does not look right in the campaign"]
-
-
-class Side(TypedDict):
-    """One of two diagnoses."""
-
-    folder: Annotated[str, "Where it stands"]
-    campaign: Annotated[str, "Name of the campaign"]
-    verdict: Verdict
-    causes: Annotated[Sequence[str], "Named effects, or classes where none is named"]
-    rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
-    noise_floor: Annotated[float, "RMS of the noise [unit]"]
-
-
-class Causes(TypedDict):
-    """What became of the causes."""
-
-    solved: Annotated[Sequence[str], "Named before only"]
-    remaining: Annotated[Sequence[str], "Named both times"]
-    added: Annotated[Sequence[str], "Named after only"]
-
-
-class ComparisonDocument(TypedDict):
-    """comparison.json, written by compare."""
-
-    format: Annotated[Literal["carrierflex-comparison"], "Kind of the file"]
-    version: Annotated[Literal[1], "Version of the format"]
-    software: Software
-    text: Annotated[str, "What became of the gap, in one sentence"]
-    kind: Annotated[str, "Kind of the campaign"]
-    unit: Annotated[str, "Unit of every RMS"]
-    measured: Annotated[str, "SHA-256 of the measured records"]
-    before: Annotated[Side, "First diagnosis"]
-    after: Annotated[Side, "Second diagnosis"]
-    ratio: Annotated[float, "RMS of the gap after over before"]
-    ratio_ci95: Annotated[Sequence[float], "95 % interval of the ratio"]
-    explained: Annotated[float, "Share of the mean square above the noise that went"]
-    causes: Annotated[Causes, "Causes"]
-    cells: Annotated[Sequence[CellChange], "Cells of the gap map, largest change first"]
-    runs: Annotated[Sequence[RunChange], "Error by run"]
-
-
-class PlanDocument(TypedDict):
-    """plan.json, written by plan."""
-
-    format: Annotated[Literal["carrierflex-plan"], "Kind of the file"]
-    version: Annotated[Literal[1], "Version of the format"]
-    campaign: Annotated[str, "Name of the case or campaign"]
-    kind: Annotated[Literal["carrier", "mounting"], "Kind of the campaign"]
-    software: Annotated[str, "Name and version of this software"]
-    unit: Annotated[str, "Unit of the channels"]
-    gap: Annotated[float, "Gap over the noise at which causes are to be told apart"]
-    noise_std: Annotated[float, "Root of the mean variance of the noise [unit]"]
-    is_measured: Annotated[bool, "Whether records say which amplitudes a cause has"]
-    left_wanted: Annotated[float, "RMS that a rival must leave, over the noise"]
-    costs: Annotated[Costs, "What additions cost [min]"]
-    sizes: Annotated[Sequence[VisibleSize], "Size from which each cause is seen; null is never"]
-    pairs: Annotated[Sequence[CausePair], "Every cause with every rival"]
-    proposal: Annotated[RankedAddition | None, "First proposal; null where nothing is to be parted"]
-    additions: Annotated[Sequence[RankedAddition], "Additions, cheapest sufficient first"]

@@ -1,4 +1,4 @@
-"""What the JSON files of identification and import hold, by key."""
+"""What identification.json holds, by key."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, NotRequired, TypedDict
@@ -6,8 +6,6 @@ from typing import Annotated, Literal, NotRequired, TypedDict
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.files.versions import Software
 from carrierflex.identification.carrier.robust_loss import Outliers
-from carrierflex.identification.logs.clock_shift import ClockShift
-from carrierflex.identification.logs.logged_signals import Count
 
 
 class Warned(TypedDict):
@@ -73,15 +71,3 @@ class IdentificationDocument(TypedDict):
     axial_unknowns: NotRequired[
         Annotated[Mapping[str, Sequence[str]], "Axial constants of the bushings that were fitted"]
     ]
-
-
-class ImportDocument(TypedDict):
-    """import.json, written by import."""
-
-    format: Annotated[Literal["carrierflex-import"], "Kind of the file"]
-    version: Annotated[Literal[1], "Version of the format"]
-    software: Software
-    sha256: Annotated[Mapping[str, str], "Digest of every file"]
-    missing: Annotated[Sequence[Count], "Missing samples by run, column and reason"]
-    clock_shift: Annotated[Mapping[str, ClockShift], "By run, of another simulator's prediction"]
-    notes: Annotated[Sequence[str], "What was found on the way"]

@@ -1,15 +1,15 @@
 """Reduction, certificate and body file of a structural model, by what the options ask for."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, TypedDict
+from typing import Any
 
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.reduction.body_files import write_body
-from carrierflex.reduction.certificate import Certificate, Check, certify, certify_free_interface
+from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import Grounded
@@ -79,12 +79,3 @@ def write_certified_body(
     with stages.stage(f"writing {out}"):
         shapes = None if drawn_on is None else body_shapes(drawn_on, structure, basis)
         write_body(model, out, checks, shapes)
-
-
-class CertificateDocument(TypedDict):
-    """Checks of a reduced body, written by certificate --json."""
-
-    body: Annotated[str, "Body file"]
-    met: Annotated[bool, "Whether every check is met"]
-    checks: Annotated[Sequence[Check], "Wanted beside reached"]
-    cut_off_hz: Annotated[float, "Frequency up to which was checked [Hz]"]

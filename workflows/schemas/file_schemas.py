@@ -37,12 +37,12 @@ from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
+from carrierflex.workflows.diagnosis.compare_diagnoses import ComparisonDocument
 from carrierflex.workflows.diagnosis.documents import (
-    ComparisonDocument,
     DiagnosisDocument,
-    PlanDocument,
     RimMotionDocument,
 )
+from carrierflex.workflows.diagnosis.plan_campaign import PlanDocument
 from carrierflex.workflows.diagnosis.scored_check import (
     AnswersDocument,
     BlindCheckDocument,
@@ -56,10 +56,11 @@ from carrierflex.workflows.fe.compare_couplings import CouplingsDocument
 from carrierflex.workflows.fe.compute_curves import CurveInputsDocument
 from carrierflex.workflows.fe.study_pin_fit import PinFitDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
-from carrierflex.workflows.identification.documents import IdentificationDocument, ImportDocument
+from carrierflex.workflows.identification.documents import IdentificationDocument
+from carrierflex.workflows.identification.import_records import ImportDocument
 from carrierflex.workflows.identification.read_printed_tables import PrintedTablesDocument
 from carrierflex.workflows.main_job.job import SummaryDocument
-from carrierflex.workflows.reduction.certified_body import CertificateDocument
+from carrierflex.workflows.reduction.check_certificate import CertificateDocument
 from carrierflex.workflows.shell.commands import COMMANDS
 from carrierflex.workflows.shell.shown_results import CommandRefusal, CommandResult, Range
 from carrierflex.workflows.simulation.compute_torsion import TorsionDocument
