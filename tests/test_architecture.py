@@ -59,8 +59,6 @@ IMPORTS_THAT_CLOSE_A_CIRCLE = {
     ("simulation.carrier", "simulation.carrier.measured_laws"),
     ("simulation.mounting.measured_laws", "simulation.mounting"),
     ("simulation.stage", "simulation.mounting"),
-    ("workflows.diagnosis", "workflows.screen"),
-    ("workflows.support", "workflows.simulation"),
 }
 
 

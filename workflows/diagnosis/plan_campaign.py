@@ -7,11 +7,11 @@ noticing, no pair is alike, or the first proposal parts all that are.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -27,11 +27,16 @@ from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
 from carrierflex.simulation.mounting.case_files import MOUNTING_CASE
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import simulate_load_case
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
 
 if TYPE_CHECKING:
+    from carrierflex.diagnosis.inference.planning.results import (
+        CausePair,
+        RankedAddition,
+        VisibleSize,
+    )
     from carrierflex.diagnosis.kinds import Curves
     from carrierflex.diagnosis.mounting.planned import MountingPool
     from carrierflex.simulation.plan_tables import PlanTable
@@ -283,3 +288,23 @@ def _write(plan: CampaignPlan, out: Path) -> None:
 
     save_json(out / PLAN_FILE, plan_document(plan))
     save_figure(out / PICTURE_FILE, plan_figure(plan))
+
+
+class PlanDocument(TypedDict):
+    """plan.json, written by plan."""
+
+    format: Annotated[Literal["carrierflex-plan"], "Kind of the file"]
+    version: Annotated[Literal[1], "Version of the format"]
+    campaign: Annotated[str, "Name of the case or campaign"]
+    kind: Annotated[Literal["carrier", "mounting"], "Kind of the campaign"]
+    software: Annotated[str, "Name and version of this software"]
+    unit: Annotated[str, "Unit of the channels"]
+    gap: Annotated[float, "Gap over the noise at which causes are to be told apart"]
+    noise_std: Annotated[float, "Root of the mean variance of the noise [unit]"]
+    is_measured: Annotated[bool, "Whether records say which amplitudes a cause has"]
+    left_wanted: Annotated[float, "RMS that a rival must leave, over the noise"]
+    costs: Annotated[Costs, "What additions cost [min]"]
+    sizes: Annotated[Sequence[VisibleSize], "Size from which each cause is seen; null is never"]
+    pairs: Annotated[Sequence[CausePair], "Every cause with every rival"]
+    proposal: Annotated[RankedAddition | None, "First proposal; null where nothing is to be parted"]
+    additions: Annotated[Sequence[RankedAddition], "Additions, cheapest sufficient first"]

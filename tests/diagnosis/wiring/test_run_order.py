@@ -12,7 +12,7 @@ from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.wiring.refits import exchanged_runs
 from carrierflex.diagnosis.wiring.rivals import RUN_ORDER, PredictedRecord
-from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.fe.default_curves import default_curves
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 
 
