@@ -27,7 +27,7 @@ from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
-from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.executors import work_executor
 
 QUICK = {"rate": 50.0, "seconds": 130.0, "evaluations": 300}
 

@@ -33,7 +33,7 @@ from carrierflex.identification.carrier.parameter_estimate import ParameterEstim
 from carrierflex.identification.estimation.complex_method import ComplexSearch, complex_search
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.carrier.motion import simulate_run
-from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.fe.default_curves import default_curves
 
 QUICK = {"minutes": 1.0}
 

@@ -26,7 +26,7 @@ from carrierflex.reduction.free_modes import full_free_modes
 from carrierflex.reduction.held_structure import GroundedBody
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.residual_vectors import body_loads
-from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.workflows.fe.bodies import body_structure
 
 QUICK = {"size": 0.08, "mode_counts": (10, 40), "n_responses": 5}
 

@@ -27,7 +27,7 @@ from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.workflows.fe.bodies import body_structure
 
 QUICK = {"size": 0.06}
 #: At most 1.3 times our own mesh's time.

@@ -30,7 +30,7 @@ from carrierflex.identification.campaign.simulated_campaign import simulated_cam
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.simulation.carrier.run_cases import CarrierMotion
-from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.fe.default_curves import default_curves
 
 QUICK = {"samples": 1.5e6}
 

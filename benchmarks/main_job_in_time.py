@@ -24,8 +24,8 @@ from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
-from carrierflex.workflows import run as main_job
-from carrierflex.workflows.simulation import run_reduced_bodies
+from carrierflex.workflows.main_job import run as main_job
+from carrierflex.workflows.main_job import run_reduced_bodies
 
 #: Two whole main jobs take more than half of a quick run's five minutes on any mesh: none of them.
 QUICK = {"pairs": 0}

@@ -26,7 +26,7 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import simulated_campaign
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.carrier.motion import simulate_run
-from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.fe.default_curves import default_curves
 
 QUICK = {"runs": 20, "channels": 16, "samples": 1000}
 

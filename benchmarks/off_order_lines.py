@@ -15,7 +15,7 @@ import numpy as np
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import OUTSIDE
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
-from carrierflex.diagnosis.carrier.off_orders.lines import off_orders
+from carrierflex.diagnosis.carrier.off_order_lines import off_orders
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 

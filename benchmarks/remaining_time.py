@@ -35,7 +35,7 @@ LINES: Mapping[str, Sequence[str]] = {
 _PROGRAM = """
 import json, sys, threading, time
 from pathlib import Path
-from carrierflex.workflows.support import progress
+from carrierflex.workflows import progress
 made, noted, begun = [], [], float(sys.argv[1])
 initialise = progress.Stages.__init__
 def kept(self, *values, **named):

@@ -41,7 +41,7 @@ from carrierflex.simulation.stage.stage_data import (
 from carrierflex.simulation.stage.stage_model import StageBody, StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
-from carrierflex.workflows.support.stage_bodies import default_stage_body
+from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
 QUICK = {"size": 0.08, "steps": (1e-3,), "duration": 4.0, "revolutions": 0.25}
 

@@ -19,16 +19,21 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.channel_gains import off_gains
-from carrierflex.diagnosis.wiring.clock import (
+from carrierflex.diagnosis.wiring.linear_records import (
+    FloatArray,
+    drifting_runs,
+    late_signals,
+    off_gains,
+)
+from carrierflex.diagnosis.wiring.refits import (
     SMALLEST_DRIFT,
     clock_rival,
     drifting_clocks,
+    exchanged_runs,
     refitted_clock,
     without_delay,
 )
-from carrierflex.diagnosis.wiring.late_signals import FloatArray, drifting_runs, late_signals
-from carrierflex.diagnosis.wiring.left_over import left_over_findings
+from carrierflex.diagnosis.wiring.residual_faults import residual_findings
 from carrierflex.diagnosis.wiring.rivals import (
     CLOCK_SHIFT,
     UNIT,
@@ -36,7 +41,6 @@ from carrierflex.diagnosis.wiring.rivals import (
     WiringChecks,
     WiringRival,
 )
-from carrierflex.diagnosis.wiring.run_order import exchanged_runs
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
@@ -115,7 +119,7 @@ def checked_baseline(
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
         tried += exchanged_runs(records, campaign, wiring.refitted)
-        warnings += left_over_findings(records, campaign, floor)
+        warnings += residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.
     by_run = sorted(clocks, key=lambda rival: -rival.mean_square)

@@ -32,9 +32,12 @@ from carrierflex.diagnosis.element.wiring.rivals import (
 )
 from carrierflex.diagnosis.inference.effect_fit import baseline_left
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.mounting.classes.measured_laws import bushing_law_of_answer
-from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
-from carrierflex.diagnosis.mounting.problem import MountingProblem, mounting_problem
+from carrierflex.diagnosis.mounting.classes.shapes import bushing_law_of_answer
+from carrierflex.diagnosis.mounting.problem import (
+    MountingProblem,
+    mounting_beside_prediction,
+    mounting_problem,
+)
 from carrierflex.diagnosis.mounting.wiring import (
     mounting_linear,
     mounting_predictions,

@@ -88,7 +88,7 @@ def verdict_of(
     verdict, reason = _of_laws(
         selection, reduction, answer, limits, floor_is_measured=floor_is_measured
     )
-    laws = selection.accepted if verdict in NAMING else ()
+    laws = _ordered(selection.accepted, reduction) if verdict in NAMING else ()
     if answer is None:
         return Verdict(verdict, reason, laws, None, reduction)
     if answer.state == NOT_VISIBLE and not laws and verdict != AT_NOISE_FLOOR:
@@ -109,6 +109,12 @@ def verdict_of(
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, laws, answer, reduction, limits)
     return _of_class(answer, laws, reduction)
+
+
+def _ordered(laws: Effects, reduction: GapReduction) -> Effects:
+    """Laws with the one that explains most first."""
+    rank = {step.added: k for k, step in enumerate(reduction.steps)}
+    return tuple(sorted(laws, key=lambda law: rank.get(law, 0)))
 
 
 def _of_laws(

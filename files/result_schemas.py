@@ -5,9 +5,11 @@ them: arrays and tuples are lists, a number that is not finite is null. The word
 of its annotation, ``Annotated[float, "RMS [m]"]``, or of the docstring of its dataclass.
 """
 
+import ast
 import dataclasses
 import inspect
 import re
+import sys
 import types
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -86,6 +88,21 @@ def result_schema(
     return ({"$defs": tables} if tables else {}) | top
 
 
+def type_hints(annotated: Any) -> dict[str, Any]:
+    """Types of a class or function by name, also those that its module imports for checkers alone.
+
+    Parameters
+    ----------
+    annotated : class or function
+        Its module may hold imports below ``if TYPE_CHECKING:``, which are made here.
+    """
+    late: dict[str, Any] = {}
+    for node in ast.parse(inspect.getsource(sys.modules[annotated.__module__])).body:
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            exec(compile(ast.Module(node.body, []), annotated.__module__, "exec"), late)
+    return get_type_hints(annotated, localns=late, include_extras=True)
+
+
 @dataclasses.dataclass
 class _Definitions:
     """Schemas of plain values and of all others, and the tables met so far by name."""
@@ -143,7 +160,7 @@ def _list(parts: tuple[Any, ...], definitions: _Definitions) -> Schema:
 
 
 def _table(table: Any, definitions: _Definitions) -> Schema:
-    hints = get_type_hints(table, include_extras=True)
+    hints = type_hints(table)
     if is_typeddict(table):
         required = [name for name in hints if name in table.__required_keys__]
     else:

@@ -3,10 +3,16 @@
 import importlib.metadata
 import json
 import platform
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
+from typing import Annotated
 
 #: Packages whose version can change a result.
 _RECORDED_PACKAGES = ("carrierflex", "numpy", "scipy", "scikit-fem", "gmsh", "pygmsh")
+
+#: What a JSON document says of both, with the words of its schema.
+Versions = Annotated[Mapping[str, str], "Versions of Python and of packages that change a result"]
+Software = Annotated[str, "Name and version of this software"]
 
 
 def software_name() -> str:

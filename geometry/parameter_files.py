@@ -3,10 +3,11 @@
 Tables [carrier], [pin], [gear] and [main_shaft], every key a field of the parameter classes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib.resources import as_file, files
 from pathlib import Path
+from typing import Annotated
 
 from carrierflex.files.problems import Problems, problems_of, refuse
 from carrierflex.files.toml_files import TomlKind, read_toml
@@ -25,6 +26,13 @@ SURFACES_FILE = TomlKind(
     most_bytes=100_000,
     format="carrierflex-surfaces",
 )
+
+
+#: Dimensions in a JSON document. Words, units and limits of the keys stand in the schema
+#: carrier-parameters.
+Dimensions = Annotated[
+    Mapping[str, Mapping[str, float]], "Dimensions, as in the schema carrier-parameters [m]"
+]
 
 
 @dataclass(frozen=True)

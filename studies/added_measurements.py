@@ -15,10 +15,10 @@ from carrierflex.blind_check.truth.carrier.rig import AddedRun
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
 from carrierflex.blind_check.truth.mounting.loads import MountingRecord, asked_record
 from carrierflex.blind_check.truth.mounting.truth import mounting_case
-from carrierflex.diagnosis.carrier.planned.additions import CarrierPool
+from carrierflex.diagnosis.carrier.planned import CarrierPool
 from carrierflex.diagnosis.inference.planning.results import Addition
 from carrierflex.diagnosis.inference.results import NAMED, NAMED_WITH_REMAINDER
-from carrierflex.diagnosis.mounting.planned.additions import MountingPool
+from carrierflex.diagnosis.mounting.planned import MountingPool
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 

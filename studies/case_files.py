@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from carrierflex.files.json_files import read_json
 from carrierflex.files.whole_files import whole_file
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.progress import Stages
 
 Case = TypeVar("Case")
 Row = TypeVar("Row")

@@ -32,10 +32,10 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
+from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.simulation.order_one_supports import Support, clearances
+from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from carrierflex.workflows.simulation.study_order_one import SENSORS
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.stage_bodies import default_stage_body
 
 #: Ranges of docs/order_one.md, with their sources there [rad, N/m, m, N m/rad, N/m, N/m].
 RANGES = {

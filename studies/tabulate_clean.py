@@ -10,10 +10,10 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from carrierflex.files.json_files import save_json
-from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.executors import work_executor
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.fe.default_curves import default_curves
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 from studies.case_files import make_missing, read_case, write_table
 from studies.clean_campaigns import (
     SORTS,

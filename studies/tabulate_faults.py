@@ -16,10 +16,10 @@ from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.files.json_files import read_json, save_json
-from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.executors import work_executor
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.fe.default_curves import default_curves
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 from studies.case_files import write_table
 from studies.fault_outcomes import HARMLESS, OUTCOMES, Outcome, fault_outcomes
 from studies.fault_table import faults_of

@@ -25,9 +25,9 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.files.json_files import save_json
-from carrierflex.workflows.support.executors import work_executor
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 from studies.case_files import make_missing, read_case, write_table
 
 _KIND = "element"

@@ -17,12 +17,12 @@ from threadpoolctl import threadpool_limits
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis.examination import examined
 from carrierflex.workflows.diagnosis.plan_campaign import PlanSettings, plan_of
-from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.examination import examined
-from carrierflex.workflows.support.executors import work_executor
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.fe.default_curves import default_curves
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 from studies.added_measurements import (
     AdditionOutcome,
     Answer,

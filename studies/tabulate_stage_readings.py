@@ -24,8 +24,8 @@ from carrierflex.simulation.stage.stage_data import BearingData, MountingData, S
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.workflows.simulation.order_one_supports import clearances
+from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from carrierflex.workflows.simulation.study_order_one import SENSORS
-from carrierflex.workflows.support.stage_bodies import default_stage_body
 from studies.case_files import write_table
 
 #: Torque [N m], radial load along y and z [N] of each run.

@@ -33,7 +33,7 @@ from carrierflex.geometry.carrier_mesh import (
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows import command_line
-from carrierflex.workflows.support.cache_store import FOLDER_VARIABLE
+from carrierflex.workflows.cached_results import FOLDER_VARIABLE
 
 ROOT = Path(__file__).parents[1]
 #: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few

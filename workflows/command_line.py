@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carrierflex.files.shown_values import printable
-from carrierflex.workflows.shell.commands import COMMANDS
-from carrierflex.workflows.shell.logs import SHOWN, show_errors
-from carrierflex.workflows.support.compiled_code import with_sound_cache
-from carrierflex.workflows.support.interruption import (
+from carrierflex.workflows.compiled_code import with_sound_cache
+from carrierflex.workflows.interruption import (
     EXIT_INTERRUPTED,
     EXIT_TERMINATED,
     TerminationError,
     interruptible,
 )
+from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.shell.logs import SHOWN, show_errors
 
 if TYPE_CHECKING:
     import cyclopts

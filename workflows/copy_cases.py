@@ -47,7 +47,7 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
         raise ValueError(
             f"{out / standing[0]}.toml: stands already, perhaps edited; expected a new --out"
         )
-    from carrierflex.workflows.support.file_schemas import schema_line
+    from carrierflex.workflows.outputs import schema_line
 
     for name, path in chosen.items():
         first, _, rest = path.read_text(encoding="utf-8").partition("\n")

@@ -3,15 +3,16 @@
 Its map, and beyond it the gap in time, what does not repeat, growth, and scalars.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
+from scipy.stats import f as fisher_f
 
-from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells, degrees_of, signed_orders
-from carrierflex.diagnosis.carrier.gap_parts import (
+from carrierflex.diagnosis.carrier.gap_components import (
     RADIAL_LOAD,
     SPEED,
     TORQUE,
@@ -19,19 +20,20 @@ from carrierflex.diagnosis.carrier.gap_parts import (
     carrier_where,
     growth_table,
 )
-from carrierflex.diagnosis.carrier.off_orders.cells import line_findings, off_order_tables
-from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders
+from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.comparison.problem import BoolArray, GapCell
-from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
 from carrierflex.diagnosis.gap.findings import (
+    LINE,
     SMALL_ORDER,
+    Finding,
     GapFindings,
     GapMoment,
     NonSynchronousCell,
     Scalar,
 )
-from carrierflex.diagnosis.gap.gap_map import map_of
+from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
+from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells, map_of
 from carrierflex.diagnosis.gap.in_time import (
     DriftTable,
     ScatterTable,
@@ -43,7 +45,9 @@ from carrierflex.diagnosis.gap.in_time import (
     sliding_rms,
     trend,
 )
+from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.sensor_patterns import (
     RADIAL,
@@ -52,9 +56,15 @@ from carrierflex.identification.carrier.sensor_patterns import (
     PatternSplit,
     pattern_split,
 )
+from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
 _POINTS = 128
+IntArray = NDArray[np.int64]
+_SEED = 3
+_SEED_OFF_ORDERS = 5
+#: Smallest share of the gap worth naming.
+_SMALLEST_NAMED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -362,3 +372,200 @@ def _peak_to_peak(orders: ComplexArray) -> FloatArray:
     # One channel at a time: the turns of 64 sensors in 500 runs are 0.7 GB.
     spans = [np.ptp((of_channel @ waves).real, axis=1) for of_channel in orders.swapaxes(0, 1)]
     return np.asarray(np.mean(spans, axis=0), dtype=np.float64)
+
+
+def carrier_gap_cells(
+    channels: Sequence[Channel],
+    residual_orders: ComplexArray,
+    runs: Sequence[str],
+    run_of_revolution: NDArray[np.int64],
+    noise_of_mean: FloatArray,
+    beside: Sequence[CellTable] = (),
+) -> Sequence[GapCell]:
+    """Gap map of a residual, largest cell first.
+
+    ``coherent = w (|mean|² - s²/R)`` over the R complete revolutions of a run, test ``R |mean|²/s²
+    ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Channels.
+    residual_orders : ndarray of complex, shape (R, n_channels, n + 1)
+        Order amplitudes of the residual by revolution, 0 to n.
+    runs : sequence of str
+        Names of the runs.
+    run_of_revolution : ndarray of int, shape (R,)
+        Run of every revolution.
+    noise_of_mean : ndarray, shape (n_runs,)
+        Noise variance of the mean over one revolution, itself a mean over the channels [m²].
+    beside : sequence of CellTable
+        Cells beside the orders.
+
+    Returns
+    -------
+    tuple of GapCell
+        Every cell of every run that has a complete revolution.
+    """
+    complete = np.isfinite(residual_orders).all(axis=(1, 2))
+    revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
+    tables = [
+        _run_table(run, partial(_split_of, channels, residual_orders, rows), noise)
+        for run, rows, noise in zip(runs, revolutions, noise_of_mean.tolist(), strict=True)
+        if rows.size
+    ]
+    return gap_cells([*tables, *beside])
+
+
+def _split_of(channels: Sequence[Channel], orders: ComplexArray, rows: IntArray) -> PatternSplit:
+    """Patterns of some revolutions: those of all runs would take four times as much as `orders`."""
+    return pattern_split(channels, orders[rows])
+
+
+def signed_orders(amplitudes: ComplexArray) -> FloatArray:
+    """Orders -n to n of a pattern's amplitudes, shape (..., 2 n + 1)."""
+    highest = amplitudes.shape[-1] // 2
+    return np.arange(-highest, highest + 1, dtype=np.float64)
+
+
+def degrees_of(amplitudes: ComplexArray) -> FloatArray:
+    """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis.
+
+    Two, or one where they are real throughout.
+    """
+    return np.where(np.abs(amplitudes.imag).max(axis=0) == 0.0, 1.0, 2.0)
+
+
+def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float) -> CellTable:
+    """Cells of one run with the patterns of its R revolutions."""
+    split = split_of_run()
+    weights = split.weights
+    amplitudes = split.amplitudes
+    n = len(amplitudes)
+    mean = amplitudes.mean(axis=0)
+    degrees = degrees_of(amplitudes)
+    if n > 1:
+        scatter = amplitudes.var(axis=0, ddof=1)
+        ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
+        p_value = fisher_f.sf(ratio, degrees, degrees * (n - 1))
+    else:
+        scatter = noise * split.noise / np.maximum(weights, np.finfo(float).tiny)
+        ratio = np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
+        p_value = chi2.sf(degrees * ratio, degrees)
+    mean_square = weights * np.abs(mean) ** 2
+    noise_square = weights * scatter / n
+
+    def draws() -> FloatArray:
+        """Coherent part of every draw; the amplitudes of the run are not kept for it."""
+        counts = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
+        drawn = np.einsum("dr,rmn->dmn", counts, split_of_run().amplitudes)
+        return np.asarray(weights * np.abs(drawn) ** 2 - noise_square)[:, None]
+
+    return CellTable(
+        runs=(run,),
+        patterns=split.names,
+        orders=signed_orders(amplitudes),
+        mean_square=mean_square[None],
+        coherent=(mean_square - noise_square)[None],
+        p_value=p_value[None],
+        draws=draws,
+        used=weights > 0.0,
+    )
+
+
+def off_order_tables(found: OffOrders) -> Iterator[CellTable]:
+    """Cells of every run in which a motion was found, each motion at its strongest line.
+
+    ``mean_square`` of a cell is that over all channels, as of every cell; the noise of a fitted
+    amplitude is taken off, and draws add it once more.
+
+    Yields
+    ------
+    CellTable
+        One a run; orders are turns of the carrier's, whatever the line keeps.
+    """
+    if not found.members:
+        return
+    rng = np.random.default_rng(_SEED_OFF_ORDERS)
+    for number, run in enumerate(found.speeds):
+        yield _off_order_table(found, number, run, rng)
+
+
+def _off_order_table(
+    found: OffOrders, number: int, run: str, rng: np.random.Generator
+) -> CellTable:
+    """Cells of one run, the first one's number being zero."""
+    names = tuple(channel.name for channel in found.campaign.channels)
+    speed = found.speeds[run]
+    rows = [_line_rows([found.lines[k] for k in own], number, rng) for own in found.members]
+    mean_square, noise, draws = (np.stack(parts, axis=-1) for parts in zip(*rows, strict=True))
+    shown = np.array([motion.channels for motion in found.motions], dtype=object)
+    used = np.array([[name in channels for channels in shown] for name in names])
+    p_value = np.array([motion.p_value for motion in found.motions])
+    first = [found.lines[own[0]] for own in found.members]
+    return CellTable(
+        runs=(run,),
+        patterns=names,
+        orders=np.array([_order(line, speed) for line in first]),
+        mean_square=mean_square[None],
+        coherent=(mean_square - noise)[None],
+        p_value=np.broadcast_to(p_value, mean_square.shape)[None],
+        draws=lambda: (draws - noise)[:, None],
+        bands_hz=np.array([_band(found, own, speed) for own in found.members]),
+        used=used,
+    )
+
+
+def _line_rows(
+    lines: list[OffOrderLine], run: int, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean square, that of noise, and draws of one motion's lines: shapes (C,), (C,), (D, C)."""
+    amplitudes = np.array([line.amplitudes[run] for line in lines])
+    errors = np.array([line.errors[run] for line in lines])
+    n_channels = amplitudes.shape[1]
+    scatter = rng.standard_normal((2, N_DRAWS, *amplitudes.shape))
+    drawn = amplitudes + errors * (scatter[0] + 1j * scatter[1])
+    mean_square = (0.5 * np.abs(amplitudes) ** 2).sum(axis=0) / n_channels
+    noise = (errors**2).sum(axis=0) / n_channels
+    # A draw holds the noise of the estimate and its own.
+    draws = (0.5 * np.abs(drawn) ** 2).sum(axis=1) / n_channels - noise
+    return mean_square, noise, draws
+
+
+def _order(line: OffOrderLine, speed: float) -> float:
+    return line.position if line.is_order else line.position / speed
+
+
+def _band(found: OffOrders, members: tuple[int, ...], speed: float) -> tuple[float, float]:
+    """Lowest and highest frequency of the lines of a motion in one run [Hz]."""
+    hertz = [_order(found.lines[k], speed) * speed for k in members]
+    return min(hertz), max(hertz)
+
+
+def line_findings(
+    motions: Sequence[OffOrderMotion], coherent: float, n_runs: int
+) -> Iterator[Finding]:
+    """Motions beside the orders that are worth naming.
+
+    Parameters
+    ----------
+    motions : sequence of OffOrderMotion
+        What was found.
+    coherent : float
+        Sum over all runs of the mean square of the gap above the noise.
+    n_runs : int
+        Runs of the campaign.
+    """
+    for motion in motions:
+        share = sum(motion.mean_square.values()) / coherent if coherent > 0.0 else 0.0
+        if share >= _SMALLEST_NAMED:
+            yield Finding(
+                kind=LINE,
+                patterns=motion.channels,
+                share=share,
+                runs=motion.runs,
+                is_in_every_run=motion.is_in_every_run and len(motion.runs) == n_runs,
+                band_hz=motion.band_hz,
+                p_value=motion.p_value,
+                line=motion.label,
+            )

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import KIND, card_of, effect_of
 from carrierflex.diagnosis.comparison.effect_cards import (
     EffectCard,
     check_is_function,
@@ -33,8 +32,8 @@ _CARRIER_SHAPE_LAW = (
 )
 #: Samples of the inputs on which a carrier's law is tried.
 _TRIED_SAMPLES = 9
-
 FloatArray = NDArray[np.float64]
+KIND = "carrier"
 
 
 def carrier_rig(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierRig:
@@ -143,4 +142,33 @@ def _tried_inputs(rig: CarrierRig) -> CarrierInputs:
         ntl_z=force[::-1],
         start=0.0,
         end=2.0,
+    )
+
+
+def card_of(effect: Effect) -> EffectCard:
+    """Card of an effect, for selection and report."""
+    return EffectCard(
+        effect.id,
+        KIND,
+        effect.equation,
+        effect.parameters,
+        effect.signature,
+        effect.aliases,
+        effect.discriminating_experiment,
+        acts_on_others=effect.acts_on_others,
+        law=effect.pattern,
+    )
+
+
+def effect_of(card: EffectCard) -> Effect:
+    """Effect of a user's card."""
+    return Effect(
+        card.id,
+        equation=card.equation,
+        parameters=card.parameters,
+        signature=card.signature,
+        pattern=card.law,
+        aliases=card.aliases,
+        discriminating_experiment=card.discriminating_experiment,
+        acts_on_others=card.acts_on_others,
     )

@@ -4,7 +4,7 @@ The measurement model of :mod:`carrierflex.simulation.sensing` on columns: the r
 is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
@@ -24,24 +24,116 @@ from carrierflex.diagnosis.carrier.records.columns import (
     angle_nodes,
     delay_nodes,
 )
-from carrierflex.diagnosis.carrier.weight_table import WeightedColumn, WeightTable, acts
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
-from carrierflex.diagnosis.comparison.problem import Effects, Parameter
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Parameter, bounds_of
+from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.measurement import Measurement
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
 #: Channel of every effect of one sensor.
 Choice = Mapping[str, int]
+
 #: The same, or several channels that are off alike.
 Places = Mapping[str, int | slice]
+
 #: Prior of a candidate's parameter, in its scales.
 _PRIOR = 30.0
+
 #: Largest delay, as an angle [rad]: where the columns at the nodes still carry.
 _LARGEST_DELAY = np.deg2rad(20.0)
+
 _LARGEST_MOVE = np.deg2rad(7.0)
+
+#: Products of the columns with some numbers, by run of a part and channel.
+GramOf = Callable[[IntArray, slice], FloatArray]
+
+#: Steps of the fits that choose a channel or a threshold.
+_QUICK_STEPS = 4
+
+#: Share of every column's square on the diagonal: keeps columns that are alike from large values of
+#: opposite sign.
+_RIDGE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedColumn:
+    """Weight of one column in some runs.
+
+    Parameters
+    ----------
+    owner : str
+        Effect, or the prediction of another simulator.
+    parameter : int
+        Number of the owner's parameter.
+    runs : slice
+        Runs in which it acts.
+    column : int
+        Number of the column.
+    weight : float
+        Factor of the column.
+    slopes : mapping of int to float
+        Derivatives of the weight by the number of the unknown among those of the run.
+    """
+
+    owner: str
+    parameter: int
+    runs: slice
+    column: int
+    weight: float
+    slopes: Mapping[int, float]
+
+
+@dataclass(frozen=True, eq=False)
+class WeightTable:
+    """Weights of the columns in use, summed up term by term; u columns, q unknowns of a run.
+
+    Unknowns that are another run's own are left out: with hundreds of runs they are nearly all.
+
+    Parameters
+    ----------
+    columns : ndarray of int, shape (u,)
+        Numbers of the columns, ascending, the target first.
+    unknowns : ndarray of int, shape (n_runs, q)
+        Numbers of the unknowns that act in every run.
+    values : ndarray, shape (n_runs, n_channels, u)
+        Weights.
+    slopes : ndarray, shape (n_runs, n_channels, q, u)
+        Their derivatives by the unknowns of the run.
+    """
+
+    columns: IntArray
+    unknowns: IntArray
+    values: FloatArray
+    slopes: FloatArray
+
+    @property
+    def used(self) -> tuple[IntArray, FloatArray]:
+        """Columns and their weights without the derivatives, which are many times as large."""
+        return self.columns, self.values
+
+    @property
+    def residual(self) -> FloatArray:
+        """Weights of what is left of the target, shape (n_runs, n_channels, u)."""
+        left = -self.values
+        left[..., 0] += 1.0
+        return left
+
+    def add(self, terms: Iterable[WeightedColumn], channels: int | slice) -> None:
+        """Add terms to some channels."""
+        for term in terms:
+            place = int(np.searchsorted(self.columns, term.column))
+            self.values[term.runs, channels, place] += term.weight
+            for unknown, slope in term.slopes.items():
+                self.slopes[term.runs, channels, unknown, place] += slope
+
+    def amplify(self, channel: int | slice, gain: float, unknown: int) -> None:
+        """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
+        self.slopes[:, channel] *= 1.0 + gain
+        self.slopes[:, channel, unknown] = self.values[:, channel]
+        self.values[:, channel] *= 1.0 + gain
 
 
 @dataclass(frozen=True, eq=False)
@@ -357,3 +449,82 @@ def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]
         rows.append(np.poly(others)[::-1] / np.prod(positions[k] - others))
     polynomials = np.array(rows)
     return polynomials, polynomials[:, 1:] * np.arange(1, positions.size)
+
+
+def acts(term: WeightedColumn) -> bool:
+    """Whether a term has a weight or a derivative."""
+    return term.weight != 0.0 or any(term.slopes.values())
+
+
+def closed_fit(
+    model: CarrierModel,
+    gram_of: GramOf,
+    effects: Effects,
+    choice: Choice,
+    start: FloatArray,
+    *,
+    parts: Sequence[slice],
+) -> tuple[FloatArray, float]:
+    """Gauss-Newton steps on the sums of whole runs, thresholds fixed; within bounds.
+
+    Parameters
+    ----------
+    model : CarrierModel
+        Weights of the columns and their derivatives.
+    gram_of : callable
+        Products of some columns by run and channel, shape (n_runs, n_channels, u, u), of the runs
+        of a part.
+    effects : tuple of str
+        Set beside the baseline.
+    choice : mapping of str to int
+        Channel of every effect of one sensor.
+    start : ndarray, shape (p,)
+        Values to start from; those of the thresholds stay.
+    parts : sequence of slice
+        Runs whose products are in memory at once.
+
+    Returns
+    -------
+    tuple of (ndarray, float)
+        Parameters, and the sum of squares that they leave.
+    """
+    theta = start.copy()
+    parameters = model.parameters(effects, choice)
+    bounds = Bounds(*bounds_of(parameters))
+    free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
+    bilinear = any(
+        model.effects[name].measurement is not None for name in (*model.contained, *effects)
+    )
+    for _ in range(_QUICK_STEPS if bilinear else 1):
+        sums = sums_of_runs(model, gram_of, effects, choice, theta, parts)
+        theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
+    return theta, sums_of_runs(model, gram_of, effects, choice, theta, parts).cost
+
+
+def sums_of_runs(
+    model: CarrierModel,
+    gram_of: GramOf,
+    effects: Effects,
+    choice: Choice,
+    theta: FloatArray,
+    parts: Sequence[slice],
+) -> CostSums[None]:
+    """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels.
+
+    The arguments are those of :func:`closed_fit`; `theta`, shape (p,), is where the derivatives are
+    taken.
+    """
+    matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
+    square = 0.0
+    for part in parts:
+        table = model.weights(effects, choice, theta, part)
+        gram = gram_of(table.columns, part)
+        residual = table.residual
+        products = table.slopes @ gram
+        of_runs = np.einsum("rcpk,rcqk->rpq", products, table.slopes, optimize=True)
+        right_of_runs = np.einsum("rcpk,rck->rp", products, residual, optimize=True)
+        own = table.unknowns
+        np.add.at(matrix, (own[:, :, None], own[:, None, :]), of_runs)
+        np.add.at(right, own, right_of_runs)
+        square += float(np.einsum("rck,rckl,rcl->", residual, gram, residual, optimize=True))
+    return CostSums(square, matrix, right, None)

@@ -6,15 +6,14 @@ What the baseline leaves over one turn, and what the fitted effects explain.
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.records.residual_orders import TURN_ANGLES, mean_turns
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums, ComplexArray
 from carrierflex.diagnosis.comparison.overlay import GAP, LAW, LEFT, Overlay, Panel, Picture, Trace
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
 
-_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 _READING = (
     "Displacement at a sensor while the carrier turns once: mean of the revolutions, orders 0 to "
     "{highest}; outwards from the zero circle is positive. An offset is a larger or smaller "
@@ -103,7 +102,7 @@ def carrier_overlays(
     tuple of Overlay
         Runs without a complete revolution are left out.
     """
-    angles = np.rad2deg(_ANGLES)
+    angles = np.rad2deg(TURN_ANGLES)
     return tuple(
         Overlay(
             run,
@@ -118,35 +117,6 @@ def carrier_overlays(
         for c, channel in enumerate(model.channels)
         if np.isfinite(measured[r, c]).all()
     )
-
-
-def mean_turns(
-    orders: NDArray[np.complex128], run_of_revolution: NDArray[np.int64], n_runs: int
-) -> FloatArray:
-    """Signals over one turn of the carrier, averaged over the revolutions of every run.
-
-    Parameters
-    ----------
-    orders : ndarray of complex, shape (R, C, n + 1)
-        Order amplitudes by revolution and channel; NaN where a revolution is too sparse.
-    run_of_revolution : ndarray of int, shape (R,)
-        Run of every revolution.
-    n_runs : int
-        Number of runs.
-
-    Returns
-    -------
-    ndarray, shape (n_runs, C, 181)
-        ``Re(sum_n Y(n) exp(j n theta))`` [m]; NaN for a run without a complete revolution.
-    """
-    waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), _ANGLES))
-    turns = np.full((n_runs, orders.shape[1], _ANGLES.size), np.nan)
-    for r in range(n_runs):
-        revolutions = orders[run_of_revolution == r]
-        revolutions = revolutions[np.isfinite(revolutions).all(axis=(1, 2))]
-        if len(revolutions):
-            turns[r] = (revolutions.mean(axis=0) @ waves).real
-    return turns
 
 
 def carrier_polar(
@@ -226,9 +196,9 @@ def _picture(
     panels = []
     for name, gap, law, passing in rows[:_MOST_PANELS]:
         # Copies: a view would keep the turns of all sensors in all runs.
-        traces = [Trace(GAP, _ANGLES, gap.copy())]
+        traces = [Trace(GAP, TURN_ANGLES, gap.copy())]
         if effects:
-            traces += [Trace(LAW, _ANGLES, law.copy()), Trace(LEFT, _ANGLES, gap - law)]
+            traces += [Trace(LAW, TURN_ANGLES, law.copy()), Trace(LEFT, TURN_ANGLES, gap - law)]
         panels.append(Panel(name, tuple(traces), passing))
     return Picture(
         title=title,

@@ -10,29 +10,27 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.cards import card_of
-from carrierflex.diagnosis.carrier.classes.answer import carrier_class_answer, carrier_class_table
+from carrierflex.diagnosis.carrier.classes.answer import (
+    CarrierTable,
+    carrier_class_answer,
+    carrier_class_table,
+)
 from carrierflex.diagnosis.carrier.classes.measured_laws import effects_of_laws
-from carrierflex.diagnosis.carrier.classes.table import CarrierTable
-from carrierflex.diagnosis.carrier.closed_fit import closed_fit
-from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
-from carrierflex.diagnosis.carrier.library import carrier_library, carrier_rig
-from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
-from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
-from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
+from carrierflex.diagnosis.carrier.library import card_of, carrier_library, carrier_rig
+from carrierflex.diagnosis.carrier.misread import CarrierReading
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTable, closed_fit
+from carrierflex.diagnosis.carrier.off_order_lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
-from carrierflex.diagnosis.carrier.records.misread import CarrierReading
 from carrierflex.diagnosis.carrier.records.residual_orders import ResidualOrders
-from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     IntArray,
+    RunParts,
     accumulated_sums,
     segment_squares,
 )
-from carrierflex.diagnosis.carrier.weight_table import WeightTable
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -54,8 +52,18 @@ from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.laws import Law
+
+#: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
+#: cases.
+_RADIAL_LOAD = 200e3
+_REVOLUTIONS = 4
+_SAMPLES = 144
+_Load = tuple[float, float, float]
+#: Comparison problem that measured what a model predicts under the inputs of another campaign.
+Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,3 +399,173 @@ def carrier_problem(
     known = known_physics(campaign)
     model = CarrierModel(source, records.index, contained, runs, channels, known, classes)
     return CarrierProblem(campaign, model, records, channel_noise(campaign, records), beside)
+
+
+def carrier_experiments(
+    campaign: Campaign, source: ColumnSource, under: Under
+) -> tuple[CandidateExperiment, ...]:
+    """Steps of torque, of radial load along z and y, and radial loads at low torque.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        What was measured.
+    source : ColumnSource
+        Nominal torque, largest radial load and typical speed of the records.
+    under : callable
+        ``(campaign, effects, theta) -> ComparisonProblem`` whose signals are those of a model under
+        the inputs of a campaign.
+
+    Returns
+    -------
+    tuple of CandidateExperiment
+        Each a short campaign of several steady runs.
+    """
+    nominal = source.rig.nominal_torque
+    has_radial_load = "ntl_y" in campaign.contract.inputs
+    size = source.largest_load
+    force = size if size > 1.0 else _RADIAL_LOAD
+    shares = (-1.0, -0.5, 0.25, 0.5, 1.0)
+    kilo = f"{force / 1e3:g} kN"
+    plans: list[tuple[str, list[_Load]]] = [
+        (
+            "steps of 10, 25, 50, 75 and 100 % torque without radial load",
+            [(s, 0.0, 0.0) for s in (0.1, 0.25, 0.5, 0.75, 1.0)],
+        ),
+        (
+            f"five radial loads along z up to {kilo} of both signs at full torque",
+            [(1.0, 0.0, s) for s in shares],
+        ),
+        (
+            f"five radial loads along y up to {kilo} of both signs at full torque",
+            [(1.0, s, 0.0) for s in shares],
+        ),
+        (
+            f"radial loads of {kilo} along y and z at a quarter and at full torque",
+            [(t, y, z) for t in (0.25, 1.0) for y, z in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))],
+        ),
+    ]
+    candidate_experiments = []
+    for text, shares_of_loads in plans if has_radial_load else plans[:1]:
+        loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
+        runs = _steady_runs(campaign, loads, source.speed)
+        candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
+    return tuple(candidate_experiments)
+
+
+def _builder(
+    campaign: Campaign, under: Under
+) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
+    def build(effects: Effects, theta: FloatArray) -> ComparisonProblem | None:
+        return under(campaign, effects, theta)
+
+    return build
+
+
+def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Campaign:
+    """Campaign of steady runs; its signals are blank."""
+    n = _REVOLUTIONS * _SAMPLES + 1
+    angle = 2.0 * np.pi * np.arange(n) / _SAMPLES
+    blank = {channel.name: np.zeros(n) for channel in campaign.channels}
+    runs = tuple(
+        Run(
+            f"step {k + 1}",
+            f"step{k + 1}.csv",
+            f"step {k + 1}",
+            angle / speed,
+            {
+                name: values
+                for name, values in {
+                    "carrier_angle": angle,
+                    "torque": np.full(n, t),
+                    "ntl_y": np.full(n, y),
+                    "ntl_z": np.full(n, z),
+                }.items()
+                if name in campaign.contract.inputs
+            },
+            blank,
+        )
+        for k, (t, y, z) in enumerate(loads)
+    )
+    baseline = replace(campaign.baseline, source="model")
+    return replace(campaign, runs=runs, baseline=baseline)
+
+
+def refuse_silent_channels(campaign: Campaign) -> None:
+    """Refuse channels that say nothing.
+
+    Raises
+    ------
+    ValueError
+        Where a channel is missing or constant in every run.
+    """
+    for channel in campaign.channels:
+        values = [run.signals[channel.name] for run in campaign.runs]
+        measured = [signal[np.isfinite(signal)] for signal in values]
+        if not any(signal.size for signal in measured):
+            raise ValueError(
+                f"channel {channel.name}: every sample of every run is missing; expected a "
+                "signal, or leave the channel out"
+            )
+        if all(np.ptp(signal) == 0.0 for signal in measured if signal.size):
+            raise ValueError(
+                f"channel {channel.name}: the signal is constant in every run; expected one that "
+                "moves (a sensor "
+                "without power reads a constant)"
+            )
+
+
+def channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
+    """Variance of the noise of every channel [m²], shape (n_channels,).
+
+    Declared noise first. Otherwise what is left of a revolution about its own orders, and half the
+    squared change of every order from one revolution to the next: drift and slow changes of the
+    load hardly enter.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Channels with their declared noise.
+    records : CarrierSums
+        Orders and scatter by revolution.
+
+    Returns
+    -------
+    ndarray
+        Variances.
+
+    Raises
+    ------
+    ValueError
+        Where no noise is declared and every revolution is too sparse.
+    """
+    measured = _scatter(records)
+    variances = []
+    for c, channel in enumerate(campaign.channels):
+        value = channel.noise_std**2 if channel.noise_std is not None else float(measured[c])
+        if not np.isfinite(value):
+            raise ValueError(
+                f"channel {channel.name}: no revolution has samples enough to tell noise from "
+                "signal; give 'noise_std'"
+            )
+        variances.append(value)
+    return np.array(variances)
+
+
+def _scatter(records: CarrierSums) -> FloatArray:
+    target = records.orders
+    same_run = np.diff(records.run_of_revolution) == 0
+    weight = np.where(np.arange(target.shape[2]) == 0, 1.0, 0.5)
+    change = 0.5 * (np.abs(np.diff(target, axis=0)[same_run]) ** 2 * weight).sum(axis=2)
+    fitted = 2.0 * target.shape[2] - 1.0
+    result = np.full(target.shape[1], np.nan)
+    for c in range(target.shape[1]):
+        square, degrees = records.within[:, c].sum(axis=0)
+        if degrees <= 0.0:
+            continue
+        result[c] = square / degrees
+        complete = np.isfinite(change[:, c])
+        if complete.any():
+            n = degrees / np.count_nonzero(records.within[:, c, 1] > 0.0) + fitted
+            result[c] = (square / degrees) * (n - fitted) / n + change[complete, c].mean()
+    return result

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.run_columns import BlockColumns, RunColumns
+from carrierflex.diagnosis.carrier.model import CarrierModel, WeightTable
+from carrierflex.diagnosis.carrier.records.columns import BlockColumns, RunColumns
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums, blocks_of_run
-from carrierflex.diagnosis.carrier.weight_table import WeightTable
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.identification.campaign.campaign import Campaign
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
-from carrierflex.diagnosis.carrier.records.run_columns import inputs_of
+from carrierflex.diagnosis.carrier.records.columns import inputs_of
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     ANGLE_DIRECTION,

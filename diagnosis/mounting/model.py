@@ -1,11 +1,11 @@
-"""Parameters of the gearbox mounting and the sensors' signals they predict for a record."""
+"""Parameters of the gearbox mounting and the signals that they predict for a record."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, card_of_force
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.mounting.records import MountingRecord
@@ -30,9 +30,16 @@ _RATE_WINDOW = 0.5
 #: Stiffness of the baseline over the rig's nominal one.
 _STIFFNESS_RANGE = (0.02, 30.0)
 _SEED = 3
-
 #: Channel of each effect of one sensor.
 Choice = Mapping[str, int]
+KIND = "mounting"
+MOUNTING_CARDS = tuple(card_of_force(effect, KIND) for effect in MOUNTING_EFFECTS.values())
+#: Effects of one sensor; the fit chooses which.
+ONE_CHANNEL = tuple(
+    effect.id
+    for effect in MOUNTING_EFFECTS.values()
+    if effect.measurement and effect.measurement.is_of_one_channel
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,10 +242,7 @@ def _measurement(effect: str) -> Measurement | None:
 
 
 def _simulated_indices(effect: str, parameter: str) -> list[int]:
-    """Indices in the simulator's flat array that a parameter is added to.
-
-    None for what the simulator does not hold: sensors', users'.
-    """
+    """Indices in the simulator's flat array that a parameter is added to."""
     if effect == BASELINE:
         return [INDEX[parameter]]
     known = MOUNTING_EFFECTS.get(effect)

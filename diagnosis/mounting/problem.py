@@ -1,7 +1,7 @@
 """The kind "mounting" as a comparison problem of the diagnosis: records, library, sums."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,7 +14,12 @@ from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
     step_halving_error,
 )
-from carrierflex.diagnosis.comparison.known_physics import Misreading, known_physics
+from carrierflex.diagnosis.comparison.known_physics import (
+    DeclaredError,
+    Misreading,
+    declared_errors,
+    known_physics,
+)
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -30,23 +35,25 @@ from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.gap_map import block_powers
 from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
-from carrierflex.diagnosis.mounting.cards import (
+from carrierflex.diagnosis.mounting.classes.answer import answer_of_table, mounting_class_table
+from carrierflex.diagnosis.mounting.classes.shapes import beyond_visited, law_cards
+from carrierflex.diagnosis.mounting.experiments import mounting_experiments
+from carrierflex.diagnosis.mounting.gap import (
+    map_edges_hz,
+    mounting_findings,
+    mounting_gap_cells,
+    mounting_pictures,
+    mounting_scalars,
+    score_cells,
+)
+from carrierflex.diagnosis.mounting.model import (
     KIND,
     MOUNTING_CARDS,
     ONE_CHANNEL,
+    Choice,
+    MountingModel,
+    mounting_scale,
 )
-from carrierflex.diagnosis.mounting.classes.answer import answer_of_table, mounting_class_table
-from carrierflex.diagnosis.mounting.classes.measured_laws import beyond_visited, law_cards
-from carrierflex.diagnosis.mounting.experiments import mounting_experiments
-from carrierflex.diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
-from carrierflex.diagnosis.mounting.gap_map import (
-    map_edges_hz,
-    mounting_gap_cells,
-    score_cells,
-)
-from carrierflex.diagnosis.mounting.misread import MountingReading
-from carrierflex.diagnosis.mounting.model import Choice, MountingModel, mounting_scale
-from carrierflex.diagnosis.mounting.pictures import mounting_pictures
 from carrierflex.diagnosis.mounting.records import MountingRecord, mounting_records
 from carrierflex.diagnosis.mounting.signatures import (
     Column,
@@ -58,6 +65,9 @@ from carrierflex.diagnosis.mounting.signatures import (
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import Law
+from carrierflex.simulation.measurement import Measurement
+from carrierflex.simulation.mounting.effects import SENSOR_DELAY
+from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.rig import MountingRig
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -217,7 +227,7 @@ class MountingProblem(ComparisonProblem):
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What the declared errors of sensors and loads do to a fit."""
-        reading = MountingReading(self.model, effects, theta, self.choice(effects))
+        reading = _Reading(self.model, effects, theta, self.choice(effects))
         return reading.misread(self.records, self.differenced(effects).slopes(theta))
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
@@ -369,3 +379,103 @@ def mounting_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> M
     )
     declared = all(channel.noise_std is not None for channel in campaign.channels)
     return MountingProblem(model, records, declared)
+
+
+def mounting_beside_prediction(problem: MountingProblem, campaign: Campaign) -> MountingProblem:
+    """ComparisonProblem whose baseline is the prediction in the run files.
+
+    Parameters
+    ----------
+    problem : MountingProblem
+        ComparisonProblem of the same campaign with the model as its baseline.
+    campaign : Campaign
+        Campaign with predictions.
+
+    Returns
+    -------
+    MountingProblem
+        Same records; K1 and C1 held at what the prediction obeys.
+    """
+    # The floor is the measurement's: a prediction has no noise to be estimated.
+    channels = tuple(replace(channel, noise_std=0.0) for channel in campaign.channels)
+    runs = tuple(replace(run, signals=run.predictions) for run in campaign.runs)
+    simulated = mounting_records(replace(campaign, channels=channels, runs=runs))
+    # What the prediction contains already is no candidate.
+    cards = {
+        name: card
+        for name, card in problem.model.cards.items()
+        if name not in campaign.baseline.effects
+    }
+    linear = replace(problem.model, contained=(), cards=cards)
+    held = replace(problem, model=linear, records=simulated).bare_fit()
+    records = tuple(
+        replace(
+            record, measured=record.measured - own.measured + linear.predicted(record, (), held, {})
+        )
+        for record, own in zip(problem.records, simulated, strict=True)
+    )
+    return replace(
+        problem, model=replace(linear, held=tuple(float(value) for value in held)), records=records
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Reading:
+    """A fitted set of effects, whose records may be misread."""
+
+    model: MountingModel
+    effects: Effects
+    theta: FloatArray
+    choice: Choice
+
+    def misread(
+        self,
+        records: Sequence[MountingRecord],
+        slopes: Iterable[tuple[FloatArray, FloatArray]],
+    ) -> Misreading:
+        """What every declared error, and the zero of every run and channel, does to the gradient.
+
+        Parameters
+        ----------
+        records : sequence of MountingRecord
+            Runs.
+        slopes : iterable of tuple of ndarray
+            Residual, shape (n, C), and change of the prediction by every parameter, shape
+            (p, n, C), run by run.
+        """
+        errors = declared_errors(self.model.known)
+        scores = np.zeros((len(errors), self.theta.size))
+        of_zeros = []
+        for record, (_, changes) in zip(records, slopes, strict=True):
+            predicted = self._predicted(record)
+            by_parameter = changes.reshape(len(changes), -1)
+            for e, error in enumerate(errors):
+                change = self._change(record, error, predicted)
+                change = np.where(np.isfinite(record.measured), change, 0.0)
+                scores[e] += by_parameter @ change.ravel()
+            of_channels = np.where(np.isfinite(record.measured), changes, 0.0).sum(axis=1)
+            of_zeros.append((of_channels * np.sqrt(record.zero_noise)).T)
+        return Misreading(errors, np.concatenate([scores, *of_zeros]))
+
+    def _change(
+        self, record: MountingRecord, error: DeclaredError, predicted: FloatArray
+    ) -> FloatArray:
+        """Change of the residual where a signal is read one standard deviation off, (n, C)."""
+        if error.is_of_input:
+            inputs = record.inputs.columns()
+            inputs[error.signal] = error.misread(inputs[error.signal])
+            return predicted - self._predicted(replace(record, inputs=MountingInputs(**inputs)))
+        if error.part is Measurement.DELAY:
+            late = replace(
+                self,
+                effects=(*self.effects, SENSOR_DELAY.id),
+                theta=np.append(self.theta, error.std),
+            )
+            return late._predicted(record) - predicted
+        change = np.zeros(record.measured.shape)
+        signal = record.measured[:, error.channel]
+        change[:, error.channel] = error.misread(signal) - signal
+        return change
+
+    def _predicted(self, record: MountingRecord) -> FloatArray:
+        return self.model.predicted(record, self.effects, self.theta, self.choice)

@@ -3,16 +3,21 @@
 Loads and signals are averaged over the same groups of samples. The mean over a group commutes with
 a linear system, and the bushings' laws change little within a fiftieth of a second, so that the
 averaged loads give the averaged signals.
+
+Noise that was not declared is estimated from fifth differences of the samples, in which a slow
+motion vanishes. Where neighbouring samples are alike the differences hold less than its variance;
+the same differences of every second sample hold more of it, which gives the memory of the noise.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.mounting.difference_noise import DifferenceNoise, difference_noise
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.mounting.inputs import MountingInputs
@@ -24,11 +29,23 @@ _ENOUGH_HZ = 50.0
 _FAST_POWER = 1e-3
 _BLOCKS = 8
 #: Samples of a block at least.
-FEWEST_IN_BLOCK = 40
+_FEWEST_IN_BLOCK = 40
 #: A mean of the zeroing samples below this share of its own noise was taken out with the noise in
 #: it.
 _ZEROED = 1e-3
 _LOADS = ("torque", "ntl_y", "ntl_z")
+#: Order of the differences, and their mean square over the variance of white noise (10 choose 5).
+_ORDER, _GAIN = 5, 252.0
+#: Median of chi² with one degree of freedom; a median is not moved by the few fast samples.
+_MEDIAN_CHI2 = 0.4549
+#: Longest memory from sample to sample that is told from motion.
+_LONGEST = 0.8
+#: Distances of samples, and the share of the differences at the second one from which motion, which
+#: is only known from what it does at the others, would give the memory.
+_LAGS = (1, 2, 3, 4)
+_MOST_MOTION = 0.2
+#: Rounds of motion and memory in turn.
+_ROUNDS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +89,20 @@ class MountingRecord:
         return self.inputs.step
 
 
+@dataclass(frozen=True)
+class _Noise:
+    """Noise of one channel."""
+
+    variance: float
+    memory: float
+
+    def of_mean(self, n: int) -> float:
+        """Variance of the mean of n samples in a row [m²]."""
+        apart = np.arange(1, n)
+        alike = 2.0 * float(np.sum((1.0 - apart / n) * self.memory**apart))
+        return self.variance * (1.0 + alike) / n
+
+
 def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
     """Thinned records of every run.
 
@@ -103,13 +134,13 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
 
 
 def _check(run: Run, campaign: Campaign) -> None:
-    if run.time.size < 2 * FEWEST_IN_BLOCK:
+    if run.time.size < 2 * _FEWEST_IN_BLOCK:
         raise ValueError(
-            f"run {run.name}: {run.time.size} samples; expected at least {2 * FEWEST_IN_BLOCK}"
+            f"run {run.name}: {run.time.size} samples; expected at least {2 * _FEWEST_IN_BLOCK}"
         )
     for channel in campaign.channels:
         present = int(np.isfinite(run.signals[channel.name]).sum())
-        if present < FEWEST_IN_BLOCK:
+        if present < _FEWEST_IN_BLOCK:
             raise ValueError(
                 f"run {run.name}: column '{channel.name}' holds {present} measured samples; "
                 "expected a signal, or leave the channel out"
@@ -125,7 +156,7 @@ def _is_constant(values: FloatArray) -> bool:
     return bool(present.size == 0 or np.ptp(present) == 0.0)
 
 
-def _noise(campaign: Campaign) -> list[list[DifferenceNoise]]:
+def _noise(campaign: Campaign) -> list[list[_Noise]]:
     """Noise of every channel by run: as declared, or from the records."""
     signals = {
         (run.name, channel.name): run.within_use().signals[channel.name]
@@ -133,19 +164,19 @@ def _noise(campaign: Campaign) -> list[list[DifferenceNoise]]:
         for channel in campaign.channels
         if channel.noise_std is None
     }
-    found = dict(zip(signals, difference_noise(tuple(signals.values())), strict=True))
+    found = dict(zip(signals, _difference_noise(tuple(signals.values())), strict=True))
     return [
         [
             found[run.name, channel.name]
             if channel.noise_std is None
-            else DifferenceNoise(channel.noise_std**2, 0.0)
+            else _Noise(channel.noise_std**2, 0.0)
             for channel in campaign.channels
         ]
         for run in campaign.runs
     ]
 
 
-def _record(run: Run, campaign: Campaign, noise: Sequence[DifferenceNoise]) -> MountingRecord:
+def _record(run: Run, campaign: Campaign, noise: Sequence[_Noise]) -> MountingRecord:
     inputs = MountingInputs.from_columns(run.time, run.inputs)
     names = [channel.name for channel in campaign.channels]
     signals = np.column_stack([run.within_use().signals[name] for name in names])
@@ -171,12 +202,12 @@ def _record(run: Run, campaign: Campaign, noise: Sequence[DifferenceNoise]) -> M
 def _blocks(counts: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Block of every sample: like numbers of samples that count, the others in between."""
     n = int(counts.sum())
-    if n < 2 * FEWEST_IN_BLOCK:
+    if n < 2 * _FEWEST_IN_BLOCK:
         raise ValueError(
             f"{n} averaged samples lie in the windows of 'use'; expected at least "
-            f"{2 * FEWEST_IN_BLOCK}"
+            f"{2 * _FEWEST_IN_BLOCK}"
         )
-    blocks = max(2, min(_BLOCKS, n // FEWEST_IN_BLOCK))
+    blocks = max(2, min(_BLOCKS, n // _FEWEST_IN_BLOCK))
     number = np.maximum(np.cumsum(counts) - 1, 0)
     return np.asarray(number * blocks // n, dtype=np.int64)
 
@@ -199,9 +230,68 @@ def _means(values: FloatArray, q: int) -> FloatArray:
 
 
 def _zero_noise(first: FloatArray, error: FloatArray) -> FloatArray:
-    """Variance that the zero carries into the whole run.
-
-    That of its mean, `error`, where the noise was zeroed with the signal.
-    """
+    """Variance that the zero carries into the whole run."""
     zeroed = np.abs(first.mean(axis=0)) <= _ZEROED * np.sqrt(error)
     return np.where(zeroed, error, 0.0)
+
+
+def _difference_noise(signals: Sequence[FloatArray]) -> tuple[_Noise, ...]:
+    """Noise of records of slow motion that one measuring chain took."""
+    squares = [[_difference_square(signal, lag) for lag in _LAGS] for signal in signals]
+    if any(np.isnan(own[0]) for own in squares):
+        raise ValueError(
+            "a channel without 'noise_std' has no six samples in a row; expected its 'noise_std'"
+        )
+    told = [_memory_and_motion(own) for own in squares]
+    clean = [memory for memory, motion in told if motion < _MOST_MOTION]
+    memory = float(np.median(clean)) if clean else 0.0
+    return tuple(_Noise(own[0] / _visible_share(memory), memory) for own in squares)
+
+
+def _memory_and_motion(squares: Sequence[float]) -> tuple[float, float]:
+    """Memory of one signal, and the share of motion in the differences at the second distance."""
+    first, second, third, fourth = squares
+    if not np.all(np.isfinite(squares)) or min(first, second) <= 0.0:
+        return 0.0, 1.0
+    motion = 0.0
+    for _ in range(_ROUNDS):
+        memory = _memory((second - motion) / first)
+        variance = first / _visible_share(memory)
+        at_third = max(third - variance * _visible_share(memory**3), 0.0)
+        at_fourth = max(fourth - variance * _visible_share(memory**4), 0.0)
+        growth = 2.0 * _ORDER
+        if at_third < at_fourth and at_third > 0.0:
+            growth = min(growth, np.log(at_fourth / at_third) / np.log(4.0 / 3.0))
+        motion = min(at_third * (2.0 / 3.0) ** growth, second)
+    return memory, motion / second
+
+
+def _difference_square(values: FloatArray, lag: int) -> float:
+    """Square of the fifth differences of every lag-th sample over that of white noise [m²]."""
+    n = values.size - _ORDER * lag
+    if n < 1:
+        return np.nan
+    weights = [(-1) ** k * comb(_ORDER, k) for k in range(_ORDER + 1)]
+    differences = sum(w * values[k * lag : k * lag + n] for k, w in enumerate(weights))
+    present = differences[np.isfinite(differences)]
+    if present.size == 0:
+        return np.nan
+    return float(np.median(present**2) / _MEDIAN_CHI2 / _GAIN)
+
+
+def _visible_share(memory: float) -> float:
+    """Share of the variance of noise with a memory that the fifth differences see."""
+    apart = range(1, _ORDER + 1)
+    products = [(-1) ** m * comb(2 * _ORDER, _ORDER + m) * memory**m for m in apart]
+    return 1.0 + 2.0 * sum(products) / _GAIN
+
+
+def _memory(ratio: float) -> float:
+    """Memory of noise from the squares of every second sample's differences over every one's."""
+
+    def excess(memory: float) -> float:
+        return _visible_share(memory**2) / _visible_share(memory) - ratio
+
+    if excess(0.0) >= 0.0:
+        return 0.0
+    return float(brentq(excess, 0.0, _LONGEST)) if excess(_LONGEST) > 0.0 else _LONGEST

@@ -20,8 +20,7 @@ from carrierflex.diagnosis.comparison.problem import (
     shape_starts,
     total_products,
 )
-from carrierflex.diagnosis.mounting.cards import ONE_CHANNEL
-from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.model import ONE_CHANNEL, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS

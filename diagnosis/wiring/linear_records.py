@@ -1,13 +1,19 @@
-"""Runs beside a baseline that is linear in its parameters, and one more column fitted with it.
+"""Errors of the measurement fitted together with a baseline that is linear in its parameters.
 
-The residual is fitted by the baseline's columns and one more, ``r = J d + g c``: what the baseline
-cannot absorb of ``c`` tells ``g``. Columns of parameters that one run has for itself are fitted out
-of its products first, so that no product grows with the number of runs. The variance of ``g`` is
-that of least squares times the correlation of the residual from sample to sample,
+They are delays, drifting clocks and gains too small to leave a gap, which yet move the parameters
+of the baseline. The residual is fitted by the baseline's columns and one more, ``r = J d + g c``:
+what the baseline cannot absorb of ``c`` determines ``g``. Columns of parameters of one run alone
+are fitted out of its products first, so that no product grows with the number of runs. The variance
+of ``g`` is that of least squares times the correlation of the residual from sample to sample,
 ``1 + 2 (rho_1 + rho_2 + ...)``.
+
+- A delay tau of all signals has ``c = -dy/dt``; a clock that drifts
+  ``c = -dy/dt (t - t_middle) / T`` in one run.
+- A gain error of channel k has ``c = y_k``, the prediction in that channel and zero in all others.
+  Channels count by their residual's RMS: a noisy one determines less.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,11 +25,18 @@ from carrierflex.identification.estimation.scaled_least_squares import (
 )
 
 FloatArray = NDArray[np.float64]
-
 #: Share of a column that the others must leave for its factor to be told from theirs.
 _LEFT = 1e-6
 #: Lags of the residual's correlation.
 _LAGS = 20
+#: Drift over its standard deviation that is told, one run of many.
+_DRIFT = 5.0
+#: The same of a delay: sensors that stand half a degree from where they are declared leave four.
+_DELAY = 8.0
+#: Gain error over its standard deviation from which it is told.
+_SURE = 8.0
+#: Standard deviations within which another channel is as likely to be the one.
+_AS_SURE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,21 +70,104 @@ class LinearRecord:
         return np.asarray(np.gradient(self.predicted, self.time, axis=0), dtype=np.float64)
 
 
-def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
-    """Products of what is left of columns once the parameters of the run alone are fitted out.
+@dataclass(frozen=True)
+class Lateness:
+    """Delay of the signals [s] and its standard deviation.
 
     Parameters
     ----------
-    gram : ndarray, shape (q + n, q + n)
-        Products of all columns of a run.
-    n_of_run : int
-        q, columns of parameters of the run alone, the first.
+    run : str
+        Run over which the delay grows by `seconds`; empty for a delay that all runs share.
+    seconds, std : float
+        Its size.
+    explained : float
+        Share of the residual's square over all records that it explains beside the baseline.
+    """
+
+    run: str
+    seconds: float
+    std: float
+    explained: float
+
+
+@dataclass(frozen=True)
+class ChannelGain:
+    """Gain error of a channel.
+
+    Parameters
+    ----------
+    channel : int
+        Number of the channel.
+    gain, std : float
+        Its gain less one, and the standard deviation of that.
+    """
+
+    channel: int
+    gain: float
+    std: float
+
+    @property
+    def sureness(self) -> float:
+        """Gain error over its standard deviation."""
+        return abs(self.gain) / max(self.std, float(np.finfo(float).tiny))
+
+
+def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
+    """Clocks that drift, or, where none does, the delay of all signals; empty where neither.
+
+    Parameters
+    ----------
+    records : iterable of LinearRecord
+        All runs, met once.
+    """
+    sums = _summed(records)
+    return sums.drifts() or sums.delays() if sums else ()
+
+
+def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | None:
+    """Clocks that drift, fitted together with the baseline; None where there is no record.
+
+    Parameters
+    ----------
+    records : iterable of LinearRecord
+        All runs, met once.
+    """
+    sums = _summed(records)
+    return sums.drifts() if sums else None
+
+
+def off_gains(
+    records: Iterable[LinearRecord], smallest: Sequence[float]
+) -> tuple[ChannelGain, ...]:
+    """Channel whose gain is off beyond doubt, with those that are as likely to be the one.
+
+    One gain that is off shows in the other channels too, since the baseline gives way to it: the
+    surest is told. Two channels whose size the baseline fits cannot be told from each other.
+
+    Parameters
+    ----------
+    records : iterable of LinearRecord
+        All runs, met once.
+    smallest : sequence of float
+        Gain error of each channel that none is told below: that of its calibration.
 
     Returns
     -------
-    ndarray, shape (n, n)
-        Schur complement.
+    tuple of ChannelGain
+        The surest first; empty where every gain may be right.
     """
+    gains = sorted(_channel_gains(records), key=lambda gain: -gain.sureness)
+    if not gains or gains[0].sureness <= _SURE:
+        return ()
+    beyond = [gain for gain in gains if abs(gain.gain) > smallest[gain.channel]]
+    # What shows in other channels beside one within its calibration is that one's.
+    if gains[0] not in beyond:
+        return ()
+    return tuple(gain for gain in beyond if gain.sureness >= gains[0].sureness - _AS_SURE)
+
+
+def _shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
+    """Products of what is left of columns once the parameters of the run alone are fitted out."""
     of_run, crossed = gram[:n_of_run, :n_of_run], gram[:n_of_run, n_of_run:]
     return np.asarray(
         gram[n_of_run:, n_of_run:] - crossed.T @ normal_inverse(of_run) @ crossed,
@@ -79,36 +175,23 @@ def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
     )
 
 
-def unit_columns(sums: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _unit_columns(sums: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Products of columns of unit length, shape (n, n), and the lengths, shape (n,)."""
     # Columns of very different units: the pseudo-inverse judges them by their own size.
     scale = column_lengths(sums)
     return sums / np.outer(scale, scale), scale
 
 
-def inverse_of_unit_columns(scaled: FloatArray) -> FloatArray:
+def _inverse_of_unit_columns(scaled: FloatArray) -> FloatArray:
     """Inverse of products of unit columns, shape (n, n), without the directions of rounding."""
     return np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
 
 
-def last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
-    """Factor of the last column before the residual in a least-squares fit, and its deviation.
-
-    Parameters
-    ----------
-    sums : ndarray, shape (p + 2, p + 2)
-        Products of p columns, the column in question and the residual.
-    variance : float
-        Variance of the residual, correlation included.
-
-    Returns
-    -------
-    tuple of float
-        Zero and infinity where the other columns leave nothing of the one in question.
-    """
-    scaled, scale = unit_columns(sums)
+def _last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
+    """Factor of the last column before the residual in a least-squares fit, and its deviation."""
+    scaled, scale = _unit_columns(sums)
     others = slice(0, -2)
-    absorbed = inverse_of_unit_columns(scaled[others, others]) @ scaled[others, -2]
+    absorbed = _inverse_of_unit_columns(scaled[others, others]) @ scaled[others, -2]
     left = 1.0 - float(scaled[-2, others] @ absorbed)
     if left < _LEFT:
         return 0.0, np.inf
@@ -117,28 +200,14 @@ def last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
     return factor, float(np.sqrt(variance / left) / scale[-2])
 
 
-def residual_variance(square: float, residuals: Sequence[tuple[float, int]]) -> float:
-    """Variance of the residual of all runs, the correlation of its samples included.
-
-    Parameters
-    ----------
-    square : float
-        Sum of the residual's squares.
-    residuals : sequence of (float, int)
-        :func:`correlation` and samples of each run.
-    """
+def _residual_variance(square: float, residuals: Sequence[tuple[float, int]]) -> float:
+    """Variance of the residual of all runs, the correlation of its samples included."""
     factors, counts = zip(*residuals, strict=True)
     return float(np.average(factors, weights=counts) * square / sum(counts))
 
 
-def correlation(residual: FloatArray) -> float:
-    """Factor by which correlated samples raise a variance, mean over the channels; one at least.
-
-    Parameters
-    ----------
-    residual : ndarray, shape (n, n_channels)
-        Residual; NaN where missing.
-    """
+def _correlation(residual: FloatArray) -> float:
+    """Factor by which correlated samples raise a variance, mean over the channels; one at least."""
     values = np.where(np.isfinite(residual), residual, 0.0)
     values = values - values.mean(axis=0)
     n = len(values)
@@ -150,3 +219,117 @@ def correlation(residual: FloatArray) -> float:
     # Up to the first lag without correlation: beyond it the sum is noise.
     ends = np.flatnonzero(rho < 2.0 / np.sqrt(n * values.shape[1]))
     return max(1.0 + 2.0 * float(rho[: ends[0] if ends.size else _LAGS].sum()), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _LateSums:
+    """Products of baseline's columns, delay, drift and residual, by run and of all runs."""
+
+    runs: Mapping[str, FloatArray]
+    total: FloatArray
+    variance: float
+
+    def drifts(self) -> tuple[Lateness, ...]:
+        """Drift of every run that is beyond doubt."""
+        n_baseline = len(self.total) - 3
+        told = []
+        for name, own in self.runs.items():
+            # The baseline is common to all runs, delay and drift are this run's.
+            sums = own.copy()
+            sums[:n_baseline, :n_baseline] = self.total[:n_baseline, :n_baseline]
+            sums[:n_baseline, -1] = sums[-1, :n_baseline] = self.total[:n_baseline, -1]
+            explained = _explained(sums, n_baseline) / float(self.total[-1, -1])
+            seconds, std = _last_factor(sums, self._variance_beside(explained))
+            if abs(seconds) > _DRIFT * std:
+                told.append(Lateness(name, seconds, std, explained))
+        return tuple(told)
+
+    def delays(self) -> tuple[Lateness, ...]:
+        """Delay of all runs where it is beyond doubt."""
+        sums = np.delete(np.delete(self.total, -2, 0), -2, 1)
+        explained = _explained(sums, len(sums) - 2) / float(self.total[-1, -1])
+        seconds, std = _last_factor(sums, self._variance_beside(explained))
+        if abs(seconds) <= _DELAY * std:
+            return ()
+        return (Lateness("", seconds, std, explained),)
+
+    def _variance_beside(self, explained: float) -> float:
+        """Variance of what is left beside a lateness: its own slope is no scatter about it."""
+        return self.variance * max(1.0 - explained, 0.0)
+
+
+def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
+    """Products of all runs; None where there is no record."""
+    products = {}
+    residuals = []
+    for record in records:
+        slope = record.slope
+        known = np.isfinite(record.residual) & np.isfinite(slope)
+        middle = 0.5 * (record.time[0] + record.time[-1])
+        along = (record.time - middle) / (record.time[-1] - record.time[0])
+        late = -slope[known]
+        drifting = (-slope * along[:, None])[known]
+        rows = np.array([*record.columns[:, known], late, drifting, record.residual[known]])
+        products[record.run] = _shared_products(rows @ rows.T, record.n_of_run)
+        residuals.append((_correlation(record.residual), int(known.sum())))
+    if not products:
+        return None
+    total = np.sum(list(products.values()), axis=0)
+    return _LateSums(products, total, _residual_variance(float(total[-1, -1]), residuals))
+
+
+def _explained(sums: FloatArray, n_baseline: int) -> float:
+    """Square of the residual that the columns after the baseline's explain beside these."""
+    scaled, scale = _unit_columns(sums)
+    squares = [
+        float(scaled[-1, :n] @ _inverse_of_unit_columns(scaled[:n, :n]) @ scaled[-1, :n])
+        for n in (n_baseline, len(sums) - 1)
+    ]
+    return float((squares[1] - squares[0]) * scale[-1] ** 2)
+
+
+def _channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:
+    """Gain error of every channel, each fitted alone beside the baseline."""
+    total: FloatArray | None = None
+    residuals = []
+    for record in records:
+        scale = _residual_rms(record)
+        products = _products(record, scale)
+        total = products if total is None else total + products
+        known = int(np.isfinite(record.residual).sum())
+        residuals.append((_correlation(record.residual / scale), known))
+        n_channels = record.residual.shape[1]
+    if total is None or n_channels < 2:
+        return ()
+    variance = _residual_variance(float(total[-1, -1]), residuals)
+    n_shared = len(total) - n_channels - 1
+    gains = []
+    for k in range(n_channels):
+        beside = [*range(n_shared), n_shared + k, len(total) - 1]
+        gains.append(ChannelGain(k, *_last_factor(total[np.ix_(beside, beside)], variance)))
+    return tuple(gains)
+
+
+def _products(record: LinearRecord, scale: FloatArray) -> FloatArray:
+    """Products of the p shared columns, the prediction of each channel and the residual."""
+    known = np.isfinite(record.residual) & np.isfinite(record.predicted)
+    n_columns, n_channels = len(record.columns), known.shape[1]
+    gram = np.zeros((n_columns + n_channels + 1,) * 2)
+    of_baseline = np.array([*range(n_columns), n_columns + n_channels])
+    for k in range(n_channels):
+        samples = known[:, k]
+        predicted = record.predicted[samples, k] / scale[k]
+        rows = np.array([*record.columns[:, samples, k], record.residual[samples, k]]) / scale[k]
+        place = n_columns + k
+        gram[np.ix_(of_baseline, of_baseline)] += rows @ rows.T
+        gram[place, of_baseline] = gram[of_baseline, place] = rows @ predicted
+        gram[place, place] = predicted @ predicted
+    return _shared_products(gram, record.n_of_run)
+
+
+def _residual_rms(record: LinearRecord) -> FloatArray:
+    """RMS of the residual by channel, shape (n_channels,); one where nothing is left."""
+    residual = np.where(np.isfinite(record.residual), record.residual, 0.0)
+    count = np.maximum(np.isfinite(record.residual).sum(axis=0), 1)
+    rms = np.sqrt(np.sum(residual**2, axis=0) / count)
+    return np.where(rms > 0.0, rms, 1.0)

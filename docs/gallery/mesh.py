@@ -9,7 +9,7 @@ from pathlib import Path
 from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.geometry.view import mesh_picture
-from carrierflex.workflows.support.outputs import save_image
+from carrierflex.workflows.outputs import save_image
 
 picture = Path(sys.argv[1]) / f"{Path(__file__).stem}.png"
 

@@ -15,7 +15,7 @@ from carrierflex.blind_check.truth.element.families import (
 )
 from carrierflex.diagnosis.element.classes import laws
 from carrierflex.diagnosis.element.classes.table import PRESLIDING
-from carrierflex.workflows.screen.score_tables import score_page
+from carrierflex.workflows.diagnosis.score_page import score_page
 
 F = "restoring_force"
 G = "dissipation"

@@ -10,7 +10,7 @@ from carrierflex.blind_check.scoring.judging import judge, judged_cases
 from carrierflex.blind_check.scoring.result import BlindCheck
 from carrierflex.blind_check.scoring.scoring import score, wilson
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
-from carrierflex.workflows.screen.score_tables import score_page
+from carrierflex.workflows.diagnosis.score_page import score_page
 
 FRICTION = ("coulomb_friction", "stribeck_friction")
 

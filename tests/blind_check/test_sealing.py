@@ -20,7 +20,7 @@ from carrierflex.blind_check.sealing.seals import (
     write_seals,
 )
 from carrierflex.blind_check.truth.campaigns import write_case
-from carrierflex.workflows.support.executors import SerialExecutor
+from carrierflex.workflows.executors import SerialExecutor
 
 ROOT = Path(__file__).parents[2]
 LABEL = Label(

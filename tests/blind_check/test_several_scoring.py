@@ -9,8 +9,8 @@ from carrierflex.blind_check.scoring.result import BlindCheck
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
 from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS, form_aliases
+from carrierflex.workflows.diagnosis.score_page import score_page
 from carrierflex.workflows.diagnosis.scored_check import scored
-from carrierflex.workflows.screen.score_tables import score_page
 
 TILT, SADDLE, DRIFT = "housing/tilt/radial_load", "housing/saddle/torque", "housing/offset/time"
 WAVES = "carrier/waves/none"

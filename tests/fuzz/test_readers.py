@@ -53,7 +53,7 @@ from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.law_files import read_law, write_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
-from carrierflex.workflows.support.cache_store import CacheStore
+from carrierflex.workflows.cached_results import CacheStore
 from carrierflex.workflows.view3d.rim_scene import rim_scene
 from tests.fe.solids.test_solids import blocks
 from tests.fuzz.counts import COUNTS

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from carrierflex.workflows.simulation.simulate_table_5 import reference_model, table_5_case
-from carrierflex.workflows.support.stage_bodies import made_rigid, stage_body_of
+from carrierflex.workflows.simulation.stage_bodies import made_rigid, stage_body_of
 
 pytest.importorskip("exudyn")
 

@@ -19,9 +19,9 @@ from carrierflex.simulation.stage.quasi_static import quasi_static_turn
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
-from carrierflex.workflows.support.half_sector_bodies import half_sector_body
-from carrierflex.workflows.support.named_bodies import body_structure
-from carrierflex.workflows.support.stage_bodies import stage_body_of
+from carrierflex.workflows.fe.bodies import body_structure
+from carrierflex.workflows.reduction.half_sector_bodies import half_sector_body
+from carrierflex.workflows.simulation.stage_bodies import stage_body_of
 
 SIZE = 0.06
 N_MODES = 8

@@ -4,7 +4,7 @@ import json
 
 import jsonschema
 
-from carrierflex.workflows.support.file_schemas import file_schema
+from carrierflex.workflows.schemas.file_schemas import file_schema
 
 
 def checked_document(path):

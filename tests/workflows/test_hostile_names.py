@@ -95,7 +95,7 @@ def test_a_refusal_in_the_middle_of_the_work_names_its_input(tmp_path, command, 
 
         raise LinAlgError("SVD did not converge")
 
-    monkeypatch.setattr("carrierflex.workflows.support.examination.problem_of", singular)
+    monkeypatch.setattr("carrierflex.workflows.diagnosis.examination.problem_of", singular)
     line = one_line(command("diagnose", "c", "--out", "out"))
     assert line.startswith("carrierflex: c: its numbers leave no equations that can be solved")
     assert "SVD" not in line

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
             measured = read_campaign(campaign)
             curves = campaign_curves(measured, campaign)
 
-        from carrierflex.workflows.support.examination import examined
+        from carrierflex.workflows.diagnosis.examination import examined
 
         with stages.stage("records"):
             own = examined(measured, curves)

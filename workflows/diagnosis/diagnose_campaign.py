@@ -29,10 +29,10 @@ from carrierflex.workflows.diagnosis.freed_memory import (
     return_unused_memory,
     returning_freed_memory,
 )
-from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.executors import work_executor
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.fe.default_curves import default_curves
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.view3d.view import viewer_library
 from carrierflex.workflows.view3d.view_file import VIEW_FILE, write_view
 
@@ -202,7 +202,7 @@ def _diagnosed(
 ) -> Diagnosis:
     """What the records say, with what does not look right in them."""
     from carrierflex.diagnosis.kinds import law_findings
-    from carrierflex.workflows.support.examination import examined
+    from carrierflex.workflows.diagnosis.examination import examined
 
     for note in measured.notes:
         stages.tell(note)

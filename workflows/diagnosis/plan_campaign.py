@@ -7,16 +7,16 @@ noticing, no pair is alike, or the first proposal parts all that are.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.carrier.planned.additions import CarrierPool, RigLimits, carrier_pool
+from carrierflex.diagnosis.carrier.planned import CarrierPool, RigLimits, carrier_pool
 from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.toml_files import read_toml, toml_document
@@ -27,13 +27,18 @@ from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
 from carrierflex.simulation.mounting.case_files import MOUNTING_CASE
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import simulate_load_case
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
 
 if TYPE_CHECKING:
+    from carrierflex.diagnosis.inference.planning.results import (
+        CausePair,
+        RankedAddition,
+        VisibleSize,
+    )
     from carrierflex.diagnosis.kinds import Curves
-    from carrierflex.diagnosis.mounting.planned.additions import MountingPool
+    from carrierflex.diagnosis.mounting.planned import MountingPool
     from carrierflex.simulation.plan_tables import PlanTable
 
 PLAN_FILE = "plan.json"
@@ -175,12 +180,11 @@ def plan_of(
     ValueError
         Where the kind has no additions.
     """
-    from carrierflex.diagnosis.carrier.planned.columns import carrier_planned_table
+    from carrierflex.diagnosis.carrier.planned import carrier_planned_table
     from carrierflex.diagnosis.carrier.problem import CarrierProblem
     from carrierflex.diagnosis.inference.planning.plan import campaign_plan
     from carrierflex.diagnosis.kinds import problem_of
-    from carrierflex.diagnosis.mounting.planned.additions import mounting_pool
-    from carrierflex.diagnosis.mounting.planned.columns import mounting_planned_table
+    from carrierflex.diagnosis.mounting.planned import mounting_planned_table, mounting_pool
     from carrierflex.diagnosis.mounting.problem import MountingProblem
 
     if campaign.kind == "element":
@@ -280,7 +284,27 @@ def plan_document(plan: CampaignPlan) -> dict[str, Any]:
 
 
 def _write(plan: CampaignPlan, out: Path) -> None:
-    from carrierflex.diagnosis.inference.planning.picture import plan_figure
+    from carrierflex.diagnosis.inference.planning.report import plan_figure
 
     save_json(out / PLAN_FILE, plan_document(plan))
     save_figure(out / PICTURE_FILE, plan_figure(plan))
+
+
+class PlanDocument(TypedDict):
+    """plan.json, written by plan."""
+
+    format: Annotated[Literal["carrierflex-plan"], "Kind of the file"]
+    version: Annotated[Literal[1], "Version of the format"]
+    campaign: Annotated[str, "Name of the case or campaign"]
+    kind: Annotated[Literal["carrier", "mounting"], "Kind of the campaign"]
+    software: Annotated[str, "Name and version of this software"]
+    unit: Annotated[str, "Unit of the channels"]
+    gap: Annotated[float, "Gap over the noise at which causes are to be told apart"]
+    noise_std: Annotated[float, "Root of the mean variance of the noise [unit]"]
+    is_measured: Annotated[bool, "Whether records say which amplitudes a cause has"]
+    left_wanted: Annotated[float, "RMS that a rival must leave, over the noise"]
+    costs: Annotated[Costs, "What additions cost [min]"]
+    sizes: Annotated[Sequence[VisibleSize], "Size from which each cause is seen; null is never"]
+    pairs: Annotated[Sequence[CausePair], "Every cause with every rival"]
+    proposal: Annotated[RankedAddition | None, "First proposal; null where nothing is to be parted"]
+    additions: Annotated[Sequence[RankedAddition], "Additions, cheapest sufficient first"]

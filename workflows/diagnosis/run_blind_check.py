@@ -22,9 +22,9 @@ from threadpoolctl import threadpool_limits
 
 from carrierflex.blind_check.labels import FAMILIES, KINDS, CasePlan, Label
 from carrierflex.files.versions import software_name
-from carrierflex.workflows.support.executors import other_processes, work_executor
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.executors import other_processes, work_executor
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck

@@ -8,17 +8,18 @@ a fitted part lies between.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import CarrierParameters
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.units import LengthUnit
+from carrierflex.workflows.fe.compute_curves import GivenFile
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.geometry.carrier_interface import CarrierInterface
@@ -35,7 +36,7 @@ def main(
     surfaces: Path | None = None,
     flexible_mesh: Path | None = None,
     stiff_mesh: Path | None = None,
-    length_unit: LengthUnit = "m",
+    length_unit: Literal["m", "mm", "inch"] = "m",
     quiet: bool = False,
 ) -> dict[str, CouplingBracket]:
     """Bracket pilot stiffness and deflection curves between distributing and rigid couplings.
@@ -75,13 +76,12 @@ def main(
 
     from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
     from carrierflex.reduction.coupling_bracket import coupling_bracket
-    from carrierflex.workflows.support.carrier_files import (
+    from carrierflex.workflows.fe.bodies import body_structure, given_structure
+    from carrierflex.workflows.geometry.carrier_files import (
         CarrierFiles,
-        given_structure,
         mesh_warnings,
         meshes_of_variants,
     )
-    from carrierflex.workflows.support.named_bodies import body_structure
 
     meshes = meshes_of_variants(flexible_mesh, stiff_mesh)
     files = CarrierFiles(step, surfaces, meshes, length_unit)
@@ -123,3 +123,17 @@ def main(
     }  # fmt: skip
     save_json(out / "couplings.json", content)
     return brackets
+
+
+class CouplingsDocument(TypedDict):
+    """couplings.json, written by couplings."""
+
+    size: Annotated[float, "Element edge length [m]"]
+    curve_change: Annotated[
+        Mapping[str, Mapping[str, float]], "RMS change of the curve by what is rigid, by curve"
+    ]
+    brackets: Annotated[
+        Mapping[str, Mapping[str, Any]], "Stiffness of pilots and curves by variant"
+    ]
+    files: Annotated[Mapping[str, GivenFile], "Files by role; empty without any"]
+    versions: Versions

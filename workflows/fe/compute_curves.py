@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict
 
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.view import curves_figure
 from carrierflex.files.json_files import plain, read_json, save_json
-from carrierflex.files.versions import versions
-from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.units import LengthUnit
+from carrierflex.files.versions import Versions, versions
+from carrierflex.geometry.parameter_files import Dimensions, StageParameters, read_parameters
+from carrierflex.workflows.cached_results import cached_files
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
-    from carrierflex.workflows.support.carrier_files import CarrierFiles
-    from carrierflex.workflows.support.carrier_variants import SolvedCarrier
-    from carrierflex.workflows.support.cost_preview import CostPreview
+    from carrierflex.workflows.fe.carrier_variants import SolvedCarrier
+    from carrierflex.workflows.fe.cost_preview import CostPreview
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 _CURVES = "deflection_curves.csv"
 _PICTURE = "deflection_curves.png"
@@ -35,7 +35,7 @@ def main(
     surfaces: Path | None = None,
     flexible_mesh: Path | None = None,
     stiff_mesh: Path | None = None,
-    length_unit: LengthUnit = "m",
+    length_unit: Literal["m", "mm", "inch"] = "m",
     assembly: Literal["compiled", "scikit-fem"] = "compiled",
     preview: bool = False,
     cache: bool = True,
@@ -84,8 +84,8 @@ def main(
     """
     stage = read_parameters(parameters)
 
-    from carrierflex.workflows.support.carrier_files import CarrierFiles, meshes_of_variants
-    from carrierflex.workflows.support.cost_preview import curves_cost, tell
+    from carrierflex.workflows.fe.cost_preview import curves_cost, tell
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles, meshes_of_variants
 
     meshes = meshes_of_variants(flexible_mesh, stiff_mesh)
     files = CarrierFiles(step, surfaces, meshes, length_unit)
@@ -118,13 +118,13 @@ def _compute(
     quiet: bool,
 ) -> None:
     from carrierflex.fe.carrier_curves import named_curves
-    from carrierflex.workflows.support.carrier_files import mesh_warnings
-    from carrierflex.workflows.support.carrier_variants import (
+    from carrierflex.workflows.fe.carrier_variants import (
+        FINITE_ELEMENTS,
         flexible_variant,
         given_variant,
         stiff_variant,
     )
-    from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS
+    from carrierflex.workflows.geometry.carrier_files import mesh_warnings
 
     stages = Stages(3, quiet)
     finite_elements = FINITE_ELEMENTS[assembly]
@@ -173,3 +173,21 @@ def _refuse_different_carriers(flexible: SolvedCarrier, stiff: SolvedCarrier) ->
             f"the flexible carrier has {flexible.n_planets} pins, the stiff one "
             f"{stiff.n_planets}; expected two variants of one carrier"
         )
+
+
+class GivenFile(TypedDict):
+    """A file that a result was made from."""
+
+    file: Annotated[str, "Its path"]
+    sha256: Annotated[str, "Its digest"]
+
+
+class CurveInputsDocument(TypedDict):
+    """inputs.json, written by curves."""
+
+    size: Annotated[float, "Element edge length [m]"]
+    stage: Dimensions
+    files: Annotated[Mapping[str, GivenFile], "Files by role; empty without any"]
+    assembly: Annotated[str, "What assembled and solved"]
+    sensor_radius: Annotated[float, "Radius of the sensors' circle [m]"]
+    versions: Versions

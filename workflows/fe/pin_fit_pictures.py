@@ -9,7 +9,6 @@ import numpy as np
 
 from carrierflex.fe.curve_mixes import convex_mix, least_squares_mix
 from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow
-from carrierflex.workflows.support.units import MICROMETRES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,7 +82,7 @@ def sweep_figure(study: PinFitStudy) -> "Figure":
         for order in study.tied[0].orders
     }
     amplitudes["RMS"] = [row.rms for row in study.tied]
-    _draw(axes[0], x, amplitudes, scale=MICROMETRES)
+    _draw(axes[0], x, amplitudes, scale=1e6)
     axes[0].set_ylabel("axial rim deflection [µm per kN m]")
     shares = {
         "rho_s": "ρ_s, stiff",
@@ -167,9 +166,7 @@ def mix_figure(study: PinFitStudy) -> "Figure":
             ),
         )
         for drawn_curve, text, style in drawn:
-            axis.plot(
-                angle, MICROMETRES * drawn_curve.axial_at(np.deg2rad(angle)), label=text, **style
-            )
+            axis.plot(angle, 1e6 * drawn_curve.axial_at(np.deg2rad(angle)), label=text, **style)
         rigid = "rigid" if np.isinf(stiffness) else f"{stiffness:.2g} N m/rad"
         axis.set_title(f"{rigid}: ρ_s {best.rho_s:.2f}, ρ_f {best.rho_f:.2f}", loc="left")
         axis.legend(fontsize="small", framealpha=1.0)

@@ -12,20 +12,20 @@ from __future__ import annotations
 import contextlib
 import csv
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, TypedDict
 
 import numpy as np
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.files.whole_files import whole_file
-from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.geometry.parameter_files import Dimensions, StageParameters, read_parameters
 from carrierflex.geometry.parameters import DEFAULT_SIZE
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow
@@ -109,7 +109,7 @@ def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeC
     from carrierflex.fe.load_cases import gear_forces
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, torque_curve
-    from carrierflex.workflows.support.named_bodies import body_structure
+    from carrierflex.workflows.fe.bodies import body_structure
 
     cases = {
         "flexible": flexible_cases(stage.carrier, stage.gear),
@@ -175,3 +175,30 @@ def _write_table(path: Path, rows: Sequence[PinFitRow]) -> None:
             writer.writerow(
                 [f"{value:.9g}" if isinstance(value, float) else value for value in values]
             )
+
+
+class PinFitInputs(TypedDict):
+    """Inputs of the pin fit's study."""
+
+    size: Annotated[float, "Element edge length [m]"]
+    stage: Dimensions
+
+
+class Residual(TypedDict):
+    """Largest residual of a mix over the sweep."""
+
+    residual: Annotated[float, "RMS left over RMS"]
+    stiffness: Annotated[float, "Interface stiffness where it stands [N m/rad]"]
+
+
+class PinFitDocument(TypedDict):
+    """pin_fit.json, written by pin-fit."""
+
+    inputs: Annotated[PinFitInputs, "Inputs"]
+    stiffness_of_changes: Annotated[
+        Mapping[str, float], "Where the curve's character changes [N m/rad]"
+    ]
+    worst: Annotated[
+        Mapping[str, Mapping[str, Residual]], "Largest residual by axial fit and kind of mix"
+    ]
+    versions: Versions

@@ -6,15 +6,15 @@ what it proves and what it was told.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 
 from carrierflex.files.json_files import save_json, save_text
-from carrierflex.files.versions import versions
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.files.versions import Versions, versions
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.workflows.figures.paper_figure import PaperFigure
@@ -163,3 +163,13 @@ def _refuse_runs(duration: float, evaluations: int) -> None:
         )
     if evaluations < 100:
         raise ValueError(f"--evaluations is {evaluations}; expected at least 100")
+
+
+class FiguresDocument(TypedDict):
+    """figures.json, written by figures."""
+
+    figures: Annotated[Mapping[str, str], "File by figure"]
+    numbers: Annotated[Mapping[str, Any], "Tables that go with the figures"]
+    seconds: Annotated[Mapping[str, float], "Time by stage [s]"]
+    inputs: Annotated[Mapping[str, Any], "Options"]
+    versions: Versions

@@ -33,7 +33,7 @@ from carrierflex.simulation.mounting.parameter_arrays import check_parameters, p
 from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate, with_noise
-from carrierflex.workflows.support.executors import SerialExecutor
+from carrierflex.workflows.executors import SerialExecutor
 
 #: The paper keeps 2000 samples of 520 s [1/s].
 SAMPLE_RATE = 2000.0 / 520.0

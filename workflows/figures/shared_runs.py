@@ -19,14 +19,14 @@ from carrierflex.simulation.stage.stage_body import (
 )
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.torque_sweep import StageSweeps, stage_sweeps
-from carrierflex.workflows.figures.mounting_records import MountingRecords, mounting_records
-from carrierflex.workflows.figures.stage_records import StageRecords, stage_records
-from carrierflex.workflows.support.carrier_variants import (
+from carrierflex.workflows.fe.bodies import body_structure
+from carrierflex.workflows.fe.carrier_variants import (
     CarrierVariant,
     flexible_variant,
     stiff_variant,
 )
-from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.workflows.figures.mounting_records import MountingRecords, mounting_records
+from carrierflex.workflows.figures.stage_records import StageRecords, stage_records
 
 #: Fixed-interface modes kept of carrier, pin and main shaft.
 _N_MODES = {"carrier": 20, "pin": 4, "main_shaft": 10}

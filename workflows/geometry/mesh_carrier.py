@@ -6,8 +6,8 @@ from typing import Literal
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
 from carrierflex.geometry.tet_mesh import TetMesh
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 
 
 def main(
@@ -50,7 +50,7 @@ def main(
 
     from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, stiff_carrier_mesh
     from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
-    from carrierflex.workflows.support.carrier_files import CarrierFiles
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
     files = CarrierFiles(step, surfaces)
     check_mesh_path(out)

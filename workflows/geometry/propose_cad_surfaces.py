@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from carrierflex.files.whole_files import check_file_writable
 from carrierflex.geometry.cad_surface_tables import StepUnit
-from carrierflex.workflows.support.outputs import prepared_folder, save_image
+from carrierflex.workflows.outputs import prepared_folder, save_image
 
 if TYPE_CHECKING:
     from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposal

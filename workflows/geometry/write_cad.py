@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
 from carrierflex.geometry.parameter_files import read_parameters
-from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
     from carrierflex.geometry.cad_faces import CadFace

@@ -13,7 +13,7 @@ from carrierflex.geometry.parameter_files import StageParameters, read_parameter
 from carrierflex.geometry.parameter_sources import limits, sources
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.geometry.pins import pin_angles
-from carrierflex.workflows.support.outputs import save_figure
+from carrierflex.workflows.outputs import save_figure, schema_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,24 +65,26 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
 
 
 def _lines(stage: StageParameters) -> Iterator[str]:
-    from carrierflex.geometry.parameter_tables import ParameterTables
-    from carrierflex.workflows.support.file_schemas import file_schema, schema_line
+    from pydantic import TypeAdapter
 
-    tables = file_schema("carrier parameters")
+    from carrierflex.files.toml_values import FileSchema
+    from carrierflex.geometry.parameter_tables import ParameterTables
+
+    tables = TypeAdapter(ParameterTables).json_schema(schema_generator=FileSchema)["$defs"]
     yield schema_line("carrier parameters")
     yield "# Dimensions of the planetary stage, in metres and radians. What is left out keeps its"
     yield "# default. 'alone': range in which a dimension may be changed while all others stay."
     for table in _TABLES:
-        own = getattr(stage, table)
-        known = tables["$defs"][type(own).__name__]["properties"]
-        source, ends = sources(type(own)), limits(stage, table)
+        values = getattr(stage, table)
+        known = tables[type(values).__name__]["properties"]
+        source, ends = sources(type(values)), limits(stage, table)
         yield ""
         yield f"[{table}]  # {ParameterTables.model_fields[table].description}"
-        for field in fields(own):
+        for field in fields(values):
             name = field.name
             yield f"# {known[name]['description']} {source.get(name, '')}".rstrip()
             alone = f"  # {_range_words(*ends[name])}" if name in ends else ""
-            yield f"{name} = {getattr(own, name)!r}{alone}"
+            yield f"{name} = {getattr(values, name)!r}{alone}"
 
 
 def _range_words(low: float, high: float) -> str:

@@ -14,7 +14,7 @@ from carrierflex.identification.carrier.carrier_identification import axial_chan
 from carrierflex.identification.carrier.models import CarrierModel
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
 from carrierflex.identification.view import parameters_figure, rms_figure, signals_figure
-from carrierflex.workflows.support.outputs import save_figure
+from carrierflex.workflows.outputs import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

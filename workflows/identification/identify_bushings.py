@@ -39,10 +39,10 @@ from carrierflex.identification.mounting.bushing_models import (
     mounting_residuals,
 )
 from carrierflex.identification.view import bushing_signals_figure, profile_figure
+from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.housing_motion import measured_motion, write_housing_motion
-from carrierflex.workflows.support.executors import work_executor
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,8 +29,8 @@ from carrierflex.identification.carrier.models import (
     rigid_model,
     with_radial_motion,
 )
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.identification.carrier.carrier_identification import FitOptions
@@ -370,7 +370,7 @@ def _curves(header: CampaignHeader, folder: Path) -> tuple[DeflectionCurve, Defl
     if "deflection_curves" in header.rig:
         curves = read_curves(folder / header.rig["deflection_curves"])
     else:
-        from carrierflex.workflows.support.default_curves import default_curves
+        from carrierflex.workflows.fe.default_curves import default_curves
 
         curves = default_curves()
     return curves["delta_s"], curves["delta_f"]

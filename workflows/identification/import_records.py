@@ -6,18 +6,21 @@ small beside a sample, or explained by its start.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict
 
 from cyclopts import Parameter
 
 from carrierflex.files.json_files import plain, save_json
-from carrierflex.files.versions import software_name
+from carrierflex.files.versions import Software, software_name
 from carrierflex.identification.campaign.campaign_files import write_campaign
 
 if TYPE_CHECKING:
+    from carrierflex.identification.logs.clock_shift import ClockShift
     from carrierflex.identification.logs.imported import Imported
+    from carrierflex.identification.logs.logged_signals import Count
 
 #: What was read, left out and moved, beside the campaign; and the map itself.
 IMPORT_FILE, MAP_COPY = "import.json", "map.toml"
@@ -99,3 +102,15 @@ def _record(imported: Imported) -> dict[str, object]:
 
 def _copy(source: Path, path: Path) -> None:
     path.write_bytes(source.read_bytes())
+
+
+class ImportDocument(TypedDict):
+    """import.json, written by import."""
+
+    format: Annotated[Literal["carrierflex-import"], "Kind of the file"]
+    version: Annotated[Literal[1], "Version of the format"]
+    software: Software
+    sha256: Annotated[Mapping[str, str], "Digest of every file"]
+    missing: Annotated[Sequence[Count], "Missing samples by run, column and reason"]
+    clock_shift: Annotated[Mapping[str, ClockShift], "By run, of another simulator's prediction"]
+    notes: Annotated[Sequence[str], "What was found on the way"]

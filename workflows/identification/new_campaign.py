@@ -64,7 +64,7 @@ def main(
     """
     from carrierflex.identification.logs.map_guesses import map_guess
     from carrierflex.identification.logs.map_text import map_text
-    from carrierflex.workflows.support.file_schemas import schema_line
+    from carrierflex.workflows.outputs import schema_line
 
     if out.exists():
         raise ValueError(f"{out}: stands already, perhaps edited; expected a new --out")

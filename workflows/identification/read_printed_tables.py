@@ -6,11 +6,12 @@ identification against.
 """
 
 from pathlib import Path
+from typing import Annotated, TypedDict
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.identification.carrier.printed_tables import DerivedFacts, derived_facts
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.outputs import prepared_folder, save_figure
 
 
 def main(*, out: Path) -> DerivedFacts:
@@ -34,3 +35,10 @@ def main(*, out: Path) -> DerivedFacts:
 
     save_figure(out / "printed_tables.png", printed_tables_figure(facts))
     return facts
+
+
+class PrintedTablesDocument(TypedDict):
+    """printed_tables.json, written by printed-tables."""
+
+    facts: Annotated[DerivedFacts, "What the printed tables determine"]
+    versions: Versions

@@ -18,10 +18,10 @@ from carrierflex.reduction.held_structure import Grounded, grounded
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
 from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.fe.bodies import body_name, body_structure
 from carrierflex.workflows.in_python.curves import stage_of
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
-from carrierflex.workflows.support.matrix_inputs import MatrixFiles
-from carrierflex.workflows.support.named_bodies import body_name, body_structure
+from carrierflex.workflows.reduction.reduce_matrices import MatrixFiles
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -12,8 +12,8 @@ from carrierflex.fe.curve_files import write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.workflows.fe.carrier_variants import flexible_variant, stiff_variant
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
-from carrierflex.workflows.support.carrier_variants import flexible_variant, stiff_variant
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

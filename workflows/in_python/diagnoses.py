@@ -12,9 +12,9 @@ from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import versions
+from carrierflex.workflows.diagnosis.examination import examined
 from carrierflex.workflows.in_python.campaigns import Records, measured_campaign
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
-from carrierflex.workflows.support.examination import examined
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from carrierflex.diagnosis.inference.planning.picture import plan_figure
+from carrierflex.diagnosis.inference.planning.report import first_sentences, plan_figure
 from carrierflex.diagnosis.inference.planning.results import CampaignPlan
-from carrierflex.diagnosis.inference.planning.words import first_sentences
 from carrierflex.workflows.diagnosis import plan_campaign
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
 

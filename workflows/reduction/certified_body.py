@@ -16,7 +16,7 @@ from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
 from carrierflex.reduction.residual_vectors import body_loads
 from carrierflex.reduction.shapes.body_shapes import body_shapes
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.progress import Stages
 
 #: Time of finite elements, reduction, certificate and file of the default carrier, measured.
 REDUCTION_WEIGHTS = (0.1, 1.0, 1.2, 0.01)

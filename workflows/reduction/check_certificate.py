@@ -5,14 +5,15 @@ Shows the certificate it was written with and repeats what needs no finite eleme
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, TypedDict
 
 from carrierflex.files.json_files import plain, save_json
-from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
-    from carrierflex.reduction.certificate import Certificate
+    from carrierflex.reduction.certificate import Certificate, Check
 
 
 def main(body: Path, *, out: Path | None = None) -> Certificate:
@@ -53,3 +54,12 @@ def main(body: Path, *, out: Path | None = None) -> Certificate:
         prepared_folder(out.parent)
         save_json(out, {"body": str(body), "met": certificate.met, **plain(certificate)})
     return certificate
+
+
+class CertificateDocument(TypedDict):
+    """Checks of a reduced body, written by certificate --json."""
+
+    body: Annotated[str, "Body file"]
+    met: Annotated[bool, "Whether every check is met"]
+    checks: Annotated[Sequence[Check], "Wanted beside reached"]
+    cut_off_hz: Annotated[float, "Frequency up to which was checked [Hz]"]

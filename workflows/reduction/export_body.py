@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.reduction.reduced_model import ReducedModel
@@ -130,7 +130,7 @@ def _simscape(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody
 def _exudyn(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.exports.exudyn_files import write_exudyn
-    from carrierflex.workflows.support.recorded_structure import (
+    from carrierflex.workflows.reduction.recorded_structure import (
         differences_from,
         recorded_structure,
     )

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carrierflex.geometry.pins import PAPER_STIFFNESS
-from carrierflex.workflows.support.outputs import prepared_folder, save_table
+from carrierflex.workflows.outputs import prepared_folder, save_table
 
 if TYPE_CHECKING:
     from carrierflex.reduction.assembly_modes import AssemblyMode

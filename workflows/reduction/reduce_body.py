@@ -13,18 +13,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.units import LengthUnit
+from carrierflex.workflows.cached_results import cached_files
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.fe.assembly import Assembly
     from carrierflex.fe.structural_model import StructuralModel
     from carrierflex.geometry.given_meshes.named_solids import GivenMesh
     from carrierflex.reduction.reduced_model import ReducedModel
-    from carrierflex.workflows.support.carrier_files import CarrierFiles
-    from carrierflex.workflows.support.cost_preview import CostPreview
+    from carrierflex.workflows.fe.cost_preview import CostPreview
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 
 def main(
@@ -48,7 +47,7 @@ def main(
     step: Path | None = None,
     surfaces: Path | None = None,
     mesh: Path | None = None,
-    length_unit: LengthUnit = "m",
+    length_unit: Literal["m", "mm", "inch"] = "m",
     assembly: Literal["compiled", "scikit-fem"] = "compiled",
     by_symmetry: bool = False,
     shapes: bool = False,
@@ -145,9 +144,9 @@ def main(
     ReducedModel
         The body as written.
     """
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
     from carrierflex.workflows.reduction import reduce_matrices
-    from carrierflex.workflows.support.carrier_files import CarrierFiles
-    from carrierflex.workflows.support.matrix_inputs import MatrixFiles
+    from carrierflex.workflows.reduction.reduce_matrices import MatrixFiles
 
     matrices = MatrixFiles.of_options(stiffness, mass, interfaces, None if body else mesh)
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh}, length_unit)
@@ -190,7 +189,7 @@ def _kept_or_computed(
 ) -> ReducedModel:
     """Body from the cache where the same one was reduced before, computed otherwise."""
     from carrierflex.reduction.body_files import read_body
-    from carrierflex.workflows.support.cost_preview import tell
+    from carrierflex.workflows.fe.cost_preview import tell
 
     def compute() -> None:
         tell(lambda: _cost(stage, size, files, options), quiet=quiet)
@@ -213,8 +212,8 @@ def _kept_or_computed(
 def _cost(
     stage: StageParameters, size: float, files: CarrierFiles, options: Mapping[str, Any]
 ) -> CostPreview:
-    from carrierflex.workflows.support.cost_preview import reduction_cost
-    from carrierflex.workflows.support.named_bodies import body_name
+    from carrierflex.workflows.fe.bodies import body_name
+    from carrierflex.workflows.fe.cost_preview import reduction_cost
 
     name, by_symmetry = body_name(options["body"], options["variant"]), options["by_symmetry"]
     return reduction_cost(
@@ -223,7 +222,7 @@ def _cost(
 
 
 def _refuse_other_bodies(files: CarrierFiles, options: Mapping[str, Any]) -> None:
-    from carrierflex.workflows.support.half_sector_bodies import refuse_whole_body_options
+    from carrierflex.workflows.reduction.half_sector_bodies import refuse_whole_body_options
 
     body = options["body"]
     if body is None:
@@ -273,12 +272,12 @@ def _reduce(
     quiet: bool,
 ) -> None:
     from carrierflex.reduction.held_structure import grounded
+    from carrierflex.workflows.fe.carrier_variants import FINITE_ELEMENTS
+    from carrierflex.workflows.geometry.carrier_files import mesh_warnings
     from carrierflex.workflows.reduction.certified_body import (
         REDUCTION_WEIGHTS,
         write_certified_body,
     )
-    from carrierflex.workflows.support.carrier_files import mesh_warnings
-    from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS
 
     stages = Stages(4, quiet, REDUCTION_WEIGHTS, timed_from=1)
     body, variant, coupling = (options[name] for name in ("body", "variant", "coupling"))
@@ -312,8 +311,8 @@ def _reduce_by_symmetry(
 ) -> None:
     from carrierflex.reduction.body_files import write_body
     from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
-    from carrierflex.workflows.support.half_sector_bodies import reduced_by_symmetry
-    from carrierflex.workflows.support.named_bodies import body_name
+    from carrierflex.workflows.fe.bodies import body_name
+    from carrierflex.workflows.reduction.half_sector_bodies import reduced_by_symmetry
 
     name = body_name(options["body"], options["variant"])
     stages = Stages(2, quiet)
@@ -349,8 +348,7 @@ def _structure(
 ) -> tuple[GivenMesh, StructuralModel]:
     from carrierflex.fe.rigid_couplings import rigidly_coupled
     from carrierflex.fe.structural_model import with_equal_node_weights
-    from carrierflex.workflows.support.carrier_files import given_structure
-    from carrierflex.workflows.support.named_bodies import body_name, body_structure
+    from carrierflex.workflows.fe.bodies import body_name, body_structure, given_structure
 
     mesh: GivenMesh
     if files.given:

@@ -1,25 +1,133 @@
-"""How a body gets in whose stiffness and mass another finite element program made.
+"""Reduce a body from files of another program: matrices, or a mesh of any solids.
 
 A good answer: the certificate is met, and the body of the same model by another format is the same.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from carrierflex.fe.matrices.given_structure import GivenBody, given_body
+from carrierflex.fe.matrices.interface_files import read_interfaces
+from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.files.versions import provenance
+from carrierflex.geometry.given_meshes.solid_files import SUFFIXES
 from carrierflex.reduction.body_files import read_body
+from carrierflex.reduction.certificate import FREE_MESH
 from carrierflex.reduction.craig_bampton import freedom_record
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.cached_results import cached_files
+from carrierflex.workflows.geometry.carrier_files import file_record, refuse_changed
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.reduction.certified_body import (
     REDUCTION_WEIGHTS,
     write_certified_body,
 )
-from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.matrix_inputs import MatrixFiles
-from carrierflex.workflows.support.progress import Stages
+
+#: Roles of the files, as options name them.
+_ROLES = ("stiffness", "mass", "interfaces")
+
+
+@dataclass(frozen=True)
+class MatrixFiles:
+    """Files that a user gives a body by.
+
+    Parameters
+    ----------
+    stiffness, mass : Path
+        Matrices; or, both of them, the mesh.
+    interfaces : Path
+        File of nodes or materials, of pilots and sensors.
+    """
+
+    stiffness: Path
+    mass: Path
+    interfaces: Path
+
+    @classmethod
+    def of_options(
+        cls,
+        stiffness: Path | None,
+        mass: Path | None,
+        interfaces: Path | None,
+        mesh: Path | None = None,
+    ) -> "MatrixFiles | None":
+        """The files of the three options, or a mesh and interfaces; None where neither is given.
+
+        Raises
+        ------
+        ValueError
+            Where some are given and others are not.
+        """
+        if mesh is not None and interfaces is not None and stiffness is None and mass is None:
+            return cls(mesh, mesh, interfaces)
+        given = dict(zip(_ROLES, (stiffness, mass, interfaces), strict=True))
+        absent = [f"--{role}" for role, path in given.items() if path is None]
+        if len(absent) == len(_ROLES):
+            return None
+        if stiffness is None or mass is None or interfaces is None:
+            raise ValueError(
+                f"{' and '.join(absent)} is missing; expected --stiffness, --mass and --interfaces "
+                "together"
+            )
+        return cls(stiffness, mass, interfaces)
+
+    @classmethod
+    def recorded(cls, record: Mapping[str, Mapping[str, str]]) -> "MatrixFiles":
+        """The files of an earlier :meth:`record`, unchanged since.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            Where a file is absent, or is no longer the one that was recorded.
+        """
+        files = cls(*(Path(record[role]["file"]) for role in _ROLES))
+        refuse_changed(record, files.record())
+        return files
+
+    def body(self) -> GivenBody:
+        """Structural model of the files.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            As :func:`carrierflex.fe.matrices.given_structure.given_body` and
+            :func:`carrierflex.fe.solids.given_solids.solid_body`, or where a mesh has no materials.
+        """
+        if self.stiffness != self.mass or self.stiffness.suffix.lower() not in SUFFIXES:
+            return given_body(self.stiffness, self.mass, self.interfaces)
+        document = read_interfaces(self.interfaces)
+        if document.materials:
+            return solid_body(self.stiffness, document)
+        return given_body(self.stiffness, self.mass, self.interfaces)
+
+    def inputs(self, body: GivenBody) -> dict[str, object]:
+        """What a body file records of where the body comes from.
+
+        Files, what may be a mistake, and the basis that makes it again; no symmetry is to be looked
+        for in the mesh of another program.
+        """
+        usual = {"interface": "fixed", "residual_vectors": False, FREE_MESH[0]: int(FREE_MESH[1])}
+        warnings = {"warnings": body.warnings} if body.warnings else {}
+        return {"matrix_files": self.record(), **usual, **warnings}
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of every file by its role: the body's identity, wherever the files lie."""
+        return {role: entry["sha256"] for role, entry in self.record().items()}
+
+    def record(self) -> dict[str, dict[str, str]]:
+        """Name and SHA-256 of every file, for provenance; FileNotFoundError where one is absent."""
+        nodes = read_interfaces(self.interfaces).nodes
+        files = dict(zip(_ROLES, (self.stiffness, self.mass, self.interfaces), strict=True))
+        named = () if nodes is None else (("nodes", nodes.file), ("dofs", nodes.dof_file))
+        files |= {role: self.interfaces.parent / name for role, name in named if name is not None}
+        beside = (self.stiffness.with_suffix(suffix) for suffix in (".dof", ".mapping"))
+        files |= {f"beside {path.suffix}": path for path in beside if path.exists()}
+        return file_record(files)
+
 
 #: Options that belong to meshes of this program, with the value that says nothing.
 MESH_OPTIONS: Mapping[str, object] = {

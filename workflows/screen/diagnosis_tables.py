@@ -1,10 +1,13 @@
-"""Result of a diagnosis as a table on the screen."""
+"""Diagnosis, comparison, campaign check, plan and blind check as tables on the screen."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
 
+from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
+from carrierflex.diagnosis.inference.planning.report import first_sentences
+from carrierflex.diagnosis.inference.planning.results import CampaignPlan
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
 from carrierflex.diagnosis.report.gap_change import GapChange
 from carrierflex.diagnosis.report.gap_change_page import (
@@ -15,10 +18,14 @@ from carrierflex.diagnosis.report.gap_change_page import (
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.words import ratio, sized
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.workflows.diagnosis.score_page import score_sections
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
     from carrierflex.workflows.diagnosis.check_campaign import CampaignCheck
+
+#: Additions of a plan that are shown.
+_MOST_ADDITIONS = 8
 
 
 def check_table(check: "CampaignCheck") -> RenderableType:
@@ -91,3 +98,86 @@ def comparison_table(change: GapChange) -> RenderableType:
         sizes = (row.error_before, row.error_after, row.u_val)
         table.add_row(row.run, *(sized(size, unit) for size in sizes))
     return Group(text, "", table)
+
+
+def blind_check_table(check: BlindCheck | ExportedCheck) -> RenderableType:
+    """Figures, confusion matrix and wrong cases; of an export, where it is."""
+    if isinstance(check, ExportedCheck):
+        return f"{check.cases} sealed campaigns: {check.folder}, digest {check.digest}"
+    parts: list[RenderableType] = []
+    for title, columns, rows in score_sections(check):
+        table = titled_table(title, *columns)
+        for row in rows:
+            table.add_row(*row)
+        parts += [table, ""]
+    return Group(*parts, f"digest of the seals: {check.digest}")
+
+
+def plan_table(plan: CampaignPlan) -> RenderableType:
+    """Sentences, then smallest sizes, pairs that are not parted, additions."""
+    return Group(
+        first_sentences(plan),
+        "",
+        _plan_sizes(plan),
+        "",
+        _plan_pairs(plan),
+        "",
+        _plan_additions(plan),
+    )
+
+
+def _plan_sizes(plan: CampaignPlan) -> RenderableType:
+    table = titled_table(
+        f"smallest sizes (noise {plan.noise_std:.2g} {plan.unit})",
+        "cause", "parameter", "seen from", "named from", "gap seen [floors]", "beside the baseline",
+    )  # fmt: skip
+    for size in plan.sizes:
+        table.add_row(
+            size.effect,
+            f"{size.parameter} [{size.unit}]",
+            _size_text(size.seen_from),
+            _size_text(size.named_from),
+            _size_text(size.gap_seen),
+            f"{size.surviving:.0%}",
+        )
+    return table
+
+
+def _plan_pairs(plan: CampaignPlan) -> RenderableType:
+    table = titled_table(
+        f"not told apart at {plan.gap:.3g} floors",
+        "cause", "fitted instead", "angle [deg]", "left [floors]", "parted from [floors]",
+        "by an addition",
+    )  # fmt: skip
+    for pair in plan.pairs:
+        if pair.state != "parted":
+            table.add_row(
+                pair.cause,
+                pair.rival,
+                f"{pair.angle_deg:.1f}",
+                f"{pair.left:.2f}",
+                _size_text(pair.parted_from),
+                "yes" if pair.state == "alike" else "no",
+            )
+    return table
+
+
+def _plan_additions(plan: CampaignPlan) -> RenderableType:
+    table = titled_table(
+        "additions", "addition", "cost [min]", "pairs parted", "least left [floors]", "distance",
+        "information per min [nat]",
+    )  # fmt: skip
+    for ranked in plan.additions[:_MOST_ADDITIONS]:
+        table.add_row(
+            ranked.addition.text,
+            f"{ranked.addition.cost:.0f}",
+            f"{len(ranked.parted)} of {len(plan.alike)}",
+            f"{ranked.least_left:.2f}",
+            f"{ranked.distance:.0f}",
+            _size_text(ranked.per_cost),
+        )
+    return table
+
+
+def _size_text(value: float) -> str:
+    return f"{value:.3g}" if np.isfinite(value) else "never"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from carrierflex.workflows.geometry.write_parameters import WrittenParameters
     from carrierflex.workflows.identification.import_records import ImportedRecords
     from carrierflex.workflows.identification.new_campaign import NewMap
-    from carrierflex.workflows.show_schema import Schema
+    from carrierflex.workflows.schemas.show_schema import Schema
 
 
 def map_table(new: "NewMap") -> RenderableType:

@@ -11,10 +11,9 @@ from carrierflex.diagnosis.report.verdict_words import verdict_heading, worth
 from carrierflex.diagnosis.report.words import listed
 from carrierflex.workflows.screen.tables import curve_table, rms_table
 from carrierflex.workflows.screen.titled_table import titled_table as _table
-from carrierflex.workflows.support.units import MICROMETRES
 
 if TYPE_CHECKING:
-    from carrierflex.workflows.job import Job
+    from carrierflex.workflows.main_job.job import Job
 
 #: What to open first, and what it shows.
 _FILES_TO_OPEN = {
@@ -55,7 +54,7 @@ def _mesh_study(job: "Job") -> RenderableType:
     table = _table("mesh study, um per kN m", "size, m", "unknowns", *columns)
     for row, (size, n_dofs) in enumerate(zip(study.sizes, study.n_dofs, strict=True)):
         values = (*study.flexible[row], *study.stiff[row])
-        table.add_row(f"{size:g}", str(n_dofs), *(f"{value * MICROMETRES:.4f}" for value in values))
+        table.add_row(f"{size:g}", str(n_dofs), *(f"{value * 1e6:.4f}" for value in values))
     return table
 
 
@@ -83,14 +82,14 @@ def _gap(job: "Job") -> list[RenderableType]:
     table = _table("as effects are added", "effect", "RMS, um", "of the gap", "in M1 or M2")
     for step in steps:
         inside = "yes" if step.added in of_paper.effects else ""
-        size = f"{step.rms * MICROMETRES:.1f}"
+        size = f"{step.rms * 1e6:.1f}"
         table.add_row(plain_name(step.added), size, f"{100.0 * step.rho:.0f} %", inside)
-    table.add_row("noise floor", f"{of_paper.noise_floor * MICROMETRES:.1f}", "", "")
+    table.add_row("noise floor", f"{of_paper.noise_floor * 1e6:.1f}", "", "")
     added = [step.added for step in steps[1:]]
     beyond = [plain_name(effect) for effect in added if effect not in of_paper.effects]
     alone = (
         f"All that M1 and M2 hold ({listed([plain_name(own) for own in of_paper.effects])}) goes "
-        f"from {of_paper.rms[0] * MICROMETRES:.1f} to {of_paper.rms[-1] * MICROMETRES:.1f} um"
+        f"from {of_paper.rms[0] * 1e6:.1f} to {of_paper.rms[-1] * 1e6:.1f} um"
     )
     why = f": {listed(beyond)} are in neither." if beyond else "."
     where = place_words(diagnosis.gap.findings).capitalised() if diagnosis.gap else ""

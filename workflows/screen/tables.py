@@ -1,6 +1,7 @@
 """Results of the workflows as tables on the screen."""
 
 import dataclasses
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,8 @@ from rich.text import Text
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.cad_recognition.proposal_files import told
+from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposal
 from carrierflex.geometry.quality import MeshQuality
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
 from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
@@ -24,16 +27,15 @@ from carrierflex.reduction.pin_joints import PIN_FITS
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION
 from carrierflex.workflows.screen.titled_table import titled_table as _table
-from carrierflex.workflows.support.units import MICROMETRES
 
 _NO = Text("no", style="red")
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.fe.cost_preview import CostPreview
     from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
     from carrierflex.workflows.identification.identify_bushings import BushingIdentification
     from carrierflex.workflows.identification.identify_parameters import Identification
     from carrierflex.workflows.reduction.export_body import ExportedBody
-    from carrierflex.workflows.support.cost_preview import CostPreview
 
 #: Smallest share of the effective interface mass that the mode table tells.
 _WORTH_TELLING = 0.01
@@ -52,6 +54,34 @@ def cad_table(faces: tuple[CadFace, ...]) -> RenderableType:
     return Group(Text("faces of the CAD model", style="bold"), *(str(face) for face in faces))
 
 
+def proposal_table(proposal: SurfaceProposal) -> RenderableType:
+    """Frame, numbered surfaces, candidates by name, and what was assumed."""
+    extent = " x ".join(f"{length:.4g}" for length in proposal.solid.extent)
+    stated = proposal.frame.length_unit
+    unit = f"unit {stated}, as given" if stated else f"unit {proposal.solid.declared}, as declared"
+    return Group(
+        Text(proposal.step.name, style="bold"),
+        f"{unit}: {extent} m, {proposal.solid.volume:.4g} m^3",
+        *proposal.reasons,
+        *(f"assumed: {text}" for text in proposal.assumed),
+        Text("surfaces, numbered as in the picture", style="bold"),
+        *(f"[{group.number}] {group.described()}" for group in proposal.groups),
+        Text("names", style="bold"),
+        *_named_surfaces(proposal),
+    )
+
+
+def _named_surfaces(proposal: SurfaceProposal) -> Iterator[str]:
+    for surface in proposal.surfaces:
+        if not surface.candidates:
+            yield f"{surface.name}: left out, nothing of the solid fits"
+        elif surface.chosen is not None:
+            yield f"{surface.name}: {told(surface.chosen)}"
+        else:
+            alike = "; ".join(told(each) for each in surface.candidates[: surface.equals])
+            yield f"{surface.name}: left out, {surface.equals} candidates are alike: {alike}"
+
+
 def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> RenderableType:
     """Orders and peaks of the deflection curves, or what they would cost."""
     if not isinstance(curves, dict):
@@ -60,7 +90,7 @@ def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> Renderabl
     columns = (f"order {order}, um" for order in orders)
     table = _table("axial rim deflection", "curve", "per", *columns, "peaks")
     for name, curve in curves.items():
-        content = curve.axial_order_content() * MICROMETRES
+        content = curve.axial_order_content() * 1e6
         of_torque = name.startswith("delta")
         unit, peaks = ("kN m", str(len(curve.peak_angles()))) if of_torque else ("N on pin 1", "-")
         table.add_row(name, unit, *(f"{content[order]:.4g}" for order in orders), peaks)
@@ -116,7 +146,7 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
         decade = np.log10(row.stiffness) % 1.0 if 0.0 < row.stiffness < np.inf else 0.0
         if min(decade, 1.0 - decade) < 1e-9 or row.stiffness in PIN_FITS.values():
             amplitudes = (*(row.orders[order] for order in first_two), row.rms)
-            sizes = (f"{value * MICROMETRES:.4f}" for value in amplitudes)
+            sizes = (f"{value * 1e6:.4f}" for value in amplitudes)
             shares = (f"{row.rho_s:.3f}", f"{row.rho_f:.3f}")
             residuals = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
             table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *residuals)
@@ -238,7 +268,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
         table.add_row(
             "accuracy (objective over linear)", *(f"{row['accuracy']:.6g}" for row in rows)
         )
-        table.add_row("RMS of the gap, um", *(f"{row['rms'] * MICROMETRES:.4g}" for row in rows))
+        table.add_row("RMS of the gap, um", *(f"{row['rms'] * 1e6:.4g}" for row in rows))
         for name in dict.fromkeys(name for row in rows for name in row["parameters"]):
             by_model = [row["parameters"].get(name) for row in rows]
             table.add_row(
@@ -277,8 +307,7 @@ def printed_tables_table(facts: DerivedFacts) -> RenderableType:
     """What the printed tables determine, each with the interval of its digits."""
     table = _table("2012 paper, tables 4 and 5", "quantity", "unit", "value", "low", "high")
     rows = [
-        (f"rim deflection {case}, RMS", "um", q, MICROMETRES)
-        for case, q in facts.deflection_rms.items()
+        (f"rim deflection {case}, RMS", "um", q, 1e6) for case, q in facts.deflection_rms.items()
     ]
     rows += [
         (f"rim deflection {case}, RMS", "um/kN m", q, 1e9)

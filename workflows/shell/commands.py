@@ -19,7 +19,7 @@ class Command(NamedTuple):
 # Two lines a command.
 # fmt: off
 COMMANDS = {
-    "run": Command("run", "job_story:job_story",
+    "run": Command("main_job.run", "job_story:job_story",
         "Do the whole chain for one planet carrier and leave every result in one "
         "folder.", "summary.json"),
     "mesh": Command("geometry.mesh_carrier", "tables:quality_table",
@@ -28,7 +28,7 @@ COMMANDS = {
         "Write the parametric carrier as carrier.step (unit mm) and surfaces.toml, a template."),
     "cad-faces": Command("geometry.list_cad_faces", "tables:cad_table",
         "List the faces of a STEP file's solid: type, axis, radius, station and area, in metres."),
-    "cad-surfaces": Command("geometry.propose_cad_surfaces", "cad_tables:proposal_table",
+    "cad-surfaces": Command("geometry.propose_cad_surfaces", "tables:proposal_table",
         "Recognise a STEP file's axis, pins, seats, rim and shaft face; write surfaces.toml, "
         "draw it."),
     "curves": Command("fe.compute_curves", "tables:curve_table",
@@ -69,11 +69,11 @@ COMMANDS = {
         "Write a map of a logger's files, with guesses to look at: columns, units, clock, angles."),
     "import": Command("identification.import_records", "import_tables:imported_table",
         "Make a campaign folder of a logger's files and the map of their columns.", "import.json"),
-    "schema": Command("show_schema", "import_tables:schema_page",
+    "schema": Command("schemas.show_schema", "import_tables:schema_page",
         "Show the JSON Schema of a kind of file: every key with its words, unit and range."),
     "completion": Command("complete_shell", "import_tables:completion_script",
         "Show the script that completes commands and options in a shell."),
-    "plan": Command("diagnosis.plan_campaign", "plan_tables:plan_table",
+    "plan": Command("diagnosis.plan_campaign", "diagnosis_tables:plan_table",
         "Tell which causes a campaign could see and part, and the cheapest addition that "
         "parts more.", "plan.json"),
     "check": Command("diagnosis.check_campaign", "diagnosis_tables:check_table",
@@ -89,7 +89,7 @@ COMMANDS = {
         "changed.", "comparison.json"),
     "view": Command("view3d.view_file", "body_tables:view_table",
         "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
-    "blind-check": Command("diagnosis.run_blind_check", "score_tables:blind_check_table",
+    "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
         "Diagnose sealed campaigns and score the answers.", "blind_check.json"),
     "figures": Command("figures.draw_figures", "simulation_tables:figures_table",
         "Draw the figures of the 2011 and the 2012 paper by their numbers, with an "

@@ -7,10 +7,10 @@ import logging
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, TypedDict
 
 from carrierflex.workflows.shell.commands import Command
 from carrierflex.workflows.shell.logs import SHOWN
@@ -175,3 +175,37 @@ def _as_text(done: Done) -> str:
     shown = _renderable(done)
     console.print(shown, soft_wrap=isinstance(shown, Text))
     return "\n".join(line.rstrip() for line in console.export_text().splitlines())
+
+
+class Range(TypedDict):
+    """A long array."""
+
+    shape: Annotated[Sequence[int], "Shape"]
+    smallest: Annotated[float, "Smallest value"]
+    largest: Annotated[float, "Largest value"]
+
+
+class CommandResult(TypedDict):
+    """What a command that has ended prints."""
+
+    format: Annotated[Literal["carrierflex-result"], "Kind of the document"]
+    version: Annotated[Literal[1], "Version of the format"]
+    software: Annotated[str, "Name and version of this software"]
+    command: Annotated[str, "Name of the command"]
+    given: Annotated[Mapping[str, Any], "Its options as they were given, by name"]
+    exit_code: Annotated[Literal[0, 1], "0; 1 where a check is not met"]
+    met: Annotated[bool, "Whether all checks are met"]
+    seconds: Annotated[float, "Time it took [s]"]
+    written: Annotated[Sequence[str], "Files that it wrote"]
+    result: Annotated[Any, "Its own document where it writes one; its figures otherwise"]
+
+
+class CommandRefusal(TypedDict):
+    """What a command that was refused, or interrupted, prints."""
+
+    format: Annotated[Literal["carrierflex-refusal"], "Kind of the document"]
+    version: Annotated[Literal[1], "Version of the format"]
+    software: Annotated[str, "Name and version of this software"]
+    command: Annotated[str | None, "Name of the command; null where there is none of that name"]
+    exit_code: Annotated[Literal[2, 130, 143], "2 refused, 130 interrupted, 143 asked to end"]
+    error: Annotated[str, "What is wrong, what was found and what is expected, in one line"]

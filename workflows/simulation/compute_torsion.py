@@ -9,14 +9,15 @@ frequency that the mounting lowers by a third. That shaft and gearbox agree with
 nothing: their dimensions in the stage were derived from the printed stiffnesses.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.simulation.mounting.case_files import read_mounting_case
@@ -28,8 +29,8 @@ from carrierflex.simulation.mounting.torsional_train import (
     mounted_and_held_hz,
 )
 from carrierflex.simulation.stage.torsion_view import torque_sweep_figure
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.progress import Stages
 
 #: What the 2011 paper prints: stiffness [N m/rad] by member, first frequency by mounting (in Hz;
 #: printed as rad/s).
@@ -116,7 +117,7 @@ def main(
     from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
     from carrierflex.simulation.stage.stage_model import stage_model
     from carrierflex.simulation.stage.torque_sweep import stage_sweeps
-    from carrierflex.workflows.support.stage_bodies import default_stage_body
+    from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
     # Cheap, and refuses a torque that cannot be before the folder is made.
     on_mounting = mounting_sweep(rig, bushings, torque)
@@ -163,3 +164,21 @@ def _write(result: Torsion, train: TorsionalTrain, out: Path) -> None:
         "versions": versions(),
     }
     save_json(out / "torsion.json", content)
+
+
+class TorsionPaper(TypedDict):
+    """What the paper prints of the torsional train."""
+
+    stiffness_nm_per_rad: Annotated[Mapping[str, Any], "Stiffness by member [N m/rad]"]
+    first_frequency_hz: Annotated[Any, "First frequency [Hz]"]
+    fitted_to_it: Annotated[Any, "What was fitted to it"]
+
+
+class TorsionDocument(TypedDict):
+    """torsion.json, written by torsion."""
+
+    train: Annotated[TorsionalTrain, "Inertias, stiffnesses, ratios"]
+    stiffness_nm_per_rad: Annotated[Mapping[str, float], "By member, from the sweeps [N m/rad]"]
+    paper: Annotated[TorsionPaper, "What the paper prints"]
+    frequencies_hz: Annotated[Mapping[str, Sequence[float]], "By topology and mounting [Hz]"]
+    versions: Versions

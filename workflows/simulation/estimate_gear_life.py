@@ -12,12 +12,13 @@ housing decide which.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
@@ -32,14 +33,14 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
+from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.stage_misalignment import (
     KinkInMesh,
     StageState,
     kinks_in_meshes,
     stage_states,
 )
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
-from carrierflex.workflows.support.progress import Stages
 
 #: Supports of the order-one study in which the kink is followed to the teeth: their numbers there.
 _SUPPORTS = {
@@ -162,7 +163,7 @@ def main(
     prepared_folder(out)
 
     from carrierflex.simulation.stage.statics import SteadyLoad
-    from carrierflex.workflows.support.stage_bodies import flexible_and_rigid_body
+    from carrierflex.workflows.simulation.stage_bodies import flexible_and_rigid_body
 
     stages = Stages(3, quiet)
     force = _tangential_force(torque, gear, stage.carrier.n_planets)
@@ -278,3 +279,18 @@ def _swept(
         np.array([life_ratio(ratios_of_mesh) for ratios_of_mesh in ratios]),
         float(papers),
     )
+
+
+class GearLifeInputs(TypedDict):
+    """Inputs of the gear life."""
+
+    torque: Annotated[float, "Torque of the main shaft [N m]"]
+    gear: Annotated[Mapping[str, float], "Table [gear] of carrier-parameters"]
+
+
+class GearLifeDocument(TypedDict):
+    """gear_life.json, written by gear-life."""
+
+    inputs: Annotated[GearLifeInputs, "Inputs"]
+    result: Annotated[GearLife, "Pressure and life by mesh"]
+    versions: Versions

@@ -11,7 +11,7 @@ from carrierflex.files.versions import versions
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
-from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.outputs import prepared_folder
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
-from carrierflex.workflows.support.outputs import save_figure, save_table
+from carrierflex.workflows.outputs import save_figure, save_table
 
 _UNITS = ("m", "m", "m", "rad", "rad", "rad")
 

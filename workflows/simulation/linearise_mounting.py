@@ -6,14 +6,15 @@ diagram. A good answer: frequencies that rise with the torque for hardening bush
 from the once- and three-times-per-revolution lines; no root that grows.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Annotated, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun
 from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.linearised import (
@@ -24,7 +25,7 @@ from carrierflex.simulation.mounting.linearised import (
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.simulation.mounting.view import linearised_figure
 from carrierflex.simulation.stage.linearised import CampbellDiagram
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 
 Array = NDArray[np.float64]
 
@@ -142,3 +143,13 @@ def campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list[
     orders = np.column_stack(list(campbell.order_hz.values()))
     rows = np.column_stack([campbell.speed, campbell.frequency_hz, orders])
     return ["speed [rad/s]", *modes, *(f"{name}_hz" for name in campbell.order_hz)], rows.tolist()
+
+
+class MountingLinearisedDocument(TypedDict):
+    """linearised.json of a mounting, written by simulate --linearised."""
+
+    case: Annotated[str, "Name of the case"]
+    operating_points: Annotated[
+        Mapping[str, Mapping[str, float]], "Loads [N m, N, N] and speed [rad/s] by run"
+    ]
+    versions: Versions

@@ -8,14 +8,15 @@ the first mode is the torsion of the drive train, and the mesh frequency's line 
 damped mode near the speed of the case.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.simulation.carrier.run_cases import AXIAL
 from carrierflex.simulation.mounting.view import linearised_figure
 from carrierflex.simulation.stage.linearised import (
@@ -28,8 +29,8 @@ from carrierflex.simulation.stage.modal_form import ModalStage, modal_stage
 from carrierflex.simulation.stage.readings import rim_reader
 from carrierflex.simulation.stage.stage_cases import StageCase
 from carrierflex.simulation.stage.stage_model import StageModel
+from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.simulation.linearise_mounting import campbell_table
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
 
 _FREQUENCIES_HZ = np.geomspace(0.1, 1000.0, 400)
 _SPEED_SHARES = np.linspace(0.0, 1.2, 7)
@@ -105,3 +106,12 @@ def _mode_rows(model: StageModel, modes: LinearisedModes) -> Iterable[list[objec
     for number in range(min(_N_MODES, len(modes.frequency_hz))):
         leading = model.labels[int(np.abs(modes.shape[:, number]).argmax())]
         yield [number + 1, leading, modes.frequency_hz[number], modes.damping_ratio[number]]
+
+
+class StageLinearisedDocument(TypedDict):
+    """linearised.json of a stage, written by simulate --linearised."""
+
+    case: Annotated[str, "Name of the case"]
+    speed: Annotated[float, "Speed [rad/s]"]
+    crossings_rad_per_s: Annotated[Mapping[str, Any], "Speeds at which orders meet modes, by order"]
+    versions: Versions

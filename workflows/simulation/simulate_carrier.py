@@ -28,7 +28,7 @@ from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.simulation.law_files import read_law
 from carrierflex.simulation.laws import CARRIER, Law
 from carrierflex.simulation.record_size import MOST_IN_MEMORY, refuse_size
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ def main(
         a campaign.
     """
     if curves is None:
-        from carrierflex.workflows.support.default_curves import default_curves
+        from carrierflex.workflows.fe.default_curves import default_curves
 
         curve_set = default_curves()
     else:

@@ -39,8 +39,8 @@ from carrierflex.simulation.mounting.simulate import (
     signal_pieces,
     with_noise,
 )
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import linearise_mounting
-from carrierflex.workflows.support.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)

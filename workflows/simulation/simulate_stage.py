@@ -39,11 +39,11 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
+from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import linearise_stage
+from carrierflex.workflows.simulation.stage_bodies import default_stage_body, stage_body_of_files
 from carrierflex.workflows.simulation.stage_loads import with_loads
-from carrierflex.workflows.support.outputs import prepared_folder
-from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.stage_bodies import default_stage_body, stage_body_of_files
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +177,7 @@ def _body(what: StageCase, size: float) -> StageBody:
 
 
 def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
-    from carrierflex.workflows.support.default_curves import default_curves
+    from carrierflex.workflows.fe.default_curves import default_curves
 
     return default_curves() if curves is None else read_curves(curves)
 

@@ -13,16 +13,16 @@ most, the carrier's flexibility changes the RMS little.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.identification.campaign.records import Run
@@ -32,8 +32,8 @@ from carrierflex.simulation.carrier.run_cases import AXIAL
 from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.stage_data import RollerBearingData
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -187,7 +187,7 @@ class Table5Bodies:
 
 def table_5_bodies(size: float) -> Table5Bodies:
     """Bodies from finite elements of `size` [m]."""
-    from carrierflex.workflows.support.stage_bodies import (
+    from carrierflex.workflows.simulation.stage_bodies import (
         made_rigid,
         reduced_carrier_and_pin,
         stage_body_of,
@@ -354,3 +354,21 @@ def _figure(shown: Mapping[str, tuple[Run, Run, Run | None]]) -> Figure:
     }
     figure.legend(lines.values(), lines, loc="outside lower center", ncols=3, frameon=False)
     return figure
+
+
+class TableFiveRow(TypedDict):
+    """A case of table 5."""
+
+    load_case: Annotated[str, "Load case"]
+    simulation: Annotated[str, "Aligned or misaligned"]
+    rms_mm: Annotated[float, "RMS of the deviation [mm]"]
+    paper_rms_mm: Annotated[float, "The same in the paper [mm]"]
+
+
+class TableFiveDocument(TypedDict):
+    """table_5.json, written by table-5."""
+
+    rows: Annotated[Sequence[TableFiveRow], "Cases"]
+    identified_tilt_rad: Annotated[Mapping[str, float], "Identified kink by load case [rad]"]
+    inputs: Annotated[Mapping[str, Any], "Options"]
+    versions: Versions

@@ -15,7 +15,7 @@ from carrierflex.simulation.stage.load_channels import load_columns
 from carrierflex.simulation.stage.response import StageDivergedError
 from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.simulation.stage.stage_run import StageResponse
-from carrierflex.workflows.support.outputs import save_figure
+from carrierflex.workflows.outputs import save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

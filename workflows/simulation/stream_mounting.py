@@ -31,8 +31,8 @@ from carrierflex.simulation.mounting.record_files import (
     write_record,
 )
 from carrierflex.simulation.mounting.simulate import DivergedError, MountingResponse, with_noise
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.simulate_mounting import SimulatedMounting, cut_run
-from carrierflex.workflows.support.progress import Stages
 
 #: Samples of a piece: 10 MB with everything that is made of them.
 _PIECE = 100_000

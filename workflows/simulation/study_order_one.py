@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict
 
 import numpy as np
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import versions
+from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.carrier.printed_tables import (
@@ -27,10 +27,12 @@ from carrierflex.identification.carrier.printed_tables import (
 )
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from carrierflex.simulation.stage.stage_body import StageBody
     from carrierflex.workflows.simulation.order_one_supports import Axis, Support
 
@@ -124,7 +126,7 @@ def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> Order
         case beside the paper's values.
     """
     from carrierflex.workflows.simulation.order_one_supports import AXES, supports
-    from carrierflex.workflows.support.stage_bodies import default_stage_body
+    from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
     folder, stages = prepared_folder(out), Stages(4, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
@@ -199,7 +201,6 @@ def _load_cases(body: StageBody, support: Support) -> dict[str, float]:
 
 
 def _write(study: OrderOneStudy, size: float) -> None:
-    from carrierflex.workflows.simulation.order_one_pictures import order_one_figure
     from carrierflex.workflows.simulation.order_one_supports import AXES
 
     folder = study.folder
@@ -238,9 +239,7 @@ def _write(study: OrderOneStudy, size: float) -> None:
             "versions": versions(),
         },
     )
-    save_figure(
-        folder / "order_one.png", order_one_figure(study.sweeps, study.load_cases, study.paper)
-    )
+    save_figure(folder / "order_one.png", _figure(study.sweeps, study.load_cases, study.paper))
 
 
 def _cells(row: OrderOneRow) -> list[object]:
@@ -248,3 +247,68 @@ def _cells(row: OrderOneRow) -> list[object]:
     micrometres = [value * 1e6 for value in (row.order_2, row.order_3, tilt)]
     slopes = [row.sun_slope * 1e6, row.ring_slope * 1e6]
     return [row.name, row.order_1 * 1e6, row.share, *micrometres, *slopes]
+
+
+def _figure(
+    sweeps: Mapping[str, Mapping[str, tuple[float, ...]]],
+    load_cases: Mapping[str, Mapping[str, float]],
+    paper: Mapping[str, float],
+) -> Figure:
+    """Six panels; dashed lines are the values that table 5 of the 2012 paper determines."""
+    from matplotlib.figure import Figure
+
+    from carrierflex.workflows.simulation.order_one_supports import AXES
+
+    figure = Figure(figsize=(13, 7.5), layout="constrained")
+    panels = list(figure.subplots(2, 3).flat)
+    full = paper["LC1"] * 1e6
+    for panel, axis in zip(panels, AXES, strict=False):
+        for number, (name, values) in enumerate(sweeps[axis.name].items()):
+            shown = [value * axis.in_unit for value in axis.values]
+            panel.plot(shown, np.array(values) * 1e6, f"C{number}o-", markersize=3.5, label=name)
+        panel.axhline(full, color="0.3", linestyle="--", linewidth=1.0, label="paper, LC1")
+        unit = "" if axis.unit == "1" else f", {axis.unit}"
+        panel.set(xlabel=f"{axis.name}{unit}", ylabel="order 1 at the sensors, µm")
+        if axis.logarithmic:
+            panel.set_xscale("log")
+    last = panels[len(AXES)]
+    cases = list(next(iter(load_cases.values())))
+    for number, amplitudes in enumerate(load_cases.values()):
+        shown = [amplitudes[case] * 1e6 for case in cases]
+        last.plot(cases, shown, f"C{number}o-", markersize=3.5)
+    last.plot(
+        list(paper), [value * 1e6 for value in paper.values()], "k_", markersize=22, label="paper"
+    )
+    last.set(xlabel="load case", ylabel="order 1 at the sensors, µm")
+    last.legend(frameon=False)
+    for panel in panels:
+        panel.set_ylim(bottom=0.0)
+        panel.grid(alpha=0.3)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)
+    return figure
+
+
+class Sweep(TypedDict):
+    """Order 1 over one axis of the supports."""
+
+    unit: Annotated[str, "Unit of the axis"]
+    values: Annotated[Sequence[float], "Values"]
+    order_1: Annotated[Mapping[str, Sequence[float]], "Amplitude by support [um]"]
+
+
+class SizeInput(TypedDict):
+    """Size of the elements."""
+
+    size: Annotated[float, "Element edge length [m]"]
+
+
+class OrderOneDocument(TypedDict):
+    """order_one.json, written by order-one."""
+
+    inputs: Annotated[SizeInput, "Inputs"]
+    rows: Annotated[Sequence[OrderOneRow], "One a support, at full torque"]
+    sweeps_um: Annotated[Mapping[str, Sweep], "By axis"]
+    load_cases_m: Annotated[Mapping[str, Any], "Order 1 by load case [m]"]
+    paper_m: Annotated[Any, "What the paper's figures hold [m]"]
+    versions: Versions

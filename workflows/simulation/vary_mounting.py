@@ -23,9 +23,9 @@ from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.simulation.mounting.time_integration import DivergedError
-from carrierflex.workflows.support.executors import work_executor
-from carrierflex.workflows.support.outputs import prepared_folder, save_table
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.outputs import prepared_folder, save_table
+from carrierflex.workflows.progress import Stages
 
 #: File in the output folder.
 RESULT = "variants.csv"

@@ -11,7 +11,7 @@ from carrierflex.reduction.pin_fit import HELD
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
-from carrierflex.workflows.support.recorded_structure import recorded_inputs
+from carrierflex.workflows.reduction.recorded_structure import recorded_inputs
 from carrierflex.workflows.view3d.scene import (
     UNNAMED_COLOUR,
     Control,

@@ -9,7 +9,7 @@ from pathlib import Path
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.files.json_files import save_text
 from carrierflex.files.whole_files import check_file_writable
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.view3d.curve_scene import curve_scene
 from carrierflex.workflows.view3d.scene import Scene
 from carrierflex.workflows.view3d.view import scene_page

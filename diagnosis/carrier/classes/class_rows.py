@@ -1,35 +1,247 @@
-"""Rows of the classes of a carrier: weights of the flexible model's columns by run and sensor."""
+"""Rows of the classes of a carrier: weights of the flexible model's columns by run and sensor.
 
-from collections.abc import Mapping, Sequence
+A class follows the loads by smooth functions of torque and radial load, or not at all. A function
+is linear within a run about the run's mean loads, and as curved as it is from run to run: the
+columns of the flexible model, each times a constant of the run, carry it.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from carrierflex.diagnosis.carrier.classes.catalogue import OFFSET, TIME, shapes
-from carrierflex.diagnosis.carrier.classes.dependence import (
-    LoadFunctions,
-    LoadWeights,
-    load_functions,
-    load_weights,
-)
-from carrierflex.diagnosis.carrier.classes.pin_weights import pin_weights
 from carrierflex.diagnosis.carrier.records.columns import (
     CONSTANT,
+    FORCE_Y,
+    FORCE_Z,
     N_TIME_COLUMNS,
+    TORQUE,
     flexible_terms,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.declarations import Channel
-from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns, PatternColumn
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
+    BY_BOTH,
+    BY_RADIAL_LOAD,
+    BY_TORQUE,
+    MODULATED,
+    NONE,
+    UNEVEN,
+    Columns,
+    PatternColumn,
+)
 from carrierflex.simulation.carrier.rim import CarrierRig
 
+#: Torque over nominal, radial load over the largest, along y and z; shape (n,) each.
+LoadFunction = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+#: Radial load, over the largest, at which a saturating function bends.
+_BENDS = (0.15, 0.45)
+_STEP = 1e-4
+#: Two torques over nominal are one within this.
+_ONE_TORQUE = 0.05
+#: Points of a curve around the carrier: waves of less than half as many lobes are exact.
+_POINTS = 512
+_AXIAL = "axial_displacement"
 #: Number of a wave times a load among the columns of the flexible model.
 Numbers = Mapping[tuple[int, bool, str], int]
 #: Penalty of amplitudes that do not turn with the load, beside that of a bend: as much. A third of
 #: it and three times as much name the same classes of development cases; at a tenth and at ten
 #: times a tilt that begins late is a tie with planet loads under six loads.
 _LESS_SIMPLE = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class LoadWeights:
+    """One function of the loads, linear within each run.
+
+    Parameters
+    ----------
+    by_load : mapping of str to ndarray, shape (n_runs,)
+        Factor of the columns times each load.
+    means : mapping of str to ndarray, shape (n_runs,)
+        Mean of each load in each run.
+    """
+
+    by_load: Mapping[str, FloatArray]
+    means: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadFunctions:
+    """Functions of one dependence.
+
+    Parameters
+    ----------
+    functions : tuple of callable
+        Functions of the loads, those of a vector first: along y, then along z, pair by pair.
+    penalty : ndarray, shape (n,)
+        How much each is penalised.
+    n_vectors : int
+        Pairs of functions along y and z.
+    """
+
+    functions: tuple[LoadFunction, ...]
+    penalty: FloatArray
+    n_vectors: int = 0
+
+
+def load_weights(function: LoadFunction, means: FloatArray) -> LoadWeights:
+    """Function of the loads, linear about the mean loads of each run.
+
+    Parameters
+    ----------
+    function : callable
+        Of torque over nominal and radial load over the largest.
+    means : ndarray, shape (n_runs, 3)
+        Mean loads of each run in these units.
+    """
+    t, y, z = means.T
+    value = function(t, y, z)
+    slopes = {
+        TORQUE: (function(t + _STEP, y, z) - function(t - _STEP, y, z)) / (2.0 * _STEP),
+        FORCE_Y: (function(t, y + _STEP, z) - function(t, y - _STEP, z)) / (2.0 * _STEP),
+        FORCE_Z: (function(t, y, z + _STEP) - function(t, y, z - _STEP)) / (2.0 * _STEP),
+    }
+    by_mean = {TORQUE: t, FORCE_Y: y, FORCE_Z: z}
+    constant = value - sum(slopes[load] * by_mean[load] for load in slopes)
+    return LoadWeights({CONSTANT: constant, **slopes}, {CONSTANT: np.ones_like(t), **by_mean})
+
+
+def torque_levels(torque: FloatArray) -> int:
+    """Torques over nominal that differ by more than a twentieth."""
+    levels: list[float] = []
+    for value in sorted(torque.tolist()):
+        if not levels or value - levels[-1] > _ONE_TORQUE:
+            levels.append(value)
+    return len(levels)
+
+
+def load_functions(n_torques: int) -> dict[str, LoadFunctions]:
+    """Functions of each dependence, and how much each is penalised.
+
+    The constant for what follows nothing; powers of the torque, zero without torque, as many as the
+    torques can tell; the radial load as a vector, linear, saturating and even in its direction.
+
+    Parameters
+    ----------
+    n_torques : int
+        Torques that differ.
+
+    Returns
+    -------
+    dict of str to LoadFunctions
+        By dependence.
+    """
+    powers = tuple(_power(k) for k in range(1, max(min(n_torques - 1, 3), 1) + 1))
+    bends = tuple(_saturating(component, bend) for bend in _BENDS for component in (0, 1))
+    linear = (lambda t, y, z: y, lambda t, y, z: z)
+    even = (lambda t, y, z: y * z, lambda t, y, z: z * z, lambda t, y, z: y * y)
+    return {
+        NONE: LoadFunctions((lambda t, y, z: np.ones_like(t),), np.zeros(1)),
+        BY_TORQUE: LoadFunctions(powers, np.array([0.0, *[1.0] * (len(powers) - 1)])),
+        BY_RADIAL_LOAD: LoadFunctions(
+            (*linear, *bends, *even), np.array([0.0] * 2 + [1.0] * 7), n_vectors=3
+        ),
+        BY_BOTH: LoadFunctions(
+            tuple(_times_torque(function) for function in (*linear, *bends)),
+            np.array([0.0] * 2 + [1.0] * 4),
+            n_vectors=3,
+        ),
+    }
+
+
+def _power(k: int) -> LoadFunction:
+    return lambda t, y, z: np.asarray(np.sign(t) * np.abs(t) ** k)
+
+
+def _times_torque(function: LoadFunction) -> LoadFunction:
+    return lambda t, y, z: t * function(t, y, z)
+
+
+def _saturating(component: int, bend: float) -> LoadFunction:
+    def function(t: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+        """Component of a vector along the load, as long as ``tanh(|F| / bend)``."""
+        size = np.hypot(y, z)
+        along = (y, z)[component] / np.maximum(size, np.finfo(float).tiny)
+        return np.asarray(np.where(size > 0.0, along * np.tanh(size / bend), 0.0))
+
+    return function
+
+
+def pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray | None:
+    """Weights of the columns of a pattern in what unequal pin loads can make of it.
+
+    Parameters
+    ----------
+    pattern : str
+        Frame and pattern.
+    columns : tuple of PatternColumn
+        Its columns, of one wave each.
+    rig : CarrierRig
+        Number of planets, and the curve ``g_f`` of one pin.
+
+    Returns
+    -------
+    ndarray, shape (n_patterns, n_columns), or None
+        The largest weight at the sensors of a quantity is one. None for a pattern that unequal pin
+        loads do not make, and without the curve: every wave has a size of its own then.
+
+    References
+    ----------
+    .. [1] 2012 paper, section 2: superposition of the single-pin curves.
+    """
+    if pattern not in (UNEVEN, MODULATED) or "g_f" not in rig.curves:
+        return None
+    lobes = np.array([column.waves[0].lobes for column in columns])
+    order = np.array([column.order for column in columns])
+    cosine = np.array([column.waves[0].cosine for column in columns])
+    sine = np.array([column.waves[0].sine for column in columns])
+    if pattern == UNEVEN:
+        factors = _of_excesses(lobes, rig.n_planets)
+    else:
+        factors = _of_turning_shares(lobes - order)
+    rows = []
+    for quantity in dict.fromkeys(column.quantity for column in columns):
+        shows = np.array([column.quantity == quantity for column in columns])
+        G = _coefficients(rig.curves["g_f"], is_axial=quantity == _AXIAL)[lobes]
+        amplitudes = shows * factors * G * np.exp(-1j * order * rig.pin_angle)
+        # Of Re(A exp(j (h v - n theta))).
+        weights = cosine * amplitudes.real - sine * amplitudes.imag
+        rows.append(weights / np.abs(weights).max())
+    return np.concatenate(rows)
+
+
+def _coefficients(curve: DeflectionCurve, *, is_axial: bool) -> np.ndarray:
+    """Coefficients ``g(u) = sum_h Re(G_h exp(j h u))``."""
+    angle = 2.0 * np.pi / _POINTS * np.arange(_POINTS)
+    values = curve.axial_at(angle) if is_axial else curve.radial_at(angle)
+    return np.asarray(2.0 / _POINTS * np.fft.rfft(values))
+
+
+def _of_excesses(lobes: np.ndarray, n_planets: int) -> np.ndarray:
+    """Sums ``2/n sum_i e_i exp(-j h alpha_i)`` of excesses that add up to nothing.
+
+    Shape (n_planets - 1, n_columns): ``e_i = cos(m alpha_i)`` and ``sin(m alpha_i)``.
+    """
+    rows = []
+    for m in range(1, n_planets // 2 + 1):
+        is_own, is_other = lobes % n_planets == m, lobes % n_planets == n_planets - m
+        rows.append((is_own | is_other).astype(complex))
+        if 2 * m < n_planets:
+            rows.append(-1j * is_own + 1j * is_other)
+    return np.array(rows)
+
+
+def _of_turning_shares(step: np.ndarray) -> np.ndarray:
+    """Sums ``2/n sum_i e_i exp(-j (h - n) beta_i)`` of shares that change once a turn.
+
+    Shape (2, n_columns): ``e_i = cos(beta_i)`` and ``sin(beta_i)``, beta the housing angle of a
+    pin; `step` is h - n, one or minus one.
+    """
+    return np.array([np.ones(step.size, dtype=complex), -1j * step])
 
 
 @dataclass(frozen=True, eq=False)

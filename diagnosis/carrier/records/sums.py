@@ -1,42 +1,56 @@
-"""Sums over the records of a carrier campaign, accumulated once.
+"""Sums over the records of a carrier campaign, accumulated once: products of all columns.
 
-Products of all columns by segment and channel.
-
-Fits and held-out scores are algebra on these sums. What needs more of the columns than fits in
-memory, the screen's flexible features and the order amplitudes of a model, passes over the records
-again (:mod:`carrierflex.diagnosis.carrier.records.run_columns`).
+Fits and held-out scores are algebra on these sums, run slice by run slice where a campaign is
+large. What needs more of the columns than fits in memory, the flexible features and the order
+amplitudes of a model, passes over the records again
+(:mod:`carrierflex.diagnosis.carrier.records.columns`). Of some 180 columns of a sensor fewer than
+half are different: a tilt of the housing, its column at a sensor moved by 3 deg and an offset are
+one constant, in every run alike. The products are of those.
 """
 
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.records.column_basis import (
-    ColumnBasis,
-    column_basis,
-    every_column,
-)
-from carrierflex.diagnosis.carrier.records.columns import ColumnIndex, ColumnSource
-from carrierflex.diagnosis.carrier.records.run_columns import (
+from carrierflex.diagnosis.carrier.records.columns import (
     BlockColumns,
+    ColumnIndex,
+    ColumnSource,
     RunColumns,
     columns_of_campaign,
+    some_samples,
 )
 from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import (
     highest_order,
     order_amplitudes,
     too_sparse,
 )
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
-
+#: Part of a column of unit length that must lie off the others for it to be one of its own: those
+#: that stand far off first, so that the weights of the rest are small. What is a combination misses
+#: by rounding, 1e-13.
+_OFF_THE_OTHERS = (1e-2, 1e-4, 1e-6, 1e-8)
+#: Weights, columns of unit length, that are rounding.
+_ROUNDING = 1e-11
+#: Largest miss of a combination, over the largest value of its column in all runs.
+_LARGEST_MISS = 1e-10
+#: Samples at which the columns are compared, over all runs, and fewest of a run.
+_SAMPLES = 2000
+_FEWEST = 12
+ComplexArray = NDArray[np.complex128]
 #: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
 #: minute's record.
 _MOST_BLOCKS = 12
@@ -53,6 +67,115 @@ _IN_MEMORY = 150_000_000
 _AT_ONCE = 50_000_000
 #: Every which sample is looked at for whether the basis holds.
 _CHECKED = 25
+#: Bytes of products of columns in a part, for a usual set of so many columns, and of those that are
+#: kept. Weights of a part, their derivatives and what works on them are some four times as large.
+_PART_BYTES = 50_000_000
+_USUAL_COLUMNS = 40
+_KEPT_BYTES = 100_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnBasis:
+    """Basis of the columns of every sensor, the target left out; C channels, k - 1 columns.
+
+    Parameters
+    ----------
+    members : sequence of ndarray of int
+        Numbers of the columns in the basis of every channel, counted without the target.
+    weights : ndarray, shape (C, k - 1, b)
+        Every column by those of the basis; zero beyond a channel's own.
+    largest : ndarray, shape (C, k - 1)
+        Largest size of every column where it was looked at.
+    """
+
+    members: tuple[IntArray, ...]
+    weights: FloatArray
+    largest: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Columns of the largest basis."""
+        return self.weights.shape[2]
+
+    def holds(self, channel: int, rows: FloatArray) -> bool:
+        """Whether columns, shape (k - 1, n), are the combinations that they are taken for."""
+        members = self.members[channel]
+        rows = rows[:, np.isfinite(rows).all(axis=0)]
+        missed = rows - self.weights[channel, :, : members.size] @ rows[members]
+        largest = np.maximum(self.largest[channel], np.abs(rows).max(axis=1, initial=0.0))
+        limit = _LARGEST_MISS * largest
+        return bool((np.abs(missed).max(axis=1, initial=0.0) <= limit).all())
+
+
+def every_column(n_columns: int, n_channels: int) -> ColumnBasis:
+    """Basis of all columns."""
+    members = np.arange(n_columns)
+    weights = np.broadcast_to(np.eye(n_columns), (n_channels, n_columns, n_columns))
+    return ColumnBasis((members,) * n_channels, weights, np.zeros((n_channels, n_columns)))
+
+
+def column_basis(
+    runs: Sequence[Run], channels: Sequence[Channel], source: ColumnSource
+) -> ColumnBasis:
+    """Basis of the columns of every sensor at some samples of all runs.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Records within their windows of use.
+    channels : sequence of Channel
+        Sensors.
+    source : ColumnSource
+        Columns.
+
+    Returns
+    -------
+    ColumnBasis
+        Earlier columns before later ones.
+    """
+    n_samples = max(_FEWEST, _SAMPLES // len(runs))
+    members = []
+    of_channels = []
+    largest = []
+    # Channel by channel: the columns of all of them are several times the records.
+    some = some_samples(runs, source, n_samples)
+    for channel in channels:
+        table = some.rows(channel)
+        table = table[:, np.isfinite(table).all(axis=0)]
+        chosen, own = _combinations(table)
+        members.append(chosen)
+        of_channels.append(own)
+        largest.append(np.abs(table).max(axis=1, initial=0.0))
+    size = max(chosen.size for chosen in members)
+    weights = np.zeros((len(channels), len(largest[0]), size))
+    for c, own in enumerate(of_channels):
+        weights[c, :, : own.shape[1]] = own
+    return ColumnBasis(tuple(members), weights, np.array(largest))
+
+
+def _combinations(rows: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Numbers of the rows in the basis, and every row by these."""
+    length = np.linalg.norm(rows, axis=1)
+    scaled = rows / np.where(length > 0.0, length, 1.0)[:, None]
+    members: list[int] = []
+    directions = np.empty((0, rows.shape[1]))
+    off = scaled.copy()
+    for limit in _OFF_THE_OTHERS:
+        for k in range(len(scaled)):
+            size = float(np.linalg.norm(off[k]))
+            if size <= limit:
+                continue
+            members.append(k)
+            direction = off[k] / size
+            direction -= (directions @ direction) @ directions  # what rounding left
+            direction /= np.linalg.norm(direction)
+            directions = np.vstack([directions, direction])
+            off -= np.outer(off @ direction, direction)
+    chosen = np.array(sorted(members), dtype=np.int64)
+    weights = np.linalg.lstsq(scaled[chosen].T, scaled.T, rcond=None)[0].T
+    weights[np.abs(weights) < _ROUNDING] = 0.0
+    weights[chosen] = np.eye(chosen.size)
+    return chosen, weights * length[:, None] / length[chosen]
 
 
 @dataclass(frozen=True, eq=False)
@@ -324,3 +447,104 @@ def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
     """Sum of squares by segment and channel; a perfect fit leaves rounding of either sign."""
     squares = np.einsum("pck,pckl,pcl->pc", residual, gram, residual, optimize=True)
     return np.maximum(squares, 0.0)
+
+
+class _KeptProducts:
+    """Products by name, columns and part, the last used of them up to a limit of bytes."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[tuple[str, tuple[int, ...], int], FloatArray] = OrderedDict()
+        self._n_bytes = 0
+
+    def of(
+        self, name: str, columns: IntArray, part: slice, make: Callable[[], FloatArray]
+    ) -> FloatArray:
+        """Products that are kept, or made and kept."""
+        key = (name, tuple(columns.tolist()), int(part.start))
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        made = make()
+        self._kept[key] = made
+        self._n_bytes += made.nbytes
+        while self._n_bytes > _KEPT_BYTES and len(self._kept) > 1:
+            self._n_bytes -= self._kept.popitem(last=False)[1].nbytes
+        return made
+
+    def let_go(self) -> None:
+        """Keep none of them."""
+        self._kept.clear()
+        self._n_bytes = 0
+
+
+@dataclass(frozen=True, eq=False)
+class RunParts:
+    """Parts of the runs.
+
+    Parameters
+    ----------
+    records : CarrierSums
+        Sums over the records.
+    n_runs : int
+        Runs.
+    """
+
+    records: CarrierSums
+    n_runs: int
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Runs of every part."""
+        usual_bytes = 8 * self.records.counts.size * _USUAL_COLUMNS**2
+        n_parts = min(-(-usual_bytes // _PART_BYTES), self.n_runs)
+        edges = np.linspace(0, self.n_runs, n_parts + 1).astype(int).tolist()
+        return tuple(slice(first, end) for first, end in pairwise(edges))
+
+    def segments(self, part: slice) -> slice:
+        """Segments of the runs of a part."""
+        first, end = np.searchsorted(self.records.run_of_segment, [part.start, part.stop])
+        return slice(int(first), int(end))
+
+    def runs(self, part: slice) -> IntArray:
+        """Number of the run of every segment of a part, counted in the part."""
+        return self.records.run_of_segment[self.segments(part)] - part.start
+
+    def gram(self, columns: IntArray, part: slice) -> FloatArray:
+        """Products of some columns by segment of a part and channel, shape (P, C, u, u)."""
+        return self._kept.of(
+            "segments", columns, part, lambda: self.records.gram(columns, self.segments(part))
+        )
+
+    def gram_of_runs(self, columns: IntArray, part: slice) -> FloatArray:
+        """Products of some columns by run of a part and channel."""
+        first = np.searchsorted(self.runs(part), np.arange(part.stop - part.start))
+        if first.size == self.runs(part).size:
+            return self.gram(columns, part)
+        return self._kept.of(
+            "runs", columns, part, lambda: np.add.reduceat(self.gram(columns, part), first, axis=0)
+        )
+
+    def let_go(self) -> None:
+        """Keep no products, before those of another problem are made: they are made again."""
+        self._kept.let_go()
+
+    def values(
+        self, weights_in: Callable[[slice], tuple[IntArray, FloatArray]]
+    ) -> tuple[IntArray, FloatArray]:
+        """Numbers of the columns in use and their weights in all runs, shape (n_runs, C, u).
+
+        Parameters
+        ----------
+        weights_in : callable
+            The same for the runs of a part.
+        """
+        found = [(part, *weights_in(part)) for part in self.slices]
+        columns = np.unique(np.concatenate([used for _, used, _ in found]))
+        values = np.zeros((self.n_runs, self.records.counts.shape[1], columns.size))
+        for part, used, of_part in found:
+            values[part, :, np.searchsorted(columns, used)] = of_part
+        return columns, values
+
+    @cached_property
+    def _kept(self) -> _KeptProducts:
+        return _KeptProducts()

@@ -1,4 +1,13 @@
-"""Sizes, pairs and additions of a campaign from the products of its signatures."""
+"""Sizes, pairs and additions of a campaign from the products of its signatures.
+
+With P the products of the signatures beside the baseline over the noise's variance, amplitudes u of
+cause a leave a signal of energy ``u' P_aa u``, and the refitted cause b leaves of it
+
+    E_ab(u) = u' (P_aa - P_ab P_bb^+ P_ba) u,
+
+the squared Mahalanobis distance between both causes. Its root over that of the number of samples is
+an RMS in floors of noise, the measure of the diagnosis's rules.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,13 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.inference.planning.information import (
-    least_left_energy,
-    left_energy,
-    named_gap,
-    seen_directions,
-    visible_multiple,
-)
 from carrierflex.diagnosis.inference.planning.results import (
     ALIKE,
     NEVER,
@@ -28,7 +30,6 @@ from carrierflex.diagnosis.inference.planning.table import MeasuredGram, Planned
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 FloatArray = NDArray[np.float64]
-
 #: A rival must leave this many times what the diagnosis asks for: the machine's own curves,
 #: gains and places differ from the model's.
 _MARGIN = 1.1
@@ -38,14 +39,20 @@ _NEVER = 0.02
 _EXPLAINS = 0.5
 #: Directions of a fit below this share of the clearest are left at zero.
 _DEPENDENT = 1e-9
+#: Directions of a signature that the baseline leaves less of than this share of the clearest are
+#: not seen, and say nothing of what another cause makes of them.
+_UNSEEN = 1e-6
+#: Standard deviations that 97.5 % of a normal distribution lie above, as the diagnosis asks of the
+#: draws in which an effect must shrink the gap.
+_DEVIATIONS = 1.96
+#: Parts of the record of which one at a time is held out: as many as the conditions of a short
+#: campaign.
+_FOLDS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class _Case:
-    """One variant of a cause: its amplitudes at the wanted gap as planned, shape (m, k).
-
-    Of several directions the one that a rival imitates best counts.
-    """
+    """One variant of a cause: its amplitudes at the wanted gap as planned, shape (m, k)."""
 
     signature: Signature
     directions: FloatArray
@@ -137,10 +144,7 @@ def _order(ranked: RankedAddition) -> tuple[float, ...]:
 
 
 def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> VisibleSize:
-    """Smallest size of an effect, of the median of its variants and of the mean direction.
-
-    A size s of all scales leaves the energy ``s² tr(P) / k``, k columns.
-    """
+    """Smallest size of an effect, of the median of its variants and of the mean direction."""
     parameter = table.parameters[effect]
     energies = []
     shares = []
@@ -156,7 +160,7 @@ def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> V
         numbers.append(len(own))
     least = Thresholds().surviving_share
     surviving = float(np.median(shares)) if shares else 0.0
-    sigmas = visible_multiple(max(numbers, default=1))
+    sigmas = _visible_multiple(max(numbers, default=1))
     if surviving < least:
         return VisibleSize(
             effect, parameter.name, parameter.unit, parameter.scale, np.inf, np.inf, np.inf,
@@ -165,7 +169,7 @@ def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> V
     energy = float(np.median(energies))
     root = np.sqrt(measured.n_samples)
     gap_seen = sigmas / root
-    gap_named = max(gap_seen, named_gap(Thresholds()))
+    gap_named = max(gap_seen, _named_gap(Thresholds()))
     per_gap = parameter.scale * root / np.sqrt(energy)
     return VisibleSize(
         effect,
@@ -188,7 +192,7 @@ def _planned_cases(
     size = gap * np.sqrt(measured.n_samples)
     cases: dict[str, list[_Case]] = {}
     for signature in table.signatures:
-        directions = seen_directions(measured, signature)
+        directions = _visible_directions(measured, signature)
         if len(directions) and _survives(measured, signature):
             case = _Case(signature, size * directions, False)
             cases.setdefault(signature.effect, []).append(case)
@@ -202,11 +206,7 @@ def _survives(measured: MeasuredGram, signature: Signature) -> bool:
 
 
 def _measured_cases(table: PlannedTable, measured: MeasuredGram) -> dict[str, list[_Case]] | None:
-    """Fitted amplitudes of every effect that the records do not rule out.
-
-    Those that leave no more than the best and what two effects may differ by and still be taken for
-    one another; none where no effect explains half of the gap.
-    """
+    """Fitted amplitudes of every effect that the records do not rule out."""
     whole = float(measured.projected[0, 0])
     fits: dict[str, list[tuple[float, _Case]]] = {}
     for signature in table.signatures:
@@ -233,15 +233,17 @@ def _measured_cases(table: PlannedTable, measured: MeasuredGram) -> dict[str, li
     return {effect: own for effect, own in consistent.items() if own}
 
 
-def _left(table: PlannedTable, measured: MeasuredGram, cases: Sequence[_Case], rival: str) -> float:
+def _remaining_energy(
+    table: PlannedTable, measured: MeasuredGram, cases: Sequence[_Case], rival: str
+) -> float:
     """Energy that a rival leaves of a cause, the median over the cause's variants."""
     rivals = table.of(rival)
     energies = []
     for case in cases:
         if case.is_one:
-            energies.append(left_energy(measured, case.signature, case.directions[0], rivals))
+            energies.append(_least_energy(measured, case.signature, case.directions[0], rivals))
         else:
-            energies.append(least_left_energy(measured, case.signature, case.directions, rivals))
+            energies.append(_least_energy_of_any(measured, case.signature, case.directions, rivals))
     return float(np.median(energies))
 
 
@@ -254,13 +256,15 @@ def _pair(
 ) -> CausePair:
     measured, everything = grams
     cause, rival = pair
-    left = np.sqrt(_left(table, measured, cases[cause], rival) / measured.n_samples)
-    own = _gap(measured, cases[cause])
+    left = np.sqrt(_remaining_energy(table, measured, cases[cause], rival) / measured.n_samples)
+    own = _gap_of(measured, cases[cause])
     sine = min(1.0, left / own) if own > 0.0 else 0.0
     wanted = Thresholds().exchange_ratio
     state = PARTED
     if left < wanted:
-        most = np.sqrt(_left(table, everything, cases[cause], rival) / everything.n_samples)
+        most = np.sqrt(
+            _remaining_energy(table, everything, cases[cause], rival) / everything.n_samples
+        )
         state = ALIKE if most > _NEVER * gap else NEVER
     return CausePair(
         cause,
@@ -272,7 +276,7 @@ def _pair(
     )
 
 
-def _gap(measured: MeasuredGram, cases: Sequence[_Case]) -> float:
+def _gap_of(measured: MeasuredGram, cases: Sequence[_Case]) -> float:
     """RMS that a cause leaves as planned, in floors."""
     energies = []
     for case in cases:
@@ -291,7 +295,7 @@ def _ranked(
 ) -> RankedAddition:
     wanted = _MARGIN * Thresholds().exchange_ratio
     energies = {
-        (pair.cause, pair.rival): _left(table, enlarged, cases[pair.cause], pair.rival)
+        (pair.cause, pair.rival): _remaining_energy(table, enlarged, cases[pair.cause], pair.rival)
         for pair in alike
     }
     left = {pair: float(np.sqrt(own / enlarged.n_samples)) for pair, own in energies.items()}
@@ -309,3 +313,68 @@ def _ranked(
         parted,
         len(parted) == len(left),
     )
+
+
+def _visible_multiple(n_parameters: int) -> float:
+    """Root n of the energy from which a cause of q amplitudes shrinks the held-out gap.
+
+    Of K folds each is predicted by amplitudes from the others: a signal of energy E gains
+    ``E - q K / (K - 1)`` noise variances, with a variance of ``4 E + 2 q``. The diagnosis requires
+    a gain in 97.5 % of its draws: ``n² - q K / (K - 1) = 1.96 sqrt(4 n² + 2 q)``.
+    """
+    lost = n_parameters * _FOLDS / (_FOLDS - 1.0)
+    # E² - (2 lost + 4 z²) E + lost² - 2 q z² = 0; the larger root has a positive gain.
+    half = lost + 2.0 * _DEVIATIONS**2
+    constant = lost**2 - 2.0 * n_parameters * _DEVIATIONS**2
+    return float(np.sqrt(half + np.sqrt(half**2 - constant)))
+
+
+def _named_gap(thresholds: Thresholds) -> float:
+    """RMS of the gap, in floors, below which the diagnosis calls records at the noise floor."""
+    return float(np.sqrt(thresholds.floor_ratio - 1.0))
+
+
+def _visible_directions(measured: MeasuredGram, signature: Signature) -> FloatArray:
+    """Amplitudes that leave one noise variance each, at right angles to each other."""
+    own = list(signature.columns)
+    values, vectors = np.linalg.eigh(measured.projected[np.ix_(own, own)])
+    floor = _UNSEEN * max(float(measured.square[own].max()), np.finfo(float).tiny)
+    keep = values > max(_UNSEEN * values.max(), floor)
+    return np.asarray((vectors[:, keep] / np.sqrt(values[keep])).T)
+
+
+def _remainders(
+    measured: MeasuredGram, cause: Signature, rivals: tuple[Signature, ...]
+) -> FloatArray:
+    """Products of what the rival's best-fitting variant leaves of a cause, one matrix a variant."""
+    own, projected = list(cause.columns), measured.projected
+    left = []
+    for rival in rivals:
+        columns = list(rival.columns)
+        length = np.sqrt(np.maximum(measured.square[columns], np.finfo(float).tiny))
+        gram = projected[np.ix_(columns, columns)] / np.outer(length, length)
+        mixed = projected[np.ix_(own, columns)] / length
+        inverse = np.linalg.pinv(gram, rcond=_UNSEEN, hermitian=True)
+        left.append(projected[np.ix_(own, own)] - mixed @ inverse @ mixed.T)
+    return np.array(left)
+
+
+def _least_energy(
+    measured: MeasuredGram, cause: Signature, amplitudes: FloatArray, rivals: tuple[Signature, ...]
+) -> float:
+    """Energy that a refitted rival leaves of given amplitudes, its best variant taken."""
+    left = _remainders(measured, cause, rivals)
+    return max(0.0, float(np.einsum("i,vij,j->v", amplitudes, left, amplitudes).min()))
+
+
+def _least_energy_of_any(
+    measured: MeasuredGram,
+    cause: Signature,
+    directions: FloatArray,
+    rivals: tuple[Signature, ...],
+) -> float:
+    """Energy that a refitted rival leaves of the amplitudes it imitates best."""
+    if directions.size == 0:
+        return 0.0
+    left = directions @ _remainders(measured, cause, rivals) @ directions.T
+    return max(0.0, float(np.linalg.eigvalsh(left)[:, 0].min()))

@@ -1,6 +1,9 @@
-"""Class of the missing effect of a mounting: table, decision, ties of linear maps."""
+"""Class of the missing effect of a mounting: decision, ties of linear maps, ids of the contract.
 
-from collections.abc import Mapping, Sequence
+What of a class it is goes into the note of the answer.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
@@ -12,7 +15,7 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.law_sets import law_sets
-from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
+from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shape_decision import (
     FURTHER_CAUSE,
     decide_by_shape,
@@ -26,16 +29,20 @@ from carrierflex.diagnosis.classes.shape_decision import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import (
+    CHANGE,
+    DELAY,
     EACH,
     FORCE_GROUPS,
     FULL,
+    GAIN,
     LINEAR_MAPS,
+    LOADS,
     SAME,
     STIFFNESS,
     UNEQUAL,
+    ZERO,
 )
-from carrierflex.diagnosis.mounting.classes.contract_ids import in_contract_ids
-from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
+from carrierflex.diagnosis.mounting.classes.motion import N_FREE
 from carrierflex.diagnosis.mounting.classes.shapes import measured_shape
 from carrierflex.diagnosis.mounting.classes.table import MountingTable, mounting_table
 from carrierflex.diagnosis.mounting.model import MountingModel
@@ -50,6 +57,33 @@ _LOADS = ("a torque", "a sideways load", "a vertical load")
 _ABSENT = 0.1
 #: Share of the lowest frequency at which inertia takes a quarter of a load.
 _QUICK = 0.5
+_STIFFNESS_MAP = "stiffness_map"
+_INPUT_MAP = "input_map"
+_SENSOR_MAP = "sensor_map"
+_TIME_VARIATION = "time_variation"
+_IDS: Mapping[str, str] = {
+    STIFFNESS: _STIFFNESS_MAP,
+    LOADS: _INPUT_MAP,
+    GAIN: _SENSOR_MAP,
+    ZERO: _SENSOR_MAP,
+    DELAY: _SENSOR_MAP,
+    CHANGE: _TIME_VARIATION,
+}
+_WORDS = {
+    f"{STIFFNESS}/axial": "stiffness along the axis",
+    f"{STIFFNESS}/main_bearing": "compliance of the main bearing",
+    f"{STIFFNESS}/unequal": "one bushing stiffer than the other",
+    f"{STIFFNESS}/{FULL}": "no sparse form of the stiffness map",
+    f"{LOADS}/torque_from_load": "torque from the radial load",
+    f"{LOADS}/direction": "direction of the radial load",
+    f"{LOADS}/gain": "size of the radial load beside the torque",
+    f"{LOADS}/{FULL}": "no sparse form of the input map",
+    f"{GAIN}/{EACH}": "gains of several sensors",
+    f"{ZERO}/{EACH}": "zeros of several sensors",
+    f"{DELAY}/all": "delay of all sensors, which is one of all loads the other way",
+    f"{DELAY}/torque": "delay of the torque",
+    f"{DELAY}/radial_load": "delay of the radial load",
+}
 
 
 def mounting_class_table(
@@ -80,9 +114,9 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
     scores = own.scores
     shares = Shares(scores.of(()).squares, own.table.floor, scores.constants)
     decision = decide_by_shape(scores, shares, own.sizes, as_good=is_no_clear_gain)
-    decision = _evened(scores, shares, decision)
-    decision = _parted(scores, shares, decision, own.sizes)
-    decision = _sparsest(scores, shares, decision, own.sizes)
+    decision = _with_unequal_stiffness(scores, shares, decision)
+    decision = _with_sparse_maps(scores, shares, decision, own.sizes)
+    decision = _with_fewest_columns(scores, shares, decision, own.sizes)
     answer = answer_of(
         scores,
         shares,
@@ -92,15 +126,11 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
         note=_separating_load(own, decision),
     )
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), own.model.cards)
-    return in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
+    return _in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
 
 
 def _separating_load(own: MountingTable, decision: Decision) -> str:
-    """Load that parts tied linear maps; empty where none are tied.
-
-    A load in a direction that did not act tells a map of loads from stiffness; a load quick enough
-    for the inertia of the housing tells stiffness from gains.
-    """
+    """Load that parts tied linear maps; empty where none are tied."""
     tied = {shape_of(name) for names in decision.ties for name in names} & set(LINEAR_MAPS)
     if not tied or not {shape_of(name) for name in decision.classes} & set(LINEAR_MAPS):
         return ""
@@ -126,14 +156,8 @@ def _separating_load(own: MountingTable, decision: Decision) -> str:
     )
 
 
-def _evened(scores: ClassScores, shares: Shares, decision: Decision) -> Decision:
-    """Decision in which a stiffer bushing is no force of either bushing alone.
-
-    A force that is another one in each bushing holds what a stiffer bushing makes beside one force
-    in both. The simpler one stands unless the other takes half of what it leaves, however little of
-    the gap that is: a force that changes with time differs from a stiffness by little of a gap that
-    other causes make.
-    """
+def _with_unequal_stiffness(scores: ClassScores, shares: Shares, decision: Decision) -> Decision:
+    """Decision in which a stiffer bushing is no force of either bushing alone."""
     if STIFFNESS in {shape_of(name) for name in decision.classes}:
         return decision
     for member in decision.classes:
@@ -148,13 +172,10 @@ def _evened(scores: ClassScores, shares: Shares, decision: Decision) -> Decision
     return decision
 
 
-def _parted(
+def _with_sparse_maps(
     scores: ClassScores, shares: Shares, decision: Decision, sizes: Mapping[str, int]
 ) -> Decision:
-    """Decision in which two maps of few columns are no full map.
-
-    Of all pairs of sparse ways the best counts: two of one shape are that shape's full map.
-    """
+    """Decision in which two maps of few columns are no full map."""
     sparse = [
         name for name in sizes if shape_of(name) in LINEAR_MAPS and way_of(name) not in (FULL, EACH)
     ]
@@ -192,15 +213,10 @@ def _replaced(scores: ClassScores, decision: Decision, classes: Classes) -> Deci
     return replace(decision, classes=answer, held=scores.of(answer), ties=())
 
 
-def _sparsest(
+def _with_fewest_columns(
     scores: ClassScores, shares: Shares, decision: Decision, sizes: Mapping[str, int]
 ) -> Decision:
-    """Decision whose members are the classes of fewest columns among those that leave as much.
-
-    A stiffness, a map of the loads and gains of the sensors leave the same signals under slow
-    loads: the one that needs one column is the cause, not the one that needs twenty. Full maps that
-    leave as much as one another stay tied.
-    """
+    """Decision whose members are the classes of fewest columns among those that leave as much."""
     if decision.state == NOTHING:
         return decision
     answer, held = decision.classes, decision.held
@@ -232,11 +248,7 @@ def _sparsest(
 def _stands(
     shares: Shares, rival: HeldOutSquares, held: HeldOutSquares, name: str, member: str, size: int
 ) -> bool:
-    """Whether a class of fewer columns takes the place of a member.
-
-    Where it leaves as much; of linear maps one of one column also where the other gains no more
-    than errors of the sensors would, as between the ways of one map.
-    """
+    """Whether a class of fewer columns takes the place of a member."""
     is_map = {shape_of(name), shape_of(member)} <= set(LINEAR_MAPS)
     if is_map and size == 1:
         return is_no_clear_gain(shares, rival, held)
@@ -261,3 +273,65 @@ def _tied_maps(
                 if shares.are_equal(scores.of(rival), held):
                     found.append(rival)
     return found
+
+
+def contract_id(name: str) -> str:
+    """Id of the contract of a class of the comparison."""
+    if shape_of(name) == DELAY and way_of(name) != "all":
+        return _INPUT_MAP
+    return _IDS.get(shape_of(name), shape_of(name))
+
+
+def _in_contract_ids(answer: ClassAnswer) -> ClassAnswer:
+    """Answer whose classes have the ids of the contract."""
+    findings: dict[str, ClassFinding] = {}
+    for own in answer.classes:
+        name = contract_id(own.id)
+        findings[name] = _joined(findings.get(name), replace(own, id=name))
+    ids = tuple(findings)
+    ties = dict.fromkeys(_ids(names) for names in answer.ties)
+    rivals: dict[str, float] = {}
+    for rival, share in answer.rivals.items():
+        name = contract_id(rival)
+        if name not in ids:
+            rivals[name] = max(share, rivals.get(name, -1.0))
+    words = [_detail(own.id) for own in answer.classes]
+    note = "; ".join(text for text in (*words, answer.note) if text)
+    return replace(
+        answer,
+        classes=tuple(findings.values()),
+        ties=tuple(names for names in ties if set(names) != set(ids)),
+        rivals=rivals,
+        best=_ids(answer.best),
+        learnt_by=tuple(name for name in _ids(answer.learnt_by) if name not in ids),
+        classes_of_law={law: _ids(names) for law, names in answer.classes_of_law.items()},
+        note=note,
+    )
+
+
+def _ids(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(contract_id(name) for name in names))
+
+
+def _joined(first: ClassFinding | None, second: ClassFinding) -> ClassFinding:
+    """Two classes of one id as one finding; the law is that of the larger share."""
+    if first is None:
+        return second
+    larger = first if first.share >= second.share else second
+    low, high = (first.share_ci95[k] + second.share_ci95[k] for k in range(2))
+    return replace(
+        larger,
+        share=min(first.share + second.share, 1.0),
+        share_ci95=(low, min(high, 1.0)),
+        law_named=first.law_named and second.law_named and first.law == second.law,
+    )
+
+
+def _detail(name: str) -> str:
+    """What of an id a class is, in words; empty where the id says it."""
+    if name in _WORDS:
+        return _WORDS[name]
+    if shape_of(name) in (GAIN, ZERO):
+        kind = "gain" if shape_of(name) == GAIN else "zero"
+        return f"{kind} of {way_of(name)}"
+    return "" if way_of(name) == SAME else "a law of its own in either bushing"

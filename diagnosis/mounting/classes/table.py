@@ -12,43 +12,53 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
-from carrierflex.diagnosis.classes.held_out import ClassScores
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.shape_decision import shape_of
+from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
-from carrierflex.diagnosis.mounting.classes.assembly import Layout, assembled, class_sizes
 from carrierflex.diagnosis.mounting.classes.catalogue import (
+    BUSHINGS,
     DELAY,
+    DELAY_WAYS,
+    FORCE_GROUPS,
     FULL,
     GAIN,
     LOAD_WAYS,
     LOADS,
+    SHAPE_OF_LAW,
+    SHAPES_OF_USER,
     STIFFNESS,
     UNEQUAL,
     ZERO,
+    class_groups,
 )
-from carrierflex.diagnosis.mounting.classes.delays import nearest_delays
-from carrierflex.diagnosis.mounting.classes.forces import (
+from carrierflex.diagnosis.mounting.classes.columns import (
+    DELAYS,
     BushingSize,
     ForceGroup,
-    bushing_size,
-    force_groups,
-)
-from carrierflex.diagnosis.mounting.classes.laws import law_signals
-from carrierflex.diagnosis.mounting.classes.maps import (
     axial_column,
     bearing_column,
+    bushing_size,
     delay_columns,
+    force_groups,
     full_stiffness,
     gain_channels,
     gain_column,
+    law_signals,
     load_columns,
     signals_of,
     tells_load_gain,
     unequal_column,
     zero_column,
 )
-from carrierflex.diagnosis.mounting.classes.motion import BushingMotion, bushing_motions
-from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE, RigidBody, rigid_body
+from carrierflex.diagnosis.mounting.classes.motion import (
+    N_FREE,
+    BushingMotion,
+    RigidBody,
+    bushing_motions,
+    rigid_body,
+)
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 
@@ -58,6 +68,10 @@ _VISITED = 2
 _LEAST_NOISE = 1e-9
 #: Squares of a row below this share are rounding of the rotation.
 _ROUNDING = 1e-20
+#: Directions of columns, and squares of a column that others leave, below which they are rounding.
+_DELAY_ROUNDING = 1e-10
+#: Either sign: loads may be late, or signals.
+_CANDIDATES = np.concatenate([DELAYS, -DELAYS])
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,26 +129,16 @@ class MountingTable:
 
 
 @dataclass(frozen=True, eq=False)
-class _Columns:
-    """What the columns of every run are.
+class _Layout:
+    """Rows of the table: target and baseline, groups, laws."""
 
-    Parameters
-    ----------
-    model : MountingModel
-        Baseline and library.
-    body : RigidBody
-        Housing on the fitted linear bushings.
-    size : BushingSize
-        Sizes and splines.
-    groups : sequence of ForceGroup
-        Forces of the bushings.
-    delays : mapping of str to float
-        Delay of every way.
-    load_ways, laws : sequence of str
-        Ways of the map of the loads, laws of the library.
-    with_gain : sequence of int
-        Channels whose gain may be wrong.
-    """
+    groups: dict[str, tuple[slice, FloatArray, bool]]
+    laws: dict[str, tuple[IntArray, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """What the columns of every run are."""
 
     model: MountingModel
     body: RigidBody
@@ -188,7 +192,7 @@ def mounting_table(
         body,
         size,
         groups,
-        nearest_delays(body, motions, groups, (turn * weights)[:N_FREE], constants),
+        _nearest_delays(body, motions, groups, (turn * weights)[:N_FREE], constants),
         [way for way in LOAD_WAYS if has_gain or way != "gain"],
         tuple(model.cards),
         gain_channels(motions),
@@ -197,7 +201,7 @@ def mounting_table(
     grams = []
     floors = []
     folds = []
-    layout = Layout({}, {})
+    layout = _Layout({}, {})
     for number, own in enumerate(motions):
         rows, layout = _rows(columns, own, turn * weights)
         counts = _counting(own, limit)
@@ -207,14 +211,14 @@ def mounting_table(
             chosen = counts & (block == b)
             if not chosen.any():
                 continue
-            grams.append(_products(rows, _places(chosen)))
+            grams.append(_products(rows, _samples(chosen)))
             floors.append(noise * int(chosen.sum()))
             folds.append((b + number) % constants.n_folds)
     if len(grams) < constants.fewest_blocks:
         return None
-    table = assembled(model, np.array(grams), np.array(floors), np.array(folds), layout)
+    table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), layout)
     scores = ClassScores(table, constants)
-    return MountingTable(table, body, size, motions, model, limit, scores, class_sizes(table))
+    return MountingTable(table, body, size, motions, model, limit, scores, _class_sizes(table))
 
 
 def _counting(own: BushingMotion, reach: float) -> BoolArray:
@@ -222,7 +226,7 @@ def _counting(own: BushingMotion, reach: float) -> BoolArray:
     return np.asarray(np.isfinite(own.gap).all(axis=0) & (np.abs(own.u).max(axis=(0, 1)) <= reach))
 
 
-def _places(chosen: BoolArray) -> slice | IntArray:
+def _samples(chosen: BoolArray) -> slice | IntArray:
     """Samples that are chosen; as a slice where they follow one another, which copies nothing."""
     places = np.flatnonzero(chosen)
     first, last = int(places[0]), int(places[-1])
@@ -241,10 +245,7 @@ def _block_of_grid(own: BushingMotion) -> IntArray:
 def _channel_space(
     body: RigidBody, records: Sequence[MountingRecord], motions: Sequence[BushingMotion]
 ) -> tuple[FloatArray, FloatArray]:
-    """Rotation of the channels over their noise, and one over the noise of each.
-
-    The first three of the rotated channels see all motions that the bushings leave free.
-    """
+    """Rotation of the channels over their noise, and one over the noise of each."""
     noise = np.mean([record.noise for record in records], axis=0)
     signal = np.mean([np.square(own.signals).mean(axis=1) for own in motions], axis=0)
     least = np.maximum(_LEAST_NOISE**2 * signal.max(), 1e-300)
@@ -254,10 +255,7 @@ def _channel_space(
 
 
 def _products(rows: Sequence[FloatArray], places: slice | IntArray) -> FloatArray:
-    """Products of rows of rotated channels over some samples, shape (n_rows, n_rows).
-
-    Forces on the housing show in the first channels alone.
-    """
+    """Products of rows of rotated channels over some samples, shape (n_rows, n_rows)."""
     free, held = (
         np.concatenate([own[:, channels, places] for own in rows])
         for channels in (slice(N_FREE), slice(N_FREE, None))
@@ -289,16 +287,13 @@ def _base_rows(body: RigidBody, own: BushingMotion) -> FloatArray:
 
 def _rows(
     columns: _Columns, own: BushingMotion, rotation: FloatArray
-) -> tuple[list[FloatArray], Layout]:
-    """Target, baseline, groups and laws along a run in rotated channels.
-
-    Each shape (n_rows, n_channels, n): together they would be the largest array of a diagnosis.
-    """
+) -> tuple[list[FloatArray], _Layout]:
+    """Target, baseline, groups and laws along a run in rotated channels."""
     model, body = columns.model, columns.body
     n_base = 0 if model.held else 2
     rows = [rotation @ np.nan_to_num(own.gap)[None], rotation @ _base_rows(body, own)[:n_base]]
     first = 1 + n_base
-    layout = Layout({}, {})
+    layout = _Layout({}, {})
 
     def put(name: str, values: FloatArray, penalty: FloatArray, *, positive: bool) -> None:
         nonlocal first
@@ -350,3 +345,187 @@ def _map_columns(columns: _Columns, own: BushingMotion) -> dict[str, FloatArray]
             found[f"{GAIN}:{channel}"] = gain_column(own, k)
         found[f"{ZERO}:{channel}"] = zero_column(own, k)
     return found
+
+
+def _assembled(
+    model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout
+) -> GramTable:
+    """Table of unit energies, each group scaled as one; contained laws join the baseline."""
+    n_base = 0 if model.held else 2
+    gram, layout, n_base = _with_contained(model, gram, layout, n_base)
+    energy = np.diag(gram.sum(axis=0)).copy()
+    for name, (place, _, _) in layout.groups.items():
+        if not name.startswith((STIFFNESS, LOADS)):
+            energy[place] = energy[place].mean()
+    scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    groups = {
+        name: ColumnGroup(np.arange(place.start, place.stop), penalty, positive)
+        for name, (place, penalty, positive) in layout.groups.items()
+    }
+    classes = {
+        name: own for name, own in class_groups(model.channels, model.contained, groups).items()
+    }
+    laws = {
+        name: tuple(
+            LawColumns(law, places, len(model.cards[law].parameters))
+            for law, places in layout.laws.items()
+            if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)
+        )
+        for name in classes
+    }
+    every = [*(group for own in FORCE_GROUPS.values() for group in own)]
+    every += [f"{STIFFNESS}:{FULL}", f"{LOADS}:{FULL}", f"{DELAY}:all"]
+    every += [name for name in groups if name.startswith((f"{GAIN}:", f"{ZERO}:"))]
+    return GramTable(
+        gram=gram * np.outer(scale, scale),
+        n_base=n_base,
+        groups=groups,
+        classes=classes,
+        surface="",
+        ceiling=tuple(every),
+        laws=laws,
+        floor=floor * scale[0] ** 2,
+        folds=folds,
+        scale=scale,
+    )
+
+
+def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
+    """Shapes that hold a law."""
+    if law in model.measured:
+        return (f"{BUSHINGS}/{model.measured[law].effect_class}",)
+    return (SHAPE_OF_LAW[law],) if law in SHAPE_OF_LAW else SHAPES_OF_USER
+
+
+def _with_contained(
+    model: MountingModel, gram: FloatArray, layout: _Layout, n_base: int
+) -> tuple[FloatArray, _Layout, int]:
+    """Table whose baseline holds the contained laws, each at the shape that fits best beside it."""
+    base = list(range(1, 1 + n_base))
+    total = gram.sum(axis=0)
+    for law in model.contained:
+        variants = layout.laws.get(law, ())
+        if not variants:
+            continue
+        left = [_remaining_square(total, [*base, *own.tolist()]) for own in variants]
+        base += variants[int(np.argmin(left))].tolist()
+    added = base[n_base:]
+    if not added:
+        return gram, layout, n_base
+    rest = np.arange(1 + n_base, len(total))
+    order = np.concatenate([[0], base, rest]).astype(int)
+    shift = len(added)
+    groups = {
+        name: (slice(place.start + shift, place.stop + shift), penalty, positive)
+        for name, (place, penalty, positive) in layout.groups.items()
+    }
+    laws = {law: tuple(own + shift for own in places) for law, places in layout.laws.items()}
+    return gram[:, order[:, None], order[None]], _Layout(groups, laws), n_base + shift
+
+
+def _remaining_square(total: FloatArray, places: list[int]) -> float:
+    """Square that some columns leave of the target."""
+    A, b = total[np.ix_(places, places)], total[places, 0]
+    return float(total[0, 0] - b @ np.linalg.pinv(A, hermitian=True) @ b)
+
+
+def _class_sizes(table: GramTable) -> dict[str, int]:
+    """Columns of each class."""
+    return {
+        name: sum(table.groups[group].columns.size for group in own)
+        for name, own in table.classes.items()
+    }
+
+
+def _nearest_delays(
+    body: RigidBody,
+    motions: Sequence[BushingMotion],
+    groups: Sequence[ForceGroup],
+    channels: FloatArray,
+    constants: ClassConstants,
+) -> dict[str, float]:
+    """Delay of every way that leaves least of the gap, alone or beside one force of the bushings.
+
+    Beside a force where that takes half of what the best delay leaves alone: a force that does not
+    is not missing, and a delay of another size may serve it.
+
+    A delay that is sought beside stiffness and damping alone takes up what a force makes of them:
+    beside a loop of the bushings, which holds the motion back, it gets the wrong size, and both
+    together explain half of what they are.
+
+    Parameters
+    ----------
+    body : RigidBody
+        Housing on the fitted linear bushings.
+    motions : sequence of BushingMotion
+        Runs.
+    groups : sequence of ForceGroup
+        Forces of the bushings.
+    channels : ndarray, shape (m, n_channels)
+        Weights of the channels in m sums of unit noise that show every free motion.
+    constants : ClassConstants
+        How well the noise is known, and the part of what is left that a richer answer must take.
+
+    Returns
+    -------
+    dict
+        Delay [s] by way.
+    """
+    places: Mapping[str, IntArray] = {}
+    gram = np.zeros((0, 0))
+    floor = 0.0
+    for own in motions:
+        rows, places = _delay_rows(body, own, groups, channels)
+        products = rows @ rows.T
+        gram = gram + products if gram.size else products
+        floor += float(len(channels) * np.isfinite(own.gap).all(axis=0).sum())
+    shares = Shares(gram[:1, 0], np.array([floor]), constants)
+    sets = [(), *FORCE_GROUPS.values()]
+    columns = [np.concatenate([places[name] for name in ("base", *own)]) for own in sets]
+    found = {}
+    for way in DELAY_WAYS:
+        alone, *beside = [_remaining_squares(gram, own, places[way]) for own in columns]
+        best = min(beside, key=np.min)
+        chosen = best if _takes_half(shares, float(best.min()), float(alone.min())) else alone
+        found[way] = float(_CANDIDATES[np.argmin(chosen)])
+    return found
+
+
+def _takes_half(shares: Shares, beside: float, alone: float) -> bool:
+    """Whether a force takes so much of what a delay leaves alone that it is missing with it."""
+    with_force, without = (HeldOutSquares(np.array([x]), (), ()) for x in (beside, alone))
+    return shares.is_clear_gain(with_force, without, 0.0)
+
+
+def _delay_rows(
+    body: RigidBody, own: BushingMotion, groups: Sequence[ForceGroup], channels: FloatArray
+) -> tuple[FloatArray, Mapping[str, IntArray]]:
+    """Gap, linear bushings, forces alike in both bushings and delays along a run; their places."""
+    forces = {"base": np.array([own.u, own.v])}
+    forces |= {group.id: group.columns(own) for group in groups}
+    rows = {name: signals_of(body, own, body.on_coordinates(u)) for name, u in forces.items()}
+    for way in DELAY_WAYS:
+        rows[way] = delay_columns(body, own, way, _CANDIDATES)
+    first = 1
+    places = {}
+    for name, values in rows.items():
+        places[name] = np.arange(first, first + len(values))
+        first += len(values)
+    signals = [np.nan_to_num(own.gap)[None], *rows.values()]
+    weighted = np.concatenate([channels @ values for values in signals])
+    return weighted.reshape(len(weighted), -1), places
+
+
+def _remaining_squares(gram: FloatArray, beside: IntArray, delays: IntArray) -> FloatArray:
+    """Square that each delay leaves of the gap beside some columns, shape (n_delays,)."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram)[beside], np.finfo(float).tiny))
+    products = gram[np.ix_(beside, beside)] * np.outer(scale, scale)
+    inverse = np.linalg.pinv(products, rcond=_DELAY_ROUNDING, hermitian=True) * np.outer(
+        scale, scale
+    )
+    taken = gram[delays][:, beside] @ inverse
+    square = np.diag(gram)[delays] - np.sum(taken * gram[delays][:, beside], axis=1)
+    product = gram[delays, 0] - taken @ gram[beside, 0]
+    left = gram[0, 0] - gram[0, beside] @ inverse @ gram[beside, 0]
+    is_new = square > _DELAY_ROUNDING * np.diag(gram)[delays]
+    return np.asarray(left - np.where(is_new, product**2 / np.where(is_new, square, 1.0), 0.0))

@@ -16,7 +16,7 @@ from carrierflex.simulation.carrier.patterns import (
 )
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.simulation.sensing import delayed_angle
-from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.fe.default_curves import default_curves
 
 CURVES = default_curves()
 NOISE = 5e-6

@@ -19,7 +19,7 @@ from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from carrierflex.simulation.carrier.effects.of_planets import effects_of
 from carrierflex.simulation.carrier.patterns import pin_radius_of
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
-from carrierflex.workflows.support.carrier_variants import flexible_variant, stiff_variant
+from carrierflex.workflows.fe.carrier_variants import flexible_variant, stiff_variant
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CHANNELS, CURVES, twin_problem
 from tests.reduction.test_any_number_of_planets import stage_of
 

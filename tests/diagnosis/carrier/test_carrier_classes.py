@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.carrier.classes.answer import carrier_table
 from carrierflex.diagnosis.carrier.classes.catalogue import shapes
-from carrierflex.diagnosis.carrier.classes.class_rows import class_rows
-from carrierflex.diagnosis.carrier.classes.dependence import load_functions, torque_levels
-from carrierflex.diagnosis.carrier.classes.table import carrier_table
+from carrierflex.diagnosis.carrier.classes.class_rows import (
+    class_rows,
+    load_functions,
+    torque_levels,
+)
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.diagnose import diagnose
@@ -177,7 +180,7 @@ def test_of_more_runs_than_blocks_those_of_a_condition_share_one(monkeypatch):
 
     usual = table()
     assert len(usual.gram) >= len(runs)
-    where = "carrierflex.diagnosis.carrier.classes.table_blocks"
+    where = "carrierflex.diagnosis.carrier.classes.answer"
     monkeypatch.setattr(f"{where}._FEWEST_BLOCKS", 5)
     # Memory for the products of five blocks: not for those of every run.
     monkeypatch.setattr(f"{where}._MOST_MEMORY", 5.5 * usual.gram[0].nbytes)

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.records import sums
-from carrierflex.diagnosis.carrier.records.column_basis import column_basis, every_column
-from carrierflex.diagnosis.carrier.records.run_columns import some_samples
-from carrierflex.diagnosis.carrier.records.sums import accumulated_sums
+from carrierflex.diagnosis.carrier.records.columns import some_samples
+from carrierflex.diagnosis.carrier.records.sums import accumulated_sums, column_basis, every_column
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign, twin_problem
 
 

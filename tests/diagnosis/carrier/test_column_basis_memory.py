@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.carrier.library import carrier_library
-from carrierflex.diagnosis.carrier.records.column_basis import column_basis
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.records.sums import column_basis
 from carrierflex.simulation.carrier.rim import CarrierRig
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import curve_set

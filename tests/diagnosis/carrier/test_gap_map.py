@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells
-from carrierflex.diagnosis.carrier.gap_parts import frame_of, gap_parts
+from carrierflex.diagnosis.carrier.gap_components import frame_of, gap_parts
+from carrierflex.diagnosis.carrier.gap_findings import carrier_gap_cells
 from carrierflex.diagnosis.report.gap_words import beside_words, place_words
 from carrierflex.diagnosis.report.words import joined
 from carrierflex.identification.campaign.declarations import Channel

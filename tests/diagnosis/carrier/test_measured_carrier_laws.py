@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.classes.amplitude_tables import VisitedLoads, tabulated_waves
 from carrierflex.diagnosis.carrier.classes.catalogue import shapes
-from carrierflex.diagnosis.carrier.classes.class_rows import class_rows
-from carrierflex.diagnosis.carrier.classes.dependence import load_functions
-from carrierflex.diagnosis.carrier.classes.measured_laws import carrier_law_of_answer
+from carrierflex.diagnosis.carrier.classes.class_rows import class_rows, load_functions
+from carrierflex.diagnosis.carrier.classes.measured_laws import (
+    VisitedLoads,
+    carrier_law_of_answer,
+    tabulated_waves,
+)
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource
 from carrierflex.diagnosis.classes.results import (

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.carrier.misread import rigs_of_curve_errors
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.carrier.records.curve_errors import rigs_of_curve_errors
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import _misread_moves, published_values
 from carrierflex.identification.campaign.declarations import InputSignal

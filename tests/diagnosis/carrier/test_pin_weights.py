@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.classes.pin_weights import pin_weights
+from carrierflex.diagnosis.carrier.classes.class_rows import pin_weights
 from carrierflex.simulation.carrier.effects.deflection import LOAD_SHARING_NTL, load_sharing_of
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     MODULATED,

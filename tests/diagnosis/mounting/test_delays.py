@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.mounting.classes import delays as module
+from carrierflex.diagnosis.mounting.classes import table as module
 from carrierflex.diagnosis.mounting.classes.catalogue import DELAY_WAYS, FORCE_GROUPS
-from carrierflex.diagnosis.mounting.classes.delays import _left, nearest_delays
-from carrierflex.diagnosis.mounting.classes.maps import DELAYS
+from carrierflex.diagnosis.mounting.classes.columns import DELAYS
+from carrierflex.diagnosis.mounting.classes.table import _nearest_delays, _remaining_squares
 
 
 def test_what_a_delay_leaves_is_what_a_fit_beside_the_other_columns_leaves():
@@ -23,11 +23,11 @@ def test_what_a_delay_leaves_is_what_a_fit_beside_the_other_columns_leaves():
         columns = rows[[1, 2, place]].T
         solution = np.linalg.lstsq(columns, rows[0], rcond=None)[0]
         expected = np.sum((rows[0] - columns @ solution) ** 2)
-        assert _left(gram, beside, np.array([place]))[0] == pytest.approx(expected)
+        assert _remaining_squares(gram, beside, np.array([place]))[0] == pytest.approx(expected)
     columns = rows[[1, 2]].T
     solution = np.linalg.lstsq(columns, rows[0], rcond=None)[0]
     # One that the others hold takes nothing.
-    assert _left(gram, beside[:2], np.array([3]))[0] == pytest.approx(
+    assert _remaining_squares(gram, beside[:2], np.array([3]))[0] == pytest.approx(
         np.sum((rows[0] - columns @ solution) ** 2)
     )
 
@@ -48,11 +48,11 @@ def found_delay(monkeypatch, force, size):
     # What the force makes looks like another delay to stiffness and damping alone.
     rows[places["all"][9]] = column + 0.3 * rng.standard_normal(400)
     monkeypatch.setattr(
-        module, "_rows", lambda body, own, groups, channels: (own.gap[:, 0], places)
+        module, "_delay_rows", lambda body, own, groups, channels: (own.gap[:, 0], places)
     )
     # Two runs count as one of both.
     runs = [SimpleNamespace(gap=rows[:, None, part]) for part in (slice(150), slice(150, None))]
-    found = nearest_delays(None, runs, (), np.eye(1), ClassConstants())
+    found = _nearest_delays(None, runs, (), np.eye(1), ClassConstants())
     assert found.keys() == set(DELAY_WAYS)
     return found["all"]
 
@@ -71,5 +71,5 @@ def test_a_force_that_takes_little_of_what_a_delay_leaves_chooses_none(monkeypat
             squares[9] = 400.0
         return squares
 
-    monkeypatch.setattr(module, "_left", left)
+    monkeypatch.setattr(module, "_remaining_squares", left)
     assert found_delay(monkeypatch, "f", 0.0) == DELAYS[4]

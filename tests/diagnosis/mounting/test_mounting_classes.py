@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.mounting.classes.answer import _INPUT_MAP, _STIFFNESS_MAP, contract_id
 from carrierflex.diagnosis.mounting.classes.catalogue import SHAPE_OF_LAW
-from carrierflex.diagnosis.mounting.classes.contract_ids import (
-    INPUT_MAP,
-    STIFFNESS_MAP,
-    contract_id,
-)
-from carrierflex.diagnosis.mounting.classes.forces import bushing_size, force_groups
-from carrierflex.diagnosis.mounting.classes.maps import held_forces
-from carrierflex.diagnosis.mounting.classes.motion import bushing_motions
-from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE, rigid_body
+from carrierflex.diagnosis.mounting.classes.columns import _guide_forces, bushing_size, force_groups
+from carrierflex.diagnosis.mounting.classes.motion import N_FREE, bushing_motions, rigid_body
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.simulation.laws import APART, BOTH, MOUNTING, RADIAL, SMOOTH, Law, Stop
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
@@ -77,7 +71,7 @@ def test_motions_that_slow_torque_alone_does_not_part_are_a_tie_of_linear_maps()
     conditions = tuple((torque, 0.0, 0.0) for torque in (3.0e5, 1.5e5, 2.2e5, 3.5e5))
     found = answer_to(extra=moved, conditions=conditions)
     tied = {name for names in (found.ids, *found.ties) for name in names}
-    assert {STIFFNESS_MAP, INPUT_MAP} <= tied
+    assert {_STIFFNESS_MAP, _INPUT_MAP} <= tied
     assert "load beside the others parts them" in found.note
 
 
@@ -91,7 +85,7 @@ def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():
     acceleration = np.gradient(own.rate, own.step, axis=1)
     inertia = (body.M[N_FREE:, :N_FREE] @ acceleration)[0]
     load = own.loads[:, 2]
-    reaction = held_forces(body, own)[0]
+    reaction = _guide_forces(body, own)[0]
     np.testing.assert_allclose(reaction, load + bushings - inertia, atol=1e-6 * np.abs(load).max())
 
 

@@ -8,8 +8,8 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.findings import MOTION
 from carrierflex.diagnosis.gap.gap_map import block_powers
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.mounting.cards import MOUNTING_CARDS
-from carrierflex.diagnosis.mounting.gap_map import PATTERNS, line_counts, pattern_matrix
+from carrierflex.diagnosis.mounting.gap import _PATTERNS, _line_counts, _pattern_matrix
+from carrierflex.diagnosis.mounting.model import MOUNTING_CARDS
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.diagnosis.mounting.records import mounting_records
 from carrierflex.identification.campaign.campaign_kinds import MOUNTING
@@ -126,10 +126,10 @@ def test_noise_that_is_not_declared_is_found_in_the_signals():
 
 
 def test_patterns_keep_the_mean_square_and_a_roll_is_roll():
-    names, matrix = pattern_matrix(SENSORS, SENSORS)
+    names, matrix = _pattern_matrix(SENSORS, SENSORS)
     assert_allclose(matrix @ matrix.T, np.eye(6), atol=1e-15)
     roll = matrix @ np.array([0.0, 0.0, 0.75, -0.75, 0.0, 0.0])
-    assert names[int(np.argmax(np.abs(roll)))] == "roll" == next(iter(PATTERNS))
+    assert names[int(np.argmax(np.abs(roll)))] == "roll" == next(iter(_PATTERNS))
     assert_allclose(np.delete(roll, 0), 0.0, atol=1e-15)
 
 
@@ -138,7 +138,7 @@ def test_powers_of_the_bands_add_up_to_the_sum_of_squares():
     edges_hz = np.array([0.0, 0.1, 1.0, 11.0])
     powers = block_powers(record.measured, record.block, record.step, edges_hz)
     assert_allclose(powers.sum(axis=(0, 2)), (record.measured**2).sum(axis=0), rtol=1e-10)
-    assert line_counts(record, edges_hz).sum() == len(record.measured)
+    assert _line_counts(record, edges_hz).sum() == len(record.measured)
 
 
 def test_the_gap_of_unequal_bushings_is_vertical_and_follows_the_torque():

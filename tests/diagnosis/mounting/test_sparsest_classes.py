@@ -8,12 +8,12 @@ import pytest
 from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.mounting.classes.answer import (
-    _evened,
-    _parted,
     _separating_load,
-    _sparsest,
+    _with_fewest_columns,
+    _with_sparse_maps,
+    _with_unequal_stiffness,
 )
-from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
+from carrierflex.diagnosis.mounting.classes.motion import N_FREE
 from tests.diagnosis.classes.toy_table import known_scores
 
 AXIAL, STIFFNESS = "housing/stiffness/axial", "housing/stiffness/full"
@@ -45,7 +45,7 @@ def decided(answer, classes, causes=None, sizes=SIZES):
     """Decision for an answer beside other classes."""
     scores, shares = known_scores(causes or {"cause": 100.0}, classes)
     decision = Decision(NAMED_CLASS, answer, (), scores.of(answer), answer)
-    return _sparsest(scores, shares, decision, {name: sizes[name] for name in classes})
+    return _with_fewest_columns(scores, shares, decision, {name: sizes[name] for name in classes})
 
 
 def test_a_map_of_one_column_that_leaves_as_much_takes_the_place_of_a_full_one():
@@ -68,7 +68,7 @@ def test_a_map_of_one_column_that_leaves_as_much_takes_the_place_of_a_full_one()
 def test_where_nothing_is_missing_nothing_is_replaced():
     scores, shares = known_scores({}, {AXIAL: {}, STIFFNESS: {}})
     nothing = Decision(NOTHING, (), (), scores.of(()), (AXIAL, STIFFNESS))
-    assert _sparsest(scores, shares, nothing, SIZES) is nothing
+    assert _with_fewest_columns(scores, shares, nothing, SIZES) is nothing
 
 
 def test_as_many_columns_take_no_place():
@@ -128,7 +128,7 @@ def evened(answer, causes, of_springs, further=None):
     classes |= further or {}
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    found = _evened(scores, shares, decision)
+    found = _with_unequal_stiffness(scores, shares, decision)
     assert found.held is scores.of(found.classes)
     assert found is decision or found.ties == ()
     return found.classes
@@ -161,14 +161,14 @@ def test_forces_are_not_evened_where_either_part_pays_nothing_or_a_stiffness_is_
     assert evened(named, causes, both, {AXIAL: {"axial": 0.0}}) == named
     scores, shares = known_scores({}, {SPRING: {}, UNEVEN: {}, SPRINGS: {}})
     nothing = Decision(NOTHING, (), (), scores.of(()), (SPRING, UNEVEN))
-    assert _evened(scores, shares, nothing) is nothing
+    assert _with_unequal_stiffness(scores, shares, nothing) is nothing
 
 
 def parted(answer, causes, classes, sizes=SIZES):
     """Classes of an answer where pairs of sparse maps may stand for a full one."""
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    found = _parted(scores, shares, decision, sizes_of(classes, sizes))
+    found = _with_sparse_maps(scores, shares, decision, sizes_of(classes, sizes))
     assert found is decision or found.ties == ()
     return found.classes
 
@@ -202,7 +202,7 @@ def test_a_full_map_stays_where_two_of_its_own_ways_explain_it_best_or_one_map_d
     sizes = {**SIZES, "sensors/gain/s2": 1}
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, (GAINS,), (), scores.of((GAINS,)), (GAINS,))
-    assert _parted(scores, shares, decision, sizes_of(classes, sizes)) is decision
+    assert _with_sparse_maps(scores, shares, decision, sizes_of(classes, sizes)) is decision
     alone = {AXIAL: {"axial": 0.0}, DIRECTION: {}, LOADS: {"axial": 0.0}}
     assert parted((LOADS,), {"axial": 100.0}, alone) == (LOADS,)
 

@@ -13,7 +13,7 @@ from carrierflex.diagnosis.report.diagnosis_files import (
     write_diagnosis,
 )
 from carrierflex.identification.campaign.campaign_files import write_campaign
-from carrierflex.workflows.support import examination
+from carrierflex.workflows.diagnosis import examination
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 

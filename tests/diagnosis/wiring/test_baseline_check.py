@@ -22,7 +22,7 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.rivals import INPUT_GAIN
 from carrierflex.identification.campaign.declarations import Baseline, KnownValue
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.workflows.support.examination import examined
+from carrierflex.workflows.diagnosis.examination import examined
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.identification.campaign_check.faulty_campaigns import changed, faultless, with_channels
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign, run_case

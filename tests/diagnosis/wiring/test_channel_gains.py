@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.wiring.channel_gains import channel_gains, off_gains
-from carrierflex.diagnosis.wiring.linear_records import LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord, _channel_gains, off_gains
 
 STEP = 0.05
 NOISE = 0.1
@@ -62,7 +61,7 @@ def test_a_noisy_channel_takes_no_sureness_from_the_others():
     for seed in range(60):
         plain = record(seed, speed=2.0, n_channels=4)
         loud = plain.residual * np.array([20.0, 1.0, 1.0, 1.0])
-        gains = channel_gains([replace(plain, residual=loud)])
+        gains = _channel_gains([replace(plain, residual=loud)])
         scatter.append([gain.gain / gain.std for gain in gains])
     assert np.std(scatter, axis=0) == pytest.approx(np.ones(4), abs=0.35)
 
@@ -75,7 +74,7 @@ def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
         offsets = np.zeros((6, *run.residual.shape))
         offsets[3 * k : 3 * k + 3] = run.columns[1:]
         shared.append(replace(run, columns=np.concatenate([run.columns[:1], offsets])))
-    for found, expected in zip(channel_gains(of_run), channel_gains(shared), strict=True):
+    for found, expected in zip(_channel_gains(of_run), _channel_gains(shared), strict=True):
         assert found.gain == pytest.approx(expected.gain, rel=1e-9)
         assert found.std == pytest.approx(expected.std, rel=1e-2)
 
@@ -101,7 +100,7 @@ def test_errors_are_as_large_as_they_are_said_to_be(memory):
     """Of 200 runs of true gains, a gain over its deviation scatters by one."""
     ratios = []
     for seed in range(200):
-        first, *_ = channel_gains([record(seed, memory=memory, speed=2.0)])
+        first, *_ = _channel_gains([record(seed, memory=memory, speed=2.0)])
         ratios.append(first.gain / first.std)
     assert np.std(ratios) == pytest.approx(1.0, abs=0.2)
     assert np.mean(ratios) == pytest.approx(0.0, abs=0.3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from carrierflex.diagnosis.wiring.clock import drifting_clocks, refitted_clock, without_delay
+from carrierflex.diagnosis.wiring.refits import drifting_clocks, refitted_clock, without_delay
 from carrierflex.diagnosis.wiring.rivals import ClockDrift, PredictedRecord
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.wiring import late_signals as module
-from carrierflex.diagnosis.wiring.late_signals import late_signals
-from carrierflex.diagnosis.wiring.linear_records import LinearRecord
+from carrierflex.diagnosis.wiring import linear_records as module
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord, late_signals
 
 STEP = 0.05
 NOISE = 0.02

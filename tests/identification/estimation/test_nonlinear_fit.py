@@ -21,7 +21,7 @@ from carrierflex.identification.estimation.several_starts import (
     merged_values,
 )
 from carrierflex.simulation.fit_parameter import FitParameter
-from carrierflex.workflows.support.executors import SerialExecutor
+from carrierflex.workflows.executors import SerialExecutor
 
 TIME = np.linspace(0.0, 4.0, 400)
 FREE = (FitParameter("a", "m", -10.0, 10.0, 1.0), FitParameter("b", "1/s", 0.0, 50.0, 10.0))

@@ -24,7 +24,7 @@ from carrierflex.identification.mounting.bushing_models import (
     NONLINEAR,
     mounting_residuals,
 )
-from carrierflex.workflows.support.executors import SerialExecutor
+from carrierflex.workflows.executors import SerialExecutor
 from tests.identification.mounting.mounting_campaigns import (
     HYDRO_TRUTH,
     LINEAR_TRUTH,

@@ -17,7 +17,7 @@ from carrierflex.simulation.carrier.patterns import (
     uneven_pins_pattern,
 )
 from carrierflex.simulation.carrier.rim import CarrierRig, RimSensor, inputs_of_columns
-from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.fe.default_curves import default_curves
 
 CURVES = default_curves()
 RIG = CarrierRig(360e3, 3, 0.308, CURVES)

@@ -18,7 +18,7 @@ from carrierflex.diagnosis.report.diagnosis_files import FORMAT, VERSION
 from carrierflex.files.json_files import save_json
 from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
 from carrierflex.workflows.diagnosis.run_blind_check import main
-from carrierflex.workflows.support.executors import SerialExecutor
+from carrierflex.workflows.executors import SerialExecutor
 from tests.workflows.checked_documents import checked_document
 
 PLANS = tuple(

@@ -6,8 +6,7 @@ import pytest
 
 from carrierflex.diagnosis.report import page
 from carrierflex.identification.campaign.campaign_files import write_campaign
-from carrierflex.workflows.diagnosis import diagnose_campaign
-from carrierflex.workflows.support import examination
+from carrierflex.workflows.diagnosis import diagnose_campaign, examination
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 pytestmark = pytest.mark.long

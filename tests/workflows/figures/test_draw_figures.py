@@ -9,6 +9,8 @@ from numpy.testing import assert_allclose
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.simulation.mounting.table_3 import TABLE_3
+from carrierflex.workflows.fe.bodies import body_structure
+from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.figures.bushing_figures import force_loops
 from carrierflex.workflows.figures.draw_figures import chosen_figures, main
 from carrierflex.workflows.figures.figures_2011 import FIGURES_2011
@@ -17,8 +19,6 @@ from carrierflex.workflows.figures.finite_element_figures import deflection_curv
 from carrierflex.workflows.figures.index_page import FIGURES, index_page
 from carrierflex.workflows.figures.mounting_figures import cylinder_forces
 from carrierflex.workflows.figures.shared_runs import BodyReduction, SharedRuns
-from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.named_bodies import body_structure
 from tests.workflows.checked_documents import checked_document
 
 

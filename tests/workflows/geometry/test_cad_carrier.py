@@ -12,10 +12,11 @@ from carrierflex.geometry.mesh_files import write_mesh
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.reduction.body_files import read_body
 from carrierflex.workflows.fe import compare_couplings, compute_curves
+from carrierflex.workflows.fe.bodies import given_structure
 from carrierflex.workflows.geometry import list_cad_faces, write_cad
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 from carrierflex.workflows.reduction import check_certificate, reduce_body
-from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
-from carrierflex.workflows.support.recorded_structure import recorded_structure
+from carrierflex.workflows.reduction.recorded_structure import recorded_structure
 from tests.workflows.checked_documents import checked_document
 
 #: Limit of the comparison with the parametric carrier at one mesh size, and that size [m]: at the

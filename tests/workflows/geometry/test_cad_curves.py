@@ -16,7 +16,8 @@ from carrierflex.fe.static import held_displacement
 from carrierflex.geometry.cad_mesh import step_volume_and_area
 from carrierflex.geometry.cad_surface_files import read_cad_statements
 from carrierflex.geometry.parameters import GearData
-from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.fe.bodies import given_structure
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 from tests.fe.two_level_solver import two_level_displacement
 from tests.geometry.cad_solids import SOLIDS, write_solid
 

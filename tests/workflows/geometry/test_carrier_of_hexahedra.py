@@ -11,13 +11,9 @@ from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 from carrierflex.reduction.body_files import read_body, read_shapes
 from carrierflex.workflows.fe import compare_couplings, compute_curves
+from carrierflex.workflows.fe.carrier_variants import flexible_variant, given_variant, stiff_variant
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 from carrierflex.workflows.reduction import check_certificate, reduce_body
-from carrierflex.workflows.support.carrier_files import CarrierFiles
-from carrierflex.workflows.support.carrier_variants import (
-    flexible_variant,
-    given_variant,
-    stiff_variant,
-)
 from tests.geometry.extruded_carriers import write_extruded
 
 #: A carrier whose circles leave room for quadrilaterals between them.

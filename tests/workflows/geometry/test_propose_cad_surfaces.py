@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 from carrierflex.geometry.cad_export import write_step
 from carrierflex.geometry.carrier_interface import carrier_interface
 from carrierflex.workflows.geometry import propose_cad_surfaces
-from carrierflex.workflows.screen.cad_tables import proposal_table
-from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+from carrierflex.workflows.screen.tables import proposal_table
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from carrierflex.reduction.body_files import read_body
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
-from carrierflex.workflows.support.recorded_structure import recorded_structure
+from carrierflex.workflows.reduction.recorded_structure import recorded_structure
 
 COARSE = 0.12
 

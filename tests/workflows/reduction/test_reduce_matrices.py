@@ -14,7 +14,7 @@ from carrierflex.geometry.parameters import GearData
 from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
-from carrierflex.workflows.support.stage_bodies import stage_body_of_files
+from carrierflex.workflows.simulation.stage_bodies import stage_body_of_files
 
 SUFFIX = {
     "op4": "op4",

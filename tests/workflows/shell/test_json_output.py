@@ -6,8 +6,8 @@ import jsonschema
 import pytest
 
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.workflows.outputs import schema_file
 from carrierflex.workflows.shell.commands import COMMANDS
-from carrierflex.workflows.support.file_schemas import schema_file
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 
 VALIDATOR = jsonschema.Draft202012Validator(

@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
+from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.shell.commands import COMMANDS
-from carrierflex.workflows.support.progress import Stages
 
 PROGRAM = [sys.executable, "-P", "-m", "carrierflex.workflows.command_line"]
 SHARED = ("--quiet", "--verbose", "--log-file", "--threads", "--json")
@@ -119,7 +119,7 @@ def test_a_pipe_gets_a_line_a_stage(command):
 def test_a_terminal_gets_a_bar_with_the_time_that_is_left(tmp_path):
     program = (
         "import time\n"
-        "from carrierflex.workflows.support.progress import Stages\n"
+        "from carrierflex.workflows.progress import Stages\n"
         "stages = Stages(2)\n"
         "with stages.stage('first'):\n"
         "    time.sleep(0.3)\n"

@@ -11,8 +11,7 @@ from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from carrierflex.workflows.screen.simulation_tables import torsion_table
-from carrierflex.workflows.simulation import compute_torsion
-from carrierflex.workflows.support import stage_bodies
+from carrierflex.workflows.simulation import compute_torsion, stage_bodies
 from tests.workflows.checked_documents import checked_document
 
 

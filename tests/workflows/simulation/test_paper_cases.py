@@ -9,7 +9,7 @@ from carrierflex.simulation.stage.part_loads import part_loads
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn, sensor_orders
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.workflows.support.stage_bodies import default_stage_body
+from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
 pytestmark = pytest.mark.long
 

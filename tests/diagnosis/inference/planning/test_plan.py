@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.inference.planning.information import visible_multiple
-from carrierflex.diagnosis.inference.planning.plan import campaign_plan
+from carrierflex.diagnosis.inference.planning.plan import _visible_multiple, campaign_plan
 from carrierflex.diagnosis.inference.planning.results import (
     ALIKE,
     LOADS,
@@ -117,7 +116,7 @@ def test_twice_the_minutes_lower_the_smallest_visible_size_by_the_root_of_two():
     # The floor rule of the diagnosis asks for a share of the noise, however long the record.
     assert sizes[0].named_from == pytest.approx(sizes[1].named_from, rel=1e-9)
     # Two sensors of 400 samples: the root of the energy reaches the asked-for standard deviations.
-    expected = visible_multiple(1) / np.sqrt(2.0 * N_SAMPLES) * SCALES["offset"]
+    expected = _visible_multiple(1) / np.sqrt(2.0 * N_SAMPLES) * SCALES["offset"]
     assert sizes[0].seen_from == pytest.approx(expected, rel=1e-9)
 
 

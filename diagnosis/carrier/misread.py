@@ -1,0 +1,293 @@
+"""What errors of sensors, inputs and curves do to the fit of a carrier.
+
+A gain or a zero of a sensor is an effect of the library that is not there: its derivative at zero
+is the change of the reading, and stands in the sums over the records. What the place of a sensor,
+a delay, an input or a deflection curve does to the columns is in no sum, or of some effects alone
+and about a sensor that stands where it should; the columns of the fitted set are made once more
+from what would be read.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, IntArray, Places, WeightTable
+from carrierflex.diagnosis.carrier.records.columns import (
+    ColumnSource,
+    delay_nodes,
+    inputs_at,
+    inputs_of,
+)
+from carrierflex.diagnosis.carrier.records.sums import RunParts, accumulated_sums
+from carrierflex.diagnosis.comparison.known_physics import (
+    DeclaredError,
+    Misreading,
+    declared_errors,
+)
+from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, FloatArray
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.rim import CarrierRig
+from carrierflex.simulation.measurement import Measurement
+from carrierflex.simulation.sensing import delayed_angle
+
+#: Input that a delay of all channels shifts.
+_CARRIER_ANGLE = "carrier_angle"
+#: Relative standard deviation of a wave beside the largest of its curve, of a carrier with pins
+#: that give way and with stiff ones: order 6 over order 3, and order 3 over order 6, of the default
+#: mesh against the finest one (0.0889 and 0.0865; 0.894 and 0.939; docs/mesh_study.md).
+_STD = {"f": 0.027, "s": 0.048}
+#: Curves of a carrier under a torque, and under the force of one pin.
+_UNDER_TORQUE, _OF_ONE_PIN = "delta_", "g_"
+#: Waves below this share of the largest one of their curve move nothing.
+_NOTABLE = 0.01
+#: Samples of a run on which a change of the curves shows.
+_SAMPLES = 48
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierReading:
+    """A fitted set of effects, whose records may be misread.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    model : CarrierModel
+        Weights of the columns, and what the campaign declares.
+    parts : RunParts
+        Products of the columns.
+    effects : tuple of str
+        Effects beside the baseline.
+    theta : ndarray, shape (p,)
+        Parameters of the set.
+    choice : mapping of str to int
+        Channel of every effect of one sensor.
+    """
+
+    campaign: Campaign
+    model: CarrierModel
+    parts: RunParts
+    effects: Effects
+    theta: FloatArray
+    choice: Choice
+
+    def misread(self) -> Misreading:
+        """What every declared error, then every error of the curves, does to the gradient."""
+        errors = declared_errors(self.model.known)
+        as_read = self._scores(self.model, self.parts)
+        parts = {error.part for error in errors if error.channel is not None}
+        has_places = Measurement.ANGLE in parts
+        of_channels = {part: self._of_sensors(part) for part in parts - {Measurement.ANGLE}}
+        if has_places:
+            of_channels[Measurement.ANGLE] = self._of_prediction(Measurement.ANGLE)
+        moved = self._of_places(errors) - as_read if has_places else np.zeros_like(as_read)
+        scores = []
+        for error in errors:
+            if error.channel is None:
+                runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
+                change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
+                if error.part is Measurement.DELAY:
+                    change += error.std * self._of_prediction(error.part).sum(axis=0)
+            else:
+                change = error.std * of_channels[error.part][error.channel]
+                if error.part is Measurement.ANGLE:
+                    change += moved[error.channel]
+            scores.append(change)
+        scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
+        return Misreading(errors, np.array(scores).reshape(len(scores), self.theta.size))
+
+    def _of_places(self, errors: Sequence[DeclaredError]) -> FloatArray:
+        """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""
+        channels = list(self.campaign.channels)
+        for error in errors:
+            if error.part is Measurement.ANGLE and error.channel is not None:
+                channels[error.channel] = _behind(channels[error.channel], error.std)
+        return self._made_again(replace(self.campaign, channels=tuple(channels)))
+
+    def _of_curves(self) -> Iterator[FloatArray]:
+        """``J.T r`` by channel with each wave of the curves one standard deviation off."""
+        source = self._source_of_set()
+        for rig in rigs_of_curve_errors(source.rig):
+            other = replace(source, rig=rig)
+            if shows_curves_of(self.campaign, source, other):
+                yield self._made_again(self.campaign, other)
+
+    def _made_again(self, campaign: Campaign, source: ColumnSource | None = None) -> FloatArray:
+        """``J.T r`` by channel with the columns of the set made from other records, (C, p)."""
+        own = source or self._source_of_set()
+        records = accumulated_sums(campaign, own)
+        model = replace(self.model, source=own, index=records.index)
+        return self._scores(model, RunParts(records, len(campaign.runs)))
+
+    def _source_of_set(self) -> ColumnSource:
+        """Columns of the fitted set alone, at moved sensors and later where it moves or delays."""
+        source = self.model.source
+        own = {name: source.effects[name] for name in (*self.model.contained, *self.effects)}
+        parts = {one.measurement for one in own.values()}
+        effects = {
+            name: replace(
+                one,
+                follows_sensor=one.follows_sensor and Measurement.ANGLE in parts,
+                follows_delay=one.follows_delay and Measurement.DELAY in parts,
+            )
+            for name, one in own.items()
+        }
+        return replace(source, effects=effects)
+
+    def _scores(self, model: CarrierModel, parts: RunParts) -> FloatArray:
+        """``J.T r`` by channel over all runs, shape (C, p)."""
+        scores = np.zeros((len(self.campaign.channels), self.theta.size))
+        for runs in parts.slices:
+            table = model.weights(self.effects, self.choice, self.theta, runs)
+            gram = parts.gram_of_runs(table.columns, runs)
+            products = np.einsum(
+                "rcpk,rckl,rcl->rcp", table.slopes, gram, table.residual, optimize=True
+            )
+            _add_by_unknown(scores, table.unknowns, products)
+        return scores
+
+    def _of_prediction(self, part: Measurement) -> FloatArray:
+        """``J.T dr/de`` by channel of a place or a delay, of another simulator's prediction.
+
+        Nobody can make its columns again.
+        """
+        if not self.model.index.has_prediction:
+            return np.zeros((len(self.campaign.channels), self.theta.size))
+        still = {
+            name: replace(one, follows_sensor=False, follows_delay=False)
+            for name, one in self.model.source.effects.items()
+        }
+        source = replace(self.model.source, effects=still)
+        return replace(self, model=replace(self.model, source=source))._of_sensors(part)
+
+    def _of_sensors(self, part: Measurement) -> FloatArray:
+        """``J.T dr/de`` of an error of every channel, shape (C, p)."""
+        effects, theta = self.effects, self.theta
+        name = next(own.id for own in self.model.effects.values() if own.measurement is part)
+        is_fitted = name in (*self.model.contained, *effects)
+        with_error = effects if is_fitted else (*effects, name)
+        values = theta if is_fitted else np.append(theta, 0.0)
+        everywhere: Places = {**self.choice, name: slice(None)}
+        place = int(np.flatnonzero(self._is_of(name, with_error))[0])
+        scores = np.zeros((len(self.campaign.channels), theta.size))
+        for runs in self.parts.slices:
+            fitted = self.model.weights(effects, self.choice, theta, runs)
+            read = self.model.weights(with_error, everywhere, values, runs)
+            columns = np.union1d(fitted.columns, read.columns)
+            gram = self.parts.gram_of_runs(columns, runs)
+            number = np.flatnonzero(read.unknowns[0] == place)[0]
+            change = _widened(read, read.slopes[:, :, [number]], columns)
+            slopes = _widened(fitted, fitted.slopes, columns)
+            products = np.einsum("rcpk,rckl,rcl->rcp", slopes, gram, change[:, :, 0], optimize=True)
+            _add_by_unknown(scores, fitted.unknowns, products)
+        return scores
+
+    def _is_of(self, name: str, effects: Effects) -> BoolArray:
+        """Whether each parameter of a set is of an effect."""
+        named = {**self.choice, name: self.choice.get(name, 0)}
+        parameters = self.model.parameters(effects, named)
+        return np.array([own.effect == name for own in parameters], dtype=bool)
+
+
+def _add_by_unknown(scores: FloatArray, unknowns: IntArray, products: FloatArray) -> None:
+    """Add products of every run to the scores of its unknowns, in place."""
+    for own, of_run in zip(unknowns, products, strict=True):
+        np.add.at(scores.T, own, of_run.T)
+
+
+def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatArray:
+    """Rows over the columns of a table as rows over more columns."""
+    wide = np.zeros((*rows.shape[:-1], columns.size))
+    wide[..., np.searchsorted(columns, table.columns)] = rows
+    return wide
+
+
+def _behind(channel: Channel, angle: float) -> Channel:
+    """Channel that is taken to stand an angle [rad] behind where it is declared."""
+    assert channel.angle is not None, "a channel that declares an error of its angle has one"
+    return replace(channel, angle=channel.angle - angle)
+
+
+def _misread_run(run: Run, error: DeclaredError) -> Run:
+    """Run with an input, or with all channels' delay, one standard deviation off."""
+    if error.part is Measurement.DELAY:
+        # Channels that are late show a carrier that has turned further.
+        ahead = delayed_angle(run.time, run.inputs[_CARRIER_ANGLE], -error.std)
+        return replace(run, inputs={**run.inputs, _CARRIER_ANGLE: ahead})
+    return replace(
+        run, inputs={**run.inputs, error.signal: error.misread(run.inputs[error.signal])}
+    )
+
+
+def rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
+    """Rigs with one wave of the curves one standard deviation larger.
+
+    Parameters
+    ----------
+    rig : CarrierRig
+        Rig with the curves as they are.
+
+    Yields
+    ------
+    CarrierRig
+        One for every notable wave of a carrier, in its curve under torque and in that of one pin
+        alike, but for the largest of either.
+    """
+    for pins, std in _STD.items():
+        names = [name + pins for name in (_UNDER_TORQUE, _OF_ONE_PIN) if name + pins in rig.curves]
+        waves = {name: _waves(rig.curves[name]) for name in names}
+        largest = {own[0] for own in waves.values() if own}
+        for order in sorted({order for own in waves.values() for order in own} - largest):
+            changed = {
+                name: _larger(rig.curves[name], order, std)
+                for name, own in waves.items()
+                if order in own
+            }
+            yield replace(rig, curves={**rig.curves, **changed})
+
+
+def shows_curves_of(campaign: Campaign, source: ColumnSource, other: ColumnSource) -> bool:
+    """Whether any column is another one with other curves.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    source, other : ColumnSource
+        The same effects with the curves of two rigs.
+    """
+    run = campaign.runs[0]
+    some = inputs_at(inputs_of(run), np.linspace(0, run.time.size - 1, _SAMPLES).astype(int))
+    late = [some] * delay_nodes(source.rig.n_planets).size
+    for channel in campaign.channels:
+        sensor = rim_sensor(channel)
+        rows = source.rows(sensor, some, late)
+        others = other.rows(sensor, some, late)
+        if any(not np.array_equal(row, others[key]) for key, row in rows.items()):
+            return True
+    return False
+
+
+def _waves(curve: DeflectionCurve) -> list[int]:
+    """Orders of the notable waves of a curve, the largest first."""
+    sizes = curve.axial_order_content()
+    sizes[0] = 0.0
+    order = np.argsort(-sizes, kind="stable")
+    return [int(n) for n in order if sizes[n] > _NOTABLE * sizes.max()]
+
+
+def _larger(curve: DeflectionCurve, order: int, std: float) -> DeflectionCurve:
+    """Curve with one wave larger by a share."""
+
+    def larger(samples: FloatArray) -> FloatArray:
+        """Samples of one turn with that wave larger."""
+        spectrum = np.fft.rfft(samples)
+        spectrum[order] *= 1.0 + std
+        return np.asarray(np.fft.irfft(spectrum, samples.size))
+
+    return replace(curve, axial=larger(curve.axial), radial=larger(curve.radial))

@@ -1,0 +1,489 @@
+"""Lines and bands off the shaft's orders: found one after the other in spectra, and taken out."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.optimize import minimize_scalar
+from scipy.special import gammaincc, gammaln
+
+from carrierflex.diagnosis.carrier.records.off_orders import BesideOrders, FloatArray, beside_orders
+from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.identification.campaign.campaign import Campaign
+
+#: Lines of the spectrum for each line that the longest record resolves.
+_FINER = 4
+#: Resolved lines off the orders that stand for the surroundings of one, and the factor by which
+#: their median may be too low.
+_SURROUNDINGS = 60
+_UNSURE = 1.5
+#: Resolved lines beside an order, and from zero on, that are not looked at.
+_BESIDE_AN_ORDER = 2.0
+FROM_ZERO = 4.0
+#: Share of the highest frequency of a record that is looked at.
+_USABLE = 0.9
+#: Lines of a spectrum at most: longer records are searched at low frequencies only.
+_MOST_LINES = 200_000
+#: Position of a line, whether it is an order, p-value.
+Found = tuple[float, bool, float]
+#: Probability of a line in noise, over the whole search, below which there is one.
+_FOUND = 1e-3
+#: Power of a line over all that is beside the orders, over all runs and channels, below which it is
+#: left in the noise.
+_MATERIAL = 0.03
+#: Share of a motion that amplitudes fitted to other turns must predict.
+_REPEATS = 0.5
+#: Lines looked for at most: a band is several.
+_MOST_FOUND = 24
+#: A line stays at a frequency rather than at an order where it is that much stronger there.
+_STAYS = 1.1
+#: Lines of one kind within so many orders of the strongest, of the same sensors, are one band.
+_ONE_BAND = 0.5
+#: Share of a motion in one channel from which that channel alone shows it.
+_ALONE = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """How unlike noise every line of one common axis is.
+
+    Powers of noise over that of their surroundings are ``Exp(1)``, their sums over runs, over
+    channels and over both ``Gamma(number)``.
+
+    Parameters
+    ----------
+    axis : ndarray, shape (n,)
+        Orders [per turn], or frequency [Hz].
+    resolution : float
+        Distance of lines that the longest record resolves, on the axis.
+    log_p : ndarray, shape (n,)
+        Log of the smallest p-value of all sums.
+    n_sums : int
+        How many sums there are.
+    """
+
+    axis: FloatArray
+    resolution: float
+    log_p: FloatArray
+    n_sums: int
+
+    def best_line(self) -> tuple[float, float]:
+        """Line that is least like noise, and its p-value.
+
+        The smallest p-value counts, times the number of lines and of sums.
+
+        Returns
+        -------
+        tuple of float
+            Position on the axis, probability that noise alone makes such a line anywhere.
+        """
+        surest = int(np.argmin(self.log_p))
+        n_tests = self.axis.size / _FINER * self.n_sums
+        smallest = self.log_p[surest] + np.log(n_tests)
+        return float(self.axis[surest]), float(np.exp(min(smallest, 0.0)))
+
+
+def _log_tail(number: NDArray[np.int64], total: FloatArray) -> FloatArray:
+    """Log of the probability that ``Gamma(number)`` exceeds `total`; 0 where number is zero."""
+    shape = np.maximum(number, 1).astype(np.float64)
+    with np.errstate(divide="ignore"):
+        exact = np.log(gammaincc(shape, total))
+    # Beyond the smallest number of the machine the first term of the series is near enough.
+    far = (shape - 1.0) * np.log(np.maximum(total, 1.0)) - total - gammaln(shape)
+    log_p = np.where(np.isfinite(exact), exact, far)
+    return np.asarray(np.where(number > 0, log_p, 0.0), dtype=np.float64)
+
+
+def spectra_over_turns(runs: Sequence[BesideOrders]) -> Spectra:
+    """Spectra over the carrier's angle: what keeps its order whatever the speed."""
+    return _spectra(runs, [run.turns for run in runs], [1.0] * len(runs))
+
+
+def spectra_over_time(runs: Sequence[BesideOrders]) -> Spectra:
+    """Spectra over time: what keeps its frequency whatever the speed."""
+    return _spectra(runs, [run.time for run in runs], [run.speed for run in runs])
+
+
+def _spectra(
+    runs: Sequence[BesideOrders], places: Sequence[FloatArray], order_spacing: Sequence[float]
+) -> Spectra:
+    """Spectra over `places`; the orders of a run lie at multiples of its `order_spacing`."""
+    lengths = [float(place[-1] - place[0]) for place in places]
+    resolution = 1.0 / max(lengths)
+    highest = [
+        _USABLE * 0.5 * (place.size - 1) / length
+        for place, length in zip(places, lengths, strict=True)
+    ]
+    n_lines = int(min(np.ceil(_FINER * max(highest) / resolution), _MOST_LINES))
+    axis: FloatArray = resolution / _FINER * np.arange(n_lines, dtype=np.float64)
+    # Sums as the runs come: powers of all runs and channels would be several times the records.
+    n_channels = len(runs[0].values)
+    of_channel = np.zeros((n_channels, n_lines))
+    n_runs = np.zeros(n_lines, dtype=np.int64)
+    log_p = np.zeros(n_lines)
+    for r, (run, place) in enumerate(zip(runs, places, strict=True)):
+        spacing = order_spacing[r]
+        from_order = np.abs(axis - spacing * np.round(axis / spacing))
+        is_off = (from_order > _BESIDE_AN_ORDER / lengths[r]) & (axis > FROM_ZERO / lengths[r])
+        allowed = is_off & (axis < highest[r])
+        power = np.array([_relative_power(values, place, axis, allowed) for values in run.values])
+        log_p = np.minimum(log_p, _log_tail(n_channels * allowed, power.sum(axis=0) / _UNSURE))
+        of_channel += power
+        n_runs += allowed
+    for total in of_channel:
+        log_p = np.minimum(log_p, _log_tail(n_runs, total / _UNSURE))
+    log_p = np.minimum(log_p, _log_tail(n_runs * n_channels, of_channel.sum(axis=0) / _UNSURE))
+    return Spectra(axis, resolution, log_p, 1 + n_channels + len(runs))
+
+
+def _relative_power(
+    values: FloatArray, place: FloatArray, axis: FloatArray, allowed: NDArray[np.bool_]
+) -> FloatArray:
+    """Power of a signal at the allowed lines over the median of their surroundings."""
+    result = np.zeros(axis.size)
+    if not allowed.any():
+        return result
+    n = place.size
+    length = float(place[-1] - place[0])
+    even = np.linspace(float(place[0]), float(place[-1]), n)
+    level = np.interp(even, place, values) * np.hanning(n)
+    n_fft = int(2 ** np.ceil(np.log2(2 * _FINER * n)))
+    lines = np.fft.rfftfreq(n_fft, length / (n - 1))
+    power = np.interp(axis, lines, np.abs(np.fft.rfft(level, n_fft)) ** 2)[allowed]
+    # Lines of this axis for each that the record resolves; medians of every second are as good.
+    finer = max(int(1.0 / length / axis[1]), 1)
+    step = max(finer // 2, 1)
+    width = 2 * (_SURROUNDINGS * finer // step // 2) + 1
+    typical = median_filter(power[::step], width, mode="nearest") / np.log(2.0)
+    places = np.arange(power.size)
+    surroundings = np.interp(places, places[::step], typical)
+    result[allowed] = power / np.maximum(surroundings, np.finfo(float).tiny)
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class OffOrderLine:
+    """One line beside the orders.
+
+    Parameters
+    ----------
+    position : float
+        Order [per turn], or frequency [Hz].
+    is_order : bool
+        Which of the two it keeps when the speed changes.
+    p_value : float
+        Probability that noise makes it.
+    amplitudes : ndarray of complex, shape (n_runs, C)
+        Amplitude by run and channel.
+    errors : ndarray, shape (n_runs, C)
+        Standard deviation of either component by noise.
+    """
+
+    position: float
+    is_order: bool
+    p_value: float
+    amplitudes: np.ndarray
+    errors: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class OffOrders:
+    """Everything found beside the orders.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The records without it.
+    speeds : mapping of str to float
+        Mean speed [turns/s] of every run that was searched, in the order of the amplitudes.
+    lines : tuple of OffOrderLine
+        Lines, the surest first.
+    motions : tuple of OffOrderMotion
+        The lines as motions: single lines, and bands of several.
+    members : tuple of tuple of int
+        Lines of each motion.
+    """
+
+    campaign: Campaign
+    speeds: Mapping[str, float]
+    lines: tuple[OffOrderLine, ...]
+    motions: tuple[OffOrderMotion, ...]
+    members: tuple[tuple[int, ...], ...]
+
+
+def off_orders(campaign: Campaign) -> OffOrders:
+    """Search for motion beside the orders of the shaft.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+
+    Returns
+    -------
+    OffOrders
+        Lines, and the records without them: what follows looks at the orders, and at a noise that
+        no line is part of.
+    """
+    beside = beside_orders(campaign)
+    runs = beside.searched
+    speeds = {run.name: run.speed for run in runs}
+    if not runs:
+        return OffOrders(campaign, speeds, (), (), ())
+    left = runs
+    found: list[Found] = []
+    while len(found) < _MOST_FOUND:
+        line = _next_line(left)
+        if line is None:
+            break
+        found.append(line)
+        left = tuple(_without(run, found) for run in runs)
+    if not found:
+        return OffOrders(campaign, speeds, (), (), ())
+    lines, _ = _fitted_lines(runs, found)
+    kept, shares = _repeating(runs, found, _bands(lines, speeds))
+    if not kept:
+        return OffOrders(campaign, speeds, (), (), ())
+    # Lines that stay are fitted anew without the others, and numbered anew.
+    numbers = [k for own in kept for k in own]
+    lines, speeds = _fitted_lines(beside.every(), [found[k] for k in numbers])
+    members = tuple(tuple(numbers.index(k) for k in own) for own in kept)
+    names = [channel.name for channel in campaign.channels]
+    motions = tuple(
+        _motion([lines[k] for k in own], speeds, names, share)
+        for own, share in zip(members, shares, strict=True)
+    )
+    return OffOrders(_cleaned(campaign, speeds, lines), speeds, lines, motions, members)
+
+
+def _repeating(
+    runs: Sequence[BesideOrders], found: Sequence[Found], bands: Sequence[tuple[int, ...]]
+) -> tuple[list[tuple[int, ...]], list[float]]:
+    """Bands whose amplitudes predict other turns, and the share of them that they predict.
+
+    An order whose size changes from turn to turn has power beside it that lines can follow and
+    never predict: it is no line.
+    """
+    kept, shares = [], []
+    for band in bands:
+        others = [line for k, line in enumerate(found) if k not in band]
+        alone = [_without(run, others) for run in runs] if others else list(runs)
+        share = _explained(alone, [found[k] for k in band])
+        if share >= _REPEATS:
+            kept.append(band)
+            shares.append(share)
+    return kept, shares
+
+
+def _next_line(runs: Sequence[BesideOrders]) -> Found | None:
+    """Position, whether it is an order, p-value of the surest line; None where noise is left."""
+    over_turns, over_time = spectra_over_turns(runs), spectra_over_time(runs)
+    whole = sum(float((run.values**2).sum()) for run in runs)
+    candidates = []
+    for spectra, is_order in ((over_turns, True), (over_time, False)):
+        position, p_value = spectra.best_line()
+        if p_value >= _FOUND:
+            continue
+        other = _in_other_unit(runs, position, is_order)
+        for start, keeps_order in ((position, is_order), (other, not is_order)):
+            place, power = _refined(runs, start, spectra.resolution, keeps_order)
+            if power > _MATERIAL * whole and not _is_an_order(runs, place, keeps_order):
+                preferred = power if keeps_order else power / _STAYS
+                candidates.append((preferred, place, keeps_order, p_value))
+    if not candidates:
+        return None
+    _, position, is_order, p_value = max(candidates)
+    return position, is_order, p_value
+
+
+def _is_an_order(runs: Sequence[BesideOrders], position: float, is_order: bool) -> bool:
+    """Whether a line is nearer to an order than every run resolves."""
+    for run in runs:
+        order = position if is_order else position / run.speed
+        if abs(order - round(order)) * float(run.turns[-1] - run.turns[0]) > 1.0:
+            return False
+    return True
+
+
+def _in_other_unit(runs: Sequence[BesideOrders], position: float, is_order: bool) -> float:
+    """Frequency of an order, or order of a frequency, in the run that shows it most."""
+    clearest = max(runs, key=lambda run: _wave_power(run, position, is_order))
+    return position * clearest.speed if is_order else position / clearest.speed
+
+
+def _refined(
+    runs: Sequence[BesideOrders], position: float, resolution: float, is_order: bool
+) -> tuple[float, float]:
+    """Position at which a wave takes most of the power, and that power."""
+
+    def lost(trial: float) -> float:
+        """Power that the wave leaves, up to a constant."""
+        return -sum(_wave_power(run, trial, is_order) for run in runs)
+
+    half = 2.0 * resolution
+    lowest = max(position - half, FROM_ZERO * resolution)
+    best = minimize_scalar(
+        lost,
+        bounds=(lowest, max(position, lowest) + half),
+        method="bounded",
+        options={"xatol": 1e-6},
+    )
+    return float(best.x), -float(best.fun)
+
+
+def _wave_power(run: BesideOrders, position: float, is_order: bool) -> float:
+    """Sum of squares over all channels that a wave takes beside the orders."""
+    basis = np.linalg.qr(run.beside(_waves(run, [(position, is_order, 0.0)])))[0]
+    return float(((run.values @ basis) ** 2).sum())
+
+
+def _waves(run: BesideOrders, found: Sequence[Found]) -> FloatArray:
+    """Cosine and sine of every line, shape (n, 2 n_lines)."""
+    phases = [
+        2.0 * np.pi * position * (run.turns if is_order else run.time)
+        for position, is_order, _ in found
+    ]
+    return np.column_stack([wave(phase) for phase in phases for wave in (np.cos, np.sin)])
+
+
+def _solved(waves: FloatArray, values: FloatArray) -> FloatArray:
+    """Sizes of the waves in every channel, shape (2 n_lines, C)."""
+    return np.asarray(np.linalg.lstsq(waves, values.T, rcond=1e-8)[0], dtype=np.float64)
+
+
+def _without(run: BesideOrders, found: Sequence[Found]) -> BesideOrders:
+    """Run whose lines are fitted together and taken out."""
+    waves = run.beside(_waves(run, found))
+    return replace(run, values=run.values - (waves @ _solved(waves, run.values)).T)
+
+
+def _fitted_lines(
+    runs: Iterable[BesideOrders], found: Sequence[Found]
+) -> tuple[tuple[OffOrderLine, ...], dict[str, float]]:
+    """Amplitudes of all lines, fitted together beside the orders, and their errors.
+
+    With them the mean speed [turns/s] of every run, in their order.
+    """
+    amplitudes = []
+    errors = []
+    speeds = {}
+    for run in runs:
+        waves = run.beside(_waves(run, found))
+        sizes = _solved(waves, run.values)
+        amplitudes.append(sizes[::2] - 1j * sizes[1::2])
+        variance = np.mean((run.values - (waves @ sizes).T) ** 2, axis=1)
+        errors.append(np.sqrt(2.0 * variance / run.time.size))
+        speeds[run.name] = run.speed
+    by_line = np.moveaxis(np.array(amplitudes), 0, 1)
+    lines = tuple(
+        OffOrderLine(position, is_order, p_value, by_line[k], np.array(errors))
+        for k, (position, is_order, p_value) in enumerate(found)
+    )
+    return lines, speeds
+
+
+def _explained(runs: Sequence[BesideOrders], found: Sequence[Found]) -> float:
+    """Share of the lines' power that amplitudes fitted to half of the turns predict in the other.
+
+    Turns are taken by fours; both halves predict each other.
+    """
+    before = after = noise = 0.0
+    for run in runs:
+        waves = run.beside(_waves(run, found))
+        rest = run.values - (waves @ _solved(waves, run.values)).T
+        is_even = (run.turns // 4.0) % 2.0 == 0.0
+        for training in (is_even, ~is_even):
+            if training.sum() <= waves.shape[1] or training.all():
+                continue
+            scored = ~training
+            sizes = _solved(waves[training], run.values[:, training])
+            missed = run.values[:, scored] - (waves[scored] @ sizes).T
+            before += float((run.values[:, scored] ** 2).sum())
+            after += float((missed**2).sum())
+            noise += float((rest[:, scored] ** 2).sum())
+    return float(np.clip((before - after) / max(before - noise, np.finfo(float).tiny), 0.0, 1.0))
+
+
+def _bands(
+    lines: Sequence[OffOrderLine], speeds: Mapping[str, float]
+) -> tuple[tuple[int, ...], ...]:
+    """Lines that are one motion: near to one another, in the same sensors."""
+    speed = float(np.mean(list(speeds.values())))
+    orders = [line.position if line.is_order else line.position / speed for line in lines]
+    power = [float((np.abs(line.amplitudes) ** 2).sum()) for line in lines]
+    bands: list[list[int]] = []
+    for k in sorted(range(len(lines)), key=lambda k: -power[k]):
+        own = next(
+            (
+                band
+                for band in bands
+                if abs(orders[band[0]] - orders[k]) < _ONE_BAND
+                and _channel_alone(lines[band[0]]) == _channel_alone(lines[k])
+            ),
+            None,
+        )
+        if own is None:
+            bands.append([k])
+        else:
+            own.append(k)
+    return tuple(tuple(band) for band in bands)
+
+
+def _channel_alone(*lines: OffOrderLine) -> int | None:
+    """Number of the channel that alone shows some lines; None where several do."""
+    power = sum((np.abs(line.amplitudes) ** 2).sum(axis=0) for line in lines)
+    largest = int(np.argmax(power))
+    return largest if power.size > 1 and power[largest] > _ALONE * power.sum() else None
+
+
+def _motion(
+    lines: Sequence[OffOrderLine],
+    speeds: Mapping[str, float],
+    names: Sequence[str],
+    explained: float,
+) -> OffOrderMotion:
+    """Motion of lines that belong together, the strongest first."""
+    first = lines[0]
+    alone = _channel_alone(*lines)
+    label = f"{first.position:.2f}X" if first.is_order else f"{first.position:.3g}Hz"
+    squares = sum(0.5 * np.abs(line.amplitudes) ** 2 for line in lines)
+    is_shown = np.abs(first.amplitudes).max(axis=1) > 4.0 * first.errors.max(axis=1)
+    bands = [
+        line.position * (speed if line.is_order else 1.0)
+        for line in lines
+        for speed in speeds.values()
+    ]
+    return OffOrderMotion(
+        id=f"{'nonsynchronous' if alone is None else 'channel'}/{label}",
+        label=label,
+        channels=tuple(names) if alone is None else (names[alone],),
+        runs=tuple(run for run, ok in zip(speeds, is_shown, strict=True) if ok),
+        is_in_every_run=bool(is_shown.all()),
+        band_hz=(min(bands), max(bands)),
+        mean_square=dict(zip(speeds, squares.mean(axis=1).tolist(), strict=True)),
+        explained=explained,
+        p_value=first.p_value,
+    )
+
+
+def _cleaned(
+    campaign: Campaign, speeds: Mapping[str, float], lines: Sequence[OffOrderLine]
+) -> Campaign:
+    """Campaign whose signals are without the lines."""
+    number = {name: r for r, name in enumerate(speeds)}
+    cleaned = []
+    for run in campaign.runs:
+        signals = dict(run.signals)
+        if run.name in number:
+            angle = run.inputs["carrier_angle"]
+            turns = np.abs(angle - angle[0]) / (2.0 * np.pi)
+            for line in lines:
+                phase = 2.0 * np.pi * line.position * (turns if line.is_order else run.time)
+                wave = np.exp(1j * phase)
+                for c, channel in enumerate(campaign.channels):
+                    amplitude = line.amplitudes[number[run.name], c]
+                    signals[channel.name] = signals[channel.name] - (amplitude * wave).real
+        cleaned.append(run.with_signals(signals))
+    return replace(campaign, runs=tuple(cleaned))

@@ -1,1 +1,0 @@
-"""Motion beside the shaft's orders: lines and bands, in all sensors or in one alone."""

@@ -1,0 +1,418 @@
+"""What could be added to a carrier's campaign, and the products of all signatures over it."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.problem import CarrierProblem
+from carrierflex.diagnosis.carrier.records.columns import (
+    RunColumns,
+    columns_of_campaign,
+    largest_load,
+    typical_speed,
+)
+from carrierflex.diagnosis.carrier.signature_rows import (
+    EffectRows,
+    contained_channels,
+    effect_rows,
+    rows_at,
+)
+from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, SENSOR, Addition, Costs
+from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
+from carrierflex.identification.campaign.records import Run
+
+FloatArray = NDArray[np.float64]
+AXIAL, RADIAL = "axial_displacement", "radial_displacement"
+#: Steps of torque, over the nominal one.
+_TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
+#: Torques of the radial loads, and shares of the largest one.
+_LOADED_TORQUES = (0.25, 1.0)
+_LOADS = (("y", 1.0, 0.0), ("-y", -1.0, 0.0), ("z", 0.0, 1.0), ("-z", 0.0, -1.0))
+_SHARES = (0.5, 1.0)
+#: Lengths of an added run over the mean planned one, and of all runs made longer.
+_LENGTHS, _FACTORS = (1.0, 2.0, 4.0), (2.0, 4.0)
+#: Speeds beside the planned one.
+_SPEED_SHARE = 0.5
+#: Sensors are tried every so many degrees, not closer to another [deg].
+_EVERY, _CLOSEST = 30, 10.0
+#: Samples of a turn at least, in an added run.
+_SAMPLES_A_TURN = 36
+
+
+@dataclass(frozen=True)
+class RigLimits:
+    """What the rig can do.
+
+    Parameters
+    ----------
+    torque : float
+        Largest torque [N m].
+    radial_load : float
+        Largest radial load [N].
+    sensor_angles : tuple of float
+        Housing angles at which a sensor can stand [rad]; every 30 degrees where empty.
+    """
+
+    torque: float = 4.0e5
+    radial_load: float = 2.0e5
+    sensor_angles: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierPool:
+    """Campaign as planned with all that could be added, and the additions.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Planned runs first, planned channels first; signals of what is added are blank.
+    planned : Addition
+        What is planned alone.
+    additions : tuple of Addition
+        What could be added.
+    """
+
+    campaign: Campaign
+    planned: Addition
+    additions: tuple[Addition, ...]
+
+
+@dataclass(frozen=True)
+class _Load:
+    name: str
+    text: str
+    torque: float
+    ntl_y: float
+    ntl_z: float
+    speed: float
+
+
+def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> CarrierPool:
+    """What could be added to a campaign of kind carrier.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Runs and channels as planned.
+    costs : Costs
+        Costs by sort.
+    limits : RigLimits
+        What the rig can do.
+
+    Returns
+    -------
+    CarrierPool
+        Sensors at feasible places; steps of torque, radial loads of both signs and half the speed,
+        alone and in sets, at one, two and four times the mean planned length; all runs two and four
+        times as long.
+    """
+    seconds = float(np.mean([run.time[-1] - run.time[0] for run in campaign.runs]))
+    channels = tuple(channel.name for channel in campaign.channels)
+    once = {run.name: 1.0 for run in campaign.runs}
+    loads = _feasible_loads(campaign, limits)
+    sensors = _feasible_sensors(campaign, limits)
+    runs = tuple(_steady_run(campaign, load, seconds) for load in loads)
+    pool = replace(
+        _with_blank_channels(campaign, sensors),
+        runs=tuple(_blank(run, sensors) for run in (*campaign.runs, *runs)),
+    )
+    whole = sum(float(run.time[-1] - run.time[0]) for run in campaign.runs) / 60.0
+    additions = [
+        Addition(SENSOR, _sensor_text(own), once, (*channels, own.name), costs.sensor)
+        for own in sensors
+    ]
+    for names in _sets_of_loads(loads):
+        texts = " and ".join(own.text for own in loads if own.name in names)
+        for length in _LENGTHS:
+            minutes = {name: length for name in names}
+            own = len(names) * length * seconds
+            cost = costs.load_case * len(names) + costs.minute * own / 60.0
+            text = f"{texts}, {length * seconds:.0f} s{' each' if len(names) > 1 else ''}"
+            additions.append(Addition(LOADS, text, {**once, **minutes}, channels, cost))
+    for factor in _FACTORS:
+        longer = {name: factor for name in once}
+        text = f"every run {factor:g} times as long"
+        cost = costs.minute * (factor - 1.0) * whole
+        additions.append(Addition(MINUTES, text, longer, channels, cost))
+    return CarrierPool(pool, Addition(MINUTES, "as planned", once, channels, 0.0), tuple(additions))
+
+
+def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
+    """Loads that no planned run has."""
+    nominal = float(campaign.rig["nominal_torque"])
+    speed = _mean_speed(campaign)
+    has_radial = "ntl_y" in campaign.contract.inputs
+    loads = []
+    for share in _TORQUES:
+        if share * nominal <= limits.torque:
+            text = f"{share:.0%} torque without radial load"
+            loads.append(_Load(f"torque {share:g}", text, share * nominal, 0.0, 0.0, speed))
+    text = f"full torque at {_SPEED_SHARE:g} of the speed"
+    full = min(nominal, limits.torque)
+    loads.append(_Load("slow", text, full, 0.0, 0.0, _SPEED_SHARE * speed))
+    for torque in _LOADED_TORQUES if has_radial else ():
+        for name, y, z in _LOADS:
+            for share in _SHARES:
+                force = share * limits.radial_load
+                text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
+                load = _Load(
+                    f"torque {torque:g} {name} {share:g}", text, torque * full, y * force,
+                    z * force, speed,
+                )  # fmt: skip
+                loads.append(load)
+    present = [
+        (_mean(run, "torque"), _mean(run, "ntl_y"), _mean(run, "ntl_z"), _speed(run))
+        for run in campaign.runs
+    ]
+    scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
+    return [
+        load
+        for load in loads
+        if not any(
+            np.allclose(
+                np.array([load.torque, load.ntl_y, load.ntl_z, load.speed]) / scale,
+                np.array(own) / scale,
+                atol=0.05,
+                rtol=0.0,
+            )
+            for own in present
+        )
+    ]
+
+
+def _sets_of_loads(loads: Sequence[_Load]) -> Iterator[tuple[str, ...]]:
+    """Every load alone, then sets of torques and of radial loads."""
+    names = {load.name for load in loads}
+    yield from ((load.name,) for load in loads)
+    sets = [
+        ("torque 0.5", "torque 0.25"),
+        ("torque 0.1", "torque 0.5"),
+        ("torque 0.1", "torque 0.75"),
+        ("torque 0.1", "torque 0.5", "torque 0.75"),
+        ("torque 0.1", "torque 0.25", "torque 0.5", "torque 0.75"),
+        ("torque 1 y 1", "torque 1 z 1"),
+        ("torque 1 y 1", "torque 1 z 1", "torque 1 z 0.5"),
+        ("torque 1 z 1", "torque 1 -z 1", "torque 1 z 0.5", "torque 1 -z 0.5"),
+        ("torque 1 y 1", "torque 1 -y 1", "torque 1 z 1", "torque 1 -z 1"),
+        ("torque 0.25", "torque 1 y 1", "torque 1 z 1"),
+        ("torque 0.25 y 1", "torque 0.25 z 1"),
+        ("torque 0.25", "torque 0.5", "torque 1 y 1", "torque 1 z 1"),
+        ("torque 0.1", "torque 0.5", "torque 1 y 1", "torque 1 z 1", "torque 1 -z 0.5"),
+    ]
+    for own in sets:
+        there = tuple(name for name in own if name in names)
+        if len(there) > 1 and len(there) == len(own):
+            yield there
+
+
+def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
+    """Axial and radial sensors at feasible places where none stands."""
+    angles = limits.sensor_angles or tuple(np.deg2rad(np.arange(0, 360, _EVERY)).tolist())
+    noise = np.sqrt(np.mean([(channel.noise_std or 0.0) ** 2 for channel in campaign.channels]))
+    found = []
+    for quantity, letter in ((AXIAL, "s"), (RADIAL, "r")):
+        taken = [float(c.angle or 0.0) for c in campaign.channels if c.quantity == quantity]
+        for angle in angles:
+            apart = [abs(np.angle(np.exp(1j * (angle - own)))) for own in taken]
+            if min(apart, default=np.pi) < np.deg2rad(_CLOSEST):
+                continue
+            name = f"{letter}{np.rad2deg(angle) % 360:03.0f} added"
+            radius = campaign.channels[0].radius
+            found.append(
+                Channel(
+                    name, quantity, "m", angle=angle, radius=radius,
+                    noise_std=float(noise) or None,
+                )
+            )  # fmt: skip
+    return found
+
+
+def _sensor_text(channel: Channel) -> str:
+    words = "axial" if channel.quantity == AXIAL else "radial"
+    return f"an {words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg".replace(
+        "an radial", "a radial"
+    )
+
+
+def _with_blank_channels(campaign: Campaign, more: Sequence[Channel]) -> Campaign:
+    runs = tuple(_blank(run, more) for run in campaign.runs)
+    return replace(campaign, channels=(*campaign.channels, *more), runs=runs)
+
+
+def _blank(run: Run, channels: Sequence[Channel]) -> Run:
+    zero = np.zeros(run.time.size)
+    return replace(run, signals={**run.signals, **{own.name: zero for own in channels}})
+
+
+def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
+    """Run under one load; its signals are blank."""
+    rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
+    least = _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi)
+    time = np.arange(round(seconds * max(float(rate), least)) + 1) / max(float(rate), least)
+    columns = {
+        "carrier_angle": load.speed * time,
+        "torque": np.full(time.size, load.torque),
+        "ntl_y": np.full(time.size, load.ntl_y),
+        "ntl_z": np.full(time.size, load.ntl_z),
+    }
+    inputs = {name: columns[name] for name in campaign.runs[0].inputs if name in columns}
+    blank = {channel.name: np.zeros(time.size) for channel in campaign.channels}
+    predictions = blank if campaign.runs[0].predictions else {}
+    return Run(load.name, f"{load.name}.csv", load.text, time, inputs, blank, predictions)
+
+
+def _mean(run: Run, name: str) -> float:
+    return float(np.mean(run.inputs[name])) if name in run.inputs else 0.0
+
+
+def _speed(run: Run) -> float:
+    angle = run.inputs["carrier_angle"]
+    return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
+
+
+def _mean_speed(campaign: Campaign) -> float:
+    speeds = [_speed(run) for run in campaign.runs]
+    return max(speeds, key=abs)
+
+
+def carrier_planned_table(
+    problem: CarrierProblem, pool: Campaign, note: Callable[[str], None] = lambda text: None
+) -> PlannedTable:
+    """Products of target, baseline and signatures by run and channel.
+
+    Parameters
+    ----------
+    problem : CarrierProblem
+        Campaign as planned, with signals: the fitted baseline says at which amplitudes errors of
+        sensors act.
+    pool : Campaign
+        The same with blank runs and channels that could be added, after the planned ones.
+    note : callable
+        Told each run, for progress.
+
+    Returns
+    -------
+    PlannedTable
+        Parts: every planned run at every channel, every added run at the planned channels.
+    """
+    model = _model_of(problem, pool)
+    base = _baseline_values(problem, model)
+    candidates = tuple(problem.cards)
+    rows = effect_rows(model, candidates, base)
+    n_runs, n_channels = len(problem.campaign.runs), len(problem.campaign.channels)
+    noise = np.full(len(pool.channels), float(np.mean(problem.noise)))
+    noise[:n_channels] = problem.noise
+    contained = contained_channels(model)
+    grams = []
+    runs = []
+    channels = []
+    counts = []
+    for r, run in enumerate(pool.within_use().runs):
+        note(f"signatures under {run.condition}")
+        columns = RunColumns(run, model.source)
+        for c, channel in enumerate(pool.channels[: None if r < n_runs else n_channels]):
+            gram, n_samples = np.zeros((rows.size, rows.size)), 0
+            for block in columns.of(channel, columns.blocks(1)):
+                numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
+                present = np.concatenate([block.present(own) for own in block.revolutions])
+                own = weights @ block.rows[:, present]
+                gram[np.ix_(numbers, numbers)] += own @ own.T / noise[c]
+                n_samples += present.size
+            grams.append(gram)
+            runs.append(r)
+            channels.append(c)
+            counts.append(n_samples)
+    unknowns = model.parameters((), contained)
+    scales, parameters = _scales(model, candidates, contained, base.size)
+    size = np.concatenate([[1.0], [own.scale for own in unknowns], _by_row(rows, scales)])
+    known = np.array([0.0 if own.prior_std == np.inf else own.prior_std for own in unknowns])
+    precision = [
+        0.0 if std == 0.0 else (own.scale / std) ** 2
+        for std, own in zip(known, unknowns, strict=True)
+    ]
+    return PlannedTable(
+        np.array(grams) * np.outer(size, size),
+        base.size,
+        np.array(precision),
+        _signatures(rows),
+        parameters,
+        np.array(runs),
+        np.array(channels),
+        np.array(counts, dtype=np.float64),
+        tuple(run.name for run in pool.runs),
+        tuple(channel.name for channel in pool.channels),
+        float(np.sqrt(np.mean(problem.noise))),
+    )
+
+
+def _model_of(problem: CarrierProblem, pool: Campaign) -> CarrierModel:
+    """Model over all runs and channels; shapes lie within the loads that are possible."""
+    source = replace(
+        problem.model.source, speed=typical_speed(pool), largest_load=largest_load(pool)
+    )
+    index = columns_of_campaign(pool.runs[0], pool.channels[0], source)
+    names = tuple(run.name for run in pool.runs)
+    channels = tuple(channel.name for channel in pool.channels)
+    return CarrierModel(
+        source, index, problem.model.contained, names, channels, problem.model.known
+    )
+
+
+def _baseline_values(problem: CarrierProblem, model: CarrierModel) -> FloatArray:
+    """Fitted baseline; parameters of an added run are those of the first run."""
+    theta = problem.starts((), {})[1]
+    of_run: dict[tuple[str, str, str | None], float] = {}
+    first: dict[tuple[str, str], float] = {}
+    for own, value in zip(problem.parameters(()), theta.tolist(), strict=True):
+        of_run[own.effect, own.name, own.run] = value
+        first.setdefault((own.effect, own.name), value)
+    return np.array(
+        [
+            of_run.get((own.effect, own.name, own.run), first.get((own.effect, own.name), 0.0))
+            for own in model.parameters((), contained_channels(model))
+        ]
+    )
+
+
+def _scales(
+    model: CarrierModel, candidates: tuple[str, ...], contained: Mapping[str, int], n_base: int
+) -> tuple[dict[str, list[float]], dict[str, ScaledParameter]]:
+    """Scales of the amplitudes of every effect, and its first one."""
+    scales, first = {}, {}
+    for name in candidates:
+        one = model.effects[name].is_of_one_channel
+        choice = {**contained, name: 0} if one else contained
+        own = [p for p in model.parameters((name,), choice)[n_base:] if not p.shape]
+        scales[name] = [p.scale for p in own]
+        first[name] = ScaledParameter(_published(own[0], one), own[0].unit, own[0].scale)
+    return scales, first
+
+
+def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
+    if parameter.pair is not None:
+        return parameter.pair.size
+    return parameter.name.rpartition("_")[0] if is_of_one_channel else parameter.name
+
+
+def _by_row(rows: EffectRows, scales: Mapping[str, list[float]]) -> FloatArray:
+    """Scale of every row of the effects; each variant of an effect has all its amplitudes."""
+    sizes: list[float] = []
+    for signature in _signatures(rows):
+        sizes += scales[signature.effect]
+    return np.array(sizes)
+
+
+def _signatures(rows: EffectRows) -> tuple[Signature, ...]:
+    """Columns by effect and variant."""
+    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
+    for k, key in enumerate(zip(rows.owners, rows.variants, strict=True)):
+        groups.setdefault(key, []).append(1 + rows.n_base + k)
+    return tuple(
+        Signature(effect, variant, tuple(columns)) for (effect, variant), columns in groups.items()
+    )

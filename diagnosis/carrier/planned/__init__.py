@@ -1,1 +1,0 @@
-"""Signatures of the carrier over what is planned and what could be added."""

@@ -1,0 +1,613 @@
+"""Columns of every class and law along a run: forces of the bushings, maps, laws of the library.
+
+A force is one of each bushing in y and in z, shape (2, 2, n). Laws of the library act in y and in z
+apart; a ring of rubber acts along its deflection. A class holds both kinds of column. A column of a
+map is what it adds to the signals of a run, shape (n_channels, n). Stiffness between free motions
+and the load map answer through the housing; where the map moves what the baseline holds (bearing,
+axial guide) that motion shows at once, and loads the bushings besides.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from carrierflex.diagnosis.classes.columns import (
+    GroupColumns,
+    SplineBasis,
+    basis_over,
+    difference_penalty,
+    relaxing_branches,
+    stops,
+)
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.mounting.classes.motion import N_FREE, BushingMotion, RigidBody
+from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.simulation.force_laws import Force
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
+
+_N_FORCE, _N_RADIAL = 16, 8
+_N_SPEED, _N_RADIAL_SPEED = 10, 6
+_N_COUPLED = 6
+_N_YIELDS, _N_RADIAL_YIELDS = 10, 8
+_N_PRONY = 8
+_N_TIME = 5
+#: Speed of the asinh scale, and below which its sign is uncertain, over its RMS.
+_SPEED_SCALE, _REST_SPEED = 0.1, 0.02
+#: Yield deflections over the largest deflection.
+_YIELDS = (0.01, 0.7)
+#: Relaxation times from so many steps to this share of the longest record.
+_TAU_STEPS, _TAU_SHARE = 1.5, 0.2
+#: Group of forces of the bushings, columns of shape (n_columns, 2, 2, n).
+ForceGroup = GroupColumns[BushingMotion]
+#: Delays among which the one that fits is sought [s], both signs.
+DELAYS = np.geomspace(0.004, 0.3, 14)
+#: Motion of a channel over what is missing in it from which a gain may be the reason.
+_LEAST_MOVED = 1.5
+#: Share of the motion that the smaller of torque and radial load must make.
+_LEAST_PART = 0.1
+_LOADS = {"all": (0, 1, 2), "torque": (0,), "radial_load": (1, 2)}
+#: Relaxation times and yield deflections of the laws over the time of a step and the largest
+#: deflection.
+_LAW_TAUS = np.geomspace(1.5, 1500.0, 14)
+_LAW_YIELDS = np.geomspace(0.01, 1.0, 14)
+#: Shapes of a user's law over the scale of the card.
+_USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
+
+
+@dataclass(frozen=True, eq=False)
+class BushingSize:
+    """Sizes of the motion over all runs, and the splines over them.
+
+    Parameters
+    ----------
+    deflection, radius, speed : float
+        Largest deflection in y or z, largest along any direction, RMS speed.
+    taus : ndarray, shape (n,)
+        Relaxation times [s].
+    length : float
+        Longest run [s].
+    low, high : float
+        Range of the deflection.
+    fastest : float
+        Largest speed.
+    """
+
+    deflection: float
+    radius: float
+    speed: float
+    taus: FloatArray
+    length: float
+    low: float
+    high: float
+    fastest: float
+
+    @property
+    def rest_speed(self) -> float:
+        """Speed below which its sign is uncertain."""
+        return _REST_SPEED * self.speed
+
+    @property
+    def yields(self) -> FloatArray:
+        """Yield deflections, shape (n,)."""
+        return np.geomspace(*_YIELDS, _N_YIELDS) * self.deflection
+
+    @property
+    def radial_yields(self) -> FloatArray:
+        """Yield deflections of sliders in the plane, shape (n,)."""
+        return np.geomspace(*_YIELDS, _N_RADIAL_YIELDS) * self.radius
+
+    def curved_speed(self, v: FloatArray) -> FloatArray:
+        """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
+        return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.speed)), dtype=np.float64)
+
+    def straight_speed(self, curved: FloatArray) -> FloatArray:
+        """Speed of :meth:`curved_speed`."""
+        return np.asarray(_SPEED_SCALE * self.speed * np.sinh(curved), dtype=np.float64)
+
+    def force_splines(self) -> SplineBasis:
+        """Splines of f(u)."""
+        return basis_over(np.array([self.low, self.high]), _N_FORCE)
+
+    def speed_splines(self) -> SplineBasis:
+        """Splines of g(v), in asinh of the speed."""
+        end = self.curved_speed(np.array([-self.fastest, self.fastest]))
+        return basis_over(end, _N_SPEED)
+
+    def coupled_splines(self) -> SplineBasis:
+        """Splines of h(u)."""
+        return basis_over(np.array([self.low, self.high]), _N_COUPLED)
+
+    def time_splines(self) -> SplineBasis:
+        """Splines of time over the longest run."""
+        return SplineBasis(0.0, self.length, _N_TIME)
+
+
+def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
+    """Sizes over all runs."""
+    u = np.concatenate([own.u.reshape(4, -1) for own in motions], axis=1)
+    v = np.concatenate([own.v.reshape(4, -1) for own in motions], axis=1)
+    radius = np.concatenate([np.hypot(own.u[:, 0], own.u[:, 1]).ravel() for own in motions])
+    length = max(own.time[-1] + own.step for own in motions)
+    step = min(own.step for own in motions)
+    return BushingSize(
+        deflection=float(np.abs(u).max()),
+        radius=float(radius.max()),
+        speed=float(np.sqrt(np.mean(v**2))),
+        taus=np.geomspace(_TAU_STEPS * step, _TAU_SHARE * length, _N_PRONY),
+        length=float(length),
+        low=float(u.min()),
+        high=float(u.max()),
+        fastest=float(np.abs(v).max()),
+    )
+
+
+def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
+    """Every group of forces.
+
+    Parameters
+    ----------
+    size : BushingSize
+        Sizes and splines.
+    """
+    of_deflection = (
+        ForceGroup("f", lambda own: _static_force(size, own.u), difference_penalty(_N_FORCE, 2)),
+        ForceGroup("radial_f", lambda own: _radial_force(size, own), _second(_N_RADIAL)),
+        ForceGroup("time", lambda own: _in_time(size, own), difference_penalty(_N_TIME, 1)),
+    )
+    of_speed = (
+        ForceGroup("g", lambda own: _speed_force(size, own.v), _with_step(_second(_N_SPEED), 2)),
+        ForceGroup("radial_g", lambda own: _radial_speed(size, own), _radial_speed_penalty()),
+        ForceGroup("h", lambda own: _coupled_force(size, own.u, own.v), _second(_N_COUPLED)),
+        ForceGroup("radial_h", lambda own: _radial_coupled(size, own), _second(_N_COUPLED)),
+    )
+    with_memory = (
+        ForceGroup(
+            "stops", lambda own: _stops_apart(size, own), np.zeros((_N_YIELDS, _N_YIELDS)), True
+        ),
+        ForceGroup(
+            "radial_stops",
+            lambda own: _radial_stops(size, own),
+            np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS)),
+            True,
+        ),
+        ForceGroup(
+            "smooth_stops",
+            lambda own: _smooth_stops(size, own),
+            np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS)),
+            True,
+        ),
+        ForceGroup(
+            "prony",
+            lambda own: _branches(own, size.taus),
+            np.zeros((_N_PRONY, _N_PRONY)),
+            True,
+        ),
+    )
+    return (*of_deflection, *of_speed, *with_memory)
+
+
+def _second(n: int) -> FloatArray:
+    return difference_penalty(n, 2)
+
+
+def _with_step(penalty: FloatArray, n_free: int) -> FloatArray:
+    """Penalty with columns behind it that are free."""
+    n = len(penalty)
+    found = np.zeros((n + n_free, n + n_free))
+    found[:n, :n] = penalty
+    return found
+
+
+def _radial_speed_penalty() -> FloatArray:
+    return _with_step(_second(_N_RADIAL_SPEED), 1)
+
+
+def _splined(basis: SplineBasis, values: FloatArray) -> FloatArray:
+    """Splines of every value, shape (n_splines, *values.shape)."""
+    return basis(values.ravel()).reshape(basis.n, *values.shape)
+
+
+def _static_force(size: BushingSize, u: FloatArray) -> FloatArray:
+    """f(u), shape (n_columns, *u.shape)."""
+    return _splined(size.force_splines(), u)
+
+
+def _speed_force(size: BushingSize, v: FloatArray) -> FloatArray:
+    """g(v): splines, and a step at rest for either direction, shape (n_columns, *v.shape)."""
+    sign = np.tanh(v / size.rest_speed)
+    steps = np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
+    return np.concatenate([_splined(size.speed_splines(), size.curved_speed(v)), steps])
+
+
+def _coupled_force(size: BushingSize, u: FloatArray, v: FloatArray) -> FloatArray:
+    """h(u) v, shape (n_columns, *u.shape)."""
+    return _splined(size.coupled_splines(), u) * v
+
+
+def _radius(u: FloatArray) -> FloatArray:
+    """Size of a vector in y and z, shape (2, n)."""
+    return np.asarray(np.hypot(u[:, 0], u[:, 1]))
+
+
+def _radial_force(size: BushingSize, own: BushingMotion) -> FloatArray:
+    """k(r) along the deflection."""
+    basis = basis_over(np.array([0.0, size.radius]), _N_RADIAL)
+    return _splined(basis, _radius(own.u))[:, :, None] * own.u
+
+
+def _radial_speed(size: BushingSize, own: BushingMotion) -> FloatArray:
+    """c(|v|) along the speed, and dry friction against it."""
+    speed = _radius(own.v)
+    basis = basis_over(np.array([0.0, np.sqrt(2.0) * size.fastest]), _N_RADIAL_SPEED)
+    friction = np.tanh(speed / size.rest_speed) / np.maximum(speed, 1e-3 * size.rest_speed)
+    factors = np.concatenate([_splined(basis, speed), friction[None]])
+    return factors[:, :, None] * own.v
+
+
+def _radial_coupled(size: BushingSize, own: BushingMotion) -> FloatArray:
+    """h(r) along the speed."""
+    basis = basis_over(np.array([0.0, size.radius]), _N_COUPLED)
+    return _splined(basis, _radius(own.u))[:, :, None] * own.v
+
+
+def _in_time(size: BushingSize, own: BushingMotion) -> FloatArray:
+    """Stiffness that changes slowly with time."""
+    splines = size.time_splines()(own.time)
+    return splines[:, None, None] * own.u
+
+
+def _along_each(
+    u: FloatArray, n_columns: int, along: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
+    """Columns of every direction of every bushing, shape (n_columns, 2, 2, n)."""
+    found = np.empty((n_columns, *u.shape))
+    for bushing in range(2):
+        for direction in range(2):
+            if bushing and np.array_equal(u[0, direction], u[1, direction]):
+                found[:, 1, direction] = found[:, 0, direction]
+                continue
+            found[:, bushing, direction] = along(u[bushing, direction])
+    return found
+
+
+def _stop_forces(own: BushingMotion, yields: FloatArray) -> FloatArray:
+    """Sliders in y and in z apart, within -1 and 1, shape (n_yields, 2, 2, n)."""
+    return _along_each(own.u, yields.size, lambda x: stops(x, yields, from_rest=True))
+
+
+def _branches(own: BushingMotion, taus: FloatArray) -> FloatArray:
+    """Relaxing branches, shape (n_taus, 2, 2, n)."""
+    return _along_each(
+        own.u, taus.size, lambda x: relaxing_branches(x, taus, own.step, from_rest=True)
+    )
+
+
+def _stops_apart(size: BushingSize, own: BushingMotion) -> FloatArray:
+    return _stop_forces(own, size.yields)
+
+
+def _radial_stops(size: BushingSize, own: BushingMotion) -> FloatArray:
+    """Sliders that yield in the direction of their deflection."""
+    yields = size.radial_yields
+    found = np.empty((yields.size, *own.u.shape))
+    for bushing in range(2):
+        found[:, bushing] = _returned(np.ascontiguousarray(own.u[bushing]), yields)
+    return found / yields[:, None, None, None]
+
+
+@njit(cache=True)
+def _returned(u, yields):  # type: ignore[no-untyped-def]
+    """Deflection of sliders in a plane: beyond the yield it returns along its own direction."""
+    n = u.shape[1]
+    found = np.zeros((yields.size, 2, n))
+    state = np.zeros((yields.size, 2))
+    for k in range(n):
+        for i in range(yields.size):
+            for d in range(2):
+                state[i, d] += u[d, k] - (u[d, k - 1] if k > 0 else u[d, 0])
+            size = np.hypot(state[i, 0], state[i, 1])
+            if size > yields[i]:
+                state[i] *= yields[i] / size
+            found[i, :, k] = state[i]
+    return found
+
+
+def _smooth_stops(size: BushingSize, own: BushingMotion) -> FloatArray:
+    """Sliders that give way along their path: what small loops left, they lose in the next ones."""
+    yields = size.radial_yields
+    found = np.empty((yields.size, *own.u.shape))
+    for bushing in range(2):
+        found[:, bushing] = _given_way(np.ascontiguousarray(own.u[bushing]), yields)
+    return found
+
+
+@njit(cache=True)
+def _given_way(u, yields):  # type: ignore[no-untyped-def]
+    """Share of the force at slip: ``dz = (du - |du| z) / yield`` on a straight way (Dahl, 1968)."""
+    n = u.shape[1]
+    found = np.zeros((yields.size, 2, n))
+    for i in range(yields.size):
+        for k in range(1, n):
+            way = np.hypot(u[0, k] - u[0, k - 1], u[1, k] - u[1, k - 1])
+            kept = np.exp(-way / yields[i])
+            for d in range(2):
+                along = (u[d, k] - u[d, k - 1]) / way if way > 0.0 else 0.0
+                found[i, d, k] = kept * found[i, d, k - 1] + (1.0 - kept) * along
+    return found
+
+
+def signals_of(body: RigidBody, own: BushingMotion, p: FloatArray) -> FloatArray:
+    """Signals that generalised forces on the free coordinates make, shape (m, n_channels, n)."""
+    moved = body.response(p, own.step)
+    return np.asarray(body.free_output @ own.zeroed(moved))
+
+
+def _guide_forces(body: RigidBody, own: BushingMotion) -> FloatArray:
+    """Forces that bearing and axial guide must bear, shape (3, n): p of the coordinates held."""
+    acceleration = np.gradient(own.rate, own.step, axis=1)
+    free, held = slice(0, N_FREE), slice(N_FREE, None)
+    return np.asarray(
+        body.G[held] @ own.loads.T
+        - body.M[held, free] @ acceleration
+        - body.C[held, free] @ own.rate
+        - body.K[held, free] @ own.q
+    )
+
+
+def _guide_motions(body: RigidBody, own: BushingMotion, b: FloatArray) -> FloatArray:
+    """Signals of motions of what the baseline holds, shape (m, n_channels, n)."""
+    rate = np.gradient(b, own.step, axis=-1)
+    acceleration = np.gradient(rate, own.step, axis=-1)
+    free, held = slice(0, N_FREE), slice(N_FREE, None)
+    p = -(body.M[free, held] @ acceleration + body.C[free, held] @ rate + body.K[free, held] @ b)
+    seen = body.output[:, held] @ own.zeroed(b)
+    return np.asarray(seen + signals_of(body, own, p))
+
+
+def bearing_column(body: RigidBody, own: BushingMotion) -> FloatArray:
+    """Bearing that gives way alike in y and in z, shape (1, n_channels, n)."""
+    b = _guide_forces(body, own)
+    b[2] = 0.0
+    return _guide_motions(body, own, b[None])
+
+
+def axial_column(body: RigidBody, own: BushingMotion) -> FloatArray:
+    """Axial stiffness of the bushings: a moment against yaw, shape (1, n_channels, n)."""
+    return signals_of(body, own, _on_free(own, 2, -own.q[2])[None])
+
+
+def unequal_column(body: RigidBody, own: BushingMotion) -> FloatArray:
+    """Forces of the starboard bushing larger, of the port one smaller, shape (1, n_channels, n)."""
+    force = body.stiffness * own.u + body.damping * own.v
+    sides = np.array([1.0, -1.0])[:, None, None]
+    return signals_of(body, own, body.on_coordinates((force * sides)[None]))
+
+
+def full_stiffness(body: RigidBody, own: BushingMotion) -> FloatArray:
+    """Symmetric map of six motions, shape (n_columns, n_channels, n).
+
+    Stiffness between the free coordinates (6), compliance of bearing and guide (6, of which those
+    of the guide are zero without axial forces), and one flexibility between every free and every
+    held coordinate (9).
+    """
+    stiff = []
+    for i in range(N_FREE):
+        for j in range(i, N_FREE):
+            p = _on_free(own, i, -own.q[j])
+            if i != j:
+                p += _on_free(own, j, -own.q[i])
+            stiff.append(p)
+    held = _guide_forces(body, own)
+    free = body.K[:N_FREE, :N_FREE] @ own.q
+    moves = []
+    for i in range(2):
+        for j in range(i, 2):
+            b = np.zeros_like(held)
+            b[i] += held[j]
+            if i != j:
+                b[j] += held[i]
+            moves.append(b)
+    for i in range(N_FREE):
+        for j in range(N_FREE):
+            b = np.zeros_like(held)
+            b[j] = free[i] / body.K[i, i]
+            moves.append(b)
+    return np.concatenate(
+        [signals_of(body, own, np.array(stiff)), _guide_motions(body, own, np.array(moves))]
+    )
+
+
+def _on_free(own: BushingMotion, place: int, values: FloatArray) -> FloatArray:
+    """Generalised force on one free coordinate, shape (3, n)."""
+    p = np.zeros((N_FREE, own.loads.shape[0]))
+    p[place] = values
+    return p
+
+
+def load_columns(body: RigidBody, own: BushingMotion, way: str) -> FloatArray:
+    """Map of the loads in one of its ways, shape (n_columns, n_channels, n).
+
+    ``torque_from_load``: roll by F_y, by F_z; ``direction``: the radial load turned about the axis;
+    ``gain``: the radial load too large beside the torque; ``full``: any force of six motions by any
+    load but those that act there anyway. A load's own size is no column of the others: with free
+    stiffness it would be the measured motion, whatever moves it.
+    """
+    F = own.loads.T
+    free = body.G[:N_FREE]
+    if way == "torque_from_load":
+        return signals_of(body, own, np.array([_on_free(own, 0, row) for row in F[1:]]))
+    if way == "direction":
+        turned = np.array([np.zeros_like(F[0]), -F[2], F[1]])
+        return signals_of(body, own, (free @ turned)[None])
+    if way == "gain":
+        radial = np.array([np.zeros_like(F[0]), F[1], F[2]])
+        return signals_of(body, own, (free @ radial)[None])
+    others = [
+        _on_free(own, i, row)
+        for i in range(N_FREE)
+        for k, row in enumerate(F)
+        if abs(free[i, k]) == 0.0
+    ]
+    size = np.maximum(np.abs(F).max(axis=1), 1.0)
+    b = np.zeros((3 * len(F), 3, F.shape[1]))
+    for j in range(3):
+        for k, row in enumerate(F):
+            b[len(F) * j + k, j] = row / size[k]
+    return np.concatenate([signals_of(body, own, np.array(others)), _guide_motions(body, own, b)])
+
+
+def tells_load_gain(body: RigidBody, motions: Sequence[BushingMotion]) -> bool:
+    """Whether torque and radial load both move the housing.
+
+    Else the size of the only load is that of the stiffness.
+    """
+    parts = np.zeros(2)
+    for own in motions:
+        for k, columns in enumerate(((0,), (1, 2))):
+            p = body.G[:N_FREE, columns] @ own.loads[:, columns].T
+            moved = signals_of(body, own, p[None])
+            parts[k] += float(np.sum(moved**2))
+    return bool(parts.min() >= _LEAST_PART**2 * parts.sum())
+
+
+def delay_columns(
+    body: RigidBody, own: BushingMotion, way: str, delays: Sequence[float] | FloatArray
+) -> FloatArray:
+    """Loads that act later by each delay, less those that act at once.
+
+    Shape (n_delays, n_channels, n). Signals that come later are the same: the motion does not know
+    the time.
+    """
+    added = np.zeros((len(delays), *own.loads.shape))
+    for late, delay in zip(added, delays, strict=True):
+        for k in _LOADS[way]:
+            moved = np.interp(own.time - delay, own.time, own.loads[:, k])
+            late[:, k] = moved - own.loads[:, k]
+    return signals_of(body, own, body.G[:N_FREE] @ added.transpose(0, 2, 1))
+
+
+def gain_column(own: BushingMotion, channel: int) -> FloatArray:
+    """One channel's own signal, shape (1, n_channels, n).
+
+    As measured: of what the baseline predicts, gains of all channels at minus one would leave the
+    measured motion, which free stiffness returns whatever moves it.
+    """
+    found = np.zeros((1, *own.signals.shape))
+    found[0, channel] = own.signals[channel]
+    return found
+
+
+def gain_channels(motions: Sequence[BushingMotion]) -> list[int]:
+    """Channels whose gain may be wrong: the baseline moves them, and more than they are off.
+
+    A channel that the baseline leaves at rest would explain itself.
+    """
+    squares = [
+        np.sum([np.sum(np.square(values(own)), axis=1) for own in motions], axis=0)
+        for values in (lambda own: own.zeroed(own.predicted), lambda own: np.nan_to_num(own.gap))
+    ]
+    return np.flatnonzero(squares[0] > _LEAST_MOVED**2 * squares[1]).tolist()
+
+
+def zero_column(own: BushingMotion, channel: int) -> FloatArray:
+    """A constant in one channel, shape (1, n_channels, n)."""
+    found = np.zeros((1, *own.signals.shape))
+    found[0, channel] = 1.0
+    return found
+
+
+def law_signals(
+    body: RigidBody, model: MountingModel, size: BushingSize, own: BushingMotion, law: str
+) -> FloatArray:
+    """Signals of a law for unit amplitude, shape (n_shapes, n_columns, n_channels, n).
+
+    Parameters
+    ----------
+    body : RigidBody
+        Housing on the fitted linear bushings.
+    model : MountingModel
+        Library, with users' laws.
+    size : BushingSize
+        Sizes over all runs, so that shapes are the same in each.
+    own : BushingMotion
+        Run.
+    law : str
+        Effect.
+    """
+    channels = range(len(model.channels))
+    if law == "sensor_gain":
+        return np.array([gain_column(own, k) for k in channels])
+    if law == "sensor_zero":
+        return np.array([zero_column(own, k) for k in channels])
+    if law == "sensor_delay":
+        delays = np.concatenate([DELAYS, -DELAYS])
+        return delay_columns(body, own, "all", delays)[:, None]
+    if law == "parasitic_torque":
+        return load_columns(body, own, "torque_from_load")[None, 1:]
+    if law == "ntl_direction":
+        return load_columns(body, own, "direction")[None, :1]
+    if law == "axial_bushing_stiffness":
+        return axial_column(body, own)[None]
+    if law == "main_bearing_compliance":
+        return bearing_column(body, own)[None]
+    if law == "unequal_bushings":
+        return unequal_column(body, own)[None]
+    forces = law_forces(model, size, own, law)
+    n_shapes, n_columns = forces.shape[:2]
+    p = body.on_coordinates(forces.reshape(-1, *forces.shape[2:]))
+    return signals_of(body, own, p).reshape(n_shapes, n_columns, *own.signals.shape)
+
+
+def law_forces(model: MountingModel, size: BushingSize, own: BushingMotion, law: str) -> FloatArray:
+    """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n).
+
+    Parameters
+    ----------
+    model, size, own, law
+        As for :func:`law_signals`; `law` is a force of the bushings.
+    """
+    u, v = own.u, own.v
+    simple: Mapping[str, FloatArray] = {
+        "cubic_stiffness": u**3,
+        "quintic_stiffness": u**5,
+        "deflection_dependent_damping": u**2 * v,
+    }
+    if law in simple:
+        return simple[law][None, None]
+    if law == "fluid_branch":
+        return _branches(own, _LAW_TAUS * own.step)[:, None]
+    if law == "elasto_plastic_friction":
+        return _stop_forces(own, _LAW_YIELDS * size.deflection)[:, None]
+    if law in model.measured:
+        laws = packed_laws([(model.measured[law], 1.0)])
+        return bushing_forces(laws, u, v, own.step)[None, None]
+    return _user_forces(model, model.laws[law], own, law)
+
+
+def _user_forces(model: MountingModel, law: Force, own: BushingMotion, name: str) -> FloatArray:
+    """Forces of a user's law at multiples of the scales of its shapes, amplitude by amplitude."""
+    parameters = [p for p in model.parameters((name,)) if p.effect == name]
+    amplitudes = [k for k, p in enumerate(parameters) if not p.shape]
+    shares = _USER_SHARES if len(amplitudes) < len(parameters) else (1.0,)
+    found = []
+    for share in shares:
+        rows = []
+        for amplitude in amplitudes:
+            values = np.array(
+                [
+                    float(np.clip(share * p.scale, p.lower, p.upper)) if p.shape else 0.0
+                    for p in parameters
+                ]
+            )
+            values[amplitude] = 1.0
+            rows.append(_along_samples(law, own.u, own.v, values))
+        found.append(rows)
+    return np.array(found)
+
+
+def _along_samples(law: Force, u: FloatArray, v: FloatArray, values: FloatArray) -> FloatArray:
+    pairs = zip(u.ravel().tolist(), v.ravel().tolist(), strict=True)
+    forces = [law(deflection, speed, values) for deflection, speed in pairs]
+    return np.array(forces).reshape(u.shape)

@@ -1,0 +1,547 @@
+"""The gap of a mounting: map by motion and band, findings, scalars, picture."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from scipy.stats import chi2
+
+from carrierflex.diagnosis.comparison.effect_names import set_name
+from carrierflex.diagnosis.comparison.overlay import (
+    GAP,
+    LAW,
+    Panel,
+    Picture,
+    Trace,
+    is_function,
+    strip_means,
+)
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
+from carrierflex.diagnosis.gap.findings import (
+    CHANNEL,
+    MOTION,
+    MOTION_BANDS,
+    NO_PERIODIC_LOADS,
+    Finding,
+    FollowedLoad,
+    GapFindings,
+    GapMoment,
+    PartGrowth,
+    Scalar,
+    exponents,
+)
+from carrierflex.diagnosis.gap.gap_map import (
+    N_DRAWS,
+    CellTable,
+    band_edges_hz,
+    block_counts,
+    block_powers,
+    gap_cells,
+    largest_cells,
+    significant,
+)
+from carrierflex.diagnosis.gap.in_time import (
+    ScatterTable,
+    block_rms,
+    repeatability,
+    scatter_p_values,
+    significant_non_synchronous,
+)
+from carrierflex.diagnosis.mounting.model import Choice, MountingModel
+from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.estimation.resampling import multinomial_counts
+from carrierflex.simulation.mounting.rig import SENSORS
+
+_BANDS = 6
+_SEED = 1
+_ROOT = float(np.sqrt(0.5))
+#: Orthonormal patterns of the six sensors (so that mean squares add up), in the order of
+#: ``SENSORS``.
+_PATTERNS: dict[str, tuple[float, ...]] = {
+    "roll": (0.0, 0.0, _ROOT, -_ROOT, 0.0, 0.0),
+    "vertical": (0.0, 0.0, _ROOT, _ROOT, 0.0, 0.0),
+    "yaw": (-_ROOT, _ROOT, 0.0, 0.0, 0.0, 0.0),
+    "fore-aft at the side": (_ROOT, _ROOT, 0.0, 0.0, 0.0, 0.0),
+    "sideways": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0),
+    "fore-aft below": (0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+}
+_TORQUE = "torque"
+_RADIAL_LOAD = "radial load"
+_DEFLECTION = "deflection"
+_SPEED = "speed"
+#: A pattern's gap in a block shows its growth where it is this many times the noise.
+_CLEAR = 2.0
+#: Runs of one condition are repeats where their loads differ by no more than this share of their
+#: size.
+_SAME_LOADS = 0.02
+#: Correlation with a load from which the gap counts as following it.
+_FOLLOWS = 0.8
+#: Loads that a gap may follow, by the names of the inputs.
+_LOADS = ("torque", "ntl_z", "ntl_y")
+#: Runs drawn at most, and points of a cloud.
+_MOST_RUNS = 3
+_MOST_POINTS = 1500
+
+
+def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
+    """Ends of the bands of the map [Hz], shape (n_bands + 1,)."""
+    longest = max(float((record.block == 0).sum()) * record.step for record in records)
+    highest_hz = max(0.5 / record.step for record in records)
+    return band_edges_hz(longest, 1.001 * highest_hz, _BANDS)
+
+
+def score_cells(
+    records: Sequence[MountingRecord], edges_hz: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Degrees of freedom and sum of squares of the noise by block and cell of the score.
+
+    Channels, each in every band.
+
+    Parameters
+    ----------
+    records : sequence of MountingRecord
+        Runs.
+    edges_hz : ndarray
+        Ends of the bands [Hz].
+
+    Returns
+    -------
+    tuple of ndarray, each of shape (n_segments, n_channels * n_bands)
+        Counts and squares [m²].
+    """
+    counts = []
+    noise = []
+    for record in records:
+        is_measured = np.isfinite(record.measured)
+        by_block = block_counts(is_measured, record.block, record.step, edges_hz)
+        square = by_block * record.noise[:, None]
+        n_measured = np.array(
+            [is_measured[record.block == block].sum(axis=0) for block in range(record.n_blocks)]
+        )
+        # The zero's error is constant over a run: it lies in the lowest band.
+        square[:, :, 0] += record.zero_noise * n_measured
+        counts.append(by_block.reshape(record.n_blocks, -1))
+        noise.append(square.reshape(record.n_blocks, -1))
+    return np.concatenate(counts), np.concatenate(noise)
+
+
+def mounting_gap_cells(
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    sensors: Sequence[str],
+    channels: Sequence[str],
+) -> Sequence[GapCell]:
+    """Gap map of a residual, largest cell first.
+
+    Power of every cell against that of the noise, ``power / noise ~ chi²``.
+
+    Parameters
+    ----------
+    records : sequence of MountingRecord
+        Runs.
+    residuals : sequence of ndarray, shape (n, n_channels)
+        Gap of every run, zero where nothing was measured.
+    sensors, channels : sequence of str
+        Sensor and name of every channel.
+
+    Returns
+    -------
+    tuple of GapCell
+        Mean squares are over all channels' samples of all runs, so that they add up.
+    """
+    names, matrix = _pattern_matrix(sensors, channels)
+    edges_hz = map_edges_hz(records)
+    n_samples = sum(residual.size for residual in residuals)
+    powers = []
+    expected = []
+    counts = []
+    draws = []
+    for record, residual in zip(records, residuals, strict=True):
+        by_block = block_powers(residual @ matrix.T, record.block, record.step, edges_hz)
+        n_lines = _line_counts(record, edges_hz)
+        noise = np.multiply.outer(matrix**2 @ record.noise, n_lines)
+        # The zero's error is constant over a run: it lies in the lowest band.
+        noise[:, 0] += matrix**2 @ record.zero_noise * len(residual)
+        weights = multinomial_counts(record.n_blocks, N_DRAWS, seed=_SEED)
+        powers.append(by_block.sum(axis=0))
+        expected.append(noise)
+        counts.append(np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape))
+        draws.append(np.tensordot(weights, by_block, axes=1) - noise)
+    power = np.array(powers)
+    noise_power = np.array(expected)
+    degrees = np.array(counts)
+    ratio = power * degrees / np.maximum(noise_power, np.finfo(float).tiny)
+    table = CellTable(
+        runs=tuple(record.name for record in records),
+        patterns=names,
+        orders=(edges_hz[:-1] + edges_hz[1:]) / edges_hz[1],
+        mean_square=power / n_samples,
+        coherent=(power - noise_power) / n_samples,
+        p_value=chi2.sf(ratio, degrees),
+        draws=lambda: np.stack(draws, axis=1) / n_samples,
+        bands_hz=np.column_stack([edges_hz[:-1], edges_hz[1:]]),
+    )
+    return gap_cells([table])
+
+
+def mounting_findings(
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    cells: Sequence[GapCell],
+    sensors: Sequence[str],
+    channels: Sequence[str],
+) -> GapFindings:
+    """Where the gap lies, in time, what differs between repeats, and growth with loads and motion.
+
+    Parameters
+    ----------
+    records : sequence of MountingRecord
+        Runs.
+    residuals : sequence of ndarray, shape (n, n_channels)
+        Gap of every run, zero where nothing was measured.
+    cells : sequence of GapCell
+        Its map.
+    sensors, channels : sequence of str
+        Sensor and name of every channel.
+
+    Returns
+    -------
+    GapFindings
+        Trends in time are not among them: loads that change in time make them too.
+    """
+    names, matrix = _pattern_matrix(sensors, channels)
+    moments: list[GapMoment] = []
+    for record, residual in zip(records, residuals, strict=True):
+        moments += block_rms(
+            record.name,
+            record.inputs.time,
+            record.block,
+            residual,
+            np.isfinite(record.measured),
+        )
+    scattered: list[ScatterTable] = []
+    for one, two in combinations(range(len(records)), 2):
+        if _are_repeats(records[one], records[two]):
+            scattered.append(_difference(records, residuals, (one, two), names, matrix))
+    rows = significant_non_synchronous(scattered)
+    return GapFindings(
+        where=_where(cells, records, residuals, names, matrix),
+        numbered_by=MOTION_BANDS,
+        in_time=tuple(moments),
+        non_synchronous=rows,
+        repeatability=repeatability(rows, sum(cell.coherent for cell in cells), "repeat"),
+        growth=_growth(records, residuals, names, matrix),
+        parity=NO_PERIODIC_LOADS,
+    )
+
+
+def mounting_scalars(
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    sensors: Sequence[str],
+    channels: Sequence[str],
+) -> tuple[Scalar, ...]:
+    """Mean and peak to peak of every motion by block, measured and predicted [m].
+
+    Parameters
+    ----------
+    records, residuals, sensors, channels
+        As for :func:`mounting_findings`.
+    """
+    names, matrix = _pattern_matrix(sensors, channels)
+    measured: list[FloatArray] = []
+    predicted: list[FloatArray] = []
+    for record, residual in zip(records, residuals, strict=True):
+        is_complete = np.asarray(np.isfinite(record.measured).all(axis=1))
+        motion = np.where(is_complete[:, None], record.measured, 0.0) @ matrix.T
+        for block in range(record.n_blocks):
+            samples = is_complete & (record.block == block)
+            if samples.sum() > 1:
+                measured.append(motion[samples])
+                predicted.append(motion[samples] - residual[samples] @ matrix.T)
+    if not measured:
+        return ()
+    scalars = []
+    for k, name in enumerate(names):
+        for words, size in (("mean", np.mean), ("peak to peak", np.ptp)):
+            sizes = np.array([size(block[:, k]) for block in measured])
+            predicted_sizes = np.array([size(block[:, k]) for block in predicted])
+            scalars.append(Scalar(f"{name}, {words}", "m", sizes, predicted_sizes))
+    return tuple(scalars)
+
+
+def mounting_pictures(
+    model: MountingModel,
+    records: Sequence[MountingRecord],
+    effects: Effects,
+    theta: FloatArray,
+    choice: Choice,
+) -> tuple[Picture, ...]:
+    """Measured less linear prediction over the measured motion, one run of each condition.
+
+    Largest gaps first.
+
+    Parameters
+    ----------
+    model : MountingModel
+        Parameters and simulator.
+    records : sequence of MountingRecord
+        Runs.
+    effects : tuple of str
+        Effects beside the baseline.
+    theta : ndarray, shape (p,)
+        Parameters of both.
+    choice : mapping of str to int
+        Channel of each effect of one sensor.
+
+    Returns
+    -------
+    tuple of Picture
+        One: the motion pattern with the largest gap; none where the motion leaves the model.
+    """
+    names, matrix = _pattern_matrix(model.sensors, model.channels)
+    base = theta[: len(model.parameters(()))]
+    rows = []
+    for record in records:
+        before, after = (
+            model.predicted(record, *own, choice) for own in (((), base), (effects, theta))
+        )
+        if not (np.isfinite(before).all() and np.isfinite(after).all()):
+            return ()
+        complete = np.isfinite(record.measured).all(axis=1)
+        rows.append(
+            [
+                (values @ matrix.T)[complete]
+                for values in (record.measured, record.measured - before, after - before)
+            ]
+        )
+    k = int(np.argmax(np.sum([np.square(gap).sum(axis=0) for _, gap, _ in rows], axis=0)))
+    largest: dict[str, tuple[float, Panel]] = {}
+    for record, (motion, gap, law) in zip(records, rows, strict=True):
+        size = float(gap[:, k].std()) if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0 else -1.0
+        if size > largest.get(record.condition, (0.0,))[0]:
+            largest[record.condition] = (
+                size,
+                _panel(record, motion[:, k], gap[:, k], law[:, k] if effects else None),
+            )
+    panels = [
+        panel for _, panel in sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+    ]
+    return (_picture(names[k], effects, tuple(panels)),) if panels else ()
+
+
+def _pattern_matrix(
+    sensors: Sequence[str], channels: Sequence[str]
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Names and matrix of the patterns."""
+    if sorted(sensors) != sorted(SENSORS):
+        return tuple(channels), np.eye(len(channels))
+    columns = [SENSORS.index(sensor) for sensor in sensors]
+    return tuple(_PATTERNS), np.array(list(_PATTERNS.values()))[:, columns]
+
+
+def _line_counts(record: MountingRecord, edges_hz: FloatArray) -> FloatArray:
+    """Real amplitudes of one signal in every band, over all blocks of a run, shape (n_bands,)."""
+    every_sample = np.ones((len(record.block), 1), dtype=bool)
+    by_block = block_counts(every_sample, record.block, record.step, edges_hz)
+    return np.asarray(by_block[:, 0].sum(axis=0), dtype=np.float64)
+
+
+def _where(
+    cells: Sequence[GapCell],
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    names: Sequence[str],
+    matrix: FloatArray,
+) -> tuple[Finding, ...]:
+    """Motion with the largest significant gap; empty where no cell is significant."""
+    beyond = significant(cells)
+    if not beyond:
+        return ()
+    shares: dict[str, float] = {}
+    for cell in beyond:
+        shares[cell.channel_pattern] = shares.get(cell.channel_pattern, 0.0) + cell.share
+    largest = max(shares, key=lambda name: shares[name])
+    most = largest_cells([cell for cell in beyond if cell.channel_pattern == largest])
+    bands_hz = [cell.frequency_hz for cell in most if cell.frequency_hz]
+    runs = {cell.run for cell in most}
+    row = matrix[names.index(largest)]
+    finding = Finding(
+        kind=MOTION if largest in _PATTERNS else CHANNEL,
+        patterns=(largest,),
+        share=shares[largest],
+        runs=tuple(sorted(runs)),
+        is_in_every_run=len(runs) == len(records),
+        band_hz=(min(low for low, _ in bands_hz), max(high for _, high in bands_hz)),
+        follows=_followed_load(records, [residual @ row for residual in residuals]),
+    )
+    return (finding,)
+
+
+def _followed_load(
+    records: Sequence[MountingRecord], gaps: Sequence[FloatArray]
+) -> FollowedLoad | None:
+    """Load, or rate of a load, that a gap is most correlated with; None where with none."""
+    gap = np.concatenate(gaps)
+    candidates = []
+    for name in _LOADS:
+        loads = [getattr(record.inputs, name) for record in records]
+        rates = [np.gradient(load) for load in loads]
+        for values, is_rate in ((loads, False), (rates, True)):
+            strength = _correlation(np.concatenate(values), gap)
+            candidates.append(FollowedLoad(name, is_rate, strength))
+    best = max(candidates, key=lambda followed: followed.correlation)
+    return best if best.correlation > _FOLLOWS else None
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    size = float(a.std() * b.std())
+    return float(abs(np.mean((a - a.mean()) * (b - b.mean())))) / size if size > 0.0 else 0.0
+
+
+def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
+    """Whether two runs of one condition bear the same loads, sample by sample."""
+    if one.condition != two.condition or one.inputs.time.size != two.inputs.time.size:
+        return False
+    difference = np.square(one.inputs.loads - two.inputs.loads).mean(axis=0)
+    size = np.square(one.inputs.loads).mean(axis=0)
+    return bool((difference <= _SAME_LOADS**2 * size).all())
+
+
+def _difference(
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    pair: tuple[int, int],
+    names: tuple[str, ...],
+    matrix: FloatArray,
+) -> ScatterTable:
+    """Half of the squared difference of two repeats, by motion and band, and the noise of one."""
+    one, two = (records[k] for k in pair)
+    is_in_both = np.isfinite(one.measured) & np.isfinite(two.measured)
+    edges_hz = map_edges_hz(records)
+
+    def half_square(difference: FloatArray) -> FloatArray:
+        """Half the power of a difference of two runs, by band, per sample."""
+        motion = np.where(is_in_both, difference, 0.0) @ matrix.T
+        powers = block_powers(motion, one.block, one.step, edges_hz)
+        return np.asarray(0.5 * powers.sum(axis=0) / is_in_both.size, dtype=np.float64)
+
+    measured = one.measured - two.measured
+    gap = residuals[pair[0]] - residuals[pair[1]]
+    n_lines = _line_counts(one, edges_hz)
+    noise = np.multiply.outer(matrix**2 @ (one.noise + two.noise) / 2.0, n_lines)
+    zero_noise = matrix**2 @ (one.zero_noise + two.zero_noise) / 2.0
+    # The zero's error is constant over a run: it lies in the lowest band.
+    noise[:, 0] += zero_noise * is_in_both.all(axis=1).sum()
+    noise /= is_in_both.size
+    gap_square = half_square(gap)
+    degrees = np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape)
+    return ScatterTable(
+        run=f"{one.name} and {two.name}",
+        patterns=names,
+        orders=(edges_hz[:-1] + edges_hz[1:]) / edges_hz[1],
+        measured=half_square(measured),
+        simulated=half_square(measured - gap),
+        gap=gap_square,
+        noise=noise,
+        p_value=scatter_p_values(gap_square, noise, degrees),
+    )
+
+
+def _growth(
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    names: Sequence[str],
+    matrix: FloatArray,
+) -> tuple[PartGrowth, ...]:
+    """Exponents of every motion's gap over the blocks, largest gap first."""
+    blocks = [
+        _block_sizes(record, residual, matrix)
+        for record, residual in zip(records, residuals, strict=True)
+    ]
+    gap, deflection, speed, noise = (
+        np.concatenate([sizes[k] for sizes in blocks]) for k in range(4)
+    )
+    loads = np.concatenate([_block_loads(record) for record in records])
+    parts = []
+    for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
+        is_clear = gap[:, k] > _CLEAR * noise[:, k]
+        if not is_clear.any():
+            continue
+        error = noise[is_clear, k]
+        size = np.sqrt(np.maximum(gap[is_clear, k] ** 2 - error**2, 0.0))
+        of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: loads[is_clear, 1]}
+        of_motion = {_DEFLECTION: deflection[is_clear, k], _SPEED: speed[is_clear, k]}
+        both = exponents(size, error, of_loads) | exponents(size, error, of_motion)
+        parts.append(PartGrowth(names[k], float("nan"), "housing", both))
+    return tuple(parts)
+
+
+def _block_sizes(
+    record: MountingRecord, residual: FloatArray, matrix: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """RMS of gap, deflection, speed and noise by block and motion, each (n_blocks, n_patterns)."""
+    motion = np.where(np.isfinite(record.measured), record.measured, 0.0) @ matrix.T
+    speed = np.gradient(motion, record.step, axis=0)
+    noise = np.broadcast_to(np.sqrt(matrix**2 @ record.noise), (record.n_blocks, len(matrix)))
+    gap = residual @ matrix.T
+    return _block_rms(record, gap), _block_rms(record, motion), _block_rms(record, speed), noise
+
+
+def _block_loads(record: MountingRecord) -> FloatArray:
+    """RMS of torque [N m] and of the radial load [N] by block, shape (n_blocks, 2)."""
+    torque, y, z = _block_rms(record, record.inputs.loads).T
+    return np.column_stack([torque, np.hypot(y, z)])
+
+
+def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
+    """RMS of signals, shape (n, n_columns), by block, shape (n_blocks, n_columns)."""
+    return np.array(
+        [
+            np.sqrt(np.mean(signals[record.block == block] ** 2, axis=0))
+            for block in range(record.n_blocks)
+        ]
+    )
+
+
+def _panel(
+    record: MountingRecord, motion: FloatArray, gap: FloatArray, law: FloatArray | None
+) -> Panel:
+    chosen = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
+    traces = [Trace(GAP, motion[chosen], gap[chosen], np.gradient(motion, record.step)[chosen])]
+    if law is not None:
+        traces.append(
+            Trace(
+                LAW,
+                *(
+                    strip_means(motion, law)
+                    if is_function(motion, law)
+                    else (motion[chosen], law[chosen])
+                ),
+            )
+        )
+    return Panel(f"run {record.name}", tuple(traces))
+
+
+def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:
+    law = (
+        f"Orange: what the fitted effects ({set_name(effects)}) add to it. "
+        if effects
+        else "No effect was accepted. "
+    )
+    motion = f"{name} motion" if name in _PATTERNS else f"motion at {name}"
+    return Picture(
+        title=f"Unexplained {motion}",
+        caption=(
+            "Coloured points: measured less predicted by the baseline, along the measured "
+            f"{motion}. {law}A spring bends one line; friction, fluid and delay open a loop; "
+            "another load than the one that moves it makes a cloud."
+        ),
+        x_name=motion,
+        x_unit="m",
+        y_name="unexplained",
+        y_unit="m",
+        panels=panels,
+        shade_name="speed",
+        shade_unit="m/s",
+    )

@@ -1,0 +1,348 @@
+"""The baseline refitted with the signals put right: clocks that drift, runs exchanged.
+
+In every block of a record the signal is moved along the prediction of the run until it fits best;
+the delays of the blocks give the drift of the clock. Records filed under the wrong name fit the
+inputs of another run, though not always better than those that the baseline was fitted to: runs
+that fit each other's inputs up to half as well are exchanged, and the refit decides.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment, minimize, minimize_scalar
+
+from carrierflex.diagnosis.wiring.rivals import (
+    CLOCK,
+    RUN_ORDER,
+    ClockDrift,
+    PredictedRecord,
+    WiringRival,
+)
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import mean_step
+from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+from carrierflex.simulation.sensing import at_other_times
+
+FloatArray = NDArray[np.float64]
+#: Blocks of a record, the share of a block that its delay may have, and the drift over its error
+#: that is one.
+_BLOCKS = 8
+_LARGEST = 0.25
+_SURE = 3.0
+#: Drift over a record, or delay, in steps of time below which nothing is told.
+SMALLEST_DRIFT = 0.05
+#: Runs that are refitted, the surest first.
+_MOST_RUNS = 3
+#: Range of a first guess's factor in which refits are compared, how finely, and refits at most.
+_FACTORS = (0.5, 1.5)
+_FACTOR_STEP = 0.01
+_MOST_REFITS = 12
+#: Square of two exchanged runs over that of the stated ones up to which they are refitted, and the
+#: pairs that are, the best first. Both bound the work alone: what a refit leaves decides.
+_NEARLY_AS_GOOD = 2.0
+_MOST_PAIRS = 3
+
+
+def drifting_clocks(
+    records: Sequence[PredictedRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+) -> tuple[WiringRival, ...]:
+    """Baseline refitted with the signals of a run put back in time, where its delay drifts.
+
+    Parameters
+    ----------
+    records : sequence of PredictedRecord
+        All runs beside the fitted baseline.
+    campaign : Campaign
+        The same runs.
+    refitted : callable
+        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
+
+    Returns
+    -------
+    tuple of WiringRival
+        Runs whose drift is beyond doubt.
+    """
+    runs = {run.name: run for run in campaign.runs}
+    found = []
+    for record in records:
+        drift = _drift(record)
+        step = mean_step(record.time)
+        if drift.sure > _SURE and abs(drift.growth) > SMALLEST_DRIFT * step:
+            found.append((drift.sure, record.run, _refined(record, drift)))
+    rivals = []
+    for _, name, drift in sorted(found, key=lambda entry: -entry[0])[:_MOST_RUNS]:
+        left = refitted(_put_back(campaign, ClockDrift(name, drift.delay, drift.growth)))
+        if np.isfinite(left):
+            rivals.append(clock_rival(name, drift.growth, left, runs[name].file))
+    return tuple(rivals)
+
+
+def exchanged_runs(
+    records: Sequence[PredictedRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+) -> tuple[WiringRival, ...]:
+    """Baseline refitted with the signals of runs exchanged, where that may be better.
+
+    Parameters
+    ----------
+    records : sequence of PredictedRecord
+        All runs beside the fitted baseline.
+    campaign : Campaign
+        The same runs.
+    refitted : callable
+        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
+
+    Returns
+    -------
+    tuple of WiringRival
+        The exchange that leaves least, or none where every run fits its own inputs far better.
+        Only runs of one length can be exchanged.
+    """
+    if {record.run for record in records} != {run.name for run in campaign.runs}:
+        return ()
+    tried = [(refitted(_exchanged(campaign, source)), source) for source in _sources(records)]
+    tried = [(left, source) for left, source in tried if np.isfinite(left)]
+    if not tried:
+        return ()
+    left, source = min(tried, key=lambda pair: pair[0])
+    text = ", ".join(f"the signals of {other} as those of {name}" for name, other in source.items())
+    return (WiringRival(RUN_ORDER, ", ".join(source), text, left, key_of("[[runs]]", "file")),)
+
+
+def refitted_clock(
+    campaign: Campaign,
+    guess: ClockDrift,
+    refitted: Callable[[Campaign], float],
+    enough: float,
+) -> tuple[ClockDrift, float]:
+    """Delay and drift about a first guess with which the refitted baseline leaves least.
+
+    A guess that comes from another measure than the refit (forces that a linear element leaves)
+    may be off: where it does not explain the gap, its factor is sought by refits, within a bracket,
+    by Brent's method.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    guess : ClockDrift
+        First guess.
+    refitted : callable
+        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
+    enough : float
+        Mean square up to which the guess stands: it explains the gap.
+
+    Returns
+    -------
+    tuple of (ClockDrift, float)
+        The best of all that were tried, and what is left with it; infinite where every fit runs
+        away.
+    """
+    tried: dict[float, float] = {}
+
+    def left(factor: float) -> float:
+        """Mean square with the guess times a factor."""
+        if factor not in tried:
+            mean_square = refitted(_put_back(campaign, _times(guess, factor)))
+            tried[factor] = mean_square if np.isfinite(mean_square) else np.inf
+        return tried[factor]
+
+    if left(1.0) <= enough:
+        return guess, tried[1.0]
+    minimize_scalar(
+        lambda factor: left(float(factor)),
+        bounds=_FACTORS,
+        method="bounded",
+        options={"xatol": _FACTOR_STEP, "maxiter": _MOST_REFITS},
+    )
+    best = min(tried, key=lambda factor: tried[factor])
+    return _times(guess, best), tried[best]
+
+
+def without_delay(campaign: Campaign, delay: float) -> Campaign:
+    """Campaign whose signals are put back by a delay of all of them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    delay : float
+        Delay [s].
+    """
+    return _put_back(campaign, ClockDrift("", delay, 0.0))
+
+
+def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> WiringRival:
+    """Rival that says that a clock drifts.
+
+    Parameters
+    ----------
+    run, file : str
+        Run and its file.
+    seconds : float
+        Drift over the run [s].
+    mean_square : float
+        What is left with it, over all records.
+    """
+    text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
+    return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
+
+
+@dataclass(frozen=True)
+class _Drift:
+    """Delay in the middle of a run and its growth over the run [s], and this over its error."""
+
+    delay: float
+    growth: float
+    sure: float
+
+
+def _put_back(campaign: Campaign, drift: ClockDrift) -> Campaign:
+    """Campaign whose signals are where the inputs were when they were read."""
+    runs = tuple(
+        _run_put_back(run, drift.delay, drift.growth) if drift.run in ("", run.name) else run
+        for run in campaign.runs
+    )
+    return replace(campaign, runs=runs)
+
+
+def _times(drift: ClockDrift, factor: float) -> ClockDrift:
+    return replace(drift, delay=factor * drift.delay, growth=factor * drift.growth)
+
+
+def _drift(record: PredictedRecord) -> _Drift:
+    """Straight line through the delays of the blocks."""
+    n = record.time.size
+    length = float(record.time[-1] - record.time[0])
+    delays = []
+    weights = []
+    places = []
+    for rows in np.array_split(np.arange(n), _BLOCKS):
+        lag, curvature = _delay(record, rows)
+        if curvature > 0.0:
+            delays.append(lag * length / (n - 1))
+            weights.append(curvature)
+            places.append(float(rows.mean()) / (n - 1) - 0.5)
+    if len(delays) < _BLOCKS // 2:
+        return _Drift(0.0, 0.0, 0.0)
+    tau = np.array(delays)
+    weight = np.array(weights)
+    place = np.array(places)
+    middle = float(np.average(place, weights=weight))
+    spread = float(np.sum(weight * (place - middle) ** 2))
+    mean = float(np.average(tau, weights=weight))
+    growth = float(np.sum(weight * (place - middle) * tau)) / spread
+    scatter = tau - mean - growth * (place - middle)
+    variance = float(np.sum(weight * scatter**2)) / (len(delays) - 2)
+    error = float(np.sqrt(variance / spread))
+    return _Drift(
+        mean - growth * middle, growth, abs(growth) / max(error, float(np.finfo(float).tiny))
+    )
+
+
+def _refined(record: PredictedRecord, drift: _Drift) -> _Drift:
+    """Delay and growth at which the whole run lies best on the prediction."""
+    along = (record.time - record.time[0]) / (record.time[-1] - record.time[0]) - 0.5
+    scale = np.array([drift.growth, drift.growth])
+
+    def missed(factors: FloatArray) -> float:
+        """Square that is left with a delay and a growth, over that of the drift."""
+        delay, growth = factors * scale
+        at = np.clip(record.time - delay - growth * along, record.time[0], record.time[-1])
+        predicted = [np.interp(at, record.time, column) for column in record.predicted.T]
+        return _missed(record.measured, np.array(predicted).T)
+
+    start = np.array([drift.delay, drift.growth]) / scale
+    best = minimize(missed, start, method="Nelder-Mead", options={"xatol": 1e-3, "maxiter": 100})
+    delay, growth = best.x * scale
+    return replace(drift, delay=float(delay), growth=float(growth))
+
+
+def _delay(record: PredictedRecord, rows: NDArray[np.int64]) -> tuple[float, float]:
+    """Lag [samples] at which a block lies best on the prediction, and its curvature there."""
+    largest = max(int(_LARGEST * rows.size), 1)
+    lags = np.arange(-largest, largest + 1)
+    first = int(rows[0])
+    last = int(rows[-1])
+    n = record.time.size
+    inside = rows[(rows - largest >= 0) & (rows + largest < n)]
+    measured = record.measured[inside]
+    if first == last or not inside.size:
+        return 0.0, 0.0
+    squares = np.array([_missed(measured, record.predicted[inside - lag]) for lag in lags.tolist()])
+    best = int(np.argmin(squares))
+    if best in (0, squares.size - 1) or not np.isfinite(squares).all():
+        return 0.0, 0.0
+    before, here, after = squares[best - 1 : best + 2]
+    curvature = float(before - 2.0 * here + after)
+    if curvature <= 0.0:
+        return 0.0, 0.0
+    return float(lags[best]) + 0.5 * float(before - after) / curvature, curvature
+
+
+def _missed(measured: FloatArray, predicted: FloatArray) -> float:
+    """Square of what a prediction misses, offsets of the channels left out."""
+    residual = measured - predicted
+    known = np.isfinite(residual)
+    residual = np.where(known, residual, 0.0)
+    mean = residual.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    return float((residual**2).sum() - (known.sum(axis=0) * mean**2).sum())
+
+
+def _run_put_back(run: Run, delay: float, growth: float) -> Run:
+    """Run with the signals where the inputs were when they were read."""
+    along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
+    at = run.time + delay + growth * along
+    signals = {name: at_other_times(run.time, own, at) for name, own in run.signals.items()}
+    return replace(run, signals=signals)
+
+
+def _exchanged(campaign: Campaign, source: Mapping[str, str]) -> Campaign:
+    """Campaign with the signals of each run taken from its source."""
+    runs = {run.name: run for run in campaign.runs}
+    own = [(run, runs[source.get(run.name, run.name)]) for run in campaign.runs]
+    return replace(
+        campaign,
+        runs=tuple(
+            replace(run, signals=other.signals, predictions=other.predictions) for run, other in own
+        ),
+    )
+
+
+def _sources(records: Sequence[PredictedRecord]) -> list[dict[str, str]]:
+    """Run whose signals each run takes, for every exchange that is refitted."""
+    lengths: dict[int, list[PredictedRecord]] = {}
+    for record in records:
+        lengths.setdefault(record.time.size, []).append(record)
+    best: dict[str, str] = {}
+    pairs: list[tuple[float, dict[str, str]]] = []
+    for alike in lengths.values():
+        square = np.array([[_square(inputs, signals) for signals in alike] for inputs in alike])
+        if not np.isfinite(square).all():
+            continue
+        _, order = linear_sum_assignment(square)
+        best |= {alike[k].run: alike[j].run for k, j in enumerate(order.tolist()) if j != k}
+        stated = np.diag(square)
+        ratio = (square + square.T) / np.maximum(stated[:, None] + stated, np.finfo(float).tiny)
+        for i, j in zip(*np.triu_indices(len(alike), 1), strict=True):
+            one, other = alike[i].run, alike[j].run
+            pairs.append((float(ratio[i, j]), {one: other, other: one}))
+    nearly = sorted((pair for pair in pairs if pair[0] < _NEARLY_AS_GOOD), key=lambda pair: pair[0])
+    sources = [best, *(source for _, source in nearly[:_MOST_PAIRS])]
+    return [own for k, own in enumerate(sources) if own and own not in sources[:k]]
+
+
+def _square(inputs: PredictedRecord, signals: PredictedRecord) -> float:
+    """Mean square of signals beside the prediction from inputs, offsets of a run left out."""
+    residual = signals.measured - inputs.predicted
+    known = np.isfinite(residual)
+    count = np.maximum(known.sum(axis=0), 1)
+    residual = np.where(known, residual, 0.0)
+    mean = residual.sum(axis=0) / count
+    return float(((residual**2).sum(axis=0) / count - mean**2).sum())

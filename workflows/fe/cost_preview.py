@@ -1,0 +1,190 @@
+"""What will long work cost? Degrees of freedom, memory and time, told before it begins.
+
+Degrees of freedom are those of the mesh itself, which costs little of the work behind it. Where
+they would be more than 400 000, a coarser mesh is counted and scaled by volume V, surface A and
+edge length h: ``n = c3 V / h³ + c2 A / h²``, fitted to the default bodies at h = 22 and 16 mm;
+there, 2 % off for the carriers and 10 % for the main shaft. CAD models are not meshed for a
+preview; their volume and surface give n directly, within 2 % for the default carrier's model at h =
+30 and 22 mm, a fifth too low at 60 mm.
+
+Memory and seconds follow from n. Measured on two cores with MKL, other work running beside
+(flexible carrier, nine pilots, 20 modes, certificate included; memory above the program's own 0.25
+GB). Alone, on another machine, or with another sparse library, expect another factor; n is that of
+the whole body where its half sector serves ("by symmetry").
+
+======== ========= ============== ========= ============== ============== ===============
+n        curves, s curves, GB     reduce, s reduce, GB     by symmetry, s by symmetry, GB
+======== ========= ============== ========= ============== ============== ===============
+34 434   0.6       0.22           4.4       0.48           1.4            0.25
+125 946  3.0       0.91           20        1.51           4.2            0.55
+329 634  23        3.04           83        4.01           12             1.26
+======== ========= ============== ========= ============== ============== ===============
+
+between the points by power laws, beyond them by the last one. A reduction's time grows with the
+number of modes.
+"""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+
+from carrierflex.geometry.cad_mesh import step_volume_and_area
+from carrierflex.geometry.cad_surface_files import read_cad_statements
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.quality import mesh_quality
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.workflows.fe.bodies import body_mesh
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+
+#: c3 and c2 of the formula above; the main shaft's elements are long along its axis.
+_DOFS = {"carrier": (12.6, 21.0), "pin": (8.7, 30.7), "main_shaft": (7.6, 39.0)}
+#: The same where no mesh is counted.
+_CAD_DOFS = (12.6, 17.4)
+#: Share more of them for each time that elements at re-entrant edges are smaller: 3.5 times as many
+#: at 2, 4.1 at 2.5, measured on a solid of the tests about its default size, bolt holes included.
+_FINER_DOFS = 2.3
+#: Edge length of the mesh that volume and surface are measured on [m].
+_COARSE = 0.06
+#: Largest estimate for which the mesh is made and counted.
+_MOST_COUNTED = 400_000
+_CURVES = {
+    "n": (34434, 125946, 329634),
+    "seconds": (0.6, 3.0, 23.0),
+    "gigabytes": (0.22, 0.91, 3.04),
+}
+_REDUCTION = {
+    "n": (34434, 125946, 329634),
+    "seconds": (4.4, 20.0, 83.0),
+    "gigabytes": (0.48, 1.51, 4.01),
+}
+_BY_SYMMETRY = {
+    "n": (34434, 125946, 329634),
+    "seconds": (1.4, 4.2, 12.0),
+    "gigabytes": (0.25, 0.55, 1.26),
+}
+#: Memory of the program without any mesh [GB].
+_PROGRAM = 0.25
+#: Modes of the measured reductions, and the share of the time that grows with their number.
+_MEASURED_MODES, _MODES_SHARE = 20, 0.5
+
+
+@dataclass(frozen=True)
+class CostPreview:
+    """Estimated cost of one piece of work."""
+
+    work: str
+    n_dofs: int
+    memory_gb: float
+    seconds: float
+
+    def __str__(self) -> str:
+        time = (
+            f"{max(self.seconds, 1.0):.0f} s"
+            if self.seconds < 90.0
+            else f"{self.seconds / 60.0:.0f} min"
+        )
+        return (
+            f"{self.work}: about {self.n_dofs:,} degrees of freedom, {self.memory_gb:.1f} GB, "
+            f"{time}"
+        )
+
+
+def curves_cost(stage: StageParameters, size: float, files: CarrierFiles) -> CostPreview:
+    """Cost of the deflection curves of both variants.
+
+    One after the other, so memory is that of the larger one.
+    """
+    each = [
+        estimated_dofs(f"{variant}_carrier", stage, size, files)
+        for variant in ("flexible", "stiff")
+    ]
+    seconds = sum(_at(_CURVES["n"], _CURVES["seconds"], n) for n in each)
+    # The first variant's mesh and matrices are kept while the second is solved.
+    memory = _PROGRAM + _at(_CURVES["n"], _CURVES["gigabytes"], max(each))
+    return CostPreview("deflection curves", max(each), memory, seconds)
+
+
+def reduction_cost(
+    name: str,
+    stage: StageParameters,
+    size: float,
+    *,
+    n_modes: int | None,
+    files: CarrierFiles,
+    by_symmetry: bool = False,
+) -> CostPreview:
+    """Cost of reducing the body `name` to its pilots and `n_modes` modes, with certificate.
+
+    None stands for the number of the measured reductions.
+    """
+    n = estimated_dofs(name, stage, size, files)
+    modes = _MEASURED_MODES if n_modes is None else n_modes
+    share = 1.0 - _MODES_SHARE + _MODES_SHARE * modes / _MEASURED_MODES
+    measured = _BY_SYMMETRY if by_symmetry else _REDUCTION
+    memory = _PROGRAM + _at(measured["n"], measured["gigabytes"], n)
+    work = f"reduction of {name}" + (" by symmetry" if by_symmetry else "")
+    return CostPreview(work, n, memory, share * _at(measured["n"], measured["seconds"], n))
+
+
+def estimated_dofs(name: str, stage: StageParameters, size: float, files: CarrierFiles) -> int:
+    """Degrees of freedom of the body `name` meshed with elements of `size` [m].
+
+    Those of a mesh file are counted.
+    """
+    variant = name.removesuffix("_carrier")
+    if variant in files.meshes:
+        return _n_dofs(files.mesh(variant, size))
+    if files.step is not None and files.surfaces is not None:
+        statements = read_cad_statements(files.surfaces)
+        volume, area = step_volume_and_area(files.step, statements, pins=variant == "stiff")
+        finer = 1.0 + _FINER_DOFS * (statements.finer_at_inner_edges - 1.0)
+        return round(finer * _formula(*_CAD_DOFS, volume, area, size))
+    coarse = body_mesh(name, stage, max(size, _COARSE))
+    if size >= _COARSE:
+        return _n_dofs(coarse)
+    coefficients = _DOFS["carrier" if name.endswith("_carrier") else name]
+    estimate = partial(_formula, *coefficients, *_volume_and_area(coarse))
+    counted_size = size
+    while estimate(counted_size) > _MOST_COUNTED and counted_size < _COARSE:
+        counted_size = min(_COARSE, 1.05 * counted_size)
+    counted = _n_dofs(body_mesh(name, stage, counted_size))
+    return round(counted * estimate(size) / estimate(counted_size))
+
+
+def tell(preview: Callable[[], CostPreview], *, quiet: bool) -> None:
+    """Say the preview on a terminal, before the work it is about; elsewhere it is not made."""
+    if not quiet and sys.stderr.isatty():
+        Console(stderr=True, highlight=False).print(str(preview()))
+
+
+def _n_dofs(mesh: GivenMesh) -> int:
+    return 3 * len(mesh.points)
+
+
+def _formula(c3: float, c2: float, volume: float, area: float, size: float) -> int:
+    return round(c3 * volume / size**3 + c2 * area / size**2)
+
+
+def _volume_and_area(mesh: TetMesh) -> tuple[float, float]:
+    """Volume [m^3], and surface of the flat triangles of the boundary [m^2]."""
+    corners = mesh.points[boundary_facets(mesh.tets)[:, :3]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return mesh_quality(mesh).volume, float(np.linalg.norm(normals, axis=1).sum() / 2.0)
+
+
+def _at(n: tuple[float, ...], measured: tuple[float, ...], wanted: int) -> float:
+    """Measured value at `wanted` degrees of freedom.
+
+    Power laws between the points and beyond them.
+    """
+    x, y = np.log(n), np.log(measured)
+    slopes: NDArray[np.float64] = np.diff(y) / np.diff(x)
+    at = np.log(max(wanted, 1))
+    piece = int(np.clip(np.searchsorted(x, at) - 1, 0, len(slopes) - 1))
+    return float(np.exp(y[piece] + slopes[piece] * (at - x[piece])))

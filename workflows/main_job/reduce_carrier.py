@@ -1,0 +1,140 @@
+"""Reduce both carriers and a pin, compare with the full models, vary the pin fit when reduced."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.fe.carrier_curves import UNIT_TORQUE, flexible_cases, sensor_curve
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import gear_forces
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.reduction.certificate import compliance_errors
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
+from carrierflex.reduction.held_structure import Grounded, HeldStructure
+from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
+from carrierflex.reduction.modes.mode_rules import rule_for_use
+from carrierflex.reduction.pin_fit import HELD, PinFitFamily
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.fe.bodies import body_structure
+
+#: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's
+#: rim size, nearly rigid.
+STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
+
+#: Shares of the time that are over after the pin, the stiff carrier and the flexible one.
+_PIN_SHARE = 0.03
+_FLEXIBLE_FROM = 0.4
+_CURVES_FROM = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody:
+    """A reduced body, its modes, and its static compliance's relative error to the full model's."""
+
+    model: ReducedModel
+    modes: FixedInterfaceModes
+    compliance_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedCarrier:
+    """The three reduced bodies and what was measured of them.
+
+    Parameters
+    ----------
+    flexible, stiff, pin : ReducedBody
+        Carrier without pins, carrier with bonded pins, pin 1.
+    joined : dict of float to DeflectionCurve
+        Torque curve of carrier and pins joined in the reduced space, by interface stiffness [N
+        m/rad].
+    fit : PinFitFamily
+        The same at any stiffness.
+    sliding : DeflectionCurve
+        The curve at stiffness 0 with pins free to slide in their downwind bores.
+    reference : DeflectionCurve
+        Torque curve of the full model without pins, its shaft face held through its pilot as in the
+        assemblies.
+    """
+
+    flexible: ReducedBody
+    stiff: ReducedBody
+    pin: ReducedBody
+    joined: dict[float, DeflectionCurve]
+    fit: PinFitFamily
+    sliding: DeflectionCurve
+    reference: DeflectionCurve
+
+
+def main(
+    stage: StageParameters,
+    flexible: StructuralModel,
+    stiff: StructuralModel,
+    size: float,
+    provenance: Mapping[str, str],
+    *,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> ReducedCarrier:
+    """Reduce both carriers and a pin, compare with the full models, and join carrier and pins.
+
+    Parameters
+    ----------
+    stage
+        Dimensions of carrier, pins and gears.
+    flexible, stiff
+        Carriers with matrices.
+    size
+        Element edge length of the pin's mesh [m].
+    provenance
+        Kept in the bodies.
+    note
+        Told each body with the share of the work that is done.
+
+    Returns
+    -------
+    ReducedCarrier
+        A good reduction has compliance errors below 1e-9, and its sliding curve equals the
+        reference.
+    """
+    _, pin_structure = body_structure("pin", stage, size)
+    pin, _ = _reduced(pin_structure, provenance)
+    note("stiff carrier", _PIN_SHARE)
+    stiff_body, _ = _reduced(stiff, provenance)
+    note("flexible carrier", _FLEXIBLE_FROM)
+    flexible_body, grounded = _reduced(flexible, provenance)
+    note("curves over the pin fit", _CURVES_FROM)
+    reference = _held_through_pilot(stage, flexible, grounded)
+
+    forces = gear_forces(UNIT_TORQUE, stage.gear, stage.carrier.n_planets)
+    radius = stage.carrier.sensor_radius
+    family = PinFitFamily(flexible_body.model, pin.model, forces, radius)
+    joined = {stiffness: family.curve(stiffness) for stiffness in STUDY_STIFFNESSES}
+    sliding = replace(family, sliding=True).curve(0.0)
+    return ReducedCarrier(flexible_body, stiff_body, pin, joined, family, sliding, reference)
+
+
+def _reduced(
+    structure: StructuralModel, provenance: Mapping[str, str]
+) -> tuple[ReducedBody, Grounded]:
+    reduction = craig_bampton(structure, rule_for_use(DEFAULT_FREQUENCY), provenance=provenance)
+    error = max(compliance_errors(structure, reduction).values())
+    return ReducedBody(reduction.model, reduction.modes, error), reduction.body
+
+
+def _held_through_pilot(
+    stage: StageParameters, structure: StructuralModel, body: Grounded
+) -> DeflectionCurve:
+    """Torque curve of the full model without pins.
+
+    Its shaft face held through the pilot instead of node by node.
+    """
+    load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)["both"])
+    shaft = tuple(pilot for pilot in structure.pilots if pilot.name == HELD)
+    u = HeldStructure(body, shaft).solve(load[:, None], np.zeros((6, 1)))[0]
+    assert structure.sensors is not None
+    return sensor_curve(
+        "full model", structure.sensors.rows @ u[:, 0], UNIT_TORQUE, stage.carrier.sensor_radius
+    )

@@ -1,0 +1,166 @@
+"""The elastic body of the planetary stage.
+
+Default carrier, pins and main shaft, or body files in their place.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameters import GearData
+from carrierflex.reduction.body_files import read_body
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.mode_count import rule_of_options
+from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.simulation.stage.stage_body import (
+    ShaftData,
+    StageBody,
+    beam_shaft,
+    holds_pins,
+    joined_to_shaft,
+    refuse_missing_pilots,
+    refuse_unfit_carrier,
+)
+from carrierflex.workflows.fe.bodies import body_structure
+
+#: Stiffness of a carrier that counts as rigid, over the real one: its deflection falls below a
+#: micrometre.
+RIGID_FACTOR = 100.0
+#: What each body file must bring; a carrier is checked as a whole.
+_PILOTS = {
+    "pin": ("pin_1_upwind", "pin_1_midspan", "pin_1_downwind"),
+    "shaft": ("main_bearing_seat", "carrier_joint"),
+}
+
+
+def default_stage_body(
+    pin_fit_stiffness: float,
+    size: float,
+    *,
+    main_shaft: str = "beam",
+) -> StageBody:
+    """Default carrier and pins by finite elements of `size` [m], joined to the main shaft.
+
+    The shaft is a ``beam`` or of ``finite_elements`` with its lowest modes.
+    """
+    carrier = carrier_with_pins(*reduced_carrier_and_pin(size), pin_fit_stiffness)
+    return joined_to_shaft(carrier, _default_shaft(main_shaft, carrier, size))
+
+
+def flexible_and_rigid_body(
+    pin_fit_stiffness: float, size: float, *, parameters: Path | None = None
+) -> tuple[StageBody, StageBody]:
+    """Bodies of two stages that differ in the carrier: its own stiffness, and that of a rigid one.
+
+    Parameters
+    ----------
+    pin_fit_stiffness : float
+        Bending stiffness of each pin interface [N m/rad].
+    size : float
+        Element edge length [m].
+    parameters : Path, optional
+        TOML file of the dimensions; what it leaves out keeps its default.
+    """
+    carrier, pin = reduced_carrier_and_pin(size, parameters=parameters)
+    return (
+        stage_body_of(carrier, pin, pin_fit_stiffness),
+        stage_body_of(made_rigid(carrier), pin, pin_fit_stiffness),
+    )
+
+
+def reduced_carrier_and_pin(
+    size: float, *, parameters: Path | None = None
+) -> tuple[ReducedModel, ReducedModel]:
+    """Carrier without pins and pin by finite elements of `size` [m], for several stages."""
+    return _reduced("flexible_carrier", size, parameters), _reduced("pin", size, parameters)
+
+
+def made_rigid(carrier: ReducedModel) -> ReducedModel:
+    """Copy of a carrier that is so stiff that it counts as rigid."""
+    return replace(carrier, K=RIGID_FACTOR * carrier.K)
+
+
+def stage_body_of(carrier: ReducedModel, pin: ReducedModel, pin_fit_stiffness: float) -> StageBody:
+    """Body of a stage from a reduced carrier without pins, a pin and the default main shaft.
+
+    Parameters
+    ----------
+    carrier, pin : ReducedModel
+        Bodies.
+    pin_fit_stiffness : float
+        Bending stiffness of each pin interface [N m/rad].
+    """
+    pinned = carrier_with_pins(carrier, pin, pin_fit_stiffness)
+    return joined_to_shaft(pinned, beam_shaft(ShaftData(), pinned.pilots["shaft_face"]))
+
+
+def _default_shaft(kind: str, carrier: ReducedModel, size: float) -> ReducedModel:
+    if kind == "finite_elements":
+        return _reduced("main_shaft", size)
+    return beam_shaft(ShaftData(), carrier.pilots["shaft_face"])
+
+
+def stage_body_of_files(
+    files: Mapping[str, Path],
+    pin_fit_stiffness: float,
+    size: float,
+    *,
+    gear: GearData,
+    main_shaft: str = "beam",
+) -> StageBody:
+    """Body of a stage in which files stand for some of carrier, pin and main shaft.
+
+    Parameters
+    ----------
+    files : mapping of str to Path
+        Files of ``carrierflex reduce`` by ``carrier``, ``pin`` and ``shaft``. A carrier with its
+        pins takes no pin. Missing ones are the default's.
+    pin_fit_stiffness : float
+        Bending stiffness of each pin interface [N m/rad].
+    size : float
+        Element edge length [m] of default bodies.
+    gear : GearData
+        Gears whose centre distance the carrier's pins have to stand at.
+    main_shaft : str
+        Default main shaft, as in :func:`default_stage_body`.
+
+    Raises
+    ------
+    ValueError, FileNotFoundError
+        Before any reduction, where a file is missing or its body lacks what the stage takes hold
+        of; the message names it.
+    """
+    read = {name: _checked(name, path, gear) for name, path in files.items()}
+    carrier = read.get("carrier")
+    if carrier is not None and holds_pins(carrier):
+        if "pin" in read:
+            raise ValueError(
+                f"{files['pin']}: {carrier.name} comes with its pins; expected no body file for a "
+                "pin"
+            )
+    else:
+        pin = read.get("pin") or _reduced("pin", size)
+        carrier = carrier_with_pins(
+            carrier or _reduced("flexible_carrier", size), pin, pin_fit_stiffness
+        )
+    return joined_to_shaft(carrier, read.get("shaft") or _default_shaft(main_shaft, carrier, size))
+
+
+def _reduced(name: str, size: float, parameters: Path | None = None) -> ReducedModel:
+    _, structure = body_structure(name, read_parameters(parameters), size)
+    # The frequency of use that `carrierflex reduce` has without options, and modes that follow.
+    return craig_bampton(structure, rule_of_options({})).model
+
+
+def _checked(name: str, path: Path, gear: GearData) -> ReducedModel:
+    model = read_body(path)
+    try:
+        if name == "carrier":
+            refuse_unfit_carrier(model, gear)
+        else:
+            refuse_missing_pilots(model, _PILOTS[name])
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return model

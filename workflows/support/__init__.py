@@ -1,4 +1,0 @@
-"""What several workflows share.
-
-Output folders, progress, processes, cached results, named bodies.
-"""
