@@ -102,7 +102,7 @@ class MountingModel:
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
         K, C = self.rig.bushing_radial_stiffness, self.scale.of((1, -1, 1))
-        own = [
+        unknowns = [
             Parameter(
                 "K1",
                 "N/m",
@@ -114,17 +114,17 @@ class MountingModel:
             # Half of what the simulator takes: differences step beyond a bound.
             Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
-        own = [self.known.prior(parameter, parameter.name) for parameter in own]
+        unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
         if self.held:
-            own = [
+            unknowns = [
                 replace(one, lower=value, upper=value)
-                for one, value in zip(own, self.held, strict=True)
+                for one, value in zip(unknowns, self.held, strict=True)
             ]
         for effect in (*self.contained, *effects):
-            own += [
+            unknowns += [
                 self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
             ]
-        return tuple(own)
+        return tuple(unknowns)
 
     def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
         size = self.scale.of(parameter.powers) if parameter.powers else 1.0
@@ -252,20 +252,7 @@ def _simulated_indices(effect: str, parameter: str) -> list[int]:
 
 
 def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> MountingScale:
-    """Static deflection of the starboard bushing under the measured loads, and its rate.
-
-    Parameters
-    ----------
-    rig : MountingRig
-        Nominal rig.
-    records : sequence of MountingRecord
-        Loads.
-
-    Returns
-    -------
-    MountingScale
-        RMS over all records.
-    """
+    """Static deflection of the starboard bushing under the measured loads, and its rate."""
     rows = [
         block.rows[0] @ np.linalg.solve(block.K, block.G)
         for block in mounting_blocks(rig, parameter_array(rig))

@@ -37,8 +37,9 @@ from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
-from carrierflex.diagnosis.mounting.classes.answer import answer_of_table, mounting_class_table
+from carrierflex.diagnosis.mounting.classes.answer import answer_of_table
 from carrierflex.diagnosis.mounting.classes.shapes import beyond_visited, law_cards
+from carrierflex.diagnosis.mounting.classes.table import mounting_table
 from carrierflex.diagnosis.mounting.experiments import mounting_experiments
 from carrierflex.diagnosis.mounting.gap import (
     map_edges_hz,
@@ -244,12 +245,12 @@ class MountingProblem(ComparisonProblem):
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
-        table = mounting_class_table(self.model, self.records, self._bare[1])
+        table = mounting_table(self.model, self.records, self._bare[1])
         return None if table is None else answer_of_table(table)
 
     def gram_table(self) -> GramTable | None:
         """Products of classes and laws; None where the records are too short."""
-        table = mounting_class_table(self.model, self.records, self._bare[1])
+        table = mounting_table(self.model, self.records, self._bare[1])
         return None if table is None else table.table
 
     def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
