@@ -90,22 +90,7 @@ def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
 def score_cells(
     records: Sequence[MountingRecord], edges_hz: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Degrees of freedom and sum of squares of the noise by block and cell of the score.
-
-    Channels, each in every band.
-
-    Parameters
-    ----------
-    records : sequence of MountingRecord
-        Runs.
-    edges_hz : ndarray
-        Ends of the bands [Hz].
-
-    Returns
-    -------
-    tuple of ndarray, each of shape (n_segments, n_channels * n_bands)
-        Counts and squares [m²].
-    """
+    """Degrees of freedom and sum of squares of the noise by block and cell of the score."""
     counts = []
     noise = []
     for record in records:

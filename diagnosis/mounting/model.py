@@ -80,8 +80,8 @@ class MountingModel:
         Names of the channels and the sensors they are.
     scale : MountingScale
         Sizes of everything.
-    held : tuple of float
-        Values at which K1 and C1 are held; empty where they are fitted.
+    fixed : tuple of float
+        Values of K1 and C1 where they are not fitted; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the sensors.
     measured : mapping of str to Law
@@ -95,7 +95,7 @@ class MountingModel:
     channels: tuple[str, ...]
     sensors: tuple[str, ...]
     scale: MountingScale
-    held: tuple[float, ...] = ()
+    fixed: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
     measured: Mapping[str, Law] = field(default_factory=dict)
 
@@ -115,10 +115,10 @@ class MountingModel:
             Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
         unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
-        if self.held:
+        if self.fixed:
             unknowns = [
                 replace(one, lower=value, upper=value)
-                for one, value in zip(unknowns, self.held, strict=True)
+                for one, value in zip(unknowns, self.fixed, strict=True)
             ]
         for effect in (*self.contained, *effects):
             unknowns += [
@@ -228,8 +228,8 @@ class MountingModel:
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
         try:
-            found = simulate(rig, values, inputs, user_law=user_law, tables=tables)
-            signals = found.signals[::refined]
+            simulated = simulate(rig, values, inputs, user_law=user_law, tables=tables)
+            signals = simulated.signals[::refined]
         except ArithmeticError:
             return None
         return signals if np.isfinite(signals).all() else None

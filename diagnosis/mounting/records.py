@@ -91,7 +91,7 @@ class MountingRecord:
 
 @dataclass(frozen=True)
 class _Noise:
-    """Noise of one channel."""
+    """Noise of one channel: variance of a sample [m²], correlation of neighbouring samples."""
 
     variance: float
     memory: float

@@ -127,7 +127,7 @@ def column_values(
 
 def base_columns(model: MountingModel, record: MountingRecord, known: Known) -> list[FloatArray]:
     """Derivatives of the prediction by K1 and C1 at the fitted baseline."""
-    if model.held:
+    if model.fixed:
         return [np.zeros(record.measured.shape)] * 2
     bare = replace(model, contained=())
     base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])

@@ -48,7 +48,7 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
     tuple of WiringRival
         Empty where nothing looks wrong, or the baseline is another simulator's.
     """
-    if problem.model.held:
+    if problem.model.fixed:
         return ()
     rivals = []
     nominal = _nominal(problem)
@@ -141,7 +141,7 @@ def mounting_linear(problem: MountingProblem, theta: FloatArray) -> Iterator[Lin
     LinearRecord
         One a run; none of another simulator's prediction.
     """
-    if problem.model.held:
+    if problem.model.fixed:
         return
     slopes = problem.differenced(()).slopes(theta)
     for record, (residual, columns) in zip(problem.records, slopes, strict=True):

@@ -113,25 +113,13 @@ class ChannelGain:
 
 
 def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
-    """Clocks that drift, or, where none does, the delay of all signals; empty where neither.
-
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        All runs, met once.
-    """
+    """Clocks that drift, or, where none does, the delay of all signals; empty where neither."""
     sums = _summed(records)
     return sums.drifts() or sums.delays() if sums else ()
 
 
 def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | None:
-    """Clocks that drift, fitted together with the baseline; None where there is no record.
-
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        All runs, met once.
-    """
+    """Clocks that drift, fitted together with the baseline; None where there is no record."""
     sums = _summed(records)
     return sums.drifts() if sums else None
 

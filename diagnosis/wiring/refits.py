@@ -168,15 +168,7 @@ def refitted_clock(
 
 
 def without_delay(campaign: Campaign, delay: float) -> Campaign:
-    """Campaign whose signals are put back by a delay of all of them.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    delay : float
-        Delay [s].
-    """
+    """Campaign whose signals are put back by a delay of all of them."""
     return _put_back(campaign, ClockDrift("", delay, 0.0))
 
 

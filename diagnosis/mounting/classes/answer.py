@@ -209,8 +209,8 @@ def _with_fewest_columns(
         # A force of the bushings that leaves as much is another cause, not the same map in more
         # columns.
         ties.append(decision.classes)
-    kept = tuple(dict.fromkeys(ties))
-    return replace(decision, classes=answer, held=scores.of(answer), ties=kept)
+    ties = list(dict.fromkeys(ties))
+    return replace(decision, classes=answer, held=scores.of(answer), ties=tuple(ties))
 
 
 def _stands(

@@ -76,14 +76,10 @@ def class_groups(
             if f"{shape}:{way}" in known:
                 classes[f"{shape}/{way}"] = (f"{shape}:{way}",)
     for shape in (GAIN, ZERO):
-        channels_of = [channel for channel in channels if f"{shape}:{channel}" in known]
-        for channel in channels_of:
+        measured = [channel for channel in channels if f"{shape}:{channel}" in known]
+        for channel in measured:
             classes[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
-        if channels_of:
-            classes[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in channels_of)
+        if measured:
+            classes[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in measured)
     taken = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
-    return {
-        name: channels_of
-        for name, channels_of in classes.items()
-        if name.rpartition("/")[0] not in taken
-    }
+    return {name: of for name, of in classes.items() if name.rpartition("/")[0] not in taken}

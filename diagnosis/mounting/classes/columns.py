@@ -519,13 +519,7 @@ def law_signals(
 
 
 def law_forces(model: MountingModel, size: BushingSize, run: BushingMotion, law: str) -> FloatArray:
-    """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n).
-
-    Parameters
-    ----------
-    model, size, own, law
-        As for :func:`law_signals`; `law` is a force of the bushings.
-    """
+    """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n)."""
     u, v = run.u, run.v
     simple: Mapping[str, FloatArray] = {
         "cubic_stiffness": u**3,

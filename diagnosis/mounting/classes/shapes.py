@@ -107,36 +107,13 @@ def measured_shape(
     classes: Classes,
     scores: ClassScores,
     name: str,
-    held: HeldOutSquares,
+    scored: HeldOutSquares,
     law: NearestLaw,
 ) -> ShapeAndLaw:
-    """Curve of one class of an answer, and the law without a name that it makes.
-
-    Parameters
-    ----------
-    own : MountingTable
-        Table, sizes and motions.
-    shares : Shares
-        Gap and floor.
-    classes : tuple of str
-        Classes of the answer.
-    scores : ClassScores
-        Held-out squares.
-    name : str
-        Class.
-    held : HeldOutSquares
-        The answer it is part of.
-    law : NearestLaw
-        Law to be drawn over the curve.
-
-    Returns
-    -------
-    tuple of (MeasuredShape or None, Law or None)
-        None for a class that is no force of the bushings, and for one that no file holds.
-    """
+    """Curve of one class of an answer, and the law without a name that it makes."""
     if shape_of(name) not in FORCE_GROUPS:
         return None, None
-    fit = _fit(shares, classes, scores, name, held)
+    fit = _fit(shares, classes, scores, name, scored)
     groups = {group.id: group for group in force_groups(table.size)}
     curves = {side: _side_curve(table, fit, groups, side) for side in fit.sides}
     taken = np.mean([_straight(fit.shape, x, draws) for x, draws in curves.values()], axis=0)
@@ -148,8 +125,8 @@ def measured_shape(
     x, draws = reduced[first]
     band = band_of(draws[0], draws[1:])
     words = [_words(fit, x, draws[0], band, units), fit.words]
-    words += [_beside_words(first, side, draws[0], reduced[side][1][0]) for side in others]
-    parts, steps = _tables(table, fit, groups)
+    words += [_size_words(first, side, draws[0], reduced[side][1][0]) for side in others]
+    elements, steps = _tables(table, fit, groups)
     shape = MeasuredShape(
         x,
         draws[0],
@@ -160,15 +137,15 @@ def measured_shape(
         ", ".join(text for text in words if text),
         draws[0],
         steps,
-        tuple(_beside(side, *reduced[side]) for side in others),
+        tuple(_other_curve(side, *reduced[side]) for side in others),
     )
     effect_class = fit.shape.rpartition("/")[2]
     if fit.shape in (HYSTERESIS, MEMORY):
         u, _ = table.counted((0, 1))
         visited = {"deflection": (0.0, float(np.hypot(u[0], u[1]).max()))}
-        parts = _parts_with_memory(table, fit)
-        return shape, Law("", MOUNTING, effect_class, ("N", "m"), parts, visited)
-    return shape, Law("", MOUNTING, effect_class, ("N", "m"), parts) if parts else None
+        elements = _elements(table, fit)
+        return shape, Law("", MOUNTING, effect_class, ("N", "m"), elements, visited)
+    return shape, Law("", MOUNTING, effect_class, ("N", "m"), elements) if elements else None
 
 
 def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
@@ -223,19 +200,7 @@ def beyond_visited(
     records: Sequence[MountingRecord],
     linear: FloatArray,
 ) -> tuple[CampaignWarning, ...]:
-    """Warning where records leave the range in which a law was measured; empty where none does.
-
-    Parameters
-    ----------
-    law : Law
-        Law.
-    model : MountingModel
-        Baseline and library.
-    records : sequence of MountingRecord
-        Runs.
-    linear : ndarray, shape (2,)
-        K1 and C1 of the linear bushings that fit the records best.
-    """
+    """Warning where records leave the range in which a law was measured; empty where none does."""
     body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
     if not body.shows_motion:
         return ()
@@ -279,11 +244,12 @@ class _Fit:
     shape: str
     sides: tuple[str, ...]
     acts: tuple[str, ...]
+    #: Coefficients by side and way, (n_draws, n_columns): of all blocks first, then of every draw.
     drawn: Mapping[tuple[str, str], FloatArray]
     words: str
 
 
-def _beside(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
+def _other_curve(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
     return BesideCurve(f"{side} bushing", x, draws[0], band_of(draws[0], draws[1:]))
 
 
@@ -301,7 +267,7 @@ def _words(
 
 
 def _fit(
-    shares: Shares, classes: Classes, scores: ClassScores, name: str, held: HeldOutSquares
+    shares: Shares, classes: Classes, scores: ClassScores, name: str, scored: HeldOutSquares
 ) -> _Fit:
     """The class in the one of its ways that leaves as much, in both where neither does."""
     shape, way = shape_of(name), way_of(name)
@@ -324,11 +290,11 @@ def _fit(
         as_good = [
             act
             for act, result in results.items()
-            if result.total <= held.total or shares.are_equal(result, held)
+            if result.total <= scored.total or shares.are_equal(result, scored)
         ]
         if as_good:
             best = min(as_good, key=lambda act: results[act].total)
-            held, acts = results[best], (best,)
+            scored, acts = results[best], (best,)
             words = _IN_WORDS[best]
             if len(as_good) > 1:
                 as_well = " or ".join(_IN_WORDS[act] for act in as_good if act != best)
@@ -339,7 +305,7 @@ def _fit(
         (side, act): _named(groups[_ACTS.index(act)], (side,))[0] for side in sides for act in acts
     }
     columns = [scores.table.groups[group].columns for group in named.values()]
-    drawn = drawn_coefficients(scores, held, np.concatenate(columns))
+    drawn = drawn_coefficients(scores, scored, np.concatenate(columns))
     ends = np.cumsum([members.size for members in columns])[:-1]
     coefficients = dict(zip(named, np.split(drawn, ends, axis=1), strict=True))
     return _Fit(shape, sides, acts, coefficients, words)
@@ -458,7 +424,7 @@ def _tables(
     return tuple(tables), steps
 
 
-def _parts_with_memory(table: MountingTable, fit: _Fit) -> tuple[Part, ...]:
+def _elements(table: MountingTable, fit: _Fit) -> tuple[Part, ...]:
     """Stops or branches of the fit."""
     elements: list[Part] = []
     for (side, act), drawn in fit.drawn.items():
@@ -473,7 +439,7 @@ def _parts_with_memory(table: MountingTable, fit: _Fit) -> tuple[Part, ...]:
     return tuple(elements)
 
 
-def _beside_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:
+def _size_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:
     """Size of the other bushing's curve beside that of the first."""
     share = float(np.ptp(other)) / max(float(np.ptp(y)), 1e-300)
     return f"{first} bushing; {side} bushing {share:.0%} of it".replace("%", " %")

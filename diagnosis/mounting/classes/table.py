@@ -136,6 +136,7 @@ class MountingTable:
 class _Layout:
     """Rows of the table: target and baseline, groups, laws."""
 
+    #: Columns, penalty and sign of each group; columns of each shape of a law.
     groups: dict[str, tuple[slice, FloatArray, bool]]
     laws: dict[str, tuple[IntArray, ...]]
 
@@ -277,7 +278,7 @@ def _rows(
 ) -> tuple[list[FloatArray], _Layout]:
     """Target, baseline, groups and laws along a run in rotated channels."""
     model, body = columns.model, columns.body
-    n_base = 0 if model.held else 2
+    n_base = 0 if model.fixed else 2
     rows = [rotation @ np.nan_to_num(run.gap)[None], rotation @ _base_rows(body, run)[:n_base]]
     first = 1 + n_base
     layout = _Layout({}, {})
@@ -338,7 +339,7 @@ def _assembled(
     model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout
 ) -> GramTable:
     """Table of unit energies, each group scaled as one; contained laws join the baseline."""
-    n_base = 0 if model.held else 2
+    n_base = 0 if model.fixed else 2
     gram, layout, n_base = _with_contained(model, gram, layout, n_base)
     energy = np.diag(gram.sum(axis=0)).copy()
     for name, (columns, _, _) in layout.groups.items():
