@@ -11,7 +11,7 @@ FUZZ_INPUTS := 2000
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
 # A file's tests share fixtures and stay in one process. Dense matrices are small: a second thread of algebra only waits.
-PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules carrierflex studies examples tests \
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules carrierflex studies examples validation tests \
 	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
 MAKEFLAGS += --no-print-directory
@@ -99,4 +99,4 @@ docs:
 
 clean:
 	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
-	find -P carrierflex $(PACKAGES) tests benchmarks studies examples -name __pycache__ -prune -exec rm -rf {} +
+	find -P carrierflex $(PACKAGES) tests benchmarks studies examples validation -name __pycache__ -prune -exec rm -rf {} +

@@ -4,9 +4,8 @@ import inspect
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from carrierflex.workflows.shell.called_commands import options_of, workflow_of
 from carrierflex.workflows.shell.commands import COMMANDS
-from carrierflex.workflows.shell.early_refusals import READ_EARLY
-from carrierflex.workflows.shell.written_signatures import written_command
 
 _BAD = "no_such_key = 1\n"
 _CASE = 'format = "carrierflex-case"\nversion = 1\n'
@@ -31,10 +30,17 @@ _HEADS = {
 }
 
 
-def options_of(name: str) -> Mapping[str, inspect.Parameter]:
-    """Options of a command by the name of the workflow's parameter."""
-    module = f"carrierflex.workflows.{COMMANDS[name].workflow}"
-    return written_command(module).signature.parameters
+#: What an option is refused without, before its file is read.
+_STEP = ("--step", "bad.toml")
+_COMPANIONS = {
+    ("mesh", "surfaces"): _STEP,
+    ("curves", "surfaces"): _STEP,
+    ("couplings", "surfaces"): _STEP,
+    ("reduce", "surfaces"): (*_STEP, "--body", "carrier"),
+    ("reduce", "interfaces"): ("--stiffness", "bad.toml", "--mass", "bad.toml"),
+}
+#: Values that are looked at before files are read.
+_SOUND = {("reduce", "out"): "nowhere.h5", ("simulate", "case"): "carrier_lc1_to_lc4"}
 
 
 def with_unknown_option() -> Iterator[list[str]]:
@@ -49,8 +55,8 @@ def with_bad_toml() -> Iterator[list[str]]:
     One with a file that could be of any kind, and one for each kind that the option may name.
     """
     for name in COMMANDS:
-        for key, option in options_of(name).items():
-            if key not in READ_EARLY:
+        for key, option in _options(name).items():
+            if key not in _HEADS:
                 continue
             for file in ["bad", *(_bad_name(key, kind) for kind in _HEADS[key])]:
                 words, flag = _required(name), _flag(key)
@@ -61,6 +67,7 @@ def with_bad_toml() -> Iterator[list[str]]:
                     words[words.index(flag) + 1] = path
                 else:
                     words += [flag, path]
+                    words += _COMPANIONS.get((name, key), ())
                 yield [name, *words]
 
 
@@ -83,14 +90,19 @@ def _bad_name(option: str, kind: str) -> str:
 def _required(name: str) -> list[str]:
     """Words that give a command all it asks for, none of them a file that exists."""
     words: list[str] = []
-    for key, option in options_of(name).items():
+    for key, option in _options(name).items():
         if option.default is not inspect.Parameter.empty or option.kind is option.VAR_POSITIONAL:
             continue
         choices = getattr(option.annotation, "__args__", ())
         value = choices[0] if choices and isinstance(choices[0], str) else "nowhere"
+        value = _SOUND.get((name, key), value)
         is_positional = option.kind is option.POSITIONAL_OR_KEYWORD
         words += [value] if is_positional else [_flag(key), value]
     return words
+
+
+def _options(name: str) -> Mapping[str, inspect.Parameter]:
+    return options_of(workflow_of(COMMANDS[name]))
 
 
 def _flag(key: str) -> str:

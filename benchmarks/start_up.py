@@ -1,4 +1,4 @@
-"""Time until help is shown or a mistake is told, beside ``python -c 'import numpy'``.
+"""Time until help is shown or a wrong option is reported, beside ``python -c 'import numpy'``.
 
     python -m benchmarks.start_up [PAIRS]
 
@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from benchmarks.ratio import PROCESSOR_TIME, TIME, Ratio, at_least
-from benchmarks.refused_lines import with_bad_toml, with_unknown_option, write_bad_files
+from benchmarks.refused_lines import with_unknown_option
 from benchmarks.run import run_alone
 from carrierflex.workflows.shell.commands import COMMANDS
 
@@ -29,12 +29,12 @@ _OURS = [
     "from carrierflex.workflows.command_line import main; main()",
 ]
 _PEER = [sys.executable, "-P", "-c", "import numpy"]
-#: Twice the peer's time is half its speed.
-_WANTED = at_least(0.5)
+#: Seven times the peer's time: a second where the peer takes 0.15 s.
+_WANTED = at_least(1.0 / 7.0)
 
 
 def ratios(pairs: int = 5) -> Iterator[Ratio]:
-    """Version, help and refusals.
+    """Version, help and refused options.
 
     Parameters
     ----------
@@ -46,11 +46,9 @@ def ratios(pairs: int = 5) -> Iterator[Ratio]:
         "--help": [["--help"]],
         "help of a command": [[name, "--help"] for name in COMMANDS],
         "refused option": list(with_unknown_option()),
-        "refused TOML": list(with_bad_toml()),
     }
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write_bad_files(folder)
         for case, of_case in lines.items():
             yield from _slowest(case, of_case, folder, pairs)
 

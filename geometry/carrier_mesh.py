@@ -3,13 +3,9 @@
 from carrierflex.geometry.dihedral import completed, mirrored_pin
 from carrierflex.geometry.half_sector import carrier_half_sector, pin_half
 from carrierflex.geometry.named_surfaces import with_carrier_surfaces, with_pin_surfaces
-from carrierflex.geometry.parameters import CarrierParameters, PinParameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE, CarrierParameters, PinParameters
 from carrierflex.geometry.quality import check_quality
 from carrierflex.geometry.tet_mesh import TetMesh
-
-#: Element edge length [m]; order 3 of delta_f is then 4 % below its limit, order 6 of delta_s 3 %
-#: (docs/mesh_study.md).
-DEFAULT_SIZE = 0.03
 
 
 def flexible_carrier_mesh(carrier: CarrierParameters, size: float = DEFAULT_SIZE) -> TetMesh:

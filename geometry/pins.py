@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from carrierflex.geometry.parameters import FEWEST_PLANETS, MOST_PLANETS
 
+#: Paper, section 3.1: bending and torsional stiffness of each pin interface [N m/rad].
+PAPER_STIFFNESS = 1e6
 _PIN = re.compile(r"pin_(\d{1,3})_(?:upwind|midspan|downwind)(?:_|$)")
 
 

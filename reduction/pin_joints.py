@@ -6,12 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.load_cases import bonded_pin_load, together
-from carrierflex.geometry.pins import pin_angles, planets_of
+from carrierflex.geometry.pins import PAPER_STIFFNESS, pin_angles, planets_of
 from carrierflex.reduction.assembly import Joint, assembled
 from carrierflex.reduction.reduced_model import ReducedModel, turned
 
-#: Paper, section 3.1: bending and torsional stiffness of each pin interface [N m/rad].
-PAPER_STIFFNESS = 1e6
 #: Derived with beams for pins: gives the rim deflection of the paper's Table 4 (this chain's own
 #: figure: docs/pin_fit.md).
 TABLE_4_STIFFNESS = 1.4e7

@@ -29,6 +29,13 @@ COUPLING = "coupling_flange"
 MAIN_BEARING = "main_bearing_seat"
 #: Pilots at the carrier's bearings A (upwind) and B (downwind).
 CARRIER_BEARINGS = ("upwind_seat", "downwind_seat")
+_PIVOT = {MAIN_BEARING: (0, 1, 2), COUPLING: (3,)}
+#: Bearings that hold the group while the misalignment bends it, in words.
+SUPPORTS: Mapping[str, Mapping[str, tuple[int, ...]]] = {
+    "shaft held, carrier free": {MAIN_BEARING: (0, 1, 2, 3, 4, 5)},
+    "main bearing and bearing A": _PIVOT | {CARRIER_BEARINGS[0]: (1, 2)},
+    "main bearing, A and B, all rigid": _PIVOT | dict.fromkeys(CARRIER_BEARINGS, (1, 2)),
+}
 
 _SHAFT_SIDE, _CARRIER_SIDE = "carrier_joint", "shaft_face"
 #: Larger angles [rad] leave the small-motion frame: an error of 0.1 % in the tilt itself.

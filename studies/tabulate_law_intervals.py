@@ -33,7 +33,7 @@ from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 from studies.case_files import make_missing, read_case, write_table
-from studies.law_coverage import RHO, covered_values, has_true_parameters
+from validation.law_coverage import RHO, covered_values, has_true_parameters
 
 
 @dataclass(frozen=True)

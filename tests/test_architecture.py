@@ -27,7 +27,7 @@ CHAIN = (
     "workflows",
 )
 #: Not installed: they may import everything, and nothing of the chain imports them.
-BESIDE_THE_CHAIN = ("benchmarks", "examples", "studies")
+BESIDE_THE_CHAIN = ("benchmarks", "examples", "studies", "validation")
 IMPORT_NAME = "carrierflex"
 KINDS = ("carrier", "element", "mounting")
 #: What every kind is made of: it knows none of them.

@@ -3,17 +3,13 @@
 One sub-command a workflow; errors in one line, exit codes for scripts.
 """
 
-import atexit
 import difflib
-import gc
 import io
 import logging
-import os
 import re
 import sys
 from itertools import pairwise
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 from carrierflex.files.shown_values import printable
@@ -49,7 +45,6 @@ def main() -> None:
     """
     show_errors()
     _print_in_any_encoding()
-    _load_quickly()
     _refuse_unknown_command(sys.argv[1:])
     try:
         with_sound_cache(lambda: _run(sys.argv[1:]))
@@ -71,8 +66,6 @@ def main() -> None:
         ):
             raise
         _end(_about_input(error, sys.argv[1:]), EXIT_REFUSED)
-    finally:
-        gc.enable()
 
 
 def _print_in_any_encoding() -> None:
@@ -80,21 +73,6 @@ def _print_in_any_encoding() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-
-
-def _load_quickly() -> None:
-    """Leave out what makes the loading of libraries slow, until the workflow begins.
-
-    The collector looks in vain through what is loaded, and stays, and would once more at the end,
-    for a tenth of the time of a refusal. The library that checks tables asks every installed
-    package for a plugin; none is used, and what asks takes a twentieth of that time to load.
-    """
-    gc.disable()
-    atexit.register(gc.freeze)
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    loader = ModuleType("pydantic.plugin._loader")
-    loader.__dict__["get_plugins"] = tuple
-    sys.modules.setdefault(loader.__name__, loader)
 
 
 def _refuse_unknown_command(arguments: list[str]) -> None:
@@ -109,17 +87,11 @@ def _refuse_unknown_command(arguments: list[str]) -> None:
 
 @interruptible()
 def _run(arguments: list[str]) -> None:
-    """Run a command whose TOML files are sound as far as is seen before its options are read."""
-    if arguments and arguments[0] in COMMANDS:
-        # Late: the version and the list of commands do without.
-        from carrierflex.workflows.shell.early_refusals import refuse_named
-
-        refuse_named(arguments[1:], COMMANDS[arguments[0]].workflow)
     application()(arguments, exit_on_error=False, print_error=False)
 
 
 def application() -> "cyclopts.App":
-    """The commands by name; what is written of the one that is called is read, nothing imported.
+    """The commands by name; of the workflows that of the called one alone is imported.
 
     Late, so that a library that does not load is told in one line.
     """

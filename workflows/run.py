@@ -5,38 +5,33 @@ the load cases LC1 to LC4 of the 2012 paper simulated at the rim sensors, the mo
 those signals, and the gap of a model without misalignment and flexibility diagnosed.
 """
 
+from __future__ import annotations
+
 import resource
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.curve_files import write_curves
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import provenance, versions
 from carrierflex.files.whole_files import whole_file
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
-from carrierflex.geometry.mesh_files import write_mesh
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE, CarrierParameters
 from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
-from carrierflex.reduction.body_files import write_body
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.workflows.diagnosis import diagnose_load_cases
 from carrierflex.workflows.fe import check_mesh_convergence
 from carrierflex.workflows.identification import identify_parameters
-from carrierflex.workflows.job import Job
-from carrierflex.workflows.pictures import draw_carriers
-from carrierflex.workflows.reduction import reduce_carrier
-from carrierflex.workflows.simulation import run_reduced_bodies, simulate_carrier
-from carrierflex.workflows.summary import job_summary
-from carrierflex.workflows.support.carrier_variants import (
-    CarrierVariant,
-    flexible_variant,
-    stiff_variant,
-)
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.diagnosis import diagnose_load_cases
+    from carrierflex.workflows.job import Job
+    from carrierflex.workflows.reduction import reduce_carrier
+    from carrierflex.workflows.simulation import simulate_carrier
+    from carrierflex.workflows.support.carrier_variants import CarrierVariant
 
 _MESH_SUFFIXES = (".msh", ".vtu", ".inp")
 
@@ -76,6 +71,14 @@ def main(
         prepared_folder(out / folder)
     for folder in ("campaign", "stage/campaign", "mounting/campaign"):
         prepare_campaign_folder(out / folder)
+
+    from carrierflex.fe.carrier_curves import named_curves
+    from carrierflex.workflows.job import Job
+    from carrierflex.workflows.pictures import draw_carriers
+    from carrierflex.workflows.simulation import run_reduced_bodies
+    from carrierflex.workflows.summary import job_summary
+    from carrierflex.workflows.support.carrier_variants import flexible_variant, stiff_variant
+
     # No weights: the mesh study took 0.4 and 1.6 times as long as the diagnosis.
     stages = Stages(10, quiet)
     variants = {}
@@ -129,6 +132,9 @@ def _reduced_bodies(
     note: Callable[[str, float], None],
 ) -> reduce_carrier.ReducedCarrier:
     """Both carriers and a pin, reduced and written."""
+    from carrierflex.reduction.body_files import write_body
+    from carrierflex.workflows.reduction import reduce_carrier
+
     reduced = reduce_carrier.main(
         stage,
         variants["flexible"].structure,
@@ -143,6 +149,8 @@ def _reduced_bodies(
 
 
 def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
+    from carrierflex.geometry.mesh_files import write_mesh
+
     for name, variant in variants.items():
         for suffix in _MESH_SUFFIXES:
             write_mesh(variant.mesh, folder / f"{name}_carrier{suffix}")
@@ -173,6 +181,9 @@ def _signals(
     simulate_carrier.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap
 ]:
     """Simulate the load cases, identify the motion, diagnose the gap of the simplest model."""
+    from carrierflex.workflows.diagnosis import diagnose_load_cases
+    from carrierflex.workflows.simulation import simulate_carrier
+
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):
         simulated = simulate_carrier.main(

@@ -215,7 +215,8 @@ def _factor(A: FloatArray) -> FloatArray:
     factor, failed = dpotrf(A, lower=1)
     if not failed:
         return np.asarray(factor)
-    rounding = _ROUNDING * float(np.diag(A).max())
+    # Columns that are zero in the records of a fit take the coefficient zero.
+    rounding = _ROUNDING * (float(np.diag(A).max()) or 1.0)
     for lift in (rounding * 100.0**k for k in range(7)):
         factor, failed = dpotrf(A + lift * np.eye(len(A)), lower=1)
         if not failed:

@@ -73,7 +73,9 @@ def law_sets(
     of_classes = [scores.of(classes) for classes in sets_of_classes if classes]
     explaining = [held for held in of_classes if state_of(shares, held) == NAMED_CLASS]
     near = _near_best(shares, sets, explaining)
-    return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in near if entry.laws))
+    # In force space a law is known less well than by simulation: that of the answer is fitted.
+    proposed = [*sets[:1], *near] if of_classes else near
+    return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in proposed if entry.laws))
 
 
 def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns]) -> list[_LawSet]:

@@ -31,6 +31,8 @@ TABLE_4 = {
 }
 #: RMS of measured minus simulated displacement with and without misalignment [m] (table 5).
 TABLE_5 = {"LC1": (0.241e-3, 0.295e-3), "LC2": (0.085e-3, 0.182e-3), "LC4": (0.220e-3, 0.290e-3)}
+#: Tilt in the joint of shaft and carrier that table 5 determines in LC1 [rad].
+PHI_PLC = 0.58e-3
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,6 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 Array = NDArray[np.float64]
 
@@ -117,6 +116,9 @@ def natural_frequencies_hz(M: Array, K: Array) -> Array:
     ndarray
         Finite frequencies.
     """
+    # Late: help of options needs the dataclass alone.
+    from scipy.linalg import eigh
+
     # The pencil is turned round and shifted: M may be singular, K is; K + shift M is not.
     shift = np.trace(K) / np.trace(M) * 1e-3
     inverse = eigh(M, K + shift * M, eigvals_only=True)

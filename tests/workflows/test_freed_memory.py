@@ -5,14 +5,14 @@ import sys
 
 import pytest
 
-from carrierflex.workflows.shell import freed_memory
-from carrierflex.workflows.shell.freed_memory import returning_freed_memory
+from carrierflex.workflows.diagnosis import freed_memory
+from carrierflex.workflows.diagnosis.freed_memory import returning_freed_memory
 
 #: Frees a hundred megabytes between arrays that live, and prints how much the process holds
 #: before and after it was given back.
 _HOLES = """
 import numpy as np
-from carrierflex.workflows.shell.freed_memory import return_freed_memory
+from carrierflex.workflows.diagnosis.freed_memory import return_freed_memory
 
 def resident():
     with open("/proc/self/statm") as statm:

@@ -13,7 +13,6 @@ from threadpoolctl import threadpool_limits
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
-from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.progress import Stages
 
 
@@ -56,6 +55,9 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
         with stages.stage(f"reading {campaign}"):
             measured = read_campaign(campaign)
             curves = campaign_curves(measured, campaign)
+
+        from carrierflex.workflows.support.examination import examined
+
         with stages.stage("records"):
             own = examined(measured, curves)
         with stages.stage("baseline and wiring"):

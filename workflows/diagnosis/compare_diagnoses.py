@@ -5,14 +5,16 @@ what shrank and what came in the gap map, what is named before and after. A good
 interval excludes one, the cause that was added is no longer missing, and nothing came.
 """
 
-from pathlib import Path
+from __future__ import annotations
 
-from carrierflex.diagnosis.report.compared.change import GapChange, gap_change
-from carrierflex.diagnosis.report.compared.page import comparison_page
-from carrierflex.diagnosis.report.compared.side import read_side
-from carrierflex.diagnosis.report.compared.words import change_document
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 from carrierflex.files.json_files import save_json, save_text
 from carrierflex.workflows.support.outputs import prepared_folder
+
+if TYPE_CHECKING:
+    from carrierflex.diagnosis.report.compared.change import GapChange
 
 COMPARISON_FILE = "comparison.json"
 PAGE_FILE = "comparison.html"
@@ -41,6 +43,11 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange:
     OSError
         Where `out` cannot be written.
     """
+    from carrierflex.diagnosis.report.compared.change import gap_change
+    from carrierflex.diagnosis.report.compared.page import comparison_page
+    from carrierflex.diagnosis.report.compared.side import read_side
+    from carrierflex.diagnosis.report.compared.words import change_document
+
     change = gap_change(read_side(before), read_side(after))
     if out is not None:
         prepared_folder(out)

@@ -6,28 +6,16 @@ shrink interval excludes one, and a remaining gap near the noise floor; "none of
 diagnosable" are answers too.
 """
 
+from __future__ import annotations
+
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.kinds import kept_law, law_findings
-from carrierflex.diagnosis.report.diagnosis_files import (
-    DIAGNOSIS_FILE,
-    write_diagnosis,
-    write_report,
-)
-from carrierflex.diagnosis.report.page import ReportSource, report_page
-from carrierflex.diagnosis.report.rim_motion_files import (
-    RIM_MOTION_FILE,
-    RimMotion,
-    rim_motion,
-    write_rim_motion,
-)
-from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.versions import versions
@@ -36,21 +24,22 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
-from carrierflex.simulation.law_files import read_law, write_law
-from carrierflex.simulation.laws import Law
-from carrierflex.workflows.shell.freed_memory import (
+from carrierflex.workflows.diagnosis.freed_memory import (
     return_freed_memory,
     return_unused_memory,
     returning_freed_memory,
 )
 from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.view3d.rim_scene import rim_scene
 from carrierflex.workflows.view3d.view import viewer_library
 from carrierflex.workflows.view3d.view_file import VIEW_FILE, write_view
+
+if TYPE_CHECKING:
+    from carrierflex.diagnosis.report.rim_motion_files import RimMotion
+    from carrierflex.diagnosis.results import Diagnosis
+    from carrierflex.simulation.laws import Law
 
 REPORT_FILE = "report.html"
 
@@ -148,6 +137,9 @@ def main(
         Where `out` or `save_law` cannot be written.
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
+
+    from carrierflex.simulation.law_files import read_law
+
     brought = tuple(read_law(path) for path in law or ())
     stages = Stages(4, quiet)
     # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
@@ -162,6 +154,10 @@ def main(
                 effects=effects or (),
             )
             curves = campaign_curves(measured, campaign)
+
+        from carrierflex.diagnosis.report.rim_motion_files import rim_motion
+        from carrierflex.workflows.view3d.rim_scene import rim_scene
+
         with work_executor(workers, scheduler) as executor:
             diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
             # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
@@ -205,6 +201,9 @@ def _diagnosed(
     seed: int,
 ) -> Diagnosis:
     """What the records say, with what does not look right in them."""
+    from carrierflex.diagnosis.kinds import law_findings
+    from carrierflex.workflows.support.examination import examined
+
     for note in measured.notes:
         stages.tell(note)
     with stages.stage("signals and noise floor"):
@@ -229,6 +228,14 @@ def _write(
     report: bool,
     motion: RimMotion | None,
 ) -> None:
+    from carrierflex.diagnosis.report.diagnosis_files import (
+        DIAGNOSIS_FILE,
+        write_diagnosis,
+        write_report,
+    )
+    from carrierflex.diagnosis.report.page import ReportSource, report_page
+    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
+
     # What an earlier diagnosis left would show another gap.
     for name in (RIM_MOTION_FILE, VIEW_FILE):
         (out / name).unlink(missing_ok=True)
@@ -250,6 +257,9 @@ def _write(
 
 def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: str | None) -> None:
     """Write the measured shape of the class found."""
+    from carrierflex.diagnosis.kinds import kept_law
+    from carrierflex.simulation.law_files import write_law
+
     if diagnosis.classes is None:
         raise ValueError(f"{path}: no law to save: the records give no answer by class")
     try:

@@ -5,6 +5,8 @@ plan.json and plan.png. A good answer: every cause that matters is seen well bel
 noticing, no pair is alike, or the first proposal parts all that are.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,14 +17,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.carrier.planned.additions import CarrierPool, RigLimits, carrier_pool
-from carrierflex.diagnosis.carrier.planned.columns import carrier_planned_table
-from carrierflex.diagnosis.carrier.problem import CarrierProblem
-from carrierflex.diagnosis.inference.planning.plan import campaign_plan
 from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs
-from carrierflex.diagnosis.kinds import Curves, problem_of
-from carrierflex.diagnosis.mounting.planned.additions import MountingPool, mounting_pool
-from carrierflex.diagnosis.mounting.planned.columns import mounting_planned_table
-from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.toml_files import read_toml, toml_document
 from carrierflex.files.versions import software_name
@@ -37,6 +32,8 @@ from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
 
 if TYPE_CHECKING:
+    from carrierflex.diagnosis.kinds import Curves
+    from carrierflex.diagnosis.mounting.planned.additions import MountingPool
     from carrierflex.simulation.plan_tables import PlanTable
 
 PLAN_FILE = "plan.json"
@@ -178,6 +175,14 @@ def plan_of(
     ValueError
         Where the kind has no additions.
     """
+    from carrierflex.diagnosis.carrier.planned.columns import carrier_planned_table
+    from carrierflex.diagnosis.carrier.problem import CarrierProblem
+    from carrierflex.diagnosis.inference.planning.plan import campaign_plan
+    from carrierflex.diagnosis.kinds import problem_of
+    from carrierflex.diagnosis.mounting.planned.additions import mounting_pool
+    from carrierflex.diagnosis.mounting.planned.columns import mounting_planned_table
+    from carrierflex.diagnosis.mounting.problem import MountingProblem
+
     if campaign.kind == "element":
         raise ValueError(
             f"campaign '{campaign.name}' is of kind element; plan knows the kinds carrier, mounting"

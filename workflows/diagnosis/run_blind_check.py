@@ -7,47 +7,28 @@ blind_check.json and blind_check.md. A good answer: every wanted figure is met b
 (docs/blind_check.md).
 """
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from carrierflex.blind_check.case_plans import (
-    DECLARED,
-    case_plans,
-    full_size,
-    with_noise_declared,
-)
 from carrierflex.blind_check.labels import FAMILIES, KINDS, CasePlan, Label
-from carrierflex.blind_check.references.linear_laws import REFERENCES
-from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
-from carrierflex.blind_check.sealing.answers import Answers, read_answers, write_answers
-from carrierflex.blind_check.sealing.check import (
-    SEALS_FILE,
-    diagnosed,
-    exported,
-    opened,
-    remade,
-    sealed_check,
-)
-from carrierflex.blind_check.sealing.verdicts import Verdict
-from carrierflex.blind_check.truth.campaigns import case_campaign, write_case
 from carrierflex.files.versions import software_name
-from carrierflex.workflows.diagnosis.diagnose_case import (
-    classify_case,
-    diagnose_case,
-    reference_verdict,
-)
-from carrierflex.workflows.diagnosis.scored_check import scored, write_score
 from carrierflex.workflows.support.executors import other_processes, work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+
+if TYPE_CHECKING:
+    from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
+    from carrierflex.blind_check.sealing.verdicts import Verdict
 
 Kind = Literal["carrier", "mounting", "element", "all"]
 Family = Literal[
@@ -153,6 +134,13 @@ def main(
     if score is not None:
         return _scored_answers(score, out)
     kinds = tuple(name for name in KINDS if name in kind or "all" in kind)
+
+    from carrierflex.blind_check.case_plans import DECLARED, full_size
+    from carrierflex.blind_check.scoring.result import ExportedCheck
+    from carrierflex.blind_check.sealing.check import diagnosed, exported, opened, sealed_check
+    from carrierflex.workflows.diagnosis.diagnose_case import classify_case, diagnose_case
+    from carrierflex.workflows.diagnosis.scored_check import scored, write_score
+
     request: dict[str, Any] = {
         "seed": seed,
         "cases": {name: full_size(name) if cases is None else cases for name in kinds},
@@ -224,6 +212,8 @@ def _check_export(folder: Path) -> None:
     ValueError
         Where the folder holds something else.
     """
+    from carrierflex.blind_check.sealing.check import SEALS_FILE
+
     prepared_folder(folder)
     if any(folder.iterdir()) and not (folder / SEALS_FILE).is_file():
         raise ValueError(f"--export {folder}: holds other files; expected a new or empty folder")
@@ -231,6 +221,8 @@ def _check_export(folder: Path) -> None:
 
 def _plans(request: Mapping[str, Any]) -> list[CasePlan]:
     """Plans of what was asked for."""
+    from carrierflex.blind_check.case_plans import DECLARED, case_plans, with_noise_declared
+
     families = tuple(request.get("families", FAMILIES))
     return [
         plan
@@ -245,6 +237,11 @@ def _beside(
     folder: Path, labels: Mapping[str, Label], verdicts: Mapping[str, Verdict], digest: str
 ) -> dict[str, BlindCheck]:
     """Scores of the references, whose answers are written as any tool's are, ours with them."""
+    from carrierflex.blind_check.references.linear_laws import REFERENCES
+    from carrierflex.blind_check.sealing.answers import Answers, write_answers
+    from carrierflex.workflows.diagnosis.diagnose_case import reference_verdict
+    from carrierflex.workflows.diagnosis.scored_check import scored
+
     answers = folder / "answers"
     answers.mkdir(exist_ok=True)
     write_answers(answers / "carrierflex.json", Answers(software_name(), verdicts))
@@ -262,18 +259,26 @@ def _write_case(plan: CasePlan, folder: Path) -> Label:
     Its matrices are small: threads wait for one another a thousand times longer than they work
     where other processes have the cores.
     """
+    from carrierflex.blind_check.truth.campaigns import write_case
+
     with threadpool_limits(limits=1):
         return write_case(plan, folder)
 
 
 def _label(plan: CasePlan) -> Label:
     """Label of a case, made once more."""
+    from carrierflex.blind_check.truth.campaigns import case_campaign
+
     with threadpool_limits(limits=1):
         return case_campaign(plan)[1]
 
 
 def _scored_answers(answers: Path, out: Path) -> BlindCheck:
     """Score of the answers of any tool to an exported check."""
+    from carrierflex.blind_check.sealing.answers import read_answers
+    from carrierflex.blind_check.sealing.check import remade
+    from carrierflex.workflows.diagnosis.scored_check import scored, write_score
+
     labels, published = remade(out, _plans, _label)
     read = read_answers(answers, labels)
     result, rows = scored(labels, read.cases, published.digest)

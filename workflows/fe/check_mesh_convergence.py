@@ -9,10 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.carrier_curves import UNIT_TORQUE
-from carrierflex.fe.half_sector_curve import half_sector_curve
-from carrierflex.fe.load_cases import bonded_pin_load, gear_forces, simply_supported_pin_load
-from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
 from carrierflex.geometry.parameter_files import StageParameters
 
 #: Element sizes of the study [m].
@@ -74,6 +70,12 @@ def main(
         In a good study both orders change by less than 2 % between the two finest meshes.
     """
     n_planets = stage.carrier.n_planets
+
+    from carrierflex.fe.carrier_curves import UNIT_TORQUE
+    from carrierflex.fe.half_sector_curve import half_sector_curve
+    from carrierflex.fe.load_cases import bonded_pin_load, gear_forces, simply_supported_pin_load
+    from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
+
     force, orders = gear_forces(UNIT_TORQUE, stage.gear, n_planets).F_PLC, study_orders(n_planets)
     n_dofs = []
     flexible = []

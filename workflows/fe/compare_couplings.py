@@ -6,27 +6,24 @@ A distributing coupling (RBE3) lets the surface deform, a rigid one (RBE2) forbi
 a fitted part lies between.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.geometry.carrier_interface import CarrierInterface
-from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import CarrierParameters
-from carrierflex.reduction.coupling_bracket import CouplingBracket, coupling_bracket
-from carrierflex.workflows.support.carrier_files import (
-    CarrierFiles,
-    LengthUnit,
-    given_structure,
-    mesh_warnings,
-    meshes_of_variants,
-)
-from carrierflex.workflows.support.named_bodies import body_structure
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.units import LengthUnit
+
+if TYPE_CHECKING:
+    from carrierflex.geometry.carrier_interface import CarrierInterface
+    from carrierflex.geometry.given_meshes.named_solids import GivenMesh
+    from carrierflex.reduction.coupling_bracket import CouplingBracket
 
 
 def main(
@@ -75,6 +72,17 @@ def main(
         the coupling hardly matters.
     """
     stage = read_parameters(parameters)
+
+    from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
+    from carrierflex.reduction.coupling_bracket import coupling_bracket
+    from carrierflex.workflows.support.carrier_files import (
+        CarrierFiles,
+        given_structure,
+        mesh_warnings,
+        meshes_of_variants,
+    )
+    from carrierflex.workflows.support.named_bodies import body_structure
+
     meshes = meshes_of_variants(flexible_mesh, stiff_mesh)
     files = CarrierFiles(step, surfaces, meshes, length_unit)
     record = files.record()

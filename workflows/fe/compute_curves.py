@@ -1,8 +1,10 @@
 """How does the rim deflect under drive torque? Two peaks a planet with bonded pins, one without."""
 
-from pathlib import Path
+from __future__ import annotations
 
-from carrierflex.fe.carrier_curves import named_curves
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.view import curves_figure
@@ -10,22 +12,14 @@ from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.files.versions import versions
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.carrier_files import (
-    CarrierFiles,
-    LengthUnit,
-    mesh_warnings,
-    meshes_of_variants,
-)
-from carrierflex.workflows.support.carrier_variants import (
-    SolvedCarrier,
-    flexible_variant,
-    given_variant,
-    stiff_variant,
-)
-from carrierflex.workflows.support.cost_preview import CostPreview, curves_cost, tell
-from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.units import LengthUnit
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.support.carrier_files import CarrierFiles
+    from carrierflex.workflows.support.carrier_variants import SolvedCarrier
+    from carrierflex.workflows.support.cost_preview import CostPreview
 
 _CURVES = "deflection_curves.csv"
 _PICTURE = "deflection_curves.png"
@@ -42,7 +36,7 @@ def main(
     flexible_mesh: Path | None = None,
     stiff_mesh: Path | None = None,
     length_unit: LengthUnit = "m",
-    assembly: AssemblyName = "compiled",
+    assembly: Literal["compiled", "scikit-fem"] = "compiled",
     preview: bool = False,
     cache: bool = True,
     quiet: bool = False,
@@ -89,6 +83,10 @@ def main(
         and orders N, 2 N, 3 N ... of N planets only.
     """
     stage = read_parameters(parameters)
+
+    from carrierflex.workflows.support.carrier_files import CarrierFiles, meshes_of_variants
+    from carrierflex.workflows.support.cost_preview import curves_cost, tell
+
     meshes = meshes_of_variants(flexible_mesh, stiff_mesh)
     files = CarrierFiles(step, surfaces, meshes, length_unit)
     edge = files.element_size(size)
@@ -115,10 +113,19 @@ def _compute(
     stage: StageParameters,
     size: float,
     files: CarrierFiles,
-    assembly: AssemblyName,
+    assembly: str,
     *,
     quiet: bool,
 ) -> None:
+    from carrierflex.fe.carrier_curves import named_curves
+    from carrierflex.workflows.support.carrier_files import mesh_warnings
+    from carrierflex.workflows.support.carrier_variants import (
+        flexible_variant,
+        given_variant,
+        stiff_variant,
+    )
+    from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS
+
     stages = Stages(3, quiet)
     finite_elements = FINITE_ELEMENTS[assembly]
     with stages.stage(f"flexible carrier, elements of {size:.4g} m"):

@@ -7,47 +7,29 @@ good answer tells where three peaks become six, which shares represent each curv
 mix leaves of it.
 """
 
+from __future__ import annotations
+
 import contextlib
 import csv
 import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carrierflex.fe.carrier_curves import (
-    UNIT_TORQUE,
-    carrier_deflection,
-    flexible_cases,
-    stiff_cases,
-)
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.fe.load_cases import gear_forces
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import whole_file
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.reduction.pin_fit import (
-    ExtremeCurves,
-    PinFitFamily,
-    PinFitRow,
-    pin_fit_row,
-    rms,
-    torque_curve,
-)
-from carrierflex.reduction.pin_joints import PIN_FITS
-from carrierflex.workflows.fe.pin_fit_pictures import (
-    MORE_PEAKS,
-    TABLE_4,
-    PinFitStudy,
-    mix_figure,
-    sweep_figure,
-)
-from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
+
+if TYPE_CHECKING:
+    from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow
+    from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
 
 #: Interface stiffnesses between which the sweep runs, beside its two ends [N m/rad].
 LOWEST, HIGHEST = 1e4, 1e12
@@ -91,6 +73,10 @@ def main(
         raise ValueError(f"--points-per-decade is {points_per_decade}; expected 1 to 1000")
     stage = read_parameters(parameters)
     prepared_folder(out)
+
+    from carrierflex.reduction.pin_fit import pin_fit_row
+    from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy, mix_figure, sweep_figure
+
     stages = Stages(3, quiet)
     with stages.stage("both carriers and a pin: finite elements, static reduction"):
         tied, extremes = _family(stage, size)
@@ -114,6 +100,17 @@ def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeC
 
     Statics needs no modes.
     """
+    from carrierflex.fe.carrier_curves import (
+        UNIT_TORQUE,
+        carrier_deflection,
+        flexible_cases,
+        stiff_cases,
+    )
+    from carrierflex.fe.load_cases import gear_forces
+    from carrierflex.reduction.craig_bampton import craig_bampton
+    from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, torque_curve
+    from carrierflex.workflows.support.named_bodies import body_structure
+
     cases = {
         "flexible": flexible_cases(stage.carrier, stage.gear),
         "stiff": stiff_cases(stage.gear, stage.carrier.n_planets),
@@ -138,6 +135,8 @@ def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeC
 
 
 def _stiffnesses(points_per_decade: int) -> list[float]:
+    from carrierflex.reduction.pin_joints import PIN_FITS
+
     n = round(np.log10(HIGHEST / LOWEST)) * points_per_decade + 1
     sweep = np.logspace(np.log10(LOWEST), np.log10(HIGHEST), n)
     return sorted({*map(float, sweep), *PIN_FITS.values()})
@@ -145,6 +144,9 @@ def _stiffnesses(points_per_decade: int) -> list[float]:
 
 def _changes(family: PinFitFamily) -> dict[str, float]:
     """Interface stiffness at which the curve's character changes [N m/rad]."""
+    from carrierflex.reduction.pin_fit import rms
+    from carrierflex.workflows.fe.pin_fit_pictures import MORE_PEAKS, TABLE_4
+
     conditions: dict[str, Callable[[DeflectionCurve], bool]] = {
         MORE_PEAKS: lambda curve: len(curve.peak_angles()) > family.n_planets,
         TABLE_4: lambda curve: rms(curve) <= TABLE_4_RMS,
@@ -159,6 +161,8 @@ def _changes(family: PinFitFamily) -> dict[str, float]:
 
 def _write_table(path: Path, rows: Sequence[PinFitRow]) -> None:
     """Write one line a row; stiffness in N m/rad, orders and RMS in m per kN m."""
+    from carrierflex.reduction.pin_fit import PinFitRow
+
     names = [field.name for field in dataclasses.fields(PinFitRow)]
     split = names.index("orders")
     orders = [f"order_{order}" for order in rows[0].orders]

@@ -4,25 +4,22 @@ A good answer: an engineer who knows the papers recognises each figure, and the 
 what it proves and what it was told.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from carrierflex.files.json_files import save_json, save_text
 from carrierflex.files.versions import versions
-from carrierflex.workflows.figures.figures_2011 import FIGURES_2011
-from carrierflex.workflows.figures.figures_2012 import FIGURES_2012
-from carrierflex.workflows.figures.index_page import index_page
-from carrierflex.workflows.figures.mounting_figures import accuracy
-from carrierflex.workflows.figures.mounting_records import LABELS
-from carrierflex.workflows.figures.paper_figure import PaperFigure
-from carrierflex.workflows.figures.shared_runs import SharedRuns
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
 
-#: All of them, in the order of the index.
-FIGURES = (*FIGURES_2011, *FIGURES_2012)
+if TYPE_CHECKING:
+    from carrierflex.workflows.figures.paper_figure import PaperFigure
+    from carrierflex.workflows.figures.shared_runs import SharedRuns
+
 #: Shared runs in words, in the order they are made.
 _RUNS = {
     "flexible": "carrier without pins: mesh, matrices, load cases",
@@ -84,6 +81,10 @@ def main(
     chosen = chosen_figures(paper, only)
     _refuse_runs(duration, evaluations)
     folder = prepared_folder(out)
+
+    from carrierflex.workflows.figures.index_page import index_page
+    from carrierflex.workflows.figures.shared_runs import SharedRuns
+
     shared = SharedRuns(element_size, duration, evaluations)
     needed = [name for name in _RUNS if any(name in figure.needs for figure in chosen)]
     stages = Stages(len(needed) + len(chosen) + 1, quiet)
@@ -111,6 +112,9 @@ def main(
 
 def _numbers(shared: SharedRuns, needed: Sequence[str]) -> dict[str, object]:
     """What the papers print in tables beside the figures that were drawn, from the same runs."""
+    from carrierflex.workflows.figures.mounting_figures import accuracy
+    from carrierflex.workflows.figures.mounting_records import LABELS
+
     numbers: dict[str, object] = {}
     if "stage" in needed:
         numbers["table 4 of 2012, RMS in m"] = {
@@ -139,6 +143,8 @@ def chosen_figures(paper: str | None, only: Sequence[str]) -> tuple[PaperFigure,
     ValueError
         Where a name is unknown or names a figure of the other paper.
     """
+    from carrierflex.workflows.figures.index_page import FIGURES
+
     offered = {figure.name: figure for figure in FIGURES if paper in (None, figure.paper)}
     for name in only:
         if name not in offered:

@@ -4,8 +4,12 @@ from collections.abc import Sequence
 from html import escape
 
 from carrierflex.files.versions import software_name
+from carrierflex.workflows.figures.figures_2011 import FIGURES_2011
+from carrierflex.workflows.figures.figures_2012 import FIGURES_2012
 from carrierflex.workflows.figures.paper_figure import PaperFigure
 
+#: All of them, in the order of the index.
+FIGURES = (*FIGURES_2011, *FIGURES_2012)
 _STYLE = """body { font: 16px/1.5 system-ui, "DejaVu Sans", sans-serif; color: #1b1f24;
 margin: 0 auto; max-width: 1080px; padding: 16px; }
 figure { margin: 36px 0; padding-top: 10px; border-top: 1px solid #d0d7de; }

@@ -3,11 +3,15 @@
 Lists what surfaces.toml may name.
 """
 
-from pathlib import Path
+from __future__ import annotations
 
-from carrierflex.geometry.cad_faces import CadFace
-from carrierflex.geometry.cad_mesh import step_faces
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 from carrierflex.geometry.cad_surface_files import CadFrame, read_cad_statements
+
+if TYPE_CHECKING:
+    from carrierflex.geometry.cad_faces import CadFace
 
 
 def main(step: Path, *, surfaces: Path | None = None) -> tuple[CadFace, ...]:
@@ -27,4 +31,7 @@ def main(step: Path, *, surfaces: Path | None = None) -> tuple[CadFace, ...]:
         All faces, the largest first.
     """
     frame = CadFrame.of_the_file() if surfaces is None else read_cad_statements(surfaces).frame
+
+    from carrierflex.geometry.cad_mesh import step_faces
+
     return tuple(sorted(step_faces(step, frame), key=lambda face: -face.area))

@@ -3,12 +3,9 @@
 from pathlib import Path
 from typing import Literal
 
-from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, stiff_carrier_mesh
-from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
 from carrierflex.geometry.tet_mesh import TetMesh
-from carrierflex.workflows.support.carrier_files import CarrierFiles
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
@@ -50,6 +47,11 @@ def main(
         A good mesh has a worst scaled Jacobian and a worst shape above 0.2.
     """
     stage = read_parameters(parameters)
+
+    from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, stiff_carrier_mesh
+    from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
+    from carrierflex.workflows.support.carrier_files import CarrierFiles
+
     files = CarrierFiles(step, surfaces)
     check_mesh_path(out)
     prepared_folder(out.parent)

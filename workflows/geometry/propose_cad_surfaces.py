@@ -3,22 +3,21 @@
 Proposes surfaces.toml and draws what was recognised, before anything is computed.
 """
 
+from __future__ import annotations
+
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.whole_files import check_file_writable
-from carrierflex.geometry.cad_recognition.oriented_faces import cad_solid
-from carrierflex.geometry.cad_recognition.proposal_files import write_proposal
-from carrierflex.geometry.cad_recognition.surface_proposal import (
-    SurfaceProposal,
-    proposed_surfaces,
-)
-from carrierflex.geometry.cad_recognition.view import proposal_picture
 from carrierflex.geometry.cad_surface_tables import StepUnit
 from carrierflex.workflows.support.outputs import prepared_folder, save_image
+
+if TYPE_CHECKING:
+    from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposal
 
 Triple = tuple[float, float, float]
 
@@ -71,6 +70,12 @@ def main(
     for name, length in (("--sensor-radius", sensor_radius), ("--bearing-width", bearing_width)):
         if length is not None and not 0.0 < length < math.inf:
             raise ValueError(f"{name} is {length} m; expected a positive length in metres")
+
+    from carrierflex.geometry.cad_recognition.oriented_faces import cad_solid
+    from carrierflex.geometry.cad_recognition.proposal_files import write_proposal
+    from carrierflex.geometry.cad_recognition.surface_proposal import proposed_surfaces
+    from carrierflex.geometry.cad_recognition.view import proposal_picture
+
     proposal = proposed_surfaces(
         step,
         cad_solid(step, length_unit),

@@ -3,14 +3,17 @@
 Writes both.
 """
 
-from pathlib import Path
+from __future__ import annotations
 
-from carrierflex.geometry.cad_export import write_step
-from carrierflex.geometry.cad_faces import CadFace
-from carrierflex.geometry.cad_mesh import step_faces
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.workflows.support.outputs import prepared_folder
+
+if TYPE_CHECKING:
+    from carrierflex.geometry.cad_faces import CadFace
 
 
 def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
@@ -31,6 +34,10 @@ def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
     """
     stage = read_parameters(parameters)
     prepared_folder(out)
+
+    from carrierflex.geometry.cad_export import write_step
+    from carrierflex.geometry.cad_mesh import step_faces
+
     write_step(stage.carrier, out / "carrier.step")
     write_cad_statements(out / "surfaces.toml", stage.carrier, stage.pin)
     return step_faces(out / "carrier.step", read_cad_statements(out / "surfaces.toml").frame)

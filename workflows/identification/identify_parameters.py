@@ -7,30 +7,21 @@ the signals up to a constant of each sensor, its RMS is never above that of M1, 
 are not negative.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.identification.campaign.angle_resampling import resampled_to_angle
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_header import CampaignHeader
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.identification.campaign_check.records_check import records_findings
-from carrierflex.identification.carrier.carrier_identification import (
-    LEAST_SQUARES,
-    FitOptions,
-    axial_channels,
-    identify_each_run,
-    identify_jointly,
-    residual_signal,
-    rim_channels,
-)
 from carrierflex.identification.carrier.long_records import is_long
 from carrierflex.identification.carrier.models import (
     CarrierModel,
@@ -38,19 +29,15 @@ from carrierflex.identification.carrier.models import (
     rigid_model,
     with_radial_motion,
 )
-from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
-from carrierflex.identification.carrier.piecewise_identification import identify_in_pieces
-from carrierflex.identification.carrier.pin_angle import identify_with_pin_angle
-from carrierflex.identification.carrier.robust_loss import Outliers, flagged_outliers
-from carrierflex.identification.estimate_files import identification_document, write_identification
-from carrierflex.workflows.identification.identified_figures import Fits, write_figures
-from carrierflex.workflows.identification.identify_bushings import (
-    BushingIdentification,
-    BushingOptions,
-    identify,
-)
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+
+if TYPE_CHECKING:
+    from carrierflex.identification.carrier.carrier_identification import FitOptions
+    from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+    from carrierflex.identification.carrier.robust_loss import Outliers
+    from carrierflex.workflows.identification.identified_figures import Fits
+    from carrierflex.workflows.identification.identify_bushings import BushingIdentification
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +148,10 @@ def main(
     _refuse_foreign_options(
         model, of_bushings, housing_motion, samples_per_revolution, free_pin_angle
     )
+
+    from carrierflex.identification.carrier.carrier_identification import FitOptions
+    from carrierflex.workflows.identification.identify_bushings import BushingOptions, identify
+
     if model.endswith("_bushing"):
         shared = BushingOptions(
             per_run, weights, axial, compare_complex, profile, housing_motion,
@@ -216,7 +207,7 @@ def identify_carrier(
     campaign: Path,
     model: str,
     out: Path,
-    options: FitOptions = LEAST_SQUARES,
+    options: FitOptions | None = None,
     *,
     free_pin_angle: bool = False,
     samples_per_revolution: int = 0,
@@ -230,6 +221,12 @@ def identify_carrier(
     ValueError
         Where the campaign is refused or is of another kind.
     """
+    from carrierflex.identification.campaign.angle_resampling import resampled_to_angle
+    from carrierflex.identification.carrier.carrier_identification import LEAST_SQUARES
+    from carrierflex.identification.carrier.piecewise_identification import identify_in_pieces
+    from carrierflex.identification.carrier.pin_angle import identify_with_pin_angle
+
+    options = options or LEAST_SQUARES
     stages = Stages(3, quiet)
     with stages.stage(f"reading {campaign}"):
         header = read_campaign_header(campaign)
@@ -267,6 +264,8 @@ def identify_carrier(
 
 def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campaign | None:
     """Campaign with its records; None where they are too long and one pass over them is enough."""
+    from carrierflex.identification.carrier.carrier_identification import axial_channels
+
     if not is_long(folder, header):
         campaign = read_campaign(folder).within_use()
         axial_channels(campaign)  # refuses a campaign of another kind before anything is written
@@ -290,6 +289,13 @@ def _written(
     seconds: float,
 ) -> Identification:
     """Write identification.json and the plots."""
+    from carrierflex.identification.campaign_check.records_check import records_findings
+    from carrierflex.identification.estimate_files import (
+        identification_document,
+        write_identification,
+    )
+    from carrierflex.workflows.identification.identified_figures import write_figures
+
     outliers = _outliers(measured, fits[model])
     warnings = records_findings(measured)
     estimates = {
@@ -315,6 +321,11 @@ def _written(
 def _identified(
     measured: Campaign, model: CarrierModel, options: FitOptions, per_run: bool
 ) -> Mapping[str, ParameterEstimate]:
+    from carrierflex.identification.carrier.carrier_identification import (
+        identify_each_run,
+        identify_jointly,
+    )
+
     if per_run:
         return identify_each_run(measured, model, options)
     return dict.fromkeys(
@@ -326,6 +337,12 @@ def _outliers(
     measured: Campaign, fits: Mapping[str, tuple[CarrierModel, ParameterEstimate]]
 ) -> tuple[Outliers, ...]:
     """Samples far outside the identified motion; of a record in pieces those of the first piece."""
+    from carrierflex.identification.carrier.carrier_identification import (
+        residual_signal,
+        rim_channels,
+    )
+    from carrierflex.identification.carrier.robust_loss import flagged_outliers
+
     outliers: list[Outliers] = []
     for run in measured.runs:
         model, estimate = fits[run.name]

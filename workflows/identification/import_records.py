@@ -4,17 +4,20 @@ A good answer: few missing samples, each kind counted; a shift of another simula
 small beside a sample, or explained by its start.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign_files import write_campaign
-from carrierflex.identification.logs.imported import Imported, imported_campaign
-from carrierflex.identification.logs.map_files import read_map
+
+if TYPE_CHECKING:
+    from carrierflex.identification.logs.imported import Imported
 
 #: What was read, left out and moved, beside the campaign; and the map itself.
 IMPORT_FILE, MAP_COPY = "import.json", "map.toml"
@@ -61,7 +64,12 @@ def main(
     OSError
         Where `out` cannot be written.
     """
+    from carrierflex.identification.logs.map_files import read_map
+
     document = read_map(map_)
+
+    from carrierflex.identification.logs.imported import imported_campaign
+
     imported = imported_campaign(document, files, simulated or ())
     more = {
         IMPORT_FILE: lambda path: save_json(path, _record(imported)),

@@ -10,7 +10,6 @@ from pathlib import Path
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.identification.carrier.printed_tables import DerivedFacts, derived_facts
-from carrierflex.identification.view import printed_tables_figure
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 
 
@@ -30,5 +29,8 @@ def main(*, out: Path) -> DerivedFacts:
     prepared_folder(out)
     facts = derived_facts()
     save_json(out / "printed_tables.json", {"facts": facts, "versions": versions()})
+
+    from carrierflex.identification.view import printed_tables_figure
+
     save_figure(out / "printed_tables.png", printed_tables_figure(facts))
     return facts

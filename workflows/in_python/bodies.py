@@ -9,8 +9,8 @@ import numpy as np
 
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.files.versions import provenance
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.certificate import Certificate, certify
 from carrierflex.reduction.craig_bampton import craig_bampton, freedom_record

@@ -10,8 +10,8 @@ import numpy as np
 from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.curve_files import write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
 from carrierflex.workflows.support.carrier_variants import flexible_variant, stiff_variant
 

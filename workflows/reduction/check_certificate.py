@@ -3,12 +3,16 @@
 Shows the certificate it was written with and repeats what needs no finite elements.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from carrierflex.files.json_files import plain, save_json
-from carrierflex.reduction.body_files import read_body, read_certificate
-from carrierflex.reduction.certificate import Certificate, inner_checks
 from carrierflex.workflows.support.outputs import prepared_folder
+
+if TYPE_CHECKING:
+    from carrierflex.reduction.certificate import Certificate
 
 
 def main(body: Path, *, out: Path | None = None) -> Certificate:
@@ -31,6 +35,9 @@ def main(body: Path, *, out: Path | None = None) -> Certificate:
     Certificate
         All checks, wanted beside reached; limits are relative unless a name says otherwise.
     """
+    from carrierflex.reduction.body_files import read_body, read_certificate
+    from carrierflex.reduction.certificate import Certificate, inner_checks
+
     model = read_body(body)
     stored = read_certificate(body)
     if stored is None:

@@ -3,25 +3,18 @@
 Writes a body file in that code's own format, with what it measured.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from carrierflex.reduction.body_files import read_body
-from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.reduction.exports.dmig_files import write_dmig
-from carrierflex.reduction.exports.exudyn_files import write_exudyn
-from carrierflex.reduction.exports.mbdyn_files import write_mbdyn
-from carrierflex.reduction.exports.op4_files import write_op4
-from carrierflex.reduction.exports.ordered_body import held_body
-from carrierflex.reduction.exports.sid_files import write_sid
-from carrierflex.reduction.exports.simscape_files import write_simscape
-from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.rigid_body_checks import grounding
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.recorded_structure import differences_from, recorded_structure
+
+if TYPE_CHECKING:
+    from carrierflex.reduction.reduced_model import ReducedModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +63,8 @@ def main(
     ExportedBody
         Files and figures measured.
     """
+    from carrierflex.reduction.body_files import read_body
+
     model = read_body(body)
     if pilot is not None and format not in ("mbdyn", "sid", "exudyn"):
         raise ValueError(
@@ -90,23 +85,33 @@ def main(
 
 
 def _op4(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    from carrierflex.reduction.exports.op4_files import write_op4
+    from carrierflex.reduction.rigid_body_checks import grounding
+
     return ExportedBody(
         write_op4(model, out), {"grounding of the stiffness [m or rad]": grounding(model)}
     )
 
 
 def _dmig(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    from carrierflex.reduction.exports.dmig_files import write_dmig
+
     return ExportedBody(
         (out,), {"grounding as written, max |K R| / max |K|": write_dmig(model, out)}
     )
 
 
 def _mbdyn(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    from carrierflex.reduction.exports.mbdyn_files import write_mbdyn
+    from carrierflex.reduction.exports.ordered_body import held_body
+
     write_mbdyn(model, out, pilot=pilot)
     return ExportedBody((out,), {"modes": float(len(held_body(model, pilot).K))})
 
 
 def _sid(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    from carrierflex.reduction.exports.sid_files import write_sid
+
     frequencies_hz = write_sid(model, out, pilot=pilot)
     return ExportedBody(
         (out,),
@@ -115,11 +120,21 @@ def _sid(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
 
 
 def _simscape(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    from carrierflex.reduction.exports.simscape_files import write_simscape
+    from carrierflex.reduction.rigid_body_checks import grounding
+
     write_simscape(model, out)
     return ExportedBody((out,), {"grounding of the stiffness [m or rad]": grounding(model)})
 
 
 def _exudyn(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    from carrierflex.reduction.craig_bampton import craig_bampton
+    from carrierflex.reduction.exports.exudyn_files import write_exudyn
+    from carrierflex.workflows.support.recorded_structure import (
+        differences_from,
+        recorded_structure,
+    )
+
     mesh, structure, n_modes = recorded_structure(model)
     reduction = craig_bampton(structure, n_modes)
     differences = differences_from(model, reduction.model)

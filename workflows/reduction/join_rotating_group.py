@@ -8,35 +8,23 @@ as a whole; and the tilt shows in full at the rim only while no second bearing h
 straight.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from carrierflex.reduction.assembly_modes import AssemblyMode, assembly_modes
-from carrierflex.reduction.body_files import read_body, write_body
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
-from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.shaft_joint import (
-    CARRIER_BEARINGS,
-    COUPLING,
-    MAIN_BEARING,
-    Misalignment,
-    RotatingGroup,
-    carrier_on_shaft,
-    rim_swing,
-    rotating_group,
-)
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.workflows.support.outputs import prepared_folder, save_table
+
+if TYPE_CHECKING:
+    from carrierflex.reduction.assembly_modes import AssemblyMode
+    from carrierflex.reduction.reduced_model import ReducedModel
+    from carrierflex.reduction.shaft_joint import RotatingGroup
 
 #: Elastic modes on the screen.
 _N_MODES = 12
-_PIVOT = {MAIN_BEARING: (0, 1, 2), COUPLING: (3,)}
-#: Bearings that hold the group while the misalignment bends it, in words.
-SUPPORTS: Mapping[str, Mapping[str, tuple[int, ...]]] = {
-    "shaft held, carrier free": {MAIN_BEARING: (0, 1, 2, 3, 4, 5)},
-    "main bearing and bearing A": _PIVOT | {CARRIER_BEARINGS[0]: (1, 2)},
-    "main bearing, A and B, all rigid": _PIVOT | dict.fromkeys(CARRIER_BEARINGS, (1, 2)),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +75,17 @@ def main(
     """
     if out.suffix != ".h5":
         raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
+
+    from carrierflex.reduction.assembly_modes import assembly_modes
+    from carrierflex.reduction.body_files import read_body, write_body
+    from carrierflex.reduction.shaft_joint import (
+        SUPPORTS,
+        Misalignment,
+        carrier_on_shaft,
+        rim_swing,
+        rotating_group,
+    )
+
     misalignment = Misalignment(phi_plc, theta_plc)
     body, main_shaft = read_body(carrier), read_body(shaft)
     if pin is None:

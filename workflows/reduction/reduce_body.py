@@ -3,44 +3,28 @@
 Writes a Craig-Bampton body for a multibody simulation.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from carrierflex.fe.assembly import Assembly
-from carrierflex.fe.rigid_couplings import rigidly_coupled
-from carrierflex.fe.structural_model import StructuralModel, with_equal_node_weights
 from carrierflex.files.versions import provenance
-from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.reduction.body_files import read_body, write_body
-from carrierflex.reduction.held_structure import grounded
-from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
-from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.workflows.reduction import reduce_matrices
-from carrierflex.workflows.reduction.certified_body import (
-    REDUCTION_WEIGHTS,
-    write_certified_body,
-)
 from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.carrier_files import (
-    CarrierFiles,
-    LengthUnit,
-    given_structure,
-    mesh_warnings,
-)
-from carrierflex.workflows.support.cost_preview import CostPreview, reduction_cost, tell
-from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
-from carrierflex.workflows.support.half_sector_bodies import (
-    reduced_by_symmetry,
-    refuse_whole_body_options,
-)
-from carrierflex.workflows.support.matrix_inputs import MatrixFiles
-from carrierflex.workflows.support.named_bodies import body_name, body_structure
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.units import LengthUnit
+
+if TYPE_CHECKING:
+    from carrierflex.fe.assembly import Assembly
+    from carrierflex.fe.structural_model import StructuralModel
+    from carrierflex.geometry.given_meshes.named_solids import GivenMesh
+    from carrierflex.reduction.reduced_model import ReducedModel
+    from carrierflex.workflows.support.carrier_files import CarrierFiles
+    from carrierflex.workflows.support.cost_preview import CostPreview
 
 
 def main(
@@ -65,7 +49,7 @@ def main(
     surfaces: Path | None = None,
     mesh: Path | None = None,
     length_unit: LengthUnit = "m",
-    assembly: AssemblyName = "compiled",
+    assembly: Literal["compiled", "scikit-fem"] = "compiled",
     by_symmetry: bool = False,
     shapes: bool = False,
     preview: bool = False,
@@ -161,6 +145,10 @@ def main(
     ReducedModel
         The body as written.
     """
+    from carrierflex.workflows.reduction import reduce_matrices
+    from carrierflex.workflows.support.carrier_files import CarrierFiles
+    from carrierflex.workflows.support.matrix_inputs import MatrixFiles
+
     matrices = MatrixFiles.of_options(stiffness, mass, interfaces, None if body else mesh)
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh}, length_unit)
     # Every option that changes the body is part of the key under which it is kept.
@@ -201,6 +189,8 @@ def _kept_or_computed(
     quiet: bool,
 ) -> ReducedModel:
     """Body from the cache where the same one was reduced before, computed otherwise."""
+    from carrierflex.reduction.body_files import read_body
+    from carrierflex.workflows.support.cost_preview import tell
 
     def compute() -> None:
         tell(lambda: _cost(stage, size, files, options), quiet=quiet)
@@ -223,6 +213,9 @@ def _kept_or_computed(
 def _cost(
     stage: StageParameters, size: float, files: CarrierFiles, options: Mapping[str, Any]
 ) -> CostPreview:
+    from carrierflex.workflows.support.cost_preview import reduction_cost
+    from carrierflex.workflows.support.named_bodies import body_name
+
     name, by_symmetry = body_name(options["body"], options["variant"]), options["by_symmetry"]
     return reduction_cost(
         name, stage, size, n_modes=options["modes"], files=files, by_symmetry=by_symmetry
@@ -230,6 +223,8 @@ def _cost(
 
 
 def _refuse_other_bodies(files: CarrierFiles, options: Mapping[str, Any]) -> None:
+    from carrierflex.workflows.support.half_sector_bodies import refuse_whole_body_options
+
     body = options["body"]
     if body is None:
         raise ValueError(
@@ -277,6 +272,14 @@ def _reduce(
     *,
     quiet: bool,
 ) -> None:
+    from carrierflex.reduction.held_structure import grounded
+    from carrierflex.workflows.reduction.certified_body import (
+        REDUCTION_WEIGHTS,
+        write_certified_body,
+    )
+    from carrierflex.workflows.support.carrier_files import mesh_warnings
+    from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS
+
     stages = Stages(4, quiet, REDUCTION_WEIGHTS, timed_from=1)
     body, variant, coupling = (options[name] for name in ("body", "variant", "coupling"))
     with stages.stage(f"finite elements of {size:.4g} m"):
@@ -307,6 +310,11 @@ def _reduce(
 def _reduce_by_symmetry(
     out: Path, stage: StageParameters, size: float, options: Mapping[str, Any], *, quiet: bool
 ) -> None:
+    from carrierflex.reduction.body_files import write_body
+    from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
+    from carrierflex.workflows.support.half_sector_bodies import reduced_by_symmetry
+    from carrierflex.workflows.support.named_bodies import body_name
+
     name = body_name(options["body"], options["variant"])
     stages = Stages(2, quiet)
     with stages.stage(f"reduction of the half sector, elements of {size:.4g} m"):
@@ -339,6 +347,11 @@ def _structure(
     files: CarrierFiles,
     assembly: Assembly,
 ) -> tuple[GivenMesh, StructuralModel]:
+    from carrierflex.fe.rigid_couplings import rigidly_coupled
+    from carrierflex.fe.structural_model import with_equal_node_weights
+    from carrierflex.workflows.support.carrier_files import given_structure
+    from carrierflex.workflows.support.named_bodies import body_name, body_structure
+
     mesh: GivenMesh
     if files.given:
         mesh = files.mesh(variant, size)

@@ -16,187 +16,85 @@ class Command(NamedTuple):
     """File in the output folder that holds the result, which --json prints."""
 
 
+# Two lines a command.
+# fmt: off
 COMMANDS = {
-    "run": Command(
-        "run",
-        "job_story:job_story",
-        "Do the whole chain for one planet carrier and leave every result in one folder.",
-        "summary.json",
-    ),
-    "mesh": Command(
-        "geometry.mesh_carrier",
-        "tables:quality_table",
-        "Mesh the planet carrier with quadratic tetrahedra; write it with named surfaces as sets.",
-    ),
-    "cad": Command(
-        "geometry.write_cad",
-        "tables:cad_table",
-        "Write the parametric carrier as carrier.step (unit mm) and surfaces.toml, a template.",
-    ),
-    "cad-faces": Command(
-        "geometry.list_cad_faces",
-        "tables:cad_table",
-        "List the faces of a STEP file's solid: type, axis, radius, station and area, in metres.",
-    ),
-    "cad-surfaces": Command(
-        "geometry.propose_cad_surfaces",
-        "cad_tables:proposal_table",
-        "Recognise a STEP file's axis, pins, seats, rim and shaft face; write surfaces.toml, draw "
-        "it.",
-    ),
-    "curves": Command(
-        "fe.compute_curves",
-        "tables:curve_table",
-        "Compute the rim's deflection curves by finite elements.",
-    ),
-    "reduce": Command(
-        "reduction.reduce_body",
-        "tables:reduced_table",
-        "Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton).",
-    ),
-    "join": Command(
-        "reduction.join_rotating_group",
-        "body_tables:joined_table",
-        "Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft.",
-    ),
-    "couplings": Command(
-        "fe.compare_couplings",
-        "body_tables:coupling_table",
-        "Bracket pilot stiffness and deflection curves between distributing and rigid couplings.",
-        "couplings.json",
-    ),
-    "pin-fit": Command(
-        "fe.study_pin_fit",
-        "tables:pin_fit_table",
-        "Sweep the pin fit from simply supported to rigid.",
-        "pin_fit.json",
-    ),
-    "export": Command(
-        "reduction.export_body",
-        "tables:export_table",
-        "Write a reduced body for another multibody code.",
-    ),
-    "certificate": Command(
-        "reduction.check_certificate",
-        "tables:certificate_table",
-        "Show the reduction certificate of a body file; the exit code is 1 where a check fails.",
-    ),
-    "simulate": Command(
-        "simulation.simulate_load_case",
-        "simulation_tables:campaign_table",
-        "Simulate the sensors in a set of load cases and write them as a campaign folder.",
-    ),
-    "table-5": Command(
-        "simulation.simulate_table_5",
-        "simulation_tables:table_5_table",
-        "Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.",
-        "table_5.json",
-    ),
-    "order-one": Command(
-        "simulation.study_order_one",
-        "simulation_tables:order_one_table",
-        "Amplitude of order 1 at the axial sensors over the supports of carrier and housing.",
-        "order_one.json",
-    ),
-    "torsion": Command(
-        "simulation.compute_torsion",
-        "simulation_tables:torsion_table",
-        "Torsional stiffness of main shaft, gearbox and mounting.",
-        "torsion.json",
-    ),
-    "export-fmu": Command(
-        "simulation.export_fmu",
-        "simulation_tables:fmu_table",
-        "Export the linear mounting model as an FMI 2.0 co-simulation unit.",
-    ),
-    "gear-life": Command(
-        "simulation.estimate_gear_life",
-        "simulation_tables:gear_life_table",
-        "Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.",
-        "gear_life.json",
-    ),
-    "cases": Command(
-        "copy_cases",
-        "import_tables:cases_table",
-        "List the cases that come along, or copy them to start from.",
-    ),
-    "parameters": Command(
-        "geometry.write_parameters",
-        "import_tables:parameters_table",
-        "Write every dimension with comment, unit, source and limits, and a dimensioned drawing.",
-    ),
-    "new-campaign": Command(
-        "identification.new_campaign",
-        "import_tables:map_table",
-        "Write a map of a logger's files, with guesses to look at: columns, units, clock, angles.",
-    ),
-    "import": Command(
-        "identification.import_records",
-        "import_tables:imported_table",
-        "Make a campaign folder of a logger's files and the map of their columns.",
-        "import.json",
-    ),
-    "schema": Command(
-        "show_schema",
-        "import_tables:schema_page",
-        "Show the JSON Schema of a kind of file: every key with its words, unit and range.",
-    ),
-    "completion": Command(
-        "complete_shell",
-        "import_tables:completion_script",
-        "Show the script that completes commands and options in a shell.",
-    ),
-    "plan": Command(
-        "diagnosis.plan_campaign",
-        "plan_tables:plan_table",
-        "Tell which causes a campaign could see and part, and the cheapest addition that parts "
-        "more.",
-        "plan.json",
-    ),
-    "check": Command(
-        "diagnosis.check_campaign",
-        "diagnosis_tables:check_table",
-        "Check a measurement campaign; the exit code is 0 without a finding, 1 with one.",
-    ),
-    "identify": Command(
-        "identification.identify_parameters",
-        "tables:estimate_table",
-        "Identify the motion of the planet carrier, or the bushings of the mounting.",
-        "identification.json",
-    ),
-    "diagnose": Command(
-        "diagnosis.diagnose_campaign",
-        "diagnosis_tables:diagnosis_table",
-        "Diagnose the gap between a measurement campaign and its baseline simulation.",
-        "diagnosis.json",
-    ),
-    "compare": Command(
-        "diagnosis.compare_diagnoses",
-        "diagnosis_tables:comparison_table",
-        "Compare two diagnoses of one measurement, before and after the simulator changed.",
-        "comparison.json",
-    ),
-    "view": Command(
-        "view3d.view_file",
-        "body_tables:view_table",
-        "Write a page on which a body, deflection curves or the gap of a rim turn in space.",
-    ),
-    "blind-check": Command(
-        "diagnosis.run_blind_check",
-        "score_tables:blind_check_table",
-        "Diagnose sealed campaigns and score the answers.",
-        "blind_check.json",
-    ),
-    "figures": Command(
-        "figures.draw_figures",
-        "simulation_tables:figures_table",
-        "Draw the figures of the 2011 and the 2012 paper by their numbers, with an index.",
-        "figures.json",
-    ),
-    "printed-tables": Command(
-        "identification.read_printed_tables",
-        "tables:printed_tables_table",
-        "Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 paper.",
-        "printed_tables.json",
-    ),
+    "run": Command("run", "job_story:job_story",
+        "Do the whole chain for one planet carrier and leave every result in one "
+        "folder.", "summary.json"),
+    "mesh": Command("geometry.mesh_carrier", "tables:quality_table",
+        "Mesh the planet carrier with quadratic tetrahedra; write it with named surfaces as sets."),
+    "cad": Command("geometry.write_cad", "tables:cad_table",
+        "Write the parametric carrier as carrier.step (unit mm) and surfaces.toml, a template."),
+    "cad-faces": Command("geometry.list_cad_faces", "tables:cad_table",
+        "List the faces of a STEP file's solid: type, axis, radius, station and area, in metres."),
+    "cad-surfaces": Command("geometry.propose_cad_surfaces", "cad_tables:proposal_table",
+        "Recognise a STEP file's axis, pins, seats, rim and shaft face; write surfaces.toml, "
+        "draw it."),
+    "curves": Command("fe.compute_curves", "tables:curve_table",
+        "Compute the rim's deflection curves by finite elements."),
+    "reduce": Command("reduction.reduce_body", "tables:reduced_table",
+        "Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton)."),
+    "join": Command("reduction.join_rotating_group", "body_tables:joined_table",
+        "Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft."),
+    "couplings": Command("fe.compare_couplings", "body_tables:coupling_table",
+        "Bracket pilot stiffness and deflection curves between distributing and rigid "
+        "couplings.", "couplings.json"),
+    "pin-fit": Command("fe.study_pin_fit", "tables:pin_fit_table",
+        "Sweep the pin fit from simply supported to rigid.", "pin_fit.json"),
+    "export": Command("reduction.export_body", "tables:export_table",
+        "Write a reduced body for another multibody code."),
+    "certificate": Command("reduction.check_certificate", "tables:certificate_table",
+        "Show the reduction certificate of a body file; the exit code is 1 where a check fails."),
+    "simulate": Command("simulation.simulate_load_case", "simulation_tables:campaign_table",
+        "Simulate the sensors in a set of load cases and write them as a campaign folder."),
+    "table-5": Command("simulation.simulate_table_5", "simulation_tables:table_5_table",
+        "Simulate the eight cases of the 2012 paper's table 5; compare with a simulated "
+        "reference.", "table_5.json"),
+    "order-one": Command("simulation.study_order_one", "simulation_tables:order_one_table",
+        "Amplitude of order 1 at the axial sensors over the supports of carrier and "
+        "housing.", "order_one.json"),
+    "torsion": Command("simulation.compute_torsion", "simulation_tables:torsion_table",
+        "Torsional stiffness of main shaft, gearbox and mounting.", "torsion.json"),
+    "export-fmu": Command("simulation.export_fmu", "simulation_tables:fmu_table",
+        "Export the linear mounting model as an FMI 2.0 co-simulation unit."),
+    "gear-life": Command("simulation.estimate_gear_life", "simulation_tables:gear_life_table",
+        "Contact pressure and pitting life of sun and ring mesh over the misalignment of a "
+        "planet.", "gear_life.json"),
+    "cases": Command("copy_cases", "import_tables:cases_table",
+        "List the cases that come along, or copy them to start from."),
+    "parameters": Command("geometry.write_parameters", "import_tables:parameters_table",
+        "Write every dimension with comment, unit, source and limits, and a dimensioned drawing."),
+    "new-campaign": Command("identification.new_campaign", "import_tables:map_table",
+        "Write a map of a logger's files, with guesses to look at: columns, units, clock, angles."),
+    "import": Command("identification.import_records", "import_tables:imported_table",
+        "Make a campaign folder of a logger's files and the map of their columns.", "import.json"),
+    "schema": Command("show_schema", "import_tables:schema_page",
+        "Show the JSON Schema of a kind of file: every key with its words, unit and range."),
+    "completion": Command("complete_shell", "import_tables:completion_script",
+        "Show the script that completes commands and options in a shell."),
+    "plan": Command("diagnosis.plan_campaign", "plan_tables:plan_table",
+        "Tell which causes a campaign could see and part, and the cheapest addition that "
+        "parts more.", "plan.json"),
+    "check": Command("diagnosis.check_campaign", "diagnosis_tables:check_table",
+        "Check a measurement campaign; the exit code is 0 without a finding, 1 with one."),
+    "identify": Command("identification.identify_parameters", "tables:estimate_table",
+        "Identify the motion of the planet carrier, or the bushings of the "
+        "mounting.", "identification.json"),
+    "diagnose": Command("diagnosis.diagnose_campaign", "diagnosis_tables:diagnosis_table",
+        "Diagnose the gap between a measurement campaign and its baseline "
+        "simulation.", "diagnosis.json"),
+    "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
+        "Compare two diagnoses of one measurement, before and after the simulator "
+        "changed.", "comparison.json"),
+    "view": Command("view3d.view_file", "body_tables:view_table",
+        "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
+    "blind-check": Command("diagnosis.run_blind_check", "score_tables:blind_check_table",
+        "Diagnose sealed campaigns and score the answers.", "blind_check.json"),
+    "figures": Command("figures.draw_figures", "simulation_tables:figures_table",
+        "Draw the figures of the 2011 and the 2012 paper by their numbers, with an "
+        "index.", "figures.json"),
+    "printed-tables": Command("identification.read_printed_tables", "tables:printed_tables_table",
+        "Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 "
+        "paper.", "printed_tables.json"),
 }

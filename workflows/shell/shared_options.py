@@ -73,13 +73,7 @@ class SharedOptions:
 
 
 def limit_threads(n_threads: int) -> None:
-    """Limit the threads of libraries that are loaded from now on, and of those that are already.
-
-    Parameters
-    ----------
-    n_threads : int
-        1 or more.
-    """
+    """Limit the threads of libraries that are loaded from now on, and of those that are already."""
     if n_threads < 1:
         raise ValueError(f"--threads is {n_threads}; expected 1 or more")
     os.environ |= dict.fromkeys(THREAD_VARIABLES, str(n_threads))
@@ -87,3 +81,8 @@ def limit_threads(n_threads: int) -> None:
         from threadpoolctl import threadpool_limits
 
         threadpool_limits(n_threads)
+    if "pyarrow" in sys.modules:
+        import pyarrow
+
+        pyarrow.set_cpu_count(n_threads)
+        pyarrow.set_io_thread_count(n_threads)

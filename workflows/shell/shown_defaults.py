@@ -15,13 +15,7 @@ _UNIT = re.compile(r"\[([^\]]+)\]")
 
 
 def units_of(docstring: str) -> dict[str, str]:
-    """Unit by parameter: what stands first in square brackets in its text.
-
-    Parameters
-    ----------
-    docstring : str
-        NumPy style.
-    """
+    """Unit by parameter of a NumPy docstring: what stands first in square brackets in its text."""
     found: dict[str, str] = {}
     names: list[str] = []
     for line in docstring.partition("Parameters\n----------\n")[2].splitlines():

@@ -30,21 +30,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Done:
-    """A command that has ended.
-
-    Parameters
-    ----------
-    name : str
-        Of the command.
-    command : Command
-        Workflow and table.
-    given : dict
-        Options as they were given.
-    result : object
-        What the workflow returned.
-    started : float
-        When it began [s since 1970].
-    """
+    """A command that has ended: options as given, result, and its start [s since 1970]."""
 
     name: str
     command: Command
@@ -103,17 +89,7 @@ def document(done: Done) -> dict[str, Any]:
 
 
 def show_refusal(name: str | None, message: str, code: int) -> None:
-    """Print what --json prints of a command that was refused or interrupted.
-
-    Parameters
-    ----------
-    name : str or None
-        Of the command, where there is one of that name.
-    message : str
-        What the line on standard error says.
-    code : int
-        Exit code.
-    """
+    """Print what --json prints of a command that was refused or interrupted."""
     from carrierflex.files.versions import software_name
 
     refusal = {

@@ -17,23 +17,19 @@ import numpy as np
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
-from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
 from carrierflex.simulation.mounting.torsional_train import (
     TorqueSweep,
     TorsionalTrain,
     mounted_and_held_hz,
 )
-from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.simulation.stage.torque_sweep import stage_sweeps
 from carrierflex.simulation.stage.torsion_view import torque_sweep_figure
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.stage_bodies import default_stage_body
 
 #: What the 2011 paper prints: stiffness [N m/rad] by member, first frequency by mounting (in Hz;
 #: printed as rad/s).
@@ -116,6 +112,12 @@ def main(
         bushing_stiffness=bushing_stiffness,
     )
     rig, bushings = _mounting(mounting)
+
+    from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
+    from carrierflex.simulation.stage.stage_model import stage_model
+    from carrierflex.simulation.stage.torque_sweep import stage_sweeps
+    from carrierflex.workflows.support.stage_bodies import default_stage_body
+
     # Cheap, and refuses a torque that cannot be before the folder is made.
     on_mounting = mounting_sweep(rig, bushings, torque)
     prepared_folder(out)

@@ -15,19 +15,16 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
 from carrierflex.geometry.parameter_files import read_parameters
-from carrierflex.geometry.parameters import GearData
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
+from carrierflex.geometry.pins import PAPER_STIFFNESS
+from carrierflex.identification.carrier.printed_tables import PHI_PLC
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.simulation.stage.stage_data import StageData
-from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.simulation.stage.tooth_contact import (
     MeshContact,
     ToothFlank,
@@ -35,7 +32,6 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
-from carrierflex.workflows.simulation.order_one_supports import PHI_PLC, supports
 from carrierflex.workflows.simulation.stage_misalignment import (
     KinkInMesh,
     StageState,
@@ -44,7 +40,6 @@ from carrierflex.workflows.simulation.stage_misalignment import (
 )
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.stage_bodies import flexible_and_rigid_body
 
 #: Supports of the order-one study in which the kink is followed to the teeth: their numbers there.
 _SUPPORTS = {
@@ -165,6 +160,10 @@ def main(
     if not np.isfinite(phi_plc):
         raise ValueError(f"--phi-plc is {phi_plc} rad; expected a finite angle")
     prepared_folder(out)
+
+    from carrierflex.simulation.stage.statics import SteadyLoad
+    from carrierflex.workflows.support.stage_bodies import flexible_and_rigid_body
+
     stages = Stages(3, quiet)
     force = _tangential_force(torque, gear, stage.carrier.n_planets)
     slopes = np.linspace(0.0, largest_misalignment, 30)
@@ -195,6 +194,9 @@ def main(
 
 def _stages(gear: GearData) -> dict[str, StageData]:
     """Stages by support, with these gears."""
+    from carrierflex.simulation.stage.stage_cases import read_stage_case
+    from carrierflex.workflows.simulation.order_one_supports import supports
+
     table = supports()
     chosen = {name: table[number].data for name, number in _SUPPORTS.items()}
     chosen[_FOUND] = read_stage_case(shipped_case(_FOUND)).data
@@ -253,6 +255,9 @@ def _tangential_force(torque: float, gear: GearData, n_planets: int) -> float:
 def _swept(
     pair: InvolutePair, flank: ToothFlank, force: float, slopes: NDArray[np.float64]
 ) -> MeshLife:
+
+    from scipy.optimize import brentq
+
     aligned = mesh_contact(pair, flank, force).largest_pressure
 
     def ratio(slope: float) -> float:

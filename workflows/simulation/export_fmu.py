@@ -9,7 +9,6 @@ from pathlib import Path
 
 from carrierflex.files.versions import versions
 from carrierflex.simulation.mounting.case_files import read_mounting_case
-from carrierflex.simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.workflows.support.outputs import prepared_folder
@@ -63,6 +62,13 @@ def main(
     else:
         what = read_mounting_case(case)
         rig, parameters = what.rig, what.truth
+
+    from carrierflex.simulation.mounting.functional_mockup import (
+        c_compiler,
+        mounting_system,
+        write_fmu,
+    )
+
     system = mounting_system(rig, parameters, step=time_step)
     prepared_folder(out.parent)
     compiler = None if sources_only else c_compiler()

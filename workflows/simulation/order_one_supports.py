@@ -7,6 +7,7 @@ joint, bushings that carry forces only, tight bearings) to a housing that is hel
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from carrierflex.identification.carrier.printed_tables import PHI_PLC
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.readings import ReadingEffects
 from carrierflex.simulation.stage.stage_data import (
@@ -17,8 +18,6 @@ from carrierflex.simulation.stage.stage_data import (
 )
 from carrierflex.simulation.stage.statics import SteadyLoad
 
-#: Tilt in the joint of shaft and carrier that table 5 of the paper determines in LC1 [rad].
-PHI_PLC = 0.58e-3
 #: Carrier angle of its axis [rad]: any, the carrier turns.
 _THETA = 1.0
 #: Torque that the paper calls 100 % [N m], and its radial load [N].

@@ -9,26 +9,30 @@ with three small peaks a revolution of the deflection on top of it. On the housi
 millimetres with the radial load, and the roll that opens ssz from spz with the torque.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from carrierflex.files.toml_files import toml_document
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.case_kinds import CARRIER_CASE, STAGE_FORMAT
-from carrierflex.workflows.simulation import (
-    simulate_carrier,
-    simulate_mounting,
-    simulate_stage,
-    stream_mounting,
-    vary_mounting,
-)
 
-#: What a case becomes, by its kind and the options.
-Simulated = (
-    simulate_carrier.SimulatedLoadCases
-    | simulate_mounting.SimulatedMounting
-    | simulate_stage.SimulatedStage
-    | vary_mounting.Variants
-)
+if TYPE_CHECKING:
+    from carrierflex.workflows.simulation import (
+        simulate_carrier,
+        simulate_mounting,
+        simulate_stage,
+        vary_mounting,
+    )
+
+    #: What a case becomes, by its kind and the options.
+    Simulated = (
+        simulate_carrier.SimulatedLoadCases
+        | simulate_mounting.SimulatedMounting
+        | simulate_stage.SimulatedStage
+        | vary_mounting.Variants
+    )
 
 
 def main(
@@ -119,6 +123,15 @@ def main(
         raise ValueError(
             "--workers and --scheduler spread the sets of --variants; expected --variants too"
         )
+
+    from carrierflex.workflows.simulation import (
+        simulate_carrier,
+        simulate_mounting,
+        simulate_stage,
+        stream_mounting,
+        vary_mounting,
+    )
+
     if document.get("format") == STAGE_FORMAT:
         return simulate_stage.main(
             case, out=out, curves=curves, linearised=linearised, loads=loads, quiet=quiet

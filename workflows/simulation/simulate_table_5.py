@@ -10,47 +10,38 @@ reference, as in the paper. A good answer has the paper's order: leaving the mis
 most, the carrier's flexibility changes the RMS little.
 """
 
+from __future__ import annotations
+
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import whole_file
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.identification.campaign.records import Run
-from carrierflex.identification.carrier.carrier_identification import identify_each_run
 from carrierflex.identification.carrier.models import rigid_model
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL
 from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
-from carrierflex.simulation.stage.generalised_alpha import run_by_generalised_alpha
-from carrierflex.simulation.stage.part_loads import part_loads
-from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
-from carrierflex.simulation.stage.response import quasi_static_start, steady_drive
-from carrierflex.simulation.stage.stage_body import StageBody
-from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
 from carrierflex.simulation.stage.stage_data import RollerBearingData
-from carrierflex.simulation.stage.stage_model import StageModel, stage_model
-from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
-from carrierflex.workflows.simulation.simulate_stage import (
-    stage_campaign,
-    stage_run_record,
-)
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.stage_bodies import (
-    made_rigid,
-    reduced_carrier_and_pin,
-    stage_body_of,
-)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from carrierflex.simulation.stage.readings import ReadingEffects
+    from carrierflex.simulation.stage.stage_body import StageBody
+    from carrierflex.simulation.stage.stage_cases import StageCase
+    from carrierflex.simulation.stage.stage_model import StageModel
 
 MISALIGNED = "phi != 0"
 ALIGNED = "phi = 0"
@@ -152,6 +143,11 @@ def main(
             raise ValueError(f"--cases has {name!r}; expected some of {', '.join(LOAD_CASES)}")
     folder, rng = prepared_folder(out), np.random.default_rng(seed)
     chosen = {name: replace(table_5_case(name), duration=duration) for name in cases}
+
+    from carrierflex.identification.carrier.carrier_identification import identify_each_run
+    from carrierflex.simulation.stage.readings import ReadingEffects
+    from carrierflex.workflows.simulation.simulate_stage import stage_campaign
+
     stages = Stages(len(chosen) + 2, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m, and a rigid carrier"):
         bodies = table_5_bodies(size)
@@ -191,6 +187,12 @@ class Table5Bodies:
 
 def table_5_bodies(size: float) -> Table5Bodies:
     """Bodies from finite elements of `size` [m]."""
+    from carrierflex.workflows.support.stage_bodies import (
+        made_rigid,
+        reduced_carrier_and_pin,
+        stage_body_of,
+    )
+
     pin_fit = table_5_case("LC1").pin_fit_stiffness
     carrier, pin = reduced_carrier_and_pin(size)
     return Table5Bodies(
@@ -202,11 +204,15 @@ def table_5_bodies(size: float) -> Table5Bodies:
 
 def _tilted_face(case: StageCase, phi: float, theta: float) -> StageCase:
     """Case with a tilt of the measured face [rad]."""
+    from carrierflex.simulation.stage.readings import ReadingEffects
+
     return replace(case, reading=ReadingEffects(phi_face=phi, theta_face=theta))
 
 
 def _tilted_joint(case: StageCase, phi: float, theta: float) -> StageCase:
     """Case with a tilt in the joint of shaft and carrier [rad]."""
+    from carrierflex.simulation.stage.readings import ReadingEffects
+
     effects = replace(case.effects, phi_PLC=phi, theta_PLC=theta)
     return replace(case, effects=effects, reading=ReadingEffects())
 
@@ -216,17 +222,23 @@ _TILTED = {"face": _tilted_face, "joint": _tilted_joint}
 
 def table_5_case(name: str) -> StageCase:
     """Load case of table 5, LC1 to LC4, without misalignment."""
+    from carrierflex.simulation.stage.stage_cases import read_stage_case
+
     # The case's own tilt stands in the shaft's joint, where the bearings absorb it
     # (docs/stage_model.md).
     return replace(read_stage_case(shipped_case(f"stage_{name.lower()}")), effects=StageEffects())
 
 
 def _model(body: StageBody, case: StageCase) -> StageModel:
+    from carrierflex.simulation.stage.stage_model import stage_model
+
     return stage_model(body, case.data, effects=case.effects, speed=case.speed)
 
 
 def reference_model(body: StageBody, case: StageCase) -> StageModel:
     """The model that the reference of a load case comes from; its body has a pin fit of its own."""
+    from carrierflex.simulation.stage.stage_model import stage_model
+
     nominal = case.data
     data = replace(
         nominal,
@@ -239,6 +251,13 @@ def reference_model(body: StageBody, case: StageCase) -> StageModel:
 
 
 def _reference(body: StageBody, case: StageCase, rng: np.random.Generator) -> Run:
+    from carrierflex.simulation.stage.generalised_alpha import run_by_generalised_alpha
+    from carrierflex.simulation.stage.part_loads import part_loads
+    from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
+    from carrierflex.simulation.stage.response import quasi_static_start, steady_drive
+    from carrierflex.simulation.stage.stage_run import StageResponse
+    from carrierflex.workflows.simulation.simulate_stage import stage_run_record
+
     model, (run,) = reference_model(body, case), case.runs
     record = run_by_generalised_alpha(
         model, steady_drive(model, run.load), quasi_static_start(model, run.load),
@@ -259,6 +278,9 @@ def _run(
     rng: np.random.Generator | None = None,
 ) -> Run:
     """The case's run."""
+    from carrierflex.simulation.stage.stage_run import simulate_stage
+    from carrierflex.workflows.simulation.simulate_stage import stage_run_record
+
     (run,) = case.runs
     pieces = simulate_stage(
         model, run.load, case.sensors, duration=case.duration, sample_rate=case.sample_rate,
@@ -305,6 +327,8 @@ def _write(
 
 def _figure(shown: Mapping[str, tuple[Run, Run, Run | None]]) -> Figure:
     """Signals of one sensor by load case: reference, simulation with and without misalignment."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(11, 7), layout="constrained")
     rows = -(-len(shown) // 2)
     figure.suptitle(

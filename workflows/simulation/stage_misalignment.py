@@ -4,27 +4,29 @@ Static equilibria over a turn, with and without the kink, with the flexible and 
 carrier. Contact pressure and pitting life follow by equations 10 and 11 of the 2012 paper.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.involute_pair import InvolutePair
 from carrierflex.simulation.stage.effects import StageEffects
-from carrierflex.simulation.stage.part_loads import mesh_misalignment, part_loads, part_tilt
-from carrierflex.simulation.stage.quasi_static import quasi_static_turn
-from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import StageData
-from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.simulation.stage.tooth_contact import (
     MeshContact,
     ToothFlank,
     life_ratio,
     mesh_contact,
 )
+
+if TYPE_CHECKING:
+    from carrierflex.simulation.stage.stage_body import StageBody
+    from carrierflex.simulation.stage.statics import SteadyLoad
 
 #: Carrier angle of the kink's axis [rad]: towards pin 1, whose meshes it misaligns by nearly all.
 _KINK_AXIS = 0.0
@@ -136,6 +138,11 @@ def stage_states(
 def _state(
     name: tuple[str, str, float], body: StageBody, data: StageData, load: SteadyLoad
 ) -> StageState:
+
+    from carrierflex.simulation.stage.part_loads import mesh_misalignment, part_loads, part_tilt
+    from carrierflex.simulation.stage.quasi_static import quasi_static_turn
+    from carrierflex.simulation.stage.stage_model import stage_model
+
     effects = StageEffects(phi_PLC=name[2], theta_PLC=_KINK_AXIS)
     model = stage_model(body, data, effects=effects, speed=0.0)
     c = quasi_static_turn(model, load).c

@@ -6,39 +6,33 @@ mounting of the housing, on which the sensors stand. A good answer names the sup
 0.24 mm are reached, and whether torque and radial load then change it as they do in the paper.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.carrier.printed_tables import (
     FULL_TORQUE,
     LOAD_CASES,
     SENSOR_RADIUS,
     derived_facts,
 )
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
-from carrierflex.simulation.stage.part_loads import mesh_misalignment
-from carrierflex.simulation.stage.quasi_static import (
-    quasi_static_turn,
-    sensor_orders,
-    static_tilt,
-)
-from carrierflex.simulation.stage.stage_body import StageBody
-from carrierflex.simulation.stage.stage_cases import read_stage_case
-from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.simulation.stage.statics import SteadyLoad
-from carrierflex.workflows.simulation.order_one_pictures import order_one_figure
-from carrierflex.workflows.simulation.order_one_supports import AXES, Axis, Support, supports
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.support.stage_bodies import default_stage_body
+
+if TYPE_CHECKING:
+    from carrierflex.simulation.stage.stage_body import StageBody
+    from carrierflex.workflows.simulation.order_one_supports import Axis, Support
 
 #: Sensors of the paper.
 SENSORS = tuple(
@@ -129,6 +123,9 @@ def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> Order
         Orders by support, over kink, clearance, moment support, torque and radial load, and by load
         case beside the paper's values.
     """
+    from carrierflex.workflows.simulation.order_one_supports import AXES, supports
+    from carrierflex.workflows.support.stage_bodies import default_stage_body
+
     folder, stages = prepared_folder(out), Stages(4, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
         body = default_stage_body(PAPER_STIFFNESS, size)
@@ -152,11 +149,22 @@ def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> Order
 
 
 def _found() -> Support:
+    from carrierflex.simulation.stage.stage_cases import read_stage_case
+    from carrierflex.workflows.simulation.order_one_supports import Support
+
     case = read_stage_case(shipped_case(FOUND_CASE))
     return Support("found by search", case.data, case.effects.phi_PLC, case.runs[0].load)
 
 
 def _row(body: StageBody, support: Support) -> OrderOneRow:
+    from carrierflex.simulation.stage.part_loads import mesh_misalignment
+    from carrierflex.simulation.stage.quasi_static import (
+        quasi_static_turn,
+        sensor_orders,
+        static_tilt,
+    )
+    from carrierflex.simulation.stage.stage_model import stage_model
+
     model = stage_model(body, support.data, effects=support.effects, speed=0.0)
     record = quasi_static_turn(model, support.load)
     orders = sensor_orders(model, record, SENSORS, support.reading)
@@ -181,6 +189,8 @@ def _sweep(body: StageBody, support: Support, axis: Axis) -> tuple[float, ...]:
 
 
 def _load_cases(body: StageBody, support: Support) -> dict[str, float]:
+    from carrierflex.simulation.stage.statics import SteadyLoad
+
     loads = {
         case: SteadyLoad(share * FULL_TORQUE, ntl_z=force)
         for case, (share, force) in LOAD_CASES.items()
@@ -189,6 +199,9 @@ def _load_cases(body: StageBody, support: Support) -> dict[str, float]:
 
 
 def _write(study: OrderOneStudy, size: float) -> None:
+    from carrierflex.workflows.simulation.order_one_pictures import order_one_figure
+    from carrierflex.workflows.simulation.order_one_supports import AXES
+
     folder = study.folder
     header = ["support", "order 1 [um]", "over the kink", "order 2 [um]", "order 3 [um]"]
     header += ["static tilt about y at the sensors [um]", "sun mesh [urad]", "ring mesh [urad]"]

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Literal, cast
+from typing import cast
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.materials import BODY_MATERIALS, Material
@@ -27,13 +27,11 @@ from carrierflex.fe.structural_model import (
 from carrierflex.geometry.cad_mesh import step_carrier_mesh, step_element_size
 from carrierflex.geometry.cad_surface_files import read_cad_statements
 from carrierflex.geometry.carrier_interface import CarrierInterface, carrier_interface
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids
 from carrierflex.geometry.mesh_files import read_mesh
+from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.workflows.support.units import METRES, LengthUnit
 
-#: Units that coordinates of a mesh file may have, in metres.
-METRES = {"m": 1.0, "mm": 1e-3, "inch": 0.0254}
-LengthUnit = Literal["m", "mm", "inch"]
 _PILOTS = {"flexible": flexible_carrier_pilots, "stiff": stiff_carrier_pilots}
 
 

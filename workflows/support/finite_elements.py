@@ -1,7 +1,6 @@
 """Who assembles and solves the finite elements: the choice behind ``--assembly``."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.scikit_fem_path import (
@@ -9,9 +8,6 @@ from carrierflex.fe.scikit_fem_path import (
     stiffness_and_mass_by_scikit_fem,
 )
 from carrierflex.fe.static import HeldSolver, held_displacement
-
-#: Names on the command line.
-AssemblyName = Literal["compiled", "scikit-fem"]
 
 
 @dataclass(frozen=True)
@@ -24,7 +20,8 @@ class FiniteElements:
 
 COMPILED = FiniteElements(assemble_stiffness_and_mass, held_displacement)
 
-FINITE_ELEMENTS: dict[AssemblyName, FiniteElements] = {
+#: By name on the command line.
+FINITE_ELEMENTS: dict[str, FiniteElements] = {
     "compiled": COMPILED,
     "scikit-fem": FiniteElements(stiffness_and_mass_by_scikit_fem, displacement_by_scikit_fem),
 }

@@ -6,22 +6,18 @@ A good answer opens from disk in any browser, without a network, and is sent by 
 from dataclasses import dataclass
 from pathlib import Path
 
-from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, read_rim_motion
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.files.json_files import save_text
 from carrierflex.files.whole_files import check_file_writable
-from carrierflex.reduction.body_files import read_body, read_shapes
 from carrierflex.workflows.support.progress import Stages
-from carrierflex.workflows.view3d.body_scene import body_scene
 from carrierflex.workflows.view3d.curve_scene import curve_scene
-from carrierflex.workflows.view3d.rim_scene import rim_scene
 from carrierflex.workflows.view3d.scene import Scene
 from carrierflex.workflows.view3d.view import scene_page
 
 #: Page beside the report of a diagnosis.
 VIEW_FILE = "view.html"
 _CURVES_FILE = "deflection_curves.csv"
-_EXPECTED = f"a body (.h5), deflection curves (.csv) or {RIM_MOTION_FILE}"
+_EXPECTED = "a body (.h5), deflection curves (.csv) or rim_motion.json"
 
 
 @dataclass(frozen=True)
@@ -96,6 +92,8 @@ def write_view(scene: Scene, path: Path) -> WrittenView:
 
 def _source(shown: Path) -> Path:
     """File that is meant: itself, or the one in a folder of curves or of a diagnosis."""
+    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE
+
     if not shown.exists():
         raise FileNotFoundError(f"{shown}: no such file or folder; expected {_EXPECTED}")
     if not shown.is_dir():
@@ -110,6 +108,11 @@ def _source(shown: Path) -> Path:
 
 
 def _scene(source: Path) -> Scene:
+    from carrierflex.diagnosis.report.rim_motion_files import read_rim_motion
+    from carrierflex.reduction.body_files import read_body, read_shapes
+    from carrierflex.workflows.view3d.body_scene import body_scene
+    from carrierflex.workflows.view3d.rim_scene import rim_scene
+
     if source.suffix == ".json":
         return rim_scene(read_rim_motion(source))
     if source.suffix == ".csv":

@@ -10,11 +10,11 @@ from carrierflex.geometry.parameter_files import StageParameters, read_parameter
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.workflows.figures.bushing_figures import force_loops
-from carrierflex.workflows.figures.draw_figures import FIGURES, chosen_figures, main
+from carrierflex.workflows.figures.draw_figures import chosen_figures, main
 from carrierflex.workflows.figures.figures_2011 import FIGURES_2011
 from carrierflex.workflows.figures.figures_2012 import FIGURES_2012
 from carrierflex.workflows.figures.finite_element_figures import deflection_curves, mode_shapes
-from carrierflex.workflows.figures.index_page import index_page
+from carrierflex.workflows.figures.index_page import FIGURES, index_page
 from carrierflex.workflows.figures.mounting_figures import cylinder_forces
 from carrierflex.workflows.figures.shared_runs import BodyReduction, SharedRuns
 from carrierflex.workflows.support.default_curves import default_curves

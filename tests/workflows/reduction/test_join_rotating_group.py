@@ -17,13 +17,14 @@ from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
 from carrierflex.reduction.assembly_modes import assembly_modes
 from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.shaft_joint import SUPPORTS
 from carrierflex.workflows.reduction import join_rotating_group
 from carrierflex.workflows.screen.body_tables import joined_table
 
 SHAFT = MainShaftParameters()
 R_PHI = 0.412 * 0.6e-3
 #: Supports in the order of the table: nothing but the shaft, bearing A, bearings A and B.
-FIRST, SECOND, LAST = join_rotating_group.SUPPORTS
+FIRST, SECOND, LAST = SUPPORTS
 
 
 @pytest.fixture(scope="module")

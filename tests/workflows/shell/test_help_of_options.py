@@ -1,17 +1,17 @@
 """The help of every option: its unit, its default as people say it, one meaning a name."""
 
+import inspect
 import re
 import typing
 
 import pytest
 
+from carrierflex.workflows.shell.called_commands import options_of, workflow_of
 from carrierflex.workflows.shell.commands import COMMANDS
 from carrierflex.workflows.shell.shown_defaults import units_of
-from carrierflex.workflows.shell.written_signatures import written_command
 
-WRITTEN = {
-    name: written_command(f"carrierflex.workflows.{own.workflow}") for name, own in COMMANDS.items()
-}
+WORKFLOWS = {name: workflow_of(command) for name, command in COMMANDS.items()}
+OPTIONS = {name: options_of(workflow) for name, workflow in WORKFLOWS.items()}
 #: Numbers without a unit say so in words.
 WITHOUT_UNIT = re.compile(r"\bshare\b|\bper cent\b|%")
 #: What each of these stands for wherever a command has it.
@@ -46,8 +46,8 @@ def texts(docstring):
 
 
 def options():
-    for name, written in WRITTEN.items():
-        for key, option in written.signature.parameters.items():
+    for name, of_command in OPTIONS.items():
+        for key, option in of_command.items():
             if key != "quiet":
                 yield pytest.param(name, key, option, id=f"{name} {key}")
 
@@ -58,23 +58,23 @@ def is_float(annotation):
 
 @pytest.mark.parametrize(("name", "key", "option"), options())
 def test_every_option_is_described_with_its_unit(name, key, option):
-    text = texts(WRITTEN[name].docstring)[key]
+    text = texts(inspect.getdoc(WORKFLOWS[name]))[key]
     assert text.strip()
     if is_float(option.annotation):
-        assert units_of(WRITTEN[name].docstring).get(key) or WITHOUT_UNIT.search(text), text
+        assert units_of(inspect.getdoc(WORKFLOWS[name])).get(key) or WITHOUT_UNIT.search(text), text
 
 
 @pytest.mark.parametrize(("name", "key", "option"), options())
 def test_an_option_means_one_thing_over_all_commands(name, key, option):
     meaning = ONE_MEANING.get(key)
     if meaning is not None:
-        assert re.search(meaning, texts(WRITTEN[name].docstring)[key])
+        assert re.search(meaning, texts(inspect.getdoc(WORKFLOWS[name]))[key])
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_default_is_shown(command, name):
     shown = " ".join(command(name, "--help").stdout.replace("│", " ").split())
-    for key, option in WRITTEN[name].signature.parameters.items():
+    for key, option in OPTIONS[name].items():
         is_number = isinstance(option.default, int | float) and not isinstance(option.default, bool)
         if key == "quiet" or not (is_number or isinstance(option.default, str)):
             continue

@@ -12,6 +12,7 @@ from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from carrierflex.workflows.screen.simulation_tables import torsion_table
 from carrierflex.workflows.simulation import compute_torsion
+from carrierflex.workflows.support import stage_bodies
 from tests.workflows.checked_documents import checked_document
 
 
@@ -21,7 +22,7 @@ def coarse(flexible_reduction, pin_reduction, monkeypatch):
         carrier = carrier_with_pins(flexible_reduction.model, pin_reduction.model, pin_fit)
         return joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
 
-    monkeypatch.setattr(compute_torsion, "default_stage_body", body)
+    monkeypatch.setattr(stage_bodies, "default_stage_body", body)
 
 
 @pytest.mark.usefixtures("coarse")

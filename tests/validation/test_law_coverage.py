@@ -7,7 +7,7 @@ import pytest
 
 from carrierflex.blind_check.labels import SINGLE, Label
 from carrierflex.diagnosis.inference.results import NamedValue
-from studies.law_coverage import covered_values, has_true_parameters
+from validation.law_coverage import covered_values, has_true_parameters
 
 LABEL = Label(
     case="carrier-0001",

@@ -1,0 +1,1 @@
+"""Truth and scoring: repeats what is published of the diagnosis. No shipped package imports it."""

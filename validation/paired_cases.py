@@ -1,0 +1,167 @@
+"""Sealed campaigns for paired checks: written once, diagnosed by as many trees as wanted.
+
+Every kind has its number of cases, spread over its families. The campaigns are exported without
+their truth to ``OUT/campaigns/KIND-FAMILY-SEED/CASE``; labels, seals and the digest stay in
+``OUT/truth/KIND``. ``OUT/campaigns/cases.jsonl`` lists the cases in an order whose every beginning
+holds kinds and families in the same proportion.
+
+    python -m validation.paired_cases --out OUT --workers 2
+"""
+
+import argparse
+import json
+import shutil
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import DECAYS, KINDS, CasePlan, Label
+from carrierflex.blind_check.sealing.check import LABELS_FILE, sealed_check
+from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.blind_check.truth.element.drives import DECAY, STRATUM
+from carrierflex.files.json_files import save_json
+
+#: Seed of each kind; no other check has used them.
+SEEDS: Mapping[str, int] = {"element": 41001, "carrier": 41002, "mounting": 41003}
+#: Cases of each kind by family. Kind element draws its driven families in its own strata.
+SIZES: Mapping[str, Mapping[str, int]] = {
+    "element": {"driven": 170, DECAYS: 30},
+    "carrier": {
+        "single": 48,
+        "pair": 24,
+        "nothing": 14,
+        "outside": 14,
+        "aliased": 10,
+        "one_condition": 10,
+        "stage": 16,
+        "form": 40,
+        "several": 24,
+    },
+    "mounting": {
+        "single": 52,
+        "pair": 28,
+        "nothing": 16,
+        "outside": 16,
+        "one_condition": 10,
+        "form": 48,
+        "several": 30,
+    },
+}
+CASES_FILE = "cases.jsonl"
+
+
+def paired_plans(kind: str) -> tuple[CasePlan, ...]:
+    """Plans of one kind, numbered through over its families.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of campaign.
+    """
+    plans: list[CasePlan] = []
+    for family, count in SIZES[kind].items():
+        drawn = case_plans(kind, count, SEEDS[kind], () if family == "driven" else (family,))
+        first = len(plans) + 1
+        plans += [replace(plan, number=first + k) for k, plan in enumerate(drawn)]
+    return tuple(plans)
+
+
+def family_of(plan: CasePlan) -> str:
+    """Family of a plan; the free decays of an element are one whatever they hold."""
+    return DECAYS if plan.drive == DECAY else plan.family
+
+
+def balanced_order(plans: Sequence[CasePlan]) -> list[CasePlan]:
+    """Order whose every beginning holds kinds, families and strata of drives in proportion.
+
+    Parameters
+    ----------
+    plans : sequence of CasePlan
+        Plans of all kinds.
+    """
+    groups = [(plan.kind, family_of(plan), STRATUM.get(plan.drive, "")) for plan in plans]
+    sizes, counted = Counter(groups), Counter[tuple[str, str, str]]()
+    shares = []
+    for group in groups:
+        counted[group] += 1
+        shares.append((counted[group] - 0.5) / sizes[group])
+    return [plans[k] for k in sorted(range(len(plans)), key=lambda k: (shares[k], k))]
+
+
+def write_paired_cases(out: Path, workers: int) -> None:
+    """Write, seal and export the cases of every kind.
+
+    Parameters
+    ----------
+    out : Path
+        Folder; an interrupted one goes on.
+    workers : int
+        Processes.
+    """
+    by_kind = {kind: paired_plans(kind) for kind in KINDS}
+    _write_list([plan for plans in by_kind.values() for plan in plans], out / "campaigns")
+    for kind, plans in by_kind.items():
+        truth = out / "truth" / kind
+        if (truth / LABELS_FILE).is_file():
+            continue
+        truth.mkdir(parents=True, exist_ok=True)
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as executor:
+            sealed = sealed_check(
+                plans,
+                truth,
+                _write_case,
+                executor,
+                check={"seed": SEEDS[kind], "cases": dict(SIZES[kind])},
+                note=lambda text, share: None,
+            )
+        for plan in plans:
+            target = out / "campaigns" / _folder(plan)
+            shutil.rmtree(target, ignore_errors=True)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.move(sealed.campaign(plan.name), target)
+        labels = {case: json.loads(label.text()) for case, label in sealed.labels.items()}
+        save_json(truth / LABELS_FILE, labels)
+        print(f"{kind}: {len(plans)} cases, digest {sealed.published.digest}", flush=True)
+
+
+def _write_list(plans: Sequence[CasePlan], campaigns: Path) -> None:
+    rows = [
+        {
+            "case": plan.name,
+            "kind": plan.kind,
+            "family": family_of(plan),
+            "folder": _folder(plan),
+        }
+        for plan in balanced_order(plans)
+    ]
+    text = "".join(json.dumps(row) + "\n" for row in rows)
+    campaigns.mkdir(parents=True, exist_ok=True)
+    (campaigns / CASES_FILE).write_text(text, encoding="utf-8")
+
+
+def _folder(plan: CasePlan) -> str:
+    return f"{plan.kind}-{family_of(plan)}-{plan.seed}/{plan.name}"
+
+
+def _write_case(plan: CasePlan, folder: Path) -> Label:
+    with threadpool_limits(limits=1):
+        return write_case(plan, folder)
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, required=True, help="folder of campaigns and truth")
+    parser.add_argument("--workers", type=int, default=1, help="processes; default: 1")
+    arguments = parser.parse_args()
+    write_paired_cases(arguments.out, arguments.workers)
+
+
+if __name__ == "__main__":
+    main()
