@@ -110,9 +110,8 @@ class Stages:
         after = 0.0
         if later:
             before = self._stage_begun - self._begun
-            after = (
-                (before + duration) * sum(later) / sum(self.weights[self.timed_from : number + 1])
-            )
+            known = sum(self.weights[self.timed_from : number + 1])
+            after = (before + duration) * sum(later) / known
         remaining = duration - in_stage + after
         return remaining if remaining > 0.0 else None
 
