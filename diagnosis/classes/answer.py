@@ -41,55 +41,40 @@ class NearestLaw:
     is_equal: bool
 
 
-def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> NearestLaw:
-    """Law that takes the place of a class best.
-
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares.
-    shares : Shares
-        Gap and scatter.
-    own : str
-        Class whose place the law takes.
-    beside : tuple of str
-        Other classes of the answer, which stay.
-
-    Returns
-    -------
-    NearestLaw
-        Best of ``share - 0.005 n_parameters`` over the laws and their shapes.
-    """
+def nearest_law(scores: ClassScores, shares: Shares, name: str, partners: Classes) -> NearestLaw:
+    """Law that takes the place of a class best, by ``share - 0.005 n_parameters``."""
     limits = scores.constants
-    found: list[tuple[float, str, IntArray, HeldOutSquares]] = []
-    for law in scores.table.laws.get(own, ()):
-        columns, held = _best_shape(scores, beside, law)
-        value = shares.of(held) - limits.law_parameter * law.n_parameters
-        found.append((value, law.id, columns, held))
-    if not found:
+    results: list[tuple[float, str, IntArray, HeldOutSquares]] = []
+    for law in scores.table.laws.get(name, ()):
+        columns, result = _best_shape(scores, partners, law)
+        value = shares.of(result) - limits.law_parameter * law.n_parameters
+        results.append((value, law.id, columns, result))
+    if not results:
         return NearestLaw("", np.empty(0, dtype=np.int64), None, False)
-    _, name, columns, held = max(found, key=lambda entry: entry[0])
-    with_class = scores.of((own, *beside))
-    behind = shares.gain(with_class, held)
-    error = limits.standard_errors * shares.gain_error(with_class, held)
-    is_equal = behind <= max(limits.law_named, error) and _explains(shares, held)
-    is_equal = is_equal and not _is_small(scores, shares, own, beside)
-    is_equal = is_equal and not _is_coupled(scores, shares, own, name, beside)
-    is_equal = is_equal and not _is_curved(scores, shares, own, beside)
-    is_equal = is_equal and not _is_in_curved(scores, own, beside)
-    return NearestLaw(name, columns, held, is_equal)
+    _, law_id, columns, result = max(results, key=lambda entry: entry[0])
+    with_class = scores.of((name, *partners))
+    behind = shares.gain(with_class, result)
+    error = limits.standard_errors * shares.gain_error(with_class, result)
+    is_equal = behind <= max(limits.law_named, error) and _explains(shares, result)
+    is_equal = is_equal and not _is_small(scores, shares, name, partners)
+    is_equal = is_equal and not _is_coupled(scores, shares, name, law_id, partners)
+    is_equal = is_equal and not _is_curved(scores, shares, name, partners)
+    is_equal = is_equal and not _is_in_curved(scores, name, partners)
+    return NearestLaw(law_id, columns, result, is_equal)
 
 
-def _is_small(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> bool:
+def _is_small(scores: ClassScores, shares: Shares, class_id: str, partners: Classes) -> bool:
     """Whether a class adds less to others than tells one law of it from another.
 
     All laws are as near as the limits go to a class that adds no more than these.
     """
-    added = shares.gain(scores.of((own, *beside)), scores.of(beside))
-    return bool(beside) and added < scores.constants.second_cause
+    added = shares.gain(scores.of((class_id, *partners)), scores.of(partners))
+    return bool(partners) and added < scores.constants.second_cause
 
 
-def _is_coupled(scores: ClassScores, shares: Shares, own: str, law: str, beside: Classes) -> bool:
+def _is_coupled(
+    scores: ClassScores, shares: Shares, class_id: str, law: str, partners: Classes
+) -> bool:
     """Whether a class stands for a part of a coupled cause, whose laws are not its own.
 
     An orifice whose opening changes along the way damps by the square of the speed, and is no law
@@ -98,61 +83,61 @@ def _is_coupled(scores: ClassScores, shares: Shares, own: str, law: str, beside:
     table = scores.table
     # A surface takes up whatever a law beside it leaves, and is named where its parts leave more:
     # what lies in one of them alone is no law of it.
-    if table.surface in beside:
+    if table.surface in partners:
         return True
-    if own == table.surface:
-        parts = [name for name in table.classes if name != own and table.is_in_surface(name)]
-        return sum(law in [known.id for known in table.laws[name]] for name in parts) == 1
-    answer = (own, *beside)
-    if own in table.coupled_parts and table.coupled_parts <= set(answer):
+    if class_id == table.surface:
+        members = [name for name in table.classes if name != class_id and table.is_in_surface(name)]
+        return sum(law in [known.id for known in table.laws[name]] for name in members) == 1
+    answer = (class_id, *partners)
+    if class_id in table.coupled_parts and table.coupled_parts <= set(answer):
         return True
-    if not table.is_in_surface(own):
+    if not table.is_in_surface(class_id):
         return False
-    others = [name for name in beside if not table.is_in_surface(name)]
+    others = [name for name in partners if not table.is_in_surface(name)]
     # In fewer columns than the surface a product of place and speed is seen where it is small.
     products = [scores.products.of((name, *others)) for name in table.products]
-    coupled = min([scores.of((table.surface, *others)), *products], key=lambda held: held.total)
+    coupled = min([scores.of((table.surface, *others)), *products], key=lambda result: result.total)
     return shares.is_clear_gain(coupled, scores.of(answer), scores.constants.law_parameter)
 
 
-def _is_curved(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> bool:
+def _is_curved(scores: ClassScores, shares: Shares, class_id: str, partners: Classes) -> bool:
     """Whether the class would be curved: by no small part, or where nothing else explains as much.
 
     A spring in series with a dashpot is all but a Maxwell branch, and the branch leaves little.
     """
     table, limits = scores.table, scores.constants
-    group = table.beyond_laws.get(own)
+    group = table.beyond_laws.get(class_id)
     if group is None:
         return False
-    answer = (own, *beside)
-    held, curved = scores.of(answer), scores.beyond_laws(answer, group)
-    error = limits.standard_errors * shares.gain_error(curved, held)
-    if shares.gain(curved, held) > max(limits.least_curved, error):
+    answer = (class_id, *partners)
+    result, curved = scores.of(answer), scores.beyond_laws(answer, group)
+    error = limits.standard_errors * shares.gain_error(curved, result)
+    if shares.gain(curved, result) > max(limits.least_curved, error):
         return True
     others = [scores.of((*answer, name)).total for name in table.classes if name not in answer]
-    return curved.total < min([held.total, *others])
+    return curved.total < min([result.total, *others])
 
 
-def _is_in_curved(scores: ClassScores, own: str, beside: Classes) -> bool:
+def _is_in_curved(scores: ClassScores, class_id: str, partners: Classes) -> bool:
     """Whether a class beside the law leaves no more without it where its own laws are curved.
 
     A nonlinear spring in series with a dashpot leaves to a linear memory what looks like a damper.
     """
-    held = scores.of((own, *beside))
-    groups = [group for name, group in scores.table.beyond_laws.items() if name in beside]
-    return any(scores.beyond_laws(beside, group).total <= held.total for group in groups)
+    result = scores.of((class_id, *partners))
+    groups = [group for name, group in scores.table.beyond_laws.items() if name in partners]
+    return any(scores.beyond_laws(partners, group).total <= result.total for group in groups)
 
 
-def _explains(shares: Shares, held: HeldOutSquares) -> bool:
+def _explains(shares: Shares, result: HeldOutSquares) -> bool:
     """Whether a result leaves so little that a law can be the whole of the cause."""
-    return shares.is_at_floor(held) or shares.of(held) >= shares.constants.law_explains
+    return shares.is_at_floor(result) or shares.of(result) >= shares.constants.law_explains
 
 
 def _best_shape(
-    scores: ClassScores, beside: Classes, law: LawColumns
+    scores: ClassScores, partners: Classes, law: LawColumns
 ) -> tuple[IntArray, HeldOutSquares]:
     """Shape of a law that leaves least."""
-    results = [(columns, scores.with_law(beside, columns)) for columns in law.variants]
+    results = [(columns, scores.with_law(partners, columns)) for columns in law.variants]
     return min(results, key=lambda result: result[1].total)
 
 
@@ -241,20 +226,23 @@ def class_answer(
     """
     surface = scores.table.surface
     names = [name for name in candidates if name != surface] + ([surface] if surface else [])
-    found = answer_of(scores, shares, decision, names, shape_of=shape_of, note=decision.note)
+    answer = answer_of(scores, shares, decision, names, shape_of=shape_of, note=decision.note)
     return replace(
-        found,
+        answer,
         classes=tuple(
-            replace(own, law_named=own.law_named and shows_laws and _is_in_ties(found, own.law))
-            for own in found.classes
+            replace(
+                finding,
+                law_named=finding.law_named and shows_laws and _is_in_ties(answer, finding.law),
+            )
+            for finding in answer.classes
         ),
     )
 
 
-def _is_in_ties(found: ClassAnswer, law: str) -> bool:
+def _is_in_ties(answer: ClassAnswer, law: str) -> bool:
     """Whether a law lies in a class of every tied set: else its own class is not certain."""
-    own = set(found.classes_of_law.get(law, ()))
-    return all(own.intersection(ids) for ids in found.ties)
+    classes = set(answer.classes_of_law.get(law, ()))
+    return all(classes.intersection(ids) for ids in answer.ties)
 
 
 def answer_of(
@@ -287,13 +275,13 @@ def answer_of(
     if decision.state == NOTHING:
         return without_classes(decision.state, table, decision.note)
     findings, laws = [], []
-    for own in decision.classes:
-        finding, law = _finding(scores, shares, decision, own, shape_of)
+    for name in decision.classes:
+        finding, law = _finding(scores, shares, decision, name, shape_of)
         findings.append(finding)
         laws.append(law)
-    held = decision.held
+    result = decision.held
     learnable = max(shares.of(scores.ceiling()), shares.of(scores.of(decision.best_pair)))
-    pair_gains = shares.gain(scores.of(decision.best_pair), held) > constants.least_gain
+    pair_gains = shares.gain(scores.of(decision.best_pair), result) > constants.least_gain
     is_class = decision.state != NO_CLASS
     return ClassAnswer(
         state=decision.state,
@@ -304,12 +292,12 @@ def answer_of(
             for name in rivals
             if not (is_class and _holds(table, name, decision.classes))
         },
-        share=at_most_one(shares.of(held)),
-        share_ci95=shares.interval(held),
+        share=at_most_one(shares.of(result)),
+        share_ci95=shares.interval(result),
         learnable=at_most_one(learnable),
         learnt_by=tuple(set(decision.best_pair) - set(decision.classes)) if pair_gains else (),
         law_share=_law_share(scores, shares, laws),
-        classes_of_law=classes_of_law(table),
+        classes_of_law=_classes_of_law(table),
         note=note,
         best=() if is_class else decision.classes,
     )
@@ -317,31 +305,21 @@ def answer_of(
 
 def _holds(table: GramTable, name: str, classes: Sequence[str]) -> bool:
     """Whether a class is the answer, or contains it: neither is a rival."""
-    inside = {group for own in classes for group in table.classes[own]}
+    inside = {group for member in classes for group in table.classes[member]}
     return inside <= set(table.classes[name])
 
 
-def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
+def _classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
     """Classes that hold each law of a table, in the order of its classes."""
-    found: dict[str, tuple[str, ...]] = {}
+    classes: dict[str, tuple[str, ...]] = {}
     for name, laws in table.laws.items():
         for law in laws:
-            found[law.id] = (*found.get(law.id, ()), name)
-    return found
+            classes[law.id] = (*classes.get(law.id, ()), name)
+    return classes
 
 
 def without_classes(state: str, table: GramTable, note: str) -> ClassAnswer:
-    """Answer of records in which nothing is missing, or nothing is visible.
-
-    Parameters
-    ----------
-    state : str
-        Which of both.
-    table : GramTable
-        Classes and their laws.
-    note : str
-        What the records cannot say.
-    """
+    """Answer of records in which nothing is missing, or nothing is visible."""
     nan = float("nan")
     return ClassAnswer(
         state=state,
@@ -353,30 +331,30 @@ def without_classes(state: str, table: GramTable, note: str) -> ClassAnswer:
         learnable=nan,
         learnt_by=(),
         law_share=nan,
-        classes_of_law=classes_of_law(table),
+        classes_of_law=_classes_of_law(table),
         note=note,
     )
 
 
 def _finding(
-    scores: ClassScores, shares: Shares, decision: Decision, own: str, shape_of: ShapeOf
+    scores: ClassScores, shares: Shares, decision: Decision, class_id: str, shape_of: ShapeOf
 ) -> tuple[ClassFinding, NearestLaw]:
     """One class of the answer; in a pair its share is the mean of what it adds alone and second."""
-    beside = tuple(name for name in decision.classes if name != own)
-    law = nearest_law(scores, shares, own, beside)
-    before, other = scores.of(()), scores.of(beside)
-    whole = shares.of(decision.held)
+    others = tuple(name for name in decision.classes if name != class_id)
+    law = nearest_law(scores, shares, class_id, others)
+    before, other = scores.of(()), scores.of(others)
+    total = shares.of(decision.held)
     # Each part lies within the whole, and both add up to it, also where one class harms alone.
-    share, interval = shares.part(before, other, scores.of((own,)), decision.held)
-    if beside:
-        share = min(max(share, 0.0), max(whole, 0.0)) / max(whole, 1.0)
+    share, interval = shares.part(before, other, scores.of((class_id,)), decision.held)
+    if others:
+        share = min(max(share, 0.0), max(total, 0.0)) / max(total, 1.0)
     law_share = float("nan")
     if law.held is not None:
         alone = scores.with_law((), law.columns)
         law_share = at_most_one(shares.part(before, other, alone, law.held)[0])
-    shape, measured_law = shape_of(scores, own, decision.held, law)
+    shape, measured_law = shape_of(scores, class_id, decision.held, law)
     finding = ClassFinding(
-        id=own,
+        id=class_id,
         share=at_most_one(share),
         share_ci95=interval,
         law=law.id,

@@ -87,15 +87,15 @@ def difference_penalty(n: int, order: int) -> FloatArray:
 @njit(cache=True)
 def _stops(x, yields, state):  # type: ignore[no-untyped-def]
     """Deflection of every stop along x; `state` is where they begin and is changed."""
-    found = np.empty((yields.size, x.size))
+    forces = np.empty((yields.size, x.size))
     last = x[0]
     for k in range(x.size):
         moved = x[k] - last
         last = x[k]
         for i in range(yields.size):
             state[i] = min(max(state[i] + moved, -yields[i]), yields[i])
-            found[i, k] = state[i]
-    return found
+            forces[i, k] = state[i]
+    return forces
 
 
 def stops(x: FloatArray, yields: FloatArray, *, from_rest: bool = False) -> FloatArray:
@@ -130,7 +130,7 @@ def stops(x: FloatArray, yields: FloatArray, *, from_rest: bool = False) -> Floa
 
 @njit(cache=True)
 def _dahl(x, lengths, state):  # type: ignore[no-untyped-def]
-    found = np.empty((lengths.size, x.size))
+    forces = np.empty((lengths.size, x.size))
     last = x[0]
     for k in range(x.size):
         moved = x[k] - last
@@ -139,8 +139,8 @@ def _dahl(x, lengths, state):  # type: ignore[no-untyped-def]
         for i in range(lengths.size):
             # Exact for a step in one direction: z tends to the sign of the motion.
             state[i] = sign + (state[i] - sign) * np.exp(-abs(moved) / lengths[i])
-            found[i, k] = state[i]
-    return found
+            forces[i, k] = state[i]
+    return forces
 
 
 def dahl_friction(x: FloatArray, lengths: FloatArray, *, from_rest: bool = False) -> FloatArray:

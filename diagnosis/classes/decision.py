@@ -14,44 +14,39 @@ from carrierflex.diagnosis.classes.results import (
 from carrierflex.diagnosis.classes.shares import Shares
 
 
-def plain_first(
+def _plain_first(
     scores: ClassScores, shares: Shares, answer: Classes, candidates: Sequence[str]
 ) -> Classes:
-    """Answer in which no class bends to what is another's.
-
-    Members that bend a law (sliders whose strength or spring changes with deflection) let a class
-    imitate others: a set with them and a set with another class in their place are two sets, and
-    the one that leaves less is the answer.
-    """
-    for own in scores.table.plain:
-        if answer == (own,):
-            return _beside_plain(scores, shares, own, candidates)
-        if len(answer) == 2 and own in answer:
-            return _without_other(scores, shares, own, answer)
+    """Answer in which no class bends to what is another's."""
+    for name in scores.table.plain:
+        if answer == (name,):
+            return _with_plain_law(scores, shares, name, candidates)
+        if len(answer) == 2 and name in answer:
+            return _without_other(scores, shares, name, answer)
     return answer
 
 
-def _beside_plain(
-    scores: ClassScores, shares: Shares, own: str, candidates: Sequence[str]
+def _with_plain_law(
+    scores: ClassScores, shares: Shares, bent: str, candidates: Sequence[str]
 ) -> Classes:
     """A class with the best one beside its plain law, where that explains what bending would."""
-    pairs = [(own, name) for name in candidates if name != own]
+    pairs = [(bent, name) for name in candidates if name != bent]
     if not pairs:
-        return (own,)
+        return (bent,)
     best = min(pairs, key=lambda pair: scores.plain.of(pair).total)
-    beside, straight = scores.plain.of(best), scores.plain.of((own,))
-    is_cause = shares.is_clear_gain(beside, straight, scores.constants.second_cause)
-    if is_cause and shares.leaves_less(beside, scores.of((own,))):
+    pair_result, straight = scores.plain.of(best), scores.plain.of((bent,))
+    is_cause = shares.is_clear_gain(pair_result, straight, scores.constants.second_cause)
+    if is_cause and shares.leaves_less(pair_result, scores.of((bent,))):
         return tuple(sorted(best))
-    return (own,)
+    return (bent,)
 
 
-def _without_other(scores: ClassScores, shares: Shares, own: str, answer: Classes) -> Classes:
+def _without_other(scores: ClassScores, shares: Shares, name: str, answer: Classes) -> Classes:
     """A class alone where it bends anyway, and what stands beside it gains little."""
-    bent = scores.of((own,))
+    bent = scores.of((name,))
     needs_bending = shares.leaves_less(bent, scores.plain.of(answer))
     gains = shares.gain(scores.of(answer), bent) > scores.constants.beside_bent
-    return answer if gains or not needs_bending else (own,)
+    return answer if gains or not needs_bending else (name,)
 
 
 _MORE_NOTE = (
@@ -146,21 +141,22 @@ def decide(
         shows_two_causes=shows_two_causes,
         shows_small_causes=shows_small_causes,
     )
-    held = scores.of(answer)
+    result = scores.of(answer)
     limits = scores.constants
     is_single = len(answer) == 1 and answer != (scores.table.surface,)
     holds_all = scores.table.surface in answer and not shows_small_causes
     gains = (
-        shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
+        shares.is_clear_gain(scores.of((name,)), result, limits.second_cause)
+        for name in inseparable
     )
     is_mixed = holds_all or not (shows_two_causes or is_single) or any(gains)
     # What a small cause would take: the drive does not tell it from what the answer lacks itself.
     is_more = not shows_small_causes and _answer(scores, shares, candidates)[0] != answer
-    explained = state_of(shares, held)
+    explained = state_of(shares, result)
     state = NO_CLASS if is_mixed or is_more else explained
     notes = (drive_note, _SURFACE_NOTE if holds_all else "", _MORE_NOTE if is_more else "")
     note = "; ".join(text for text in notes if text)
-    return Decision(state, answer, ties, held, best_pair, note, state != explained)
+    return Decision(state, answer, ties, result, best_pair, note, state != explained)
 
 
 def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
@@ -168,13 +164,6 @@ def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
 
     No second class explains that much more by itself, else it would be in the answer: what is
     missing are more causes than two, or one that no class holds whole.
-
-    Parameters
-    ----------
-    scores, shares
-        Held-out squares, gap and floor.
-    decision : Decision
-        The answer.
     """
     least = scores.constants.second_cause
     return shares.is_gain(scores.ceiling(), decision.held, least)
@@ -211,15 +200,15 @@ def _answer(
     damping = _sum_or_product(scores, shares, answer, shows_small_causes=shows_small_causes)
     if damping != answer:
         answer, ties = damping, ()
-    plain = plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
+    plain = _plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
     if plain != answer:
         answer, ties = plain, ()
     return answer, ties
 
 
-def state_of(shares: Shares, held: HeldOutSquares) -> str:
+def state_of(shares: Shares, result: HeldOutSquares) -> str:
     """Whether an answer is named, leads, or is no class, by the share it explains."""
-    limits, share = shares.constants, shares.of(held)
+    limits, share = shares.constants, shares.of(result)
     if share >= 1.0 - limits.named_left:
         return NAMED_CLASS
     return LEADING_CLASS if share >= limits.leading_share else NO_CLASS
@@ -268,49 +257,46 @@ def _sum_or_product(
         The coupled class with what stands beside it, the sum, or the answer itself.
     """
     table, limits = scores.table, scores.constants
-    parts = table.coupled_parts
-    if not parts:
+    sum_classes = table.coupled_parts
+    if not sum_classes:
         return answer
-    if parts == set(answer):
+    if sum_classes == set(answer):
         is_product = _product(scores, ()).total < scores.of(answer).total
         return (table.surface,) if is_product else answer
     if not shows_small_causes or table.uncoupled_part not in answer:
         return answer
-    beside = tuple(name for name in answer if name != table.uncoupled_part)
-    whole = tuple(sorted({table.surface, *(n for n in beside if not table.is_in_surface(n))}))
-    both, found = scores.of(whole), scores.of(answer)
-    if any(map(table.is_in_surface, beside)):
-        takes = shares.takes_of_left(both, found, limits.gain_of_left)
-        return whole if takes else answer
-    product, total = _product(scores, beside), scores.of((*sorted(parts), *beside))
-    least = min(both, product, total, key=lambda held: held.total)
-    takes = shares.takes_of_left(least, found, limits.gain_of_left)
+    partners = tuple(name for name in answer if name != table.uncoupled_part)
+    surface_set = tuple(
+        sorted({table.surface, *(n for n in partners if not table.is_in_surface(n))})
+    )
+    both, result = scores.of(surface_set), scores.of(answer)
+    if any(map(table.is_in_surface, partners)):
+        takes = shares.takes_of_left(both, result, limits.gain_of_left)
+        return surface_set if takes else answer
+    product, total = _product(scores, partners), scores.of((*sorted(sum_classes), *partners))
+    least = min(both, product, total, key=lambda squares: squares.total)
+    takes = shares.takes_of_left(least, result, limits.gain_of_left)
     if product.total < total.total:
         # A law of the speed loses its name to a product that gains as much: so does its class.
-        takes = takes or shares.is_gain(product, found, limits.law_parameter)
-        return whole if takes else answer
+        takes = takes or shares.is_gain(product, result, limits.law_parameter)
+        return surface_set if takes else answer
     # Beside another class the sum would be a third cause.
-    return tuple(sorted(parts)) if takes and not beside else answer
+    return tuple(sorted(sum_classes)) if takes and not partners else answer
 
 
-def _product(scores: ClassScores, beside: Classes) -> HeldOutSquares:
+def _product(scores: ClassScores, partners: Classes) -> HeldOutSquares:
     """The product of the coupled class that leaves least beside another class."""
     products = scores.products
     return min(
-        (products.of((name, *beside)) for name in scores.table.products),
-        key=lambda held: held.total,
+        (products.of((name, *partners)) for name in scores.table.products),
+        key=lambda result: result.total,
     )
 
 
 def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
     """Whether there is no gap above the floor, or one that looks like coloured noise.
 
-    Parameters
-    ----------
-    scores, shares
-        Held-out squares, gap and floor.
-    results : sequence of HeldOutSquares
-        What single classes and the best pair leave.
+    `results` are what single classes and the best pair leave.
     """
     limits = scores.constants
     before = scores.of(())
@@ -335,14 +321,16 @@ def _single_or_pair(
 ) -> tuple[Classes, tuple[Classes, ...]]:
     """The best class with its ties, or the best pair where it clearly gains."""
     best = min(singles, key=lambda name: singles[name].total)
-    held = singles[best]
+    best_result = singles[best]
     tied = tuple(
-        (name,) for name, other in singles.items() if name != best and shares.are_equal(other, held)
+        (name,)
+        for name, other in singles.items()
+        if name != best and shares.are_equal(other, best_result)
     )
     pair = _best_pair(shares, pairs, best)
     # Whether one damping has two parts, and whether they are a product, is asked apart.
     may_be_small = shows_small_causes and set(pair) != one_damping
-    if not _is_cause(shares, pairs[pair], held, may_be_small=may_be_small):
+    if not _is_cause(shares, pairs[pair], best_result, may_be_small=may_be_small):
         return (best,), tied
     equal = [
         other

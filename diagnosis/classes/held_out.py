@@ -44,7 +44,7 @@ class ClassModel:
         return order, int(np.count_nonzero(free))
 
 
-def class_model(
+def _class_model(
     table: GramTable,
     groups: Sequence[str],
     ridges: Sequence[float],
@@ -52,26 +52,7 @@ def class_model(
     jitter: float,
     further: IntArray | None = None,
 ) -> ClassModel:
-    """Model of the baseline with some groups, each at its own ridge.
-
-    Parameters
-    ----------
-    table : GramTable
-        Products.
-    groups : sequence of str
-        Groups of columns.
-    ridges : sequence of float
-        Weight of each group's penalty.
-    jitter : float
-        Ridge on every class column.
-    further : ndarray of int, optional
-        Columns of laws, which are not penalised.
-
-    Returns
-    -------
-    ClassModel
-        Ready to be fitted.
-    """
+    """Model of the baseline with some groups, each at its own ridge."""
     members: list[ColumnGroup] = [table.groups[name] for name in groups]
     laws = np.empty(0, dtype=np.int64) if further is None else further
     columns = np.concatenate([table.base, laws, *(member.columns for member in members)])
@@ -83,10 +64,10 @@ def class_model(
     diagonal[: table.n_base] = _ROUNDING * energy
     diagonal[table.n_base : first] = jitter * energy
     for member, ridge in zip(members, ridges, strict=True):
-        own = slice(first, first + member.columns.size)
-        penalty[own, own] = ridge * member.penalty
-        nonnegative[own] = member.is_nonnegative
-        first = own.stop
+        span = slice(first, first + member.columns.size)
+        penalty[span, span] = ridge * member.penalty
+        nonnegative[span] = member.is_nonnegative
+        first = span.stop
     penalty[np.diag_indices(columns.size)] += diagonal
     return ClassModel(columns, penalty, nonnegative)
 
@@ -108,25 +89,19 @@ def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = N
     ndarray, shape (..., 1 + n, 1 + n)
         The target first, then the model's columns in their order.
     """
-    places = np.concatenate([[0], model.columns])
+    columns_of_table = np.concatenate([[0], model.columns])
     n_blocks = gram.shape[:-2] if blocks is None else blocks.shape
     chosen: IntArray | EllipsisType = ... if blocks is None else blocks
-    found = np.empty((*n_blocks, places.size, places.size))
+    chosen_products = np.empty((*n_blocks, columns_of_table.size, columns_of_table.size))
     # Groups stand together in a table: slices are copied several times as fast as single places.
-    own = stretches(np.arange(places.size), places)
-    for (rows, from_rows), (columns, from_columns) in product(own, repeat=2):
-        found[..., rows, columns] = gram[chosen, from_rows, from_columns]
-    return found
+    spans = _stretches(np.arange(columns_of_table.size), columns_of_table)
+    for (rows, from_rows), (columns, from_columns) in product(spans, repeat=2):
+        chosen_products[..., rows, columns] = gram[chosen, from_rows, from_columns]
+    return chosen_products
 
 
-def stretches(first: IntArray, second: IntArray) -> list[tuple[slice, slice]]:
-    """Pairs of places as slices, each of pairs that follow each other on both sides.
-
-    Parameters
-    ----------
-    first, second : ndarray of int, shape (n,)
-        Places, pair by pair.
-    """
+def _stretches(first: IntArray, second: IntArray) -> list[tuple[slice, slice]]:
+    """Pairs of places as slices, each of pairs that follow each other on both sides."""
     cuts = np.flatnonzero((np.diff(first) != 1) | (np.diff(second) != 1)) + 1
     ends = pairwise([0, *cuts.tolist(), first.size])
     return [
@@ -171,38 +146,20 @@ def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
     coupling = _solved(factor, A[:n_free, n_free:])
     schur = A[n_free:, n_free:] - A[n_free:, :n_free] @ coupling
     bound = _nonnegative(schur, b[n_free:] - coupling.T @ b[:n_free])
-    found = np.empty(b.size)
-    found[order[n_free:]] = bound
-    found[order[:n_free]] = _solved(factor, b[:n_free]) - coupling @ bound
-    return found
+    c = np.empty(b.size)
+    c[order[n_free:]] = bound
+    c[order[:n_free]] = _solved(factor, b[:n_free]) - coupling @ bound
+    return c
 
 
 def squares_left(products: FloatArray, c: FloatArray) -> FloatArray:
-    """Sum of squares that coefficients leave, shape (...).
-
-    Parameters
-    ----------
-    products : ndarray, shape (..., 1 + n, 1 + n)
-        Products of the target and the columns, such as those of each block.
-    c : ndarray, shape (n,)
-        Coefficients.
-    """
+    """Sum of squares that coefficients leave, shape (...)."""
     weights = np.concatenate([[1.0], -c])
     return np.asarray((products @ weights) @ weights)
 
 
-def squares_of_each(products: FloatArray, C: FloatArray) -> FloatArray:
-    """Sums of squares that several fits leave of the same products, shape (n_fits, n_blocks).
-
-    The products are read once for all fits: of many blocks they are larger than a cache.
-
-    Parameters
-    ----------
-    products : ndarray, shape (n_blocks, 1 + n, 1 + n)
-        Products of the target and the columns of each block.
-    C : ndarray, shape (n_fits, n)
-        Coefficients of each fit.
-    """
+def _squares_of_each(products: FloatArray, C: FloatArray) -> FloatArray:
+    """Sums of squares that several fits leave of the same products, shape (n_fits, n_blocks)."""
     weights = np.column_stack([np.ones(len(C)), -C])
     rows = (products.reshape(-1, weights.shape[1]) @ weights.T).reshape(*products.shape[:2], -1)
     return np.einsum("bif,fi->fb", rows, weights)
@@ -240,7 +197,7 @@ def _nonnegative(A: FloatArray, b: FloatArray) -> FloatArray:
 
 Classes = tuple[str, ...]
 #: Products of some columns outside each fold; and of each fold its blocks with theirs.
-FoldProducts = tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
+_FoldProducts = tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,7 +245,7 @@ class ClassScores:
     table: GramTable
     constants: ClassConstants
     known: dict[Classes, HeldOutSquares] = field(default_factory=dict)
-    chosen: dict[bytes, FoldProducts] = field(default_factory=dict)
+    chosen: dict[bytes, _FoldProducts] = field(default_factory=dict)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:
         """Held-out squares of a set of classes; of the baseline for the empty set."""
@@ -302,7 +259,9 @@ class ClassScores:
         """Scores of the same classes without the members that bend their laws."""
         table = replace(self.table, classes={**self.table.classes, **self.table.plain})
         shared = {
-            key: held for key, held in self.known.items() if set(self.table.plain).isdisjoint(key)
+            key: result
+            for key, result in self.known.items()
+            if set(self.table.plain).isdisjoint(key)
         }
         return ClassScores(table, self.constants, shared)
 
@@ -329,54 +288,54 @@ class ClassScores:
         """Squares of every block with the fit of a set of classes to all of them, none held out."""
         key = (*sorted(classes), "fitted")
         if key not in self.known:
-            held = self.of(classes)
-            model = self.model(held)
+            result = self.of(classes)
+            model = self.model(result)
             squares = squares_left(products_of(self.table.gram, model), self._fit(model))
-            self.known[key] = HeldOutSquares(squares, held.groups, held.ridges)
+            self.known[key] = HeldOutSquares(squares, result.groups, result.ridges)
         return self.known[key]
 
     def beyond_laws(self, classes: Sequence[str], group: str) -> HeldOutSquares:
         """Held-out squares of some classes with one group more, which is no class."""
         key = (*sorted(classes), f"group {group}")
         if key not in self.known:
-            beside = self.of(classes)
-            options = [(*beside.ridges, ridge) for ridge in self._ridges]
-            self.known[key] = self._best((*beside.groups, group), options)
+            partners = self.of(classes)
+            options = [(*partners.ridges, ridge) for ridge in self._ridges]
+            self.known[key] = self._best((*partners.groups, group), options)
         return self.known[key]
 
     def with_law(self, classes: Sequence[str], columns: IntArray) -> HeldOutSquares:
         """Held-out squares of some classes and a law's columns beside them."""
         key = (*sorted(classes), f"columns {columns.tolist()}")
         if key not in self.known:
-            beside = self.of(classes)
-            model = class_model(
+            partners = self.of(classes)
+            model = _class_model(
                 self.table,
-                beside.groups,
-                beside.ridges,
+                partners.groups,
+                partners.ridges,
                 jitter=self.constants.jitter,
                 further=columns,
             )
             squares = self._held_out([model])[0]
-            self.known[key] = HeldOutSquares(squares, beside.groups, beside.ridges, columns)
+            self.known[key] = HeldOutSquares(squares, partners.groups, partners.ridges, columns)
         return self.known[key]
 
-    def model(self, held: HeldOutSquares) -> ClassModel:
+    def model(self, result: HeldOutSquares) -> ClassModel:
         """Model of a result."""
-        return class_model(
+        return _class_model(
             self.table,
-            held.groups,
-            held.ridges,
+            result.groups,
+            result.ridges,
             jitter=self.constants.jitter,
-            further=held.further,
+            further=result.further,
         )
 
-    def amplitudes(self, held: HeldOutSquares) -> dict[int, float]:
+    def amplitudes(self, result: HeldOutSquares) -> dict[int, float]:
         """Coefficient of every column of a result in the fit to all blocks, by its place.
 
         Column k of the table is the raw column times scale[k], the target times scale[0]: of the
         raw columns, in the unit of the target.
         """
-        model, scale = self.model(held), self.table.scale
+        model, scale = self.model(result), self.table.scale
         c = self._fit(model)
         raw = c * scale[model.columns] / scale[0]
         return dict(zip(model.columns.tolist(), raw.tolist(), strict=True))
@@ -390,45 +349,47 @@ class ClassScores:
         return self.constants.ridges
 
     def _scored(self, key: Classes) -> HeldOutSquares:
-        groups = tuple(dict.fromkeys(name for own in key for name in self.table.classes[own]))
+        groups = tuple(dict.fromkeys(name for member in key for name in self.table.classes[member]))
         if len(key) < 2:
-            ridges = self._ridges if any(map(self._is_smoothed, key)) else self._ridges[:1]
+            ridges = list(self._ridges) if any(map(self._is_smoothed, key)) else [self._ridges[0]]
             return self._best(groups, [(ridge,) * len(groups) for ridge in ridges])
-        alone = {own: self._ridge(own) for own in key}
+        alone = {member: self._ridge(member) for member in key}
         factors = self.constants.pair_ridges
-        starts = [{own: factor * ridge for own, ridge in alone.items()} for factor in factors]
-        found, weights = self._best_weights(key, groups, starts)
+        starts = [{member: factor * ridge for member, ridge in alone.items()} for factor in factors]
+        result, weights = self._best_weights(key, groups, starts)
         # Alone a class may bend to what is its partner's: beside it, it is smoothed as the two ask.
-        for own in filter(self._is_smoothed, key):
-            others = [weights | {own: ridge} for ridge in self._ridges if ridge != weights[own]]
+        for member in filter(self._is_smoothed, key):
+            others = [
+                weights | {member: ridge} for ridge in self._ridges if ridge != weights[member]
+            ]
             if others:
-                better, own_weights = self._best_weights(key, groups, others)
-                if better.total < found.total:
-                    found, weights = better, own_weights
-        return found
+                better, better_weights = self._best_weights(key, groups, others)
+                if better.total < result.total:
+                    result, weights = better, better_weights
+        return result
 
     def _best_weights(
         self, key: Classes, groups: tuple[str, ...], options: Sequence[dict[str, float]]
     ) -> tuple[HeldOutSquares, dict[str, float]]:
         """Result of the weights by class that leave least, and these weights."""
         by_ridges = {self._shared(key, weights): weights for weights in options}
-        found = self._best(groups, list(by_ridges))
-        return found, by_ridges[found.ridges]
+        result = self._best(groups, list(by_ridges))
+        return result, by_ridges[result.ridges]
 
-    def _is_smoothed(self, own: str) -> bool:
+    def _is_smoothed(self, class_id: str) -> bool:
         """Whether a class has a penalty; without one it is the same at every weight of it."""
-        return any(self.table.groups[name].penalty.any() for name in self.table.classes[own])
+        return any(self.table.groups[name].penalty.any() for name in self.table.classes[class_id])
 
-    def _ridge(self, own: str) -> float:
+    def _ridge(self, class_id: str) -> float:
         """Weight of the penalty that a class alone asks for."""
-        return self.of((own,)).ridges[0]
+        return self.of((class_id,)).ridges[0]
 
     def _shared(self, key: Classes, ridges: Mapping[str, float]) -> tuple[float, ...]:
         """Weights of all groups of a set; of one that several classes hold the smallest."""
         by_group: dict[str, float] = {}
-        for own in key:
-            for name in self.table.classes[own]:
-                by_group[name] = min(ridges[own], by_group.get(name, np.inf))
+        for class_id in key:
+            for name in self.table.classes[class_id]:
+                by_group[name] = min(ridges[class_id], by_group.get(name, np.inf))
         return tuple(by_group.values())
 
     def _best(
@@ -436,7 +397,7 @@ class ClassScores:
     ) -> HeldOutSquares:
         """Result of the ridges that leave least."""
         jitter = self.constants.jitter
-        models = [class_model(self.table, groups, ridges, jitter=jitter) for ridges in options]
+        models = [_class_model(self.table, groups, ridges, jitter=jitter) for ridges in options]
         results = [
             HeldOutSquares(squares, groups, ridges)
             for squares, ridges in zip(self._held_out(models), options, strict=True)
@@ -447,12 +408,12 @@ class ClassScores:
         """Held-out squares of models whose penalties alone differ, shape (n_models, n_blocks)."""
         training, held_out = self._products(models[0])
         squares = np.empty((len(models), len(self.table.folds)))
-        for outside, (held, blocks) in zip(training, held_out, strict=True):
+        for outside, (scored, blocks) in zip(training, held_out, strict=True):
             C = np.array([coefficients(outside, model) for model in models])
-            squares[:, held] = squares_of_each(blocks, C)
+            squares[:, scored] = _squares_of_each(blocks, C)
         return squares
 
-    def _products(self, model: ClassModel) -> FoldProducts:
+    def _products(self, model: ClassModel) -> _FoldProducts:
         """Products of a model's columns outside each fold, and of each block."""
         key = model.columns.tobytes()
         if key not in self.chosen:
@@ -460,7 +421,7 @@ class ClassScores:
             table = self.table
             held_out = []
             for fold in table.fold_numbers:
-                held = np.flatnonzero(table.folds == fold)
-                held_out.append((held, products_of(table.gram, model, held)))
+                scored = np.flatnonzero(table.folds == fold)
+                held_out.append((scored, products_of(table.gram, model, scored)))
             self.chosen[key] = (products_of(table.training, model), held_out)
         return self.chosen[key]

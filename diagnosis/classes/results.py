@@ -17,7 +17,7 @@ NO_CLASS = "no_class"
 #: The records hold nothing that could tell classes apart.
 NOT_VISIBLE = "not_visible"
 
-Interval = tuple[float, float]
+_Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class ClassFinding:
 
     id: str
     share: float
-    share_ci95: Interval
+    share_ci95: _Interval
     law: str
     law_share: float
     law_named: bool
@@ -157,7 +157,7 @@ class ClassAnswer:
     ties: tuple[tuple[str, ...], ...]
     rivals: Mapping[str, float]
     share: float
-    share_ci95: Interval
+    share_ci95: _Interval
     learnable: float
     learnt_by: tuple[str, ...]
     law_share: float

@@ -25,10 +25,10 @@ FURTHER_CAUSE = 0.01
 
 
 #: Whether a simpler result may stand for the best one.
-AsGood = Callable[[Shares, HeldOutSquares, HeldOutSquares], bool]
+_AsGood = Callable[[Shares, HeldOutSquares, HeldOutSquares], bool]
 
 
-def is_equal(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
+def _is_equal(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
     """Whether the records cannot tell a simpler result from the best."""
     return shares.are_equal(simpler, best)
 
@@ -43,7 +43,7 @@ def decide_by_shape(
     shares: Shares,
     sizes: Mapping[str, int],
     *,
-    as_good: AsGood = is_equal,
+    as_good: _AsGood = _is_equal,
     chooses_anew: bool = False,
 ) -> Decision:
     """Name the classes that the held-out blocks show.
@@ -69,11 +69,11 @@ def decide_by_shape(
     Decision
         Answer; its ties are other shapes of no more columns that leave as much.
     """
-    first = best_of_shapes(scores, sizes)
+    first = _best_of_shapes(scores, sizes)
     singles = [(name,) for name in first]
     pairs = list(combinations(sorted(first), 2))
     best_pair = _best(scores, pairs)
-    results = [scores.of(own) for own in (*singles, best_pair)]
+    results = [scores.of(classes) for classes in (*singles, best_pair)]
     if is_nothing(scores, shares, results):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     if chooses_anew:
@@ -83,9 +83,9 @@ def decide_by_shape(
         answer = _grown(scores, shares, _best(scores, singles), enlarged, best_pair)
     answer = simplest(scores, shares, answer, sizes, as_good)
     answer = _needed(scores, shares, answer, sizes, as_good)
-    held = scores.of(answer)
+    result = scores.of(answer)
     ties = ties_of(scores, shares, answer, sizes)
-    return Decision(state_of(shares, held), answer, ties, held, best_pair)
+    return Decision(state_of(shares, result), answer, ties, result, best_pair)
 
 
 def shape_of(class_name: str) -> str:
@@ -98,7 +98,7 @@ def way_of(class_name: str) -> str:
     return class_name.rsplit("/", 1)[1]
 
 
-def best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
+def _best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
     """Class that alone leaves least of every shape, the best shape first."""
     best: dict[str, str] = {}
     for name in sorted(names, key=lambda name: scores.of((name,)).total):
@@ -109,12 +109,12 @@ def best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
 def rivals_of(scores: ClassScores, decision: Decision, names: Iterable[str]) -> list[str]:
     """Best class of every shape that a decision does not name."""
     taken = {shape_of(name) for name in decision.classes}
-    return [name for name in best_of_shapes(scores, names) if shape_of(name) not in taken]
+    return [name for name in _best_of_shapes(scores, names) if shape_of(name) not in taken]
 
 
 def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
     """Set that leaves least."""
-    return min(sets, key=lambda own: scores.of(own).total)
+    return min(sets, key=lambda classes: scores.of(classes).total)
 
 
 def _grown(
@@ -180,9 +180,9 @@ def _anew(scores: ClassScores, sizes: Mapping[str, int], grown: Classes) -> Clas
     larger = _with_one_more(scores, sizes, grown)
     if larger is None:
         return None
-    for own in larger:
-        others = tuple(name for name in larger if name != own)
-        larger = _in_best_way(scores, others, own, sizes)
+    for member in larger:
+        others = tuple(name for name in larger if name != member)
+        larger = _in_best_way(scores, others, member, sizes)
     return larger
 
 
@@ -200,15 +200,15 @@ def simplest(
     shares: Shares,
     answer: Classes,
     sizes: Mapping[str, int],
-    as_good: AsGood,
+    as_good: _AsGood,
 ) -> Classes:
     """Answer whose members follow the loads in the simplest way that leaves as much."""
-    for own in answer:
-        others = tuple(name for name in answer if name != own)
-        ways = [name for name in sizes if shape_of(name) == shape_of(own)]
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
+        ways = [name for name in sizes if shape_of(name) == shape_of(member)]
         sets = [tuple(sorted((*others, way))) for way in sorted(ways, key=lambda n: sizes[n])]
         best = scores.of(_best(scores, sets))
-        answer = next(own for own in sets if as_good(shares, scores.of(own), best))
+        answer = next(one for one in sets if as_good(shares, scores.of(one), best))
     return answer
 
 
@@ -217,7 +217,7 @@ def _needed(
     shares: Shares,
     answer: Classes,
     sizes: Mapping[str, int],
-    as_good: AsGood,
+    as_good: _AsGood,
 ) -> Classes:
     """Answer without members that pay no more once the others follow the loads as they do best.
 
@@ -227,12 +227,14 @@ def _needed(
     if len(answer) == 1:
         return answer
     least = shares.constants.second_cause
-    for own in answer:
-        others = tuple(name for name in answer if name != own)
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
         rest = simplest(scores, shares, others, sizes, as_good)
         if not shares.is_gain(scores.of(answer), scores.of(rest), least):
             return _needed(scores, shares, rest, sizes, as_good)
-    single = _best(scores, [simplest(scores, shares, (own,), sizes, as_good) for own in answer])
+    single = _best(
+        scores, [simplest(scores, shares, (member,), sizes, as_good) for member in answer]
+    )
     return answer if shares.is_clear_gain(scores.of(answer), scores.of(single), least) else single
 
 
@@ -244,38 +246,40 @@ def ties_of(
     Of the ways to follow the loads of a shape the simplest is listed. What leaves a little more in
     one condition after the other is no tie: of waves of which 96 % are alike 4 % tell.
     """
-    held = scores.of(answer)
+    result = scores.of(answer)
     taken = {shape_of(name) for name in answer}
-    found: dict[tuple[str, ...], Classes] = {}
-    for own in answer:
-        others = tuple(name for name in answer if name != own)
+    ties: dict[tuple[str, ...], Classes] = {}
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
         for name in sorted(sizes, key=lambda n: sizes[n]):
-            if shape_of(name) in taken or sizes[name] > sizes[own]:
+            if shape_of(name) in taken or sizes[name] > sizes[member]:
                 continue
             rival = tuple(sorted((*others, name)))
             # A simpler way leaves more than its shape does: what would be equal to it alone is not.
-            best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, own)]
-            pairs = [(held, scores.of(rival)), (best[1], best[0])]
+            best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, member)]
+            pairs = [(result, scores.of(rival)), (best[1], best[0])]
             if all(_is_tie(scores, shares, *pair) for pair in pairs):
-                found.setdefault(tuple(sorted(map(shape_of, rival))), rival)
-    return tuple(found.values())
+                ties.setdefault(tuple(sorted(map(shape_of, rival))), rival)
+    return tuple(ties.values())
 
 
 def _is_tie(
-    scores: ClassScores, shares: Shares, own: HeldOutSquares, rival: HeldOutSquares
+    scores: ClassScores, shares: Shares, result: HeldOutSquares, rival: HeldOutSquares
 ) -> bool:
     """Whether the records do not tell a result from a rival.
 
     Folds of blocks of every condition lack the same and agree on anything.
     """
     table = scores.table
-    is_told = table.has_whole_conditions and shares.folds_prefer(own, rival, table.folds)
-    return shares.are_equal(own, rival) and not is_told
+    is_distinguished = table.has_whole_conditions and shares.folds_prefer(
+        result, rival, table.folds
+    )
+    return shares.are_equal(result, rival) and not is_distinguished
 
 
 def _in_best_way(
-    scores: ClassScores, others: Classes, own: str, sizes: Mapping[str, int]
+    scores: ClassScores, others: Classes, member: str, sizes: Mapping[str, int]
 ) -> Classes:
     """Some classes and, beside them, the way of another class's shape that leaves least."""
-    ways = [name for name in sizes if shape_of(name) == shape_of(own)]
+    ways = [name for name in sizes if shape_of(name) == shape_of(member)]
     return _best(scores, [tuple(sorted((*others, way))) for way in ways])

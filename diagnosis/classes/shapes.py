@@ -36,7 +36,7 @@ from carrierflex.simulation.laws import (
 #: Points of a curve.
 POINTS = 81
 #: Quantiles of the draws that are a curve's 95 % band.
-BAND = (0.025, 0.975)
+_BAND = (0.025, 0.975)
 _SEED = 3
 #: Share of the range over which a curve is called straight, to take the baseline's part out.
 _STRAIGHT = 0.25
@@ -46,16 +46,18 @@ _NEAR_REST = 0.02
 CERTAIN_SIGN = 3.0
 
 
-def drawn_coefficients(scores: ClassScores, held: HeldOutSquares, places: IntArray) -> FloatArray:
+def drawn_coefficients(
+    scores: ClassScores, result: HeldOutSquares, columns: IntArray
+) -> FloatArray:
     """Coefficients of some columns in the table's units: of all blocks, then of every draw.
 
     Parameters
     ----------
     scores : ClassScores
         Table.
-    held : HeldOutSquares
+    result : HeldOutSquares
         Result whose columns are fitted.
-    places : ndarray of int, shape (n,)
+    columns : ndarray of int, shape (n,)
         Columns that are wanted, among those of the result.
 
     Returns
@@ -64,23 +66,23 @@ def drawn_coefficients(scores: ClassScores, held: HeldOutSquares, places: IntArr
         Coefficients.
     """
     table = scores.table
-    model = scores.model(held)
-    chosen = np.array([int(np.flatnonzero(model.columns == place)[0]) for place in places])
+    model = scores.model(result)
+    chosen = np.array([int(np.flatnonzero(model.columns == column)[0]) for column in columns])
     rng = np.random.default_rng(_SEED)
     n = len(table.gram)
     counts = rng.multinomial(n, np.full(n, 1.0 / n), size=scores.constants.band_samples)
     by_block = products_of(table.gram, model)
-    found = [
+    draws = [
         coefficients(np.tensordot(weights, by_block, axes=1), model)[chosen]
         for weights in (np.ones(n), *counts)
     ]
     # Column k of the table is the raw column times scale[k], the target times scale[0].
-    return np.array(found) * table.scale[places] / table.scale[0]
+    return np.array(draws) * table.scale[columns] / table.scale[0]
 
 
 def band_of(y: FloatArray, draws: FloatArray) -> FloatArray:
     """95 % band of a curve over its draws, the curve itself within it; shape (n, 2)."""
-    low, high = np.quantile(draws, BAND, axis=0)
+    low, high = np.quantile(draws, _BAND, axis=0)
     return np.array([np.minimum(low, y), np.maximum(high, y)]).T
 
 
@@ -93,10 +95,10 @@ def straight_part(x: FloatArray, y: FloatArray) -> FloatArray:
     rest = float(np.clip(0.0, even[0], even[-1]))
     best = (np.inf, np.zeros(2))
     for first in range(0, POINTS - width + 1, 4):
-        part = slice(first, first + width)
-        line = np.polyfit(even[part], values[part], 1)
-        bend = float(np.abs(np.polyval(line, even[part]) - values[part]).max()) / size
-        away = abs(float(even[part].mean()) - rest) / float(even[-1] - even[0])
+        quarter = slice(first, first + width)
+        line = np.polyfit(even[quarter], values[quarter], 1)
+        bend = float(np.abs(np.polyval(line, even[quarter]) - values[quarter]).max()) / size
+        away = abs(float(even[quarter].mean()) - rest) / float(even[-1] - even[0])
         cost = bend + _NEAR_REST * away
         if cost < best[0]:
             best = (cost, line)
@@ -166,24 +168,7 @@ _CURVED = 1.3
 def shape_words(
     name: str, x: FloatArray, y: FloatArray, band: FloatArray, units: tuple[str, str]
 ) -> str:
-    """Curve of a class in words.
-
-    Parameters
-    ----------
-    name : str
-        Class.
-    x, y : ndarray, shape (n,)
-        Curve.
-    band : ndarray, shape (n, 2)
-        Its 95 % band.
-    units : tuple of str
-        Units of x and y.
-
-    Returns
-    -------
-    str
-        For example ``zero below 0.8 mm, stiffening above, one side only``.
-    """
+    """Curve of a class in words: ``zero below 0.8 mm, stiffening above, one side only``."""
     if not np.abs(y).max() > 0.0:
         return "zero throughout"
     if name == RESTORING_FORCE:
@@ -205,24 +190,14 @@ def length_words(value: float, unit: str) -> str:
 
 
 def surface_words(lower: BesideCurve, upper: BesideCurve, units: tuple[str, str]) -> str:
-    """How the force over the speed differs from one deflection to another.
+    """How the force over the speed differs between two deflections.
 
-    Parameters
-    ----------
-    lower, upper : BesideCurve
-        Force over the same speeds at two deflections, each named by its place.
-    units : tuple of str
-        Units of speed and force.
-
-    Returns
-    -------
-    str
-        For example ``loss at 0.2 m/s of 3 N at -1 mm and of 9 N at 1 mm``.
+    For example ``loss at 0.2 m/s of 3 N at -1 mm and of 9 N at 1 mm``.
     """
     top = min(float(lower.x[-1]), -float(lower.x[0]))
     losses = [
-        0.5 * float(np.interp(top, own.x, own.y) - np.interp(-top, own.x, own.y))
-        for own in (lower, upper)
+        0.5 * float(np.interp(top, curve.x, curve.y) - np.interp(-top, curve.x, curve.y))
+        for curve in (lower, upper)
     ]
     first, second = (_sized(loss, units[1]) for loss in losses)
     return f"loss at {_sized(top, units[0])} of {first} {lower.name} and of {second} {upper.name}"
@@ -241,12 +216,12 @@ def _sized(value: float, unit: str) -> str:
 
 def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     top = float(np.abs(y).max())
-    right = float(np.abs(y[x > 0.0]).max(initial=0.0))
-    left = float(np.abs(y[x < 0.0]).max(initial=0.0))
+    positive = float(np.abs(y[x > 0.0]).max(initial=0.0))
+    negative = float(np.abs(y[x < 0.0]).max(initial=0.0))
     words = []
-    weaker, stronger = sorted((left, right))
+    weaker, stronger = sorted((negative, positive))
     is_one_sided = stronger > 0.0 and weaker < _ONE_SIDED * stronger and x[0] < 0.0 < x[-1]
-    side = x > 0.0 if right >= left else x < 0.0
+    side = x > 0.0 if positive >= negative else x < 0.0
     inside = side & (np.abs(y) < _ZERO * top)
     far = float(np.abs(x[inside]).max(initial=0.0))
     if far > 0.05 * float(np.abs(x).max()):
@@ -257,8 +232,8 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     if is_one_sided:
         words.append("one side only")
     elif weaker < _STRONGER * stronger and x[0] < 0.0 < x[-1]:
-        part = weaker / stronger
-        words.append(f"{part:.0%} as strong on the other side")
+        ratio = weaker / stronger
+        words.append(f"{ratio:.0%} as strong on the other side")
     words.append(f"up to {_sized(top, units[1])}")
     return ", ".join(words)
 

@@ -26,7 +26,7 @@ from carrierflex.simulation.force_effect import ForceEffect
 from carrierflex.simulation.force_laws import Force, compiled_force
 
 #: Entry points of this group are looked through for cards.
-ENTRY_POINT_GROUP = "carrierflex.effects"
+_ENTRY_POINT_GROUP = "carrierflex.effects"
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +90,7 @@ class EffectCard:
 
 
 def card_of_force(effect: ForceEffect, kind: str) -> EffectCard:
-    """Card of a simulator's effect, for selection and report.
-
-    Parameters
-    ----------
-    effect : ForceEffect
-        Effect of the simulator.
-    kind : str
-        Kind of campaign it belongs to.
-    """
+    """Card of a simulator's effect, for selection and report."""
     return EffectCard(
         effect.id,
         kind,
@@ -154,17 +146,17 @@ def users_cards(
 
 def _registered(kind: str) -> list[EffectCard]:
     cards = []
-    for entry in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda entry: entry.name):
+    for entry in sorted(entry_points(group=_ENTRY_POINT_GROUP), key=lambda entry: entry.name):
         try:
             card = entry.load()
         except Exception as error:
             said = (str(error).splitlines() or [type(error).__name__])[0]
             raise ValueError(
-                f"entry point '{entry.name}' of group {ENTRY_POINT_GROUP} cannot be loaded: {said}"
+                f"entry point '{entry.name}' of group {_ENTRY_POINT_GROUP} cannot be loaded: {said}"
             ) from error
         if not isinstance(card, EffectCard):
             raise ValueError(
-                f"entry point '{entry.name}' of group {ENTRY_POINT_GROUP} is a "
+                f"entry point '{entry.name}' of group {_ENTRY_POINT_GROUP} is a "
                 f"{type(card).__name__}; "
                 "expected an EffectCard"
             )

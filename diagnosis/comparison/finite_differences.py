@@ -14,7 +14,7 @@ from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, Para
 _LEAST_SHARE = 0.1
 
 
-class SegmentedRecord(Protocol):
+class _SegmentedRecord(Protocol):
     """Record of a run, cut into segments."""
 
     @property
@@ -30,7 +30,7 @@ class SegmentedRecord(Protocol):
         """Number of segments."""
 
 
-R = TypeVar("R", bound=SegmentedRecord)
+R = TypeVar("R", bound=_SegmentedRecord)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class DifferencedResiduals(Generic[R]):
         list of tuple
             Record, indices of all its segments, its residual.
         """
-        runs = runs_with_segments(self.records, chosen)
+        runs = _runs_with_segments(self.records, chosen)
         residuals = self._in_threads(lambda k: self.residual(runs[k][0], theta), len(runs))
         return [
             (record, segments, residual)
@@ -156,23 +156,10 @@ class DifferencedResiduals(Generic[R]):
             return list(threads.map(work, range(count)))
 
 
-def runs_with_segments(
+def _runs_with_segments(
     records: Iterable[R], chosen: BoolArray
 ) -> list[tuple[R, NDArray[np.int64]]]:
-    """Runs with a chosen segment.
-
-    Parameters
-    ----------
-    records : iterable of SegmentedRecord
-        Runs.
-    chosen : ndarray of bool, shape (n_segments,)
-        Segments of all runs, one run after the other.
-
-    Returns
-    -------
-    list of tuple of (SegmentedRecord, ndarray)
-        Each with the indices of all its segments.
-    """
+    """Runs with a chosen segment."""
     first = 0
     runs = []
     for record in records:

@@ -29,7 +29,7 @@ from carrierflex.identification.campaign.declarations import Channel, InputSigna
 from carrierflex.simulation.measurement import Measurement
 
 #: Declared error of a channel that bounds each part of the measurement model.
-ERROR_KEYS = {
+_ERROR_KEYS = {
     Measurement.GAIN: "gain_std",
     Measurement.ZERO: "zero_std",
     Measurement.DELAY: "delay_std",
@@ -89,7 +89,7 @@ class KnownPhysics:
         if measurement is None:
             return parameter
         those = self.channels if channel is None else (self.channels[channel : channel + 1])
-        declared = [getattr(own, ERROR_KEYS[measurement]) for own in those]
+        declared = [getattr(signal, _ERROR_KEYS[measurement]) for signal in those]
         if not declared or None in declared:
             return parameter
         return replace(parameter, prior_std=float(max(declared)))
@@ -120,7 +120,7 @@ def known_physics(campaign: Campaign) -> KnownPhysics:
 
 
 #: Words where no gain is declared.
-TAKEN_AS_EXACT = "gains taken as exact"
+_TAKEN_AS_EXACT = "gains taken as exact"
 #: A torque 5 % too large on a carrier or mounting is the torque itself on one 5 % softer: where no
 #: other load acts, the records of the two are the same.
 LOADS_AS_READ = "loads taken as read: stiffness and values per load are off by as much as these"
@@ -169,7 +169,7 @@ class DeclaredGains:
         known = [f"{name} {100.0 * std:.3g} %" for name, std in signals.items() if std]
         exact = [name for name, std in signals.items() if not std]
         if not known:
-            return TAKEN_AS_EXACT
+            return _TAKEN_AS_EXACT
         text = f"intervals hold the declared standard deviations of gains: {', '.join(known)}"
         return text + (f"; that of the {exact[0]} taken as exact" if exact else "")
 
@@ -241,20 +241,22 @@ def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
         Channels and inputs with their declarations.
     """
     errors = [
-        DeclaredError(signal.name, part, std)
+        DeclaredError(signal.name, measurement, std)
         for signal in known.inputs
-        for part in _OF_INPUTS
-        if (std := getattr(signal, ERROR_KEYS[part]))
+        for measurement in _OF_INPUTS
+        if (std := getattr(signal, _ERROR_KEYS[measurement]))
     ]
-    for part, key in ERROR_KEYS.items():
-        declared = [(k, own.name, getattr(own, key)) for k, own in enumerate(known.channels)]
+    for measurement, key in _ERROR_KEYS.items():
+        declared = [
+            (k, channel.name, getattr(channel, key)) for k, channel in enumerate(known.channels)
+        ]
         declared = [one for one in declared if one[2]]
-        if part is Measurement.DELAY:
+        if measurement is Measurement.DELAY:
             # All channels share one; whoever declares several knows it to the largest.
             largest = max((std for _, _, std in declared), default=0.0)
-            errors += [DeclaredError(name, part, largest) for _, name, _ in declared[:1]]
+            errors += [DeclaredError(name, measurement, largest) for _, name, _ in declared[:1]]
         else:
-            errors += [DeclaredError(name, part, std, k) for k, name, std in declared]
+            errors += [DeclaredError(name, measurement, std, k) for k, name, std in declared]
     return tuple(errors)
 
 
@@ -267,31 +269,29 @@ _WORDS = {
 
 
 def errors_words(errors: Sequence[DeclaredError]) -> str:
-    """What is declared, as a sentence without its full stop.
-
-    Parameters
-    ----------
-    errors : sequence of DeclaredError
-        Declared errors; where no gain of an input is among them, loads are taken as read.
-    """
-    parts = [
-        f"{_WORDS[part][0]} ({', '.join(_of_part(errors, part))})"
-        for part in _WORDS
-        if any(error.part is part for error in errors)
+    """What is declared, as a sentence without its full stop."""
+    clauses = [
+        f"{_WORDS[measurement][0]} ({', '.join(_declared_words(errors, measurement))})"
+        for measurement in _WORDS
+        if any(error.part is measurement for error in errors)
     ]
-    text = f"intervals hold the declared standard deviations of {', '.join(parts)}" if parts else ""
-    has_load = any(error.is_of_input and error.part is Measurement.GAIN for error in errors)
-    return "; ".join(own for own in (text, "" if has_load else LOADS_AS_READ) if own)
-
-
-def _of_part(errors: Sequence[DeclaredError], part: Measurement) -> Iterator[str]:
-    """Inputs by name, then all channels together."""
-    _, factor, unit = _WORDS[part]
-    own = [error for error in errors if error.part is part]
-    yield from (
-        f"{error.signal} {factor * error.std:.3g}{unit}" for error in own if error.is_of_input
+    text = (
+        f"intervals hold the declared standard deviations of {', '.join(clauses)}"
+        if clauses
+        else ""
     )
-    stds = [factor * error.std for error in own if not error.is_of_input]
+    has_load = any(error.is_of_input and error.part is Measurement.GAIN for error in errors)
+    return "; ".join(clause for clause in (text, "" if has_load else LOADS_AS_READ) if clause)
+
+
+def _declared_words(errors: Sequence[DeclaredError], measurement: Measurement) -> Iterator[str]:
+    """Inputs by name, then all channels together."""
+    _, factor, unit = _WORDS[measurement]
+    chosen = [error for error in errors if error.part is measurement]
+    yield from (
+        f"{error.signal} {factor * error.std:.3g}{unit}" for error in chosen if error.is_of_input
+    )
+    stds = [factor * error.std for error in chosen if not error.is_of_input]
     if stds:
         low, high = f"{min(stds):.3g}", f"{max(stds):.3g}"
         yield f"channels {low if low == high else f'{low} to {high}'}{unit}"

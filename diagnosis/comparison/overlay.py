@@ -85,7 +85,7 @@ class SignalComparison:
 GAP = "gap"
 LAW = "law"
 LEFT = "left"
-ROLES = (GAP, LAW, LEFT)
+_ROLES = (GAP, LAW, LEFT)
 #: Neighbours along x of a law that is a function of it differ by less than this share of its
 #: standard deviation on average; those of a loop change branch half of the time. The limit leaves
 #: room for the end of the trusted band.
@@ -114,8 +114,8 @@ class Trace:
     shade: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        if self.role not in ROLES:
-            raise ValueError(f"trace of role '{self.role}'; expected one of {', '.join(ROLES)}")
+        if self.role not in _ROLES:
+            raise ValueError(f"trace of role '{self.role}'; expected one of {', '.join(_ROLES)}")
         shapes = {
             self.x.shape,
             self.y.shape,

@@ -135,8 +135,8 @@ class SegmentSums:
         if self.unknowns is None:
             return np.asarray(self.matrix[which].sum(axis=0))
         total = np.zeros((self.n_unknowns, self.n_unknowns))
-        own = self.unknowns[which]
-        np.add.at(total, (own[:, :, None], own[:, None, :]), self.matrix[which])
+        unknowns = self.unknowns[which]
+        np.add.at(total, (unknowns[:, :, None], unknowns[:, None, :]), self.matrix[which])
         return total
 
 

@@ -14,11 +14,11 @@ from scipy.stats import t as student_t
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
 #: A condition varies where its largest value is at least this many times its smallest.
-SPAN = 1.3
+_SPAN = 1.3
 #: Values below this share of the largest count as "without" (a radial load at rest of its rams).
 WITHOUT = 0.01
 #: A condition is separable from the others where this share of its variation is its own.
-_OWN_SHARE = 0.3
+_SEPARATE_SHARE = 0.3
 #: No amplitude is trusted to better than this: the law itself is not exact.
 _LEAST_ERROR = 5e-3
 
@@ -86,14 +86,14 @@ def _exponent(
     if n < 2:
         return _none(n, "fewer than two points show it")
     columns = {other: _column(values) for other, values in conditions.items()}
-    varying = [other for other, column in columns.items() if np.ptp(column) >= np.log(SPAN)]
+    varying = [other for other, column in columns.items() if np.ptp(column) >= np.log(_SPAN)]
     if name not in varying:
         return _none(n, f"{name} does not vary")
     others = [other for other in varying if other != name]
     design = np.column_stack([np.ones(n), *(columns[other] for other in others)])
     centred = columns[name] - columns[name].mean()
     alone = columns[name] - design @ np.linalg.lstsq(design, columns[name], rcond=None)[0]
-    if np.linalg.norm(alone) < _OWN_SHARE * np.linalg.norm(centred):
+    if np.linalg.norm(alone) < _SEPARATE_SHARE * np.linalg.norm(centred):
         return _none(n, f"{name} changes together with {' and '.join(others)}")
     return _fitted(
         np.column_stack([columns[name], design]),

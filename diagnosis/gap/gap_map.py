@@ -25,13 +25,10 @@ SIGNIFICANCE = 0.01
 _MOST_OF_THE_GAP = 0.8
 
 
-def adjusted(p_values: ArrayLike) -> FloatArray:
+def _adjusted(p_values: ArrayLike) -> FloatArray:
     """P-values adjusted for their number under any dependence, same shape.
 
-    References
-    ----------
-    .. [1] Y. Benjamini, D. Yekutieli, "The control of the false discovery rate in multiple testing
-       under dependency", Ann. Statist. 29 (2001) 1165-1188.
+    Y. Benjamini, D. Yekutieli, Ann. Statist. 29 (2001) 1165-1188.
     """
     values = np.clip(np.asarray(p_values, dtype=np.float64), 0.0, 1.0)
     if not values.size:
@@ -43,33 +40,22 @@ def adjusted_together(tables: Sequence[FloatArray]) -> list[FloatArray]:
     """P-values of several tables adjusted for the number of all that are known; NaN stays."""
     p_values = np.concatenate(tables)
     known = np.isfinite(p_values)
-    p_values[known] = adjusted(p_values[known])
-    return np.split(p_values, np.cumsum([own.size for own in tables])[:-1])
+    p_values[known] = _adjusted(p_values[known])
+    return np.split(p_values, np.cumsum([table.size for table in tables])[:-1])
 
 
-def is_significant(cell: GapCell) -> bool:
+def _is_significant(cell: GapCell) -> bool:
     """Whether a cell holds more than noise, beyond chance."""
     return cell.p_value < SIGNIFICANCE and cell.coherent > 0.0
 
 
 def significant(cells: Iterable[GapCell]) -> list[GapCell]:
     """Cells beyond chance, in their order."""
-    return [cell for cell in cells if is_significant(cell)]
+    return [cell for cell in cells if _is_significant(cell)]
 
 
 def largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
-    """First cells of a list that together hold 80 % of its gap.
-
-    Parameters
-    ----------
-    cells : sequence of GapCell
-        Significant cells, largest first.
-
-    Returns
-    -------
-    list of GapCell
-        At least one where there is any.
-    """
+    """First cells of a list that together hold 80 % of its gap; at least one where there is any."""
     required = _MOST_OF_THE_GAP * sum(cell.coherent for cell in cells)
     covered = 0.0
     chosen: list[GapCell] = []
@@ -300,8 +286,8 @@ class GapMap(Sequence[GapCell]):
 
     def sorted_by(self, values: FloatArray) -> "GapMap":
         """The same cells by ascending values, one of each."""
-        places = np.argsort(values, kind="stable")
-        return replace(self, places=self.places[places], values=self.values[places])
+        order = np.argsort(values, kind="stable")
+        return replace(self, places=self.places[order], values=self.values[order])
 
     def on_orders(self) -> "GapMap":
         """Cells without a band: those of the shaft's orders."""
@@ -348,7 +334,7 @@ def map_of(cells: Sequence[GapCell]) -> GapMap:
     patterns = {
         name: number for number, name in enumerate(dict.fromkeys(c.channel_pattern for c in cells))
     }
-    places = [[runs[cell.run], patterns[cell.channel_pattern]] for cell in cells]
+    numbers = [[runs[cell.run], patterns[cell.channel_pattern]] for cell in cells]
     values = [
         [
             cell.order,
@@ -364,7 +350,7 @@ def map_of(cells: Sequence[GapCell]) -> GapMap:
     return GapMap(
         tuple(runs),
         tuple(patterns),
-        np.array(places, dtype=np.int64).reshape(-1, 2),
+        np.array(numbers, dtype=np.int64).reshape(-1, 2),
         np.array(values, dtype=np.float64).reshape(-1, 9),
     )
 
@@ -385,10 +371,10 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
     if not tables:
         return ()
     total = sum(float(table.coherent.sum()) for table in tables)
-    p_values = adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
+    p_values = _adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
     runs: dict[str, int] = {}
     patterns: dict[str, int] = {}
-    places = []
+    numbers = []
     values = []
     first = 0
     for table in tables:
@@ -397,12 +383,12 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
         of_patterns = np.array(
             [patterns.setdefault(name, len(patterns)) for name in table.patterns]
         )
-        places.append(np.column_stack([of_runs[used[:, 0]], of_patterns[used[:, 1]]]))
+        numbers.append(np.column_stack([of_runs[used[:, 0]], of_patterns[used[:, 1]]]))
         values.append(_values(table, used, total, p_values[first : first + len(used)]))
         first += len(used)
     every = np.concatenate(values)
     largest = np.argsort(-every[:, _COHERENT], kind="stable")
-    return GapMap(tuple(runs), tuple(patterns), np.concatenate(places)[largest], every[largest])
+    return GapMap(tuple(runs), tuple(patterns), np.concatenate(numbers)[largest], every[largest])
 
 
 def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray) -> FloatArray:
@@ -417,7 +403,7 @@ def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray
     return np.column_stack(
         [
             table.orders[used[:, 2]],
-            *(own[at] for own in (table.mean_square, table.coherent, share, low, high)),
+            *(values[at] for values in (table.mean_square, table.coherent, share, low, high)),
             p_values,
             bands[used[:, 2]],
         ]

@@ -91,25 +91,15 @@ def block_rms(
 
 
 @dataclass(frozen=True, eq=False)
-class Trend:
-    """Quadratic trend of complex amplitudes, arrays shaped like one repetition.
-
-    Parameters
-    ----------
-    change : ndarray
-        Size of the change from the first to the last repetition.
-    mean_square : ndarray
-        Mean square of the trend.
-    p_value : ndarray
-        Without a trend; NaN with fewer than five repetitions.
-    """
+class _Trend:
+    """Quadratic trend of complex amplitudes, arrays shaped like one repetition."""
 
     change: FloatArray
     mean_square: FloatArray
     p_value: FloatArray
 
 
-def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
+def trend(time: FloatArray, amplitudes: ComplexArray) -> _Trend:
     """Quadratic trend of complex amplitudes over a run.
 
     ``F = (SS_trend / 2) / (SS_rest / (R - 3))``, complex amplitudes with twice the degrees of
@@ -125,7 +115,7 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
     n = time.size
     shape = amplitudes.shape[1:]
     if n < _TERMS + 3 or np.ptp(time) == 0.0:
-        return Trend(np.zeros(shape), np.zeros(shape), np.full(shape, np.nan))
+        return _Trend(np.zeros(shape), np.zeros(shape), np.full(shape, np.nan))
     relative = 2.0 * (time - time.min()) / np.ptp(time) - 1.0
     # Orthonormal columns without the constant.
     basis = np.linalg.qr(np.vander(relative, _TERMS + 1, increasing=True))[0][:, 1:]
@@ -139,7 +129,7 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
     ratio = explained / _TERMS / (rest / (n - _TERMS - 1))
     p_value = fisher_f.sf(ratio, degrees * _TERMS, degrees * (n - _TERMS - 1))
     change = np.abs(fitted[-1] - fitted[0])
-    return Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
+    return _Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +161,7 @@ class DriftTable:
 
     def beyond(self, p_values: FloatArray) -> list[Drift]:
         """Trends beyond chance, by the adjusted p-values of all that exist."""
-        places = np.argwhere(self.used)
+        indices = np.argwhere(self.used)
         is_beyond = p_values < SIGNIFICANCE
         return [
             Drift(
@@ -183,7 +173,7 @@ class DriftTable:
                 p_value=p_value,
             )
             for (p, n), p_value in zip(
-                places[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
+                indices[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
             )
         ]
 
@@ -196,8 +186,12 @@ def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
     if not tables:
         return ()
     by_table = adjusted_together([table.p_value[table.used] for table in tables])
-    kept = [row for table, own in zip(tables, by_table, strict=True) for row in table.beyond(own)]
-    return tuple(sorted(kept, key=lambda row: -row.change))
+    rows = [
+        row
+        for table, p_values in zip(tables, by_table, strict=True)
+        for row in table.beyond(p_values)
+    ]
+    return tuple(sorted(rows, key=lambda row: -row.change))
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +232,7 @@ class ScatterTable:
 
     def beyond(self, p_values: FloatArray) -> list[NonSynchronousCell]:
         """Cells beyond noise, by the adjusted p-values of all that exist."""
-        places = np.argwhere(self.is_used())
+        indices = np.argwhere(self.is_used())
         is_beyond = p_values < SIGNIFICANCE
         return [
             NonSynchronousCell(
@@ -252,7 +246,7 @@ class ScatterTable:
                 p_value=p_value,
             )
             for (p, n), p_value in zip(
-                places[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
+                indices[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
             )
         ]
 
@@ -303,12 +297,16 @@ def significant_non_synchronous(
     raw = [table.p_value[table.is_used()] for table in tables]
     raw.append(np.array([cell.p_value for cell in off_orders]))
     *by_table, of_others = adjusted_together(raw)
-    kept = [cell for table, own in zip(tables, by_table, strict=True) for cell in table.beyond(own)]
-    kept += [
+    rows = [
+        cell
+        for table, p_values in zip(tables, by_table, strict=True)
+        for cell in table.beyond(p_values)
+    ]
+    rows += [
         replace(cell, p_value=p_value)
         for cell, p_value in zip(off_orders, of_others.tolist(), strict=True)
     ]
-    return tuple(sorted(kept, key=lambda cell: cell.noise - cell.gap))
+    return tuple(sorted(rows, key=lambda cell: cell.noise - cell.gap))
 
 
 def repeatability(

@@ -19,18 +19,6 @@ def cell_validations(
     """Comparison error and its uncertainty of every significant cell.
 
     ASME V&V 20-2009, section 1-5.
-
-    Parameters
-    ----------
-    before, after : sequence of GapCell
-        Map of the baseline and of the accepted model.
-    numerical : float
-        RMS error of the integration.
-
-    Returns
-    -------
-    tuple of CellValidation
-        Largest error before first, a thousand at most.
     """
     every = map_of(before)
     significant = every.chosen(every.are_significant)
@@ -60,22 +48,17 @@ def _mean_squares_after(shown: GapMap, after: GapMap) -> list[float]:
     """Mean squares of the same cells in another map, which may hold a million."""
     sought = [(cell.run, cell.channel_pattern, cell.order) for cell in shown]
     wanted = set(sought)
-    found = {}
+    mean_squares = {}
     rows = zip(after.places, after.orders, after.mean_squares, strict=True)
     for (run, pattern), order, mean_square in rows:
-        place = (after.runs[run], after.patterns[pattern], float(order))
-        if place in wanted:
-            found[place] = float(mean_square)
-    return [found[place] for place in sought]
+        key = (after.runs[run], after.patterns[pattern], float(order))
+        if key in wanted:
+            mean_squares[key] = float(mean_square)
+    return [mean_squares[key] for key in sought]
 
 
 def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[ScalarGap, ...]:
     """Area metric of every scalar, before and after.
-
-    Parameters
-    ----------
-    before, after : sequence of Scalar
-        The same scalars of the baseline and of the accepted model.
 
     References
     ----------

@@ -32,7 +32,7 @@ from carrierflex.identification.estimation.several_starts import (
 
 #: Distance from a bound, in scales of the parameter, that counts as on it.
 _ON_BOUND = 1e-6
-STOP_RULE = StopRule()
+_STOP_RULE = StopRule()
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +163,7 @@ def fit_effects(
     *,
     contained: Sequence[EffectFit] = (),
     starts: Sequence[FloatArray] = (),
-    stop: StopRule = STOP_RULE,
+    stop: StopRule = _STOP_RULE,
 ) -> EffectFit:
     """Fit baseline + effects to all segments.
 
@@ -193,10 +193,10 @@ def fit_effects(
     parameters = problem.parameters(effects)
     everything = np.ones(len(problem.segments), dtype=bool)
     free = np.ones(len(parameters), dtype=bool)
-    prior = prior_of(problem, parameters, effects)
+    prior = _prior_of(problem, parameters, effects)
     best = min(contained, key=lambda fit: fit.cost, default=None)
     candidates = [*problem.starts(effects, best.known if best else {}), *starts]
-    costs = [trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
+    costs = [_trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
 
     def search(start: FloatArray) -> tuple[FloatArray, float, SegmentSums]:
         return minimised(
@@ -222,7 +222,7 @@ def minimised(
     free: BoolArray,
     prior: Prior,
     first_sums: SegmentSums | None = None,
-    stop: StopRule = STOP_RULE,
+    stop: StopRule = _STOP_RULE,
 ) -> tuple[FloatArray, float, SegmentSums]:
     """Minimise the cost of the chosen segments over the free parameters within their bounds.
 
@@ -258,7 +258,7 @@ def minimised(
     known = problem.sums(effects, theta, chosen) if first_sums is None else first_sums
     theta, reached = minimised_cost(
         lambda values: totals(values, problem.sums(effects, values, chosen)),
-        lambda values: trial_cost(problem, effects, values, chosen, prior),
+        lambda values: _trial_cost(problem, effects, values, chosen, prior),
         (theta, totals(theta, known)),
         bounds=Bounds(*bounds_of(problem.parameters(effects))),
         free=free,
@@ -268,43 +268,19 @@ def minimised(
 
 
 def mean_square_left(problem: ComparisonProblem, fit: EffectFit) -> float:
-    """Mean square that a fit leaves, all segments and channels alike.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records that were fitted.
-    fit : EffectFit
-        Fit of any set.
-    """
+    """Mean square that a fit leaves, all segments and channels alike."""
     return float(fit.sums.square.sum() / problem.cell_counts.sum())
 
 
 def baseline_left(problem: ComparisonProblem) -> float:
-    """Mean square that the baseline alone leaves once it is fitted.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records to fit.
-    """
+    """Mean square that the baseline alone leaves once it is fitted."""
     return mean_square_left(problem, fit_effects(problem, ()))
 
 
-def prior_of(
+def _prior_of(
     problem: ComparisonProblem, parameters: Sequence[Parameter], effects: Effects
 ) -> Prior:
-    """Prior of a set: weights are the noise variance over the prior's variance.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records with their noise.
-    parameters : sequence of Parameter
-        Unknowns.
-    effects : tuple of str
-        Effects beside the baseline: they may be absent.
-    """
+    """Prior of a set: weights are the noise variance over the prior's variance."""
     variance = float(problem.noise_square.sum() / max(problem.cell_counts.sum(), 1.0))
     weight = np.array([variance / parameter.prior_std**2 for parameter in parameters])
     mean = np.array([parameter.prior_mean for parameter in parameters])
@@ -312,7 +288,7 @@ def prior_of(
     return Prior(weight, mean, may_be_absent)
 
 
-def trial_cost(
+def _trial_cost(
     problem: ComparisonProblem,
     effects: Effects,
     theta: FloatArray,

@@ -62,14 +62,14 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     if len(names) >= _FEWEST_CONDITIONS:
         folds = []
         for name in names:
-            left_out = condition == name
+            outside = condition == name
             for parity in (0, 1) if runs_have_own else (None,):
-                scored = left_out if parity is None else left_out & (block % 2 == parity)
+                scored = outside if parity is None else outside & (block % 2 == parity)
                 if scored.any():
-                    folds.append(Fold(f"condition {name}", ~left_out, left_out & ~scored, scored))
+                    folds.append(Fold(f"condition {name}", ~outside, outside & ~scored, scored))
         return tuple(folds)
     groups = _BLOCK_GROUPS if len(names) == 1 else 2
-    index = _places(condition)
+    index = _numbers_in_condition(condition)
     folds = []
     for name in names:
         for k in range(groups):
@@ -86,33 +86,7 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     return tuple(folds)
 
 
-def extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fold | None:
-    """The condition with the largest gap, predicted from all others.
-
-    None where there is one condition only.
-
-    Parameters
-    ----------
-    segments : sequence of Segment
-        Segments of the comparison problem.
-    gap : sequence of float
-        Mean square of the baseline's gap by segment.
-
-    Returns
-    -------
-    Fold or None
-        The split.
-    """
-    condition = np.array([segment.condition for segment in segments])
-    names = sorted(set(condition))
-    if len(names) < 2:
-        return None
-    sizes = {name: float(np.mean(np.asarray(gap)[condition == name])) for name in names}
-    left_out = condition == max(sizes, key=lambda name: sizes[name])
-    return Fold(f"condition {condition[left_out][0]}", ~left_out, np.zeros_like(left_out), left_out)
-
-
-def _places(condition: np.ndarray) -> np.ndarray:
+def _numbers_in_condition(condition: np.ndarray) -> np.ndarray:
     """Number of each segment within its condition."""
     index = np.zeros(condition.size, dtype=np.int64)
     for name in set(condition):

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell, Segment
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
-from carrierflex.diagnosis.inference.folds import extrapolation_fold
+from carrierflex.diagnosis.inference.folds import Fold
 from carrierflex.diagnosis.inference.held_out import HeldOut, fold_theta
 from carrierflex.diagnosis.inference.law_fits import (
     LawFits,
@@ -34,18 +34,6 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
 
     ``rho = RMS after / before``, ``phi = 1 - (MSE after - s²) / (MSE before - s²)`` on held-out
     segments, intervals by the two-level bootstrap (conditions, then segments).
-
-    Parameters
-    ----------
-    search : LawFits
-        Scores.
-    accepted : tuple of str
-        Accepted set.
-
-    Returns
-    -------
-    GapReduction
-        All figures.
     """
     problem = search.problem
     before, after = search.score(()), search.score(accepted)
@@ -142,7 +130,7 @@ def _extrapolation(search: LawFits, accepted: Effects) -> float:
     problem = search.problem
     base = search.score(())
     counts = np.array([segment.n_samples for segment in problem.segments])
-    fold = extrapolation_fold(problem.segments, base.square / counts)
+    fold = _extrapolation_fold(problem.segments, base.square / counts)
     if fold is None or not accepted:
         return float("nan")
     squares = []
@@ -151,6 +139,17 @@ def _extrapolation(search: LawFits, accepted: Effects) -> float:
         theta = fold_theta(problem, fit, fold)
         squares.append(problem.squares(effects, theta, fold.held_out)[fold.held_out].sum())
     return float(np.sqrt(squares[1] / squares[0]))
+
+
+def _extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fold | None:
+    """The condition with the largest gap, predicted from all others; None where there is one."""
+    condition = np.array([segment.condition for segment in segments])
+    names = sorted(set(condition))
+    if len(names) < 2:
+        return None
+    sizes = {name: float(np.mean(np.asarray(gap)[condition == name])) for name in names}
+    outside = condition == max(sizes, key=lambda name: sizes[name])
+    return Fold(f"condition {condition[outside][0]}", ~outside, np.zeros_like(outside), outside)
 
 
 def _validation(
@@ -216,27 +215,9 @@ class EffectsInTurn:
 
 
 def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
-    """Score the effects of a list on held-out records.
+    """Score the effects of a list on held-out records, each added in turn and each alone.
 
-    As :func:`carrierflex.diagnosis.diagnose.diagnose` scores its sets.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records, simulator and library.
-    effects : sequence of str
-        Effects in the order they are added.
-
-    Returns
-    -------
-    EffectsInTurn
-        A rise of the RMS says that an effect predicts held-out records worse, however it fits its
-        own.
-
-    Raises
-    ------
-    ValueError
-        Where an effect is not a candidate of the problem.
+    A rise of the RMS shows that an effect predicts held-out records worse.
     """
     unknown = [effect for effect in effects if effect not in problem.cards]
     if unknown:

@@ -50,20 +50,6 @@ def held_out_score(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[F
 
     ``elpd = sum log N(r; 0, s²)`` over the segments and cells, with s² the mean square that the
     fold's fit leaves in that cell of its training segments, never below the noise.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records and simulator.
-    fit : EffectFit
-        Fit to all segments; start of every fold's fit.
-    folds : sequence of Fold
-        Splits.
-
-    Returns
-    -------
-    HeldOut
-        Score by segment.
     """
     n_segments = len(problem.segments)
     square = np.full(n_segments, np.nan)
@@ -119,26 +105,9 @@ def reduction_draws(
     n_samples: int,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Draws of RMS after / before by the two-level bootstrap.
+    """Draws of RMS after / before by the two-level bootstrap, shape (n_samples,).
 
-    Conditions, then segments within them, shape (n_samples,).
-
-    Parameters
-    ----------
-    before, after : ndarray, shape (n_segments,)
-        Sums of squared residuals.
-    groups : sequence of str
-        Condition of every segment; with fewer than three, segments alone are drawn, within their
-        condition.
-    n_samples : int
-        Draws.
-    rng : numpy.random.Generator
-        Source of the draws.
-
-    Returns
-    -------
-    ndarray
-        One ratio a draw.
+    Conditions, then segments within them; with fewer than three conditions segments alone.
     """
     counts = two_level_counts(groups, n_samples=n_samples, rng=rng)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -154,12 +123,12 @@ def _log_density(
     variance = np.maximum(
         trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny)
     )
-    own_counts = problem.cell_counts[fold.held_out]
+    counts_outside = problem.cell_counts[fold.held_out]
     # A model that runs away predicts as badly as any model can.
     variance = np.minimum(variance, np.sqrt(np.finfo(float).max))
     with np.errstate(over="ignore"):
         misses = np.minimum(squares[fold.held_out] / variance, _WORST)
-    terms = own_counts * np.log(2.0 * np.pi * variance) + misses
+    terms = counts_outside * np.log(2.0 * np.pi * variance) + misses
     # A cell that no training segment holds says nothing of its variance.
-    counted = (own_counts > 0.0) & (trained_counts > 0.0)
+    counted = (counts_outside > 0.0) & (trained_counts > 0.0)
     return -0.5 * np.where(counted, terms, 0.0).sum(axis=1)

@@ -4,7 +4,7 @@
 blocks, `gamma` the relative standard deviation by the declared gains of the signals, `d` the shift
 beside a discrepancy of no known form, `m` what a hidden cause moves at most. Published is
 ``h / 1.96``. Of carriers and mountings `gamma` is the covariance of the declared errors of all
-signals, and of the waves of a carrier's curves, in the fit (:func:`misread_moves`), of which the
+signals, and of the waves of a carrier's curves, in the fit (:func:`_misread_moves`), of which the
 powers of an element are a case.
 
 A cause is hidden where the verdict "at the noise floor" would pass it: its square is the share of
@@ -39,18 +39,8 @@ NORMAL_95 = float(norm.ppf(0.975))
 
 
 @dataclass(frozen=True, eq=False)
-class Systematics:
-    """What moves the parameters of a fit beside noise and gains.
-
-    Parameters
-    ----------
-    shift : ndarray, shape (p,)
-        Of the parameters beside a discrepancy.
-    hidden_square : float
-        Sum of squares of a cause that the verdict "at the noise floor" passes.
-    signal_square : float
-        Sum of squares of the measured signal about its mean.
-    """
+class _Systematics:
+    """What moves the parameters of a fit beside noise and gains."""
 
     shift: FloatArray
     hidden_square: float
@@ -58,42 +48,21 @@ class Systematics:
 
 
 @dataclass(frozen=True, eq=False)
-class KnownCombination:
-    """What records know of two parameters that they do not know one by one.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Names of both.
-    factor : float
-        The combination is the first less this times the second.
-    value : NamedValue
-        Its value.
-    """
+class _KnownCombination:
+    """What records know of two parameters that they do not know one by one."""
 
     names: tuple[str, str]
     factor: float
     value: NamedValue
 
 
-def small_sample_factor(fit: EffectFit) -> float:
-    """Factor on the sandwich's standard deviations for p parameters found from few blocks.
+def _small_sample_factor(fit: EffectFit) -> float:
+    """Factor ``t_{0.975, B-p} / 1.96 sqrt((B - 1) / (B - p))`` for p parameters from few blocks B.
 
-    ``t_{0.975, B-p} / 1.96 sqrt((B - 1) / (B - p))``: the fit takes p of the B degrees of freedom
-    of the blocks' scores; the covariance of the fit counts one of them. A run's own parameter is
-    not among the p where the run is a single block: its scatter is in no score of another one.
-
-    Parameters
-    ----------
-    fit : EffectFit
-        Parameters with the sums of every block.
-
-    Returns
-    -------
-    float
-        Not a number where there are no more blocks than free parameters.
+    Not counted in p: a run's parameter where the run is a single block, whose scatter is in no
+    score of another one. Not a number where there are no more blocks than free parameters.
     """
-    of_one_block = np.array([own.run is not None for own in fit.parameters], dtype=bool)
+    of_one_block = np.array([parameter.run is not None for parameter in fit.parameters], dtype=bool)
     of_one_block &= fit.sums.n_segments_of_each() < 2
     n_free = int((_is_free(fit) & ~fit.at_bound & ~of_one_block).sum())
     n_blocks = len(fit.sums.square)
@@ -103,16 +72,8 @@ def small_sample_factor(fit: EffectFit) -> float:
     return float(student_t.ppf(0.975, degrees) / NORMAL_95 * np.sqrt((n_blocks - 1.0) / degrees))
 
 
-def systematic_variance(fit: EffectFit, systematics: Systematics) -> FloatArray:
-    """Variance of each parameter by what is neither noise nor gain, shape (p,).
-
-    Parameters
-    ----------
-    fit : EffectFit
-        Parameters with the sums of every block.
-    systematics : Systematics
-        What moves them.
-    """
+def _systematic_variance(fit: EffectFit, systematics: _Systematics) -> FloatArray:
+    """Variance of each parameter by what is neither noise nor gain, shape (p,)."""
     moved = np.zeros(fit.theta.size)
     free = np.flatnonzero(_is_free(fit))
     if free.size:
@@ -120,24 +81,11 @@ def systematic_variance(fit: EffectFit, systematics: Systematics) -> FloatArray:
     return np.asarray(systematics.shift**2 + moved / NORMAL_95**2)
 
 
-def misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
-    """Moves of the parameters by declared errors of the signals, shape (E, p).
+def _misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
+    """Moves ``d_e = (J.T J + W)^-1 J.T (r_e - r)`` by E declared errors, shape (E, p).
 
-    ``d_e = (J.T J + W)^-1 J.T (r_e - r)``, see
-    :mod:`~carrierflex.diagnosis.comparison.declared_errors`. The errors are independent: the
-    covariance of the parameters by all of them is ``sum_e d_e d_e.T``.
-
-    Parameters
-    ----------
-    fit : EffectFit
-        Parameters with the sums of every block.
-    scores : ndarray, shape (E, p)
-        ``J.T (r_e - r)`` of E errors of one standard deviation each.
-
-    Returns
-    -------
-    ndarray
-        A parameter that is held or stands on a bound does not move.
+    The errors are independent: the covariance of the parameters is ``sum_e d_e d_e.T``. A fixed
+    parameter, or one on a bound, does not move.
     """
     free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
     matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
@@ -146,81 +94,51 @@ def misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
     return moves
 
 
-def prior_moves(fit: EffectFit) -> FloatArray:
+def _prior_moves(fit: EffectFit) -> FloatArray:
     """Move of the parameters by their priors, ``(J.T J + W)^-1 W (mu - theta)``, shape (1, p).
 
-    A prior and the records may contradict each other: a sensor whose gain is named reads by more
-    than its calibration off, and the prior of the calibration draws the fitted gain to zero. How
-    far it does is as little known as any other error. Where both agree, or either tells the
-    parameter alone, the move is small.
-
-    Parameters
-    ----------
-    fit : EffectFit
-        Parameters with the sums of every block.
+    Prior and records may contradict each other: how far one draws the other is an error too.
     """
-    return misread_moves(fit, fit.prior.slope(fit.theta)[None])
+    return _misread_moves(fit, fit.prior.slope(fit.theta)[None])
 
 
-def undetermined(fit: EffectFit, variance: FloatArray, systematics: Systematics) -> BoolArray:
-    """Which parameters the records do not determine, shape (p,).
-
-    They show neither that the parameter is there (its interval holds zero) nor that it is small (at
-    the end of the interval it makes as much as all that was measured).
-
-    Parameters
-    ----------
-    fit : EffectFit
-        Parameters with the sums of every block.
-    variance : ndarray, shape (p,)
-        Of the parameters, but for the gains.
-    systematics : Systematics
-        Square of the measured signal.
-    """
+def _undetermined(fit: EffectFit, variance: FloatArray, systematics: _Systematics) -> BoolArray:
+    """Which parameters the records do not determine, shape (p,)."""
     half = NORMAL_95 * np.sqrt(variance)
     made = half**2 * np.diag(fit.sums.total_matrix())
     is_as_large = made >= systematics.signal_square
     return np.asarray(_is_free(fit) & (half >= np.abs(fit.theta)) & is_as_large)
 
 
-def known_combination(
-    fit: EffectFit, which: tuple[int, int], systematics: Systematics
-) -> KnownCombination:
-    """Combination of two parameters that the records know best.
+def _known_combination(
+    fit: EffectFit, which: tuple[int, int], systematics: _Systematics
+) -> _KnownCombination:
+    """Combination of two parameters that the records know best, ``theta_0 - f theta_1``.
 
-    ``theta_0 - f theta_1`` with f the change of the first that makes up for a change of the second
-    by one, the others fitted again: its error is that of the first beside a second that is known.
-
-    Parameters
-    ----------
-    fit : EffectFit
-        Parameters with the sums of every block.
-    which : tuple of int
-        Numbers of both.
-    systematics : Systematics
-        What moves the parameters beside noise and gains.
+    f is the change of the first that makes up for a change of the second by one, the others fitted
+    again: its error is that of the first beside a second that is known.
     """
     first, second = which
     others = np.flatnonzero(_is_free(fit))
     others = others[others != second]
-    place = int(np.flatnonzero(others == first)[0])
+    row = int(np.flatnonzero(others == first)[0])
     matrix = fit.sums.total_matrix()
     inverse = full_inverse((matrix + np.diag(fit.prior.weight))[np.ix_(others, others)])
-    factor = -float((inverse @ matrix[others, second])[place])
+    factor = -float((inverse @ matrix[others, second])[row])
     scores = fit.sums.full_right_side()
     scores = scores - scores.mean(axis=0)
     n_blocks = max(len(scores), 2)
-    own = scores[:, others] @ inverse[place]
-    noise = float(own @ own) * n_blocks / (n_blocks - 1.0) * small_sample_factor(fit) ** 2
-    moved = systematics.hidden_square * _largest_move(fit, others)[place] / NORMAL_95**2
+    score = scores[:, others] @ inverse[row]
+    noise = float(score @ score) * n_blocks / (n_blocks - 1.0) * _small_sample_factor(fit) ** 2
+    moved = systematics.hidden_square * _largest_move(fit, others)[row] / NORMAL_95**2
     shift = systematics.shift[first] - factor * systematics.shift[second]
-    parts = (fit.parameters[first], fit.parameters[second])
+    both = (fit.parameters[first], fit.parameters[second])
     value = float(fit.theta[first] - factor * fit.theta[second])
-    gain = max(part.gain_std for part in parts) * value
+    gain = max(parameter.gain_std for parameter in both) * value
     std = float(np.sqrt(noise + moved + shift**2 + gain**2))
     half = NORMAL_95 * std
-    named = NamedValue(value, std, parts[0].unit, (value - half, value + half))
-    return KnownCombination((parts[0].name, parts[1].name), factor, named)
+    named = NamedValue(value, std, both[0].unit, (value - half, value + half))
+    return _KnownCombination((both[0].name, both[1].name), factor, named)
 
 
 def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
@@ -235,7 +153,7 @@ def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
 
 def _is_free(fit: EffectFit) -> BoolArray:
     """Which parameters are fitted."""
-    return np.array([own.lower < own.upper for own in fit.parameters], dtype=bool)
+    return np.array([parameter.lower < parameter.upper for parameter in fit.parameters], dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,33 +178,23 @@ class PublishedValues:
 def published_values(
     problem: ComparisonProblem, fit: EffectFit, *, floor_ratio: float
 ) -> PublishedValues:
-    """Parameters of a fit with everything that is known of their errors.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records and simulator.
-    fit : EffectFit
-        Fitted set.
-    floor_ratio : float
-        Mean square over the floor up to which the verdict is "at the noise floor".
-    """
+    """Parameters of a fit with everything that is known of their errors."""
     gains = problem.gains
     words = gains.words if gains else LOADS_AS_READ
     misreading = problem.misreading(fit.effects, fit.theta)
     if misreading is not None:
-        moves = np.concatenate([misread_moves(fit, misreading.scores), prior_moves(fit)])
-        values = named_values(fit, few_blocks=True, moves=moves)
+        moves = np.concatenate([_misread_moves(fit, misreading.scores), _prior_moves(fit)])
+        values = _named_values(fit, few_blocks=True, moves=moves)
         return PublishedValues(values, errors_words(misreading.errors), ())
     shift = problem.discrepancy_shift(fit.effects, fit.theta)
     if shift is None:
-        return PublishedValues(named_values(fit, few_blocks=gains is not None), words, ())
-    systematics = Systematics(
+        return PublishedValues(_named_values(fit, few_blocks=gains is not None), words, ())
+    systematics = _Systematics(
         shift=shift,
         hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum()),
         signal_square=problem.signal_square,
     )
-    values = named_values(fit, few_blocks=gains is not None, systematics=systematics)
+    values = _named_values(fit, few_blocks=gains is not None, systematics=systematics)
     delay = problem.delay_words(fit.theta)
     return PublishedValues(
         values,
@@ -298,7 +206,7 @@ def published_values(
 def _undetermined_words(
     fit: EffectFit,
     values: Mapping[str, Mapping[str, NamedValue]],
-    systematics: Systematics,
+    systematics: _Systematics,
     has_one_frequency: bool,
 ) -> Iterator[str]:
     """What the records do not tell of the parameters, and the combination that they do."""
@@ -312,14 +220,14 @@ def _undetermined_words(
     stiffness, mass = (BASELINE, "K1"), (BASELINE, "m")
     both = stiffness in free and mass in free
     if both and (has_one_frequency or {stiffness, mass} <= set(unknown)):
-        known = known_combination(fit, (free[stiffness], free[mass]), systematics)
+        known = _known_combination(fit, (free[stiffness], free[mass]), systematics)
         if known.factor > 0.0:
             yield _at_one_frequency(known, is_all={stiffness, mass} <= set(unknown))
             unknown = [key for key in unknown if key not in (stiffness, mass)]
     numbers = [free[key] for key in unknown]
     # Two springs in parallel are known as their sum; what has different units makes no sum.
     if len(numbers) == 2 and len({fit.parameters[k].unit for k in numbers}) == 1:
-        known = known_combination(fit, (numbers[0], numbers[1]), systematics)
+        known = _known_combination(fit, (numbers[0], numbers[1]), systematics)
         first, second = known.names
         sign = "-" if known.factor > 0.0 else "+"
         yield (
@@ -334,7 +242,7 @@ def _undetermined_words(
 _SOME = NamedValue(0.0, 0.0, "1", (0.0, 0.0))
 
 
-def _at_one_frequency(known: KnownCombination, *, is_all: bool) -> str:
+def _at_one_frequency(known: _KnownCombination, *, is_all: bool) -> str:
     """Words on stiffness less inertia."""
     frequency = np.sqrt(known.factor) / (2.0 * np.pi)
     text = f"K1 - m w² = {_with_half(known)} at {frequency:.4g} Hz"
@@ -346,7 +254,7 @@ def _at_one_frequency(known: KnownCombination, *, is_all: bool) -> str:
     return f"of m and K1 these records know best {text}"
 
 
-def _with_half(known: KnownCombination) -> str:
+def _with_half(known: _KnownCombination) -> str:
     half = NORMAL_95 * known.value.std
     if not (np.isfinite(half) and half > 0.0):
         return f"{known.value.value:.5g} {known.value.unit}"
@@ -354,45 +262,27 @@ def _with_half(known: KnownCombination) -> str:
     return f"{known.value.value:.{decimals}f} ± {half:.{decimals}f} {known.value.unit} (95 %)"
 
 
-def named_values(
+def _named_values(
     fit: EffectFit,
     *,
     few_blocks: bool = False,
-    systematics: Systematics | None = None,
+    systematics: _Systematics | None = None,
     moves: FloatArray | None = None,
 ) -> dict[str, dict[str, NamedValue]]:
     """Values of a fit by effect and name, each with its 95 % interval.
 
-    Parameters
-    ----------
-    fit : EffectFit
-        Parameters with their covariance.
-    few_blocks : bool
-        Whether the blocks are few beside the parameters: Student's t in place of the normal
-        quantile (see :func:`~carrierflex.diagnosis.inference.named_values.small_sample_factor`).
-    systematics : Systematics, optional
-        What moves the parameters beside noise and gains; without, nothing.
-    moves : ndarray, shape (E, p), optional
-        Moves by independent errors of the signals and by priors; without, none is declared or the
-        parameters hold theirs by their powers.
-
-    Returns
-    -------
-    dict
-        Two components ``(a, b)`` of a vector appear as its size ``|(a, b)|`` and its angle
-        ``atan2(b, a)`` [rad], errors by the delta method. Amplitudes that move no sample of these
-        records (a radial shift where every sensor reads along the axis) are left out: their
-        intervals would be rounding. The interval is not a number where the records do not determine
-        the parameter.
+    Two components ``(a, b)`` of a vector appear as its size and its angle ``atan2(b, a)`` [rad],
+    errors by the delta method. Amplitudes that move no sample are left out: their intervals would
+    be rounding. The interval is not a number where the records do not determine the parameter.
     """
-    factor = small_sample_factor(fit) if few_blocks else 1.0
+    factor = _small_sample_factor(fit) if few_blocks else 1.0
     covariance = factor**2 * fit.covariance
     if moves is not None:
         covariance = covariance + moves.T @ moves
     if systematics is not None:
         # The sandwich is zero along a direction that the records do not determine.
-        covariance = covariance + np.diag(systematic_variance(fit, systematics))
-        unknown = undetermined(fit, np.diag(covariance), systematics)
+        covariance = covariance + np.diag(_systematic_variance(fit, systematics))
+        unknown = _undetermined(fit, np.diag(covariance), systematics)
         covariance[unknown], covariance[:, unknown] = np.nan, np.nan
     numbers = {parameter_key(parameter): k for k, parameter in enumerate(fit.parameters)}
     values: dict[str, dict[str, NamedValue]] = {}

@@ -28,19 +28,7 @@ _SMALLEST_SHARE = 1e-3
 
 
 def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Content of diagnosis.json; what is not finite is null.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Result of :func:`carrierflex.diagnosis.diagnose.diagnose`.
-
-    Returns
-    -------
-    dict
-        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``,
-        ``validation``, ``gap``.
-    """
+    """Content of diagnosis.json; what is not finite is null."""
     which = diagnosis.attribution
     reduction = diagnosis.reduction
     content = {
@@ -50,7 +38,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "kind": diagnosis.kind,
         "software": software_name(),
         "verdict": diagnosis.verdict,
-        "incomplete": is_incomplete(diagnosis),
+        "incomplete": _is_incomplete(diagnosis),
         "reason": diagnosis.reason,
         "effects": which.effects,
         "aliases": which.aliases,
@@ -77,7 +65,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     return document
 
 
-def is_incomplete(diagnosis: Diagnosis) -> bool:
+def _is_incomplete(diagnosis: Diagnosis) -> bool:
     """Whether a class leads without explaining what a cause would."""
     classes = diagnosis.classes
     return (
@@ -86,28 +74,12 @@ def is_incomplete(diagnosis: Diagnosis) -> bool:
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
-    """Write diagnosis.json.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; its folder exists.
-    diagnosis : Diagnosis
-        Result of :func:`carrierflex.diagnosis.diagnose.diagnose`.
-    """
+    """Write diagnosis.json."""
     save_plain_json(path, diagnosis_document(diagnosis))
 
 
 def write_report(path: Path, page: str) -> None:
-    """Write report.html.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; its folder exists.
-    page : str
-        The page, :func:`carrierflex.diagnosis.report.page.report_page`.
-    """
+    """Write report.html."""
     save_text(path, page)
 
 
@@ -150,19 +122,7 @@ def _share(value: float) -> float:
 
 
 def class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
-    """Keys of the answer by class in diagnosis.json; empty lists where the kind has no classes.
-
-    Parameters
-    ----------
-    answer : ClassAnswer, optional
-        Classes with their laws and shapes.
-
-    Returns
-    -------
-    dict
-        ``classes``, ``class_ties``, ``class_rivals``, ``beyond_share``, ``beyond_learnable``,
-        ``class_note``; shares within 0 and 1.
-    """
+    """Keys of the answer by class in diagnosis.json; empty lists where the kind has no classes."""
     if answer is None:
         return {
             "classes": (),
@@ -249,8 +209,8 @@ def _how_far(reduction: GapReduction | None) -> dict[str, Any]:
 
 def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
     """Largest cells; a small one only where chance would not make it."""
-    own = map_of(cells)
-    known = own.chosen((own.shares >= _SMALLEST_SHARE) | (own.p_values < SIGNIFICANCE))
+    gap_map = map_of(cells)
+    known = gap_map.chosen((gap_map.shares >= _SMALLEST_SHARE) | (gap_map.p_values < SIGNIFICANCE))
     rows = []
     for cell in known[:_MOST_ROWS]:
         row = plain(cell)

@@ -10,6 +10,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from carrierflex.diagnosis.classes.results import MeasuredShape
 from carrierflex.diagnosis.comparison.overlay import (
@@ -33,16 +34,12 @@ if TYPE_CHECKING:
 #: Width of every figure [in]: on a phone it is shown at about its own size, so that its text stays
 #: readable.
 WIDTH = 4.4
-#: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008), and
-#: the map of magnitudes.
+#: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008).
 BLUE = "#0072b2"
 ORANGE = "#d55e00"
 BLACK = "#000000"
 GREY = "#6b6b6b"
-GREEN = "#009e73"
-MAGNITUDE_MAP = "cividis"
-#: Cells within chance.
-CHANCE = "#e6e9ed"
+_GREEN = "#009e73"
 
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # selectable, and a tenth of the size of outlines
@@ -55,23 +52,8 @@ _STYLE: dict[Any, Any] = {
 _IDENTIFIER = re.compile(r'(\bid="|href="#|url\(#)')
 
 
-def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
-    """SVG element of a figure, to be put into a page.
-
-    Parameters
-    ----------
-    draw : callable
-        Gives the figure; called with the report's style in force.
-    key : str
-        Its name on the page: letters, digits and hyphens, no other figure's.
-    title : str
-        What it shows, in words, for those who do not see it.
-
-    Returns
-    -------
-    str
-        ``<svg ...>...</svg>`` without fixed size; its identifiers start with `key`.
-    """
+def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> Markup:
+    """SVG element of a figure without fixed size; its identifiers start with `key`."""
     from matplotlib import rc_context
 
     file = io.StringIO()
@@ -88,7 +70,7 @@ def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
     head, body = text.split(">", 1)
     head = re.sub(r'\s(?:width|height)="[^"]*"', "", head)
     labelled = f'{head} role="img" aria-labelledby="{key}-title">'
-    return f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}'
+    return Markup(f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}')
 
 
 def _lay_out(figure: "Figure") -> None:
@@ -106,20 +88,7 @@ _HEIGHT = 2.9
 
 
 def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
-    """Curve of a class over the visited range.
-
-    Parameters
-    ----------
-    shape : MeasuredShape
-        Curve, band and law.
-    law : str
-        Name of the law in words.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel: curve, 95 % band, law.
-    """
+    """Curve of a class over the visited range."""
     from matplotlib.figure import Figure
 
     x_factor, x_unit = scaled_unit(float(abs(shape.x).max()), shape.units[0])
@@ -134,10 +103,10 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
     panel.plot(x, y_factor * shape.y, color=BLUE, linewidth=1.6, label=shape.name)
     for other in shape.beside:
         low, high = y_factor * other.band.T
-        own = x_factor * other.x
+        other_x = x_factor * other.x
         if is_curve:
-            panel.fill_between(own, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
-        panel.plot(own, y_factor * other.y, color=ORANGE, linewidth=1.6, label=other.name)
+            panel.fill_between(other_x, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
+        panel.plot(other_x, y_factor * other.y, color=ORANGE, linewidth=1.6, label=other.name)
     if shape.law.size:
         panel.plot(x, y_factor * shape.law, color=BLACK, linestyle="--", linewidth=1.2, label=law)
     panel.set_xlabel(f"{shape.labels[0]} [{x_unit}]")
@@ -150,7 +119,7 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
 _RUN_STROKES = (
     (BLUE, "-"),
     (ORANGE, "--"),
-    (GREEN, "-."),
+    (_GREEN, "-."),
     (BLACK, ":"),
     (GREY, "-"),
     ("#cc79a7", "--"),
@@ -160,20 +129,7 @@ MOST_RUNS = len(_RUN_STROKES)
 
 
 def gap_in_time_figure(moments: Sequence[GapMoment], unit: str) -> "Figure":
-    """RMS of the gap in windows over time.
-
-    Parameters
-    ----------
-    moments : sequence of GapMoment
-        Windows of every run.
-    unit : str
-        Unit of the channels.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One line a run, those with the largest gap.
-    """
+    """RMS of the gap in windows over time."""
     from matplotlib.figure import Figure
 
     by_run: dict[str, list[GapMoment]] = {}
@@ -212,27 +168,14 @@ _MOST_LETTERS = 10
 
 
 def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure":
-    """Signals above, what is left of the gap below.
-
-    Parameters
-    ----------
-    before, after : Overlay
-        One channel in one run with the baseline, and with the effects.
-    unit : str
-        Unit of the channel.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Two panels over one axis.
-    """
+    """Signals above, what is left of the gap below."""
     from matplotlib.figure import Figure
 
-    part = _stretch(before)
-    x = before.x[part]
-    measured = before.measured[part]
+    stretch = _stretch(before)
+    x = before.x[stretch]
+    measured = before.measured[stretch]
     factor, shown = scaled_unit(float(np.nanmax(np.abs(measured))), unit)
-    gap = before.measured[part] - before.simulated[part]
+    gap = before.measured[stretch] - before.simulated[stretch]
     gap_factor, gap_unit = scaled_unit(float(np.nanmax(np.abs(gap))), unit)
     figure = Figure(figsize=(WIDTH, 2.55), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -244,9 +187,9 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
     ):
         if overlay is None:
             continue
-        simulated = overlay.simulated[part]
+        simulated = overlay.simulated[stretch]
         upper.plot(x, factor * simulated, dashes, color=colour, linewidth=1.3, label=name)
-        rest = gap_factor * (overlay.measured[part] - simulated)
+        rest = gap_factor * (overlay.measured[stretch] - simulated)
         lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
     upper.set_ylabel(f"{_short(before.channel)} [{shown}]")
     lower.set_ylabel(f"gap [{gap_unit}]")
@@ -301,7 +244,7 @@ _SHADE_MAP = "cividis"
 _CLOUD_DPI = 220
 #: Left and lower end, width and height of a polar plot in its figure: every one has the same
 #: labels, whose room need not be looked for.
-_POLAR_PLACE = (0.13, 0.07, 0.74, 0.74)
+_POLAR_AXES = (0.13, 0.07, 0.74, 0.74)
 #: Marks stand within the edge, over the reach.
 _MARKS_AT = 1.2
 _MARK = {
@@ -316,20 +259,7 @@ _REMAINDER = 0.4
 
 
 def panel_figure(picture: Picture, panel: Panel) -> "Figure":
-    """One panel of a picture.
-
-    Parameters
-    ----------
-    picture : Picture
-        Names and units of the axes; all its panels share one scale of the values.
-    panel : Panel
-        What is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Cloud with the law, or polar plot.
-    """
+    """One panel of a picture."""
     return _polar_figure(picture, panel) if picture.is_polar else _cloud_figure(picture, panel)
 
 
@@ -338,13 +268,13 @@ def remainder_factor(picture: Picture) -> float:
 
     At its own size it would lie on the zero circle.
     """
-    left, gap = (
+    remainder, gap = (
         _largest([t.y for panel in picture.panels for t in panel.traces if t.role == role])
         for role in (LEFT, GAP)
     )
-    if left <= 0.0 or gap <= 0.0:
+    if remainder <= 0.0 or gap <= 0.0:
         return 1.0
-    return float(np.clip(_round_step(_REMAINDER * gap / left), 1.0, 1000.0))
+    return float(np.clip(_round_step(_REMAINDER * gap / remainder), 1.0, 1000.0))
 
 
 def _largest(values: list[FloatArray]) -> float:
@@ -403,7 +333,7 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     reach = factor * every or 1.0
     magnified = remainder_factor(picture)
     figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH))
-    axes = figure.add_axes(_POLAR_PLACE, projection="polar")
+    axes = figure.add_axes(_POLAR_AXES, projection="polar")
     for trace in panel.traces:
         stroke = _ROLE_STROKES[trace.role]
         drawn = (magnified if trace.role == LEFT else 1.0) * factor * trace.y

@@ -17,13 +17,13 @@ from carrierflex.files.shown_values import shown
 from carrierflex.identification.estimation.resampling import two_level_counts
 
 #: A cell of the gap map: run, pattern or channel, order.
-CellKey = tuple[str, str, float]
+_CellKey = tuple[str, str, float]
 #: A block of a run.
-BlockKey = tuple[str, int]
+_BlockKey = tuple[str, int]
 
 
 @dataclass(frozen=True, eq=False)
-class BlockGap:
+class _BlockGap:
     """Held-out gap of the baseline in one block: condition, samples, mean square."""
 
     condition: str
@@ -32,18 +32,8 @@ class BlockGap:
 
 
 @dataclass(frozen=True, eq=False)
-class CellGap:
-    """One cell of the baseline's gap map.
-
-    Parameters
-    ----------
-    mean_square, coherent : float
-        Mean square of the gap, and the same less the noise.
-    p_value : float
-        Probability without a gap.
-    frequency_hz : tuple of float, optional
-        Band of the cell [Hz].
-    """
+class _CellGap:
+    """One cell of the baseline's gap map."""
 
     mean_square: float
     coherent: float
@@ -52,7 +42,7 @@ class CellGap:
 
 
 @dataclass(frozen=True, eq=False)
-class RunError:
+class _RunError:
     """Comparison error of a run and its uncertainty (ASME V&V 20)."""
 
     error: float
@@ -92,9 +82,9 @@ class DiagnosisSide:
     causes: tuple[str, ...]
     rms: float
     noise_floor: float
-    blocks: Mapping[BlockKey, BlockGap]
-    cells: Mapping[CellKey, CellGap]
-    runs: Mapping[str, RunError]
+    blocks: Mapping[_BlockKey, _BlockGap]
+    cells: Mapping[_CellKey, _CellGap]
+    runs: Mapping[str, _RunError]
 
 
 def read_side(folder: Path) -> DiagnosisSide:
@@ -143,7 +133,7 @@ def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
         rms=_number(far["rms_before"]),
         noise_floor=_number(far["noise_floor"]),
         blocks={
-            (_text(row["run"]), int(row["block"])): BlockGap(
+            (_text(row["run"]), int(row["block"])): _BlockGap(
                 _text(row["condition"]), int(row["samples"]), _number(row["mean_square"])
             )
             for row in document["held_out"]
@@ -153,7 +143,7 @@ def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
             for row in document["where"]
         },
         runs={
-            _text(row["run"]): RunError(_number(row["error_before"]), _number(row["u_val"]))
+            _text(row["run"]): _RunError(_number(row["error_before"]), _number(row["u_val"]))
             for row in document["validation"]
         },
     )
@@ -161,13 +151,13 @@ def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
 
 def _causes(effects: Sequence[Any], classes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     named = [_text(effect) for effect in effects]
-    of_class = [_text(found["id"]) for found in classes]
+    of_class = [_text(finding["id"]) for finding in classes]
     return tuple(named or of_class)
 
 
-def _cell(row: Mapping[str, Any]) -> CellGap:
+def _cell(row: Mapping[str, Any]) -> _CellGap:
     band = row.get("frequency_hz")
-    return CellGap(
+    return _CellGap(
         _number(row["mean_square"]),
         _number(row["coherent"]),
         _number(row["p_value"]),
@@ -193,14 +183,14 @@ def _number(value: object) -> float:
 #: What became of a cell of the gap map.
 GONE = "gone"
 SMALLER = "smaller"
-SAME = "same"
+_SAME = "same"
 LARGER = "larger"
 NEW = "new"
 
 #: A change is one beyond so many noises of the cell and this share of its larger size: what the
 #: baseline's own parameters take up is refitted beside the change, and moves its neighbours.
 _NOISES = 2.0
-_PART = 0.1
+_LEAST_SHARE = 0.1
 _DRAWS = 1000
 _SEED = 17
 
@@ -293,18 +283,7 @@ class GapChange:
 
 
 def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
-    """Compare two diagnoses.
-
-    Parameters
-    ----------
-    before, after : DiagnosisSide
-        Diagnoses of the same records.
-
-    Raises
-    ------
-    ValueError
-        Where they are of different kind, unit, records or blocks; one line.
-    """
+    """Compare two diagnoses; ValueError where kind, unit, records or blocks differ."""
     _refuse_different(before, after)
     ratio, interval = _ratio(before, after)
     noise = before.noise_floor**2
@@ -348,7 +327,7 @@ def _refuse_different(before: DiagnosisSide, after: DiagnosisSide) -> None:
         )
 
 
-def _sizes(side: DiagnosisSide) -> dict[BlockKey, int]:
+def _sizes(side: DiagnosisSide) -> dict[_BlockKey, int]:
     return {key: block.samples for key, block in side.blocks.items()}
 
 
@@ -370,7 +349,7 @@ def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval
     return float(np.sqrt(totals[1] / totals[0])), (float(low), float(high))
 
 
-def _squares(side: DiagnosisSide, keys: list[BlockKey]) -> FloatArray:
+def _squares(side: DiagnosisSide, keys: list[_BlockKey]) -> FloatArray:
     blocks = [side.blocks[key] for key in keys]
     return np.array([block.samples * block.mean_square for block in blocks], dtype=np.float64)
 
@@ -385,12 +364,12 @@ def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellC
 
 
 def _cell_change(
-    key: CellKey, old: CellGap | None, new: CellGap | None, is_real: list[bool]
+    key: _CellKey, old: _CellGap | None, new: _CellGap | None, is_real: list[bool]
 ) -> CellChange:
     rms = [_above_noise(cell) for cell in (old, new)]
     u = max(_noise(cell) for cell in (old, new))
-    what = SAME
-    least = max(_NOISES * u, _PART * max(rms))
+    what = _SAME
+    least = max(_NOISES * u, _LEAST_SHARE * max(rms))
     if rms[1] < rms[0] - least:
         what = SMALLER if is_real[1] else GONE
     elif rms[1] > rms[0] + least:
@@ -402,16 +381,16 @@ def _cell_change(
     )
 
 
-def _above_noise(cell: CellGap | None) -> float:
+def _above_noise(cell: _CellGap | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.coherent, 0.0)))
 
 
-def _noise(cell: CellGap | None) -> float:
+def _noise(cell: _CellGap | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.mean_square - cell.coherent, 0.0)))
 
 
 def _run_changes(
-    before: Mapping[str, RunError], after: Mapping[str, RunError]
+    before: Mapping[str, _RunError], after: Mapping[str, _RunError]
 ) -> Iterator[RunChange]:
     for run, old in before.items():
         new = after.get(run)

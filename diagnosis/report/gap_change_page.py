@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.report import words
@@ -35,8 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-FORMAT = "carrierflex-comparison"
-VERSION = 1
+_FORMAT = "carrierflex-comparison"
+_VERSION = 1
 #: Cells that are named in a sentence.
 _MOST_NAMED = 3
 
@@ -67,16 +66,16 @@ def first_sentence(change: GapChange) -> str:
 
 def causes_sentence(change: GapChange) -> str:
     """Causes that are named before and after."""
-    parts = []
+    clauses = []
     if change.solved:
-        parts.append(f"no longer missing: {_names(change.solved)}")
+        clauses.append(f"no longer missing: {_names(change.solved)}")
     if change.remaining:
-        parts.append(f"still missing: {_names(change.remaining)}")
+        clauses.append(f"still missing: {_names(change.remaining)}")
     if change.added:
-        parts.append(f"missing now, not named before: {_names(change.added)}")
-    if not parts:
+        clauses.append(f"missing now, not named before: {_names(change.added)}")
+    if not clauses:
         return "Neither diagnosis names a cause."
-    text = "; ".join(parts)
+    text = "; ".join(clauses)
     return f"{text[:1].upper()}{text[1:]}."
 
 
@@ -107,8 +106,8 @@ def change_document(change: GapChange) -> dict[str, Any]:
     }
     document: dict[str, Any] = plain(
         {
-            "format": FORMAT,
-            "version": VERSION,
+            "format": _FORMAT,
+            "version": _VERSION,
             "software": software_name(),
             "text": first_sentence(change),
             "kind": change.before.kind,
@@ -149,16 +148,8 @@ _MOST_DRAWN = 14
 _MOST_LETTERS = 34
 
 
-def runs_figure(runs: Sequence[RunChange], unit: str) -> "Figure":
-    """Comparison error of every run before and after, its uncertainty beside it.
-
-    Parameters
-    ----------
-    runs : sequence of RunChange
-        At least one; the first are drawn.
-    unit : str
-        Unit of the channels.
-    """
+def _runs_figure(runs: Sequence[RunChange], unit: str) -> "Figure":
+    """Comparison error of every run before and after, its uncertainty beside it."""
     drawn = runs[:_MOST_DRAWN]
     return _paired_rows(
         [row.run for row in drawn],
@@ -168,16 +159,8 @@ def runs_figure(runs: Sequence[RunChange], unit: str) -> "Figure":
     )
 
 
-def cells_figure(cells: Sequence[CellChange], unit: str) -> "Figure":
-    """Cells that changed most, before and after.
-
-    Parameters
-    ----------
-    cells : sequence of CellChange
-        At least one, largest change first; the first are drawn.
-    unit : str
-        Unit of the channels.
-    """
+def _cells_figure(cells: Sequence[CellChange], unit: str) -> "Figure":
+    """Cells that changed most, before and after."""
     drawn = cells[:_MOST_DRAWN]
     return _paired_rows(
         [f"{_cell_name(cell)}, {cell.run}" for cell in drawn],
@@ -218,18 +201,7 @@ _MOST_ROWS = 30
 
 
 def comparison_page(change: GapChange) -> str:
-    """HTML text of a comparison.
-
-    Parameters
-    ----------
-    change : GapChange
-        What became of the gap.
-
-    Returns
-    -------
-    str
-        A complete page with its figures and style inside.
-    """
+    """HTML text of a comparison."""
     environment = Environment(
         loader=PackageLoader("carrierflex.diagnosis.report"),
         autoescape=True,
@@ -259,12 +231,12 @@ def _figures(change: GapChange) -> list[dict[str, Any]]:
     drawn = []
     if change.runs:
         title = "Comparison error of every run before and after"
-        svg = inline_svg(lambda: runs_figure(change.runs, unit), "runs", title)
+        svg = inline_svg(lambda: _runs_figure(change.runs, unit), "runs", title)
         caption = "Error of every run; the grey bar is its uncertainty u_val (ASME V&V 20)."
-        drawn.append({"svg": Markup(svg), "caption": caption})
+        drawn.append({"svg": svg, "caption": caption})
     if change.cells:
         title = "Cells of the gap map that changed most"
-        svg = inline_svg(lambda: cells_figure(change.cells, unit), "cells", title)
+        svg = inline_svg(lambda: _cells_figure(change.cells, unit), "cells", title)
         caption = "Cells of the gap map, largest change first; the grey bar is the cell's noise."
-        drawn.append({"svg": Markup(svg), "caption": caption})
+        drawn.append({"svg": svg, "caption": caption})
     return drawn

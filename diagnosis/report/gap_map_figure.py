@@ -14,7 +14,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.report.figures import BLACK, BLUE, CHANCE, MAGNITUDE_MAP, WIDTH
+from carrierflex.diagnosis.report.figures import BLACK, BLUE, WIDTH
 from carrierflex.diagnosis.report.words import scaled_unit
 
 if TYPE_CHECKING:
@@ -59,24 +59,13 @@ class GapGrid:
 
 
 def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
-    """Grids of several gap maps of the same records, with the same rows and columns.
-
-    Parameters
-    ----------
-    *maps : sequence of GapCell
-        Gap maps; the first sets rows and columns.
-
-    Returns
-    -------
-    tuple of GapGrid
-        One for each map; none where the first is empty.
-    """
-    own = [map_of(cells) for cells in maps]
-    is_frequency = not np.isnan(own[0].bands_hz[:, 0]).any()
+    """Grids of gap maps of the same records; the first sets rows and columns."""
+    gap_maps = [map_of(cells) for cells in maps]
+    is_frequency = not np.isnan(gap_maps[0].bands_hz[:, 0]).any()
     if not is_frequency:
         # Lines beside the orders have no column of their own; tables and words tell them.
-        own = [cells.on_orders() for cells in own]
-    first = own[0]
+        gap_maps = [cells.on_orders() for cells in gap_maps]
+    first = gap_maps[0]
     if not first:
         return ()
     runs = sorted(first.runs[k] for k in np.unique(first.places[:, 0]))
@@ -87,14 +76,15 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     if len(patterns) == 1:
         blank = _blank_grid("run", runs, edges, is_frequency)
         return tuple(
-            _filled(blank, cells, cells.runs, cells.places[:, 0], n_runs=1) for cells in own
+            _filled(blank, cells, cells.runs, cells.places[:, 0], n_runs=1) for cells in gap_maps
         )
     of_patterns = any(name.startswith("m=") for name in patterns)
     blank = _blank_grid(
         "sensor pattern" if of_patterns else "motion or sensor", patterns, edges, is_frequency
     )
     return tuple(
-        _filled(blank, cells, cells.patterns, cells.places[:, 1], n_runs=len(runs)) for cells in own
+        _filled(blank, cells, cells.patterns, cells.places[:, 1], n_runs=len(runs))
+        for cells in gap_maps
     )
 
 
@@ -120,14 +110,14 @@ def _filled(
 
     `names` hold those of the rows, `name_of` the number of every cell's among them.
     """
-    row_of_name = np.array([_place(blank.rows, name) for name in names], dtype=np.int64)
-    place = np.ravel_multi_index(
+    row_of_name = np.array([_row_number(blank.rows, name) for name in names], dtype=np.int64)
+    number = np.ravel_multi_index(
         (row_of_name[name_of], _columns(cells, blank.edges, blank.is_frequency)), blank.rms.shape
     )
 
     def sums(values: FloatArray) -> FloatArray:
         """Sums of the cells' values by row and column."""
-        flat = np.bincount(place, values, minlength=blank.rms.size)
+        flat = np.bincount(number, values, minlength=blank.rms.size)
         return np.asarray(flat.reshape(blank.rms.shape), dtype=np.float64)
 
     square = np.maximum(sums(cells.coherent / n_runs), 0.0)
@@ -139,7 +129,7 @@ def _filled(
     )
 
 
-def _place(rows: Sequence[str], name: str) -> int:
+def _row_number(rows: Sequence[str], name: str) -> int:
     """Place of a row; of names that no cell has any other, since nothing is counted there."""
     return rows.index(name) if name in rows else 0
 
@@ -192,14 +182,14 @@ def _frequency_edges(cells: GapMap) -> FloatArray:
     return np.append(starts - 0.5 * step, lines[-1] + 0.5 * step)
 
 
+_MAGNITUDE_MAP = "cividis"
+#: Cells within chance.
+_CHANCE = "#e6e9ed"
 #: Dynamic range of the colours of a gap map: at least one decade, at most three.
 _FEWEST = 10.0
 _MOST = 1e3
 #: Cells of a gap map above this share of the largest carry their number.
 _NUMBERED = 0.1
-#: Effects in the matrix of correlations at most; correlation from which a cell carries its number.
-MOST_EFFECTS = 12
-_NUMBERED_CORRELATION = 0.5
 #: Ratios below this are told apart on a logarithmic axis only.
 _SMALL_RATIO = 0.2
 
@@ -217,23 +207,9 @@ def colour_limits(*grids: GapGrid) -> tuple[float, float]:
 
 
 def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
-    """RMS of the gap by row and column, logarithmic colours.
+    """RMS of the gap by row and column, logarithmic colours between the limits.
 
-    Cells within chance are grey, those the map lacks white.
-
-    Parameters
-    ----------
-    grid : GapGrid
-        What is drawn.
-    limits : tuple of float
-        RMS at both ends of the colours; the same for maps that are compared.
-    unit : str
-        Unit of the channels.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Heat map with its scale below.
+    Cells within chance are grey, those the map lacks white. Compared maps share the limits.
     """
     from matplotlib.colors import ListedColormap, LogNorm
     from matplotlib.figure import Figure
@@ -248,14 +224,14 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
     lines = np.arange(len(grid.rows) + 1) - 0.5
     known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
     panel.pcolormesh(
-        grid.edges, lines, known, cmap=ListedColormap([CHANCE]), edgecolors="white", linewidth=0.3
+        grid.edges, lines, known, cmap=ListedColormap([_CHANCE]), edgecolors="white", linewidth=0.3
     )
     image = panel.pcolormesh(
         grid.edges,
         lines,
         np.ma.masked_invalid(shown),
         norm=norm,
-        cmap=MAGNITUDE_MAP,
+        cmap=_MAGNITUDE_MAP,
         edgecolors="white",
         linewidth=0.3,
     )
@@ -311,20 +287,7 @@ def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) 
 
 
 def selection_figure(reduction: GapReduction) -> "Figure":
-    """Held-out rho as the accepted effects are added in turn, with intervals.
-
-    Beside it negative control, black-box reference and noise floor as lines.
-
-    Parameters
-    ----------
-    reduction : GapReduction
-        Steps and the levels of the lines.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One row for each step.
-    """
+    """Held-out rho as the accepted effects are added in turn, with intervals and noise floor."""
     from matplotlib.figure import Figure
 
     rho = np.array([step.rho for step in reduction.steps])

@@ -89,21 +89,21 @@ def where_text(diagnosis: Diagnosis) -> str:
     if diagnosis.gap is None:
         return _NOT_DIAGNOSED
     findings = diagnosis.gap.findings
-    return joined("; ", (place_words(findings), beside_words(findings, diagnosis.unit))).plain
+    return joined("; ", (place_words(findings), further_words(findings, diagnosis.unit))).plain
 
 
 def place_words(findings: GapFindings) -> Phrase:
     """Largest parts of the gap with their shares, or that no part is significant."""
-    parts = [finding for finding in findings.where if finding.kind != SMALL_ORDER]
-    if not parts:
+    largest = [finding for finding in findings.where if finding.kind != SMALL_ORDER]
+    if not largest:
         return phrase(_NOTHING[findings.numbered_by])
-    first, *others = parts
-    sentences = [_part_words(first, "of the gap ", findings.parity)]
-    sentences += [_part_words(part, "", findings.parity) for part in others]
+    first, *others = largest
+    sentences = [_finding_words(first, "of the gap ", findings.parity)]
+    sentences += [_finding_words(finding, "", findings.parity) for finding in others]
     return joined("; ", sentences)
 
 
-def beside_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> Phrase:
+def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> Phrase:
     """What is said beside the largest parts: small orders, scatter and drift.
 
     Orders of a share below `smallest_order` are not said.
@@ -131,7 +131,7 @@ def parity_words(parity: str) -> str:
     return ({"": ""} | _PARITIES | _NO_PARITIES)[parity]
 
 
-def _part_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+def _finding_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
     """One of the largest parts with its share."""
     return _SENTENCES[finding.kind](finding, of_the_gap, parity)
 

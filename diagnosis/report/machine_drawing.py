@@ -24,29 +24,15 @@ _BODY, _EDGE = "#e6e9ed", "#57606a"
 _PIN_CIRCLE, _PIN = 0.75, 0.13
 #: The largest gap is drawn this large, over the radius of the rim.
 _PATTERN = 0.16
-Sizes = Mapping[str, tuple[float, float]]
+_Sizes = Mapping[str, tuple[float, float]]
 
 
 def machine_figure(
     campaign: Campaign, signals: SignalComparison, unit: str, pattern: int | None
 ) -> "Figure":
-    """The machine with its sensors; beside each the gap before and after.
+    """The machine with its sensors, out of scale; beside each the gap before and after.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Channels and rig.
-    signals : SignalComparison
-        Measured and simulated.
-    unit : str
-        Unit of the channels.
-    pattern : int, optional
-        Circumferential waves of the largest part of the gap at the rim of a carrier.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Out of scale.
+    `pattern` is the number of circumferential waves of the largest part of the gap at the rim.
     """
     from matplotlib.figure import Figure
 
@@ -65,7 +51,7 @@ def machine_figure(
     return figure
 
 
-def _size_words(name: str, sizes: Sizes, unit: str) -> str:
+def _size_words(name: str, sizes: _Sizes, unit: str) -> str:
     """Name of a channel and its gap, ``s047: 171 to 12 µm``."""
     if name not in sizes:
         return name
@@ -197,7 +183,7 @@ def _rim_pattern(axes: "Axes", campaign: Campaign, signals: SignalComparison, wa
 
 #: Places of the sensors, seen downwind (starboard, +y, on the left): sensor to place and direction;
 #: axial ones look out of the page.
-_PLACES = {
+_SENSOR_POSITIONS = {
     "ssz": ((-1.0, 0.35), (0.0, 1.0)),
     "spz": ((1.0, 0.35), (0.0, 1.0)),
     "ssx": ((-1.0, -0.35), None),
@@ -231,10 +217,10 @@ def _mounting(axes: "Axes", campaign: Campaign, signals: SignalComparison, unit:
             color=_EDGE,
         )
     for channel in campaign.channels:
-        place, direction = _PLACES[channel.sensor or "sbx"]
-        at = np.array(place)
+        position, direction = _SENSOR_POSITIONS[channel.sensor or "sbx"]
+        at = np.array(position)
         if direction is None:
-            axes.add_patch(Circle(place, 0.09, facecolor="white", edgecolor=GREY, linewidth=0.8))
+            axes.add_patch(Circle(position, 0.09, facecolor="white", edgecolor=GREY, linewidth=0.8))
         else:
             reach = 0.3 * np.array(direction)
             arrow = {"arrowstyle": "<->", "color": GREY}

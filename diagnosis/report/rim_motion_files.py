@@ -20,8 +20,8 @@ from carrierflex.identification.campaign.campaign import Campaign
 FloatArray = NDArray[np.float64]
 
 RIM_MOTION_FILE = "rim_motion.json"
-FORMAT = "carrierflex-rim-motion"
-VERSION = 1
+_FORMAT = "carrierflex-rim-motion"
+_VERSION = 1
 #: Every so many samples of the mean turn are written: 90 a turn, and its highest order is 12.
 _STEP = 2
 #: Digits of the samples: a millionth of the signal.
@@ -93,11 +93,11 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
         return None
     channels = {channel.name: channel for channel in campaign.channels}
     after: list[Any] = list(diagnosis.signals.after) or [None] * len(diagnosis.signals.before)
-    kept = _kept_runs(campaign)
+    chosen = _chosen_runs(campaign)
     signals = []
     for before, with_effects in zip(diagnosis.signals.before, after, strict=True):
         channel = channels[before.channel]
-        if channel.angle is None or before.run not in kept:
+        if channel.angle is None or before.run not in chosen:
             continue
         one_turn = slice(0, before.x.size - 1, _STEP)
         signals.append(
@@ -121,7 +121,7 @@ def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
     )
 
 
-def _kept_runs(campaign: Campaign) -> set[str]:
+def _chosen_runs(campaign: Campaign) -> set[str]:
     """Names of the runs that are kept: the first of every condition, then the second of each."""
     most = max(1, _MOST_SIGNALS // len(campaign.channels))
     met: dict[str, int] = {}
@@ -139,8 +139,8 @@ def write_rim_motion(path: Path, motion: RimMotion) -> None:
     save_json(
         path,
         {
-            "format": FORMAT,
-            "version": VERSION,
+            "format": _FORMAT,
+            "version": _VERSION,
             "campaign": motion.campaign,
             "unit": motion.unit,
             "n_planets": motion.n_planets,
@@ -179,11 +179,11 @@ def read_rim_motion(path: Path) -> RimMotion:
     """
     document = read_json(path, f"a {RIM_MOTION_FILE}", _MOST_BYTES)
     name = document.get("format") if isinstance(document, dict) else None
-    if name != FORMAT:
-        raise ValueError(f"{path}: key 'format' is {shown(name)}; expected '{FORMAT}'")
-    if document.get("version") != VERSION:
+    if name != _FORMAT:
+        raise ValueError(f"{path}: key 'format' is {shown(name)}; expected '{_FORMAT}'")
+    if document.get("version") != _VERSION:
         raise ValueError(
-            f"{path}: key 'version' is {shown(document.get('version'))}; expected {VERSION}: "
+            f"{path}: key 'version' is {shown(document.get('version'))}; expected {_VERSION}: "
             "update carrierflex"
         )
     try:

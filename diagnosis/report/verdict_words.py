@@ -33,7 +33,7 @@ _LEAST_SHOWN = 0.005
 _SMALLEST = 1e-300
 
 
-def share_words(value: float) -> str:
+def _share_words(value: float) -> str:
     """Share in per cent, never above 100 and never below 0."""
     if value != value:
         return "–"
@@ -43,16 +43,18 @@ def share_words(value: float) -> str:
     return f"{100.0 * inside:.1f} %" if 0.99 <= inside < 0.9995 else f"{100.0 * inside:.0f} %"
 
 
-def class_names(answer: ClassAnswer) -> str:
+def _class_names(answer: ClassAnswer) -> str:
     """Classes of an answer in words."""
     return " and ".join(plain_name(name) for name in answer.ids)
 
 
-def lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
+def _lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
     """What a simulation lacks: named effects, and the classes that none of them follows."""
     if not effects:
-        return f"{class_names(answer)}, by no law of the library"
-    by_law = {own.id for own in answer.classes if own.law_named and own.law in effects}
+        return f"{_class_names(answer)}, by no law of the library"
+    by_law = {
+        finding.id for finding in answer.classes if finding.law_named and finding.law in effects
+    }
     laws = " and ".join(plain_name(effect) for effect in effects)
     others = [plain_name(name) for name in answer.ids if name not in by_law]
     return f"{laws}, and {' and '.join(others)}" if others else laws
@@ -70,8 +72,8 @@ def class_sentence(answer: ClassAnswer | None) -> str:
         best = " and ".join(plain_name(name) for name in answer.best)
         which = f"the best ({best})" if best else "the best"
         return (
-            f"No class of effect is named: {which} explains {share_words(answer.share)} of the "
-            f"gap, all together {share_words(max(answer.learnable, answer.share))}."
+            f"No class of effect is named: {which} explains {_share_words(answer.share)} of the "
+            f"gap, all together {_share_words(max(answer.learnable, answer.share))}."
         )
     first, *others = (_finding_words(finding, answer) for finding in answer.classes)
     text = ". ".join([first, *(text[:1].upper() + text[1:] for text in others)])
@@ -89,10 +91,10 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
         (share for name, share in answer.rivals.items() if name not in answer.ids), default=0.0
     )
     alone = len(answer.classes) == 1
-    beside = f"; next class {share_words(rival)}" if alone else ""
+    next_class = f"; next class {_share_words(rival)}" if alone else ""
     # What is named is not nothing: a second cause may add as little as it harms alone.
     share = max(finding.share, _SMALLEST)
-    text = f"{plain_name(finding.id)} ({share_words(share)}{beside})"
+    text = f"{plain_name(finding.id)} ({_share_words(share)}{next_class})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
     return f"{text}; {_law_words(finding, answer)}"
@@ -102,14 +104,16 @@ def _law_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     """Law of a class: named, or the nearest with its part of the class."""
     if not finding.law:
         return "no law of the library lies in this class"
-    part = finding.law_share / finding.share if finding.share > 0.0 else float("nan")
+    share = finding.law_share / finding.share if finding.share > 0.0 else float("nan")
     if finding.law_named:
         # A surface of deflection and speed holds the laws of one of them: there is more in it.
-        own = answer.classes_of_law.get(finding.law, (finding.id,))[0]
-        is_part = finding.id == FORCE_SURFACE and own != finding.id
+        class_of_law = answer.classes_of_law.get(finding.law, (finding.id,))[0]
+        is_component = finding.id == FORCE_SURFACE and class_of_law != finding.id
         name = plain_name(finding.law)
-        return f"{name} is the part of it that a law follows" if is_part else f"it follows {name}"
-    return f"no law of the library, nearest {plain_name(finding.law)} {share_words(part)} of it"
+        return (
+            f"{name} is the part of it that a law follows" if is_component else f"it follows {name}"
+        )
+    return f"no law of the library, nearest {plain_name(finding.law)} {_share_words(share)} of it"
 
 
 def remaining_words(answer: ClassAnswer | None) -> str:
@@ -121,28 +125,28 @@ def remaining_words(answer: ClassAnswer | None) -> str:
     rest = max(1.0 - share - answer.beyond_learnable, 0.0)
     text = (
         f"Of the gap above the floor on held-out records the nearest laws explain "
-        f"{share_words(law)}, the class beyond them {share_words(share - law)}; "
-        f"{share_words(answer.beyond_learnable)} could still be learnt by another class"
+        f"{_share_words(law)}, the class beyond them {_share_words(share - law)}; "
+        f"{_share_words(answer.beyond_learnable)} could still be learnt by another class"
     )
     if answer.learnt_by:
         text += f" ({', '.join(plain_name(name) for name in answer.learnt_by)})"
-    return f"{text}; {share_words(rest)} by none."
+    return f"{text}; {_share_words(rest)} by none."
 
 
-class RivalRow(NamedTuple):
+class _RivalRow(NamedTuple):
     """Row of the table of classes."""
 
     name: str
     share: str
 
 
-def rival_rows(answer: ClassAnswer | None) -> list[RivalRow]:
+def rival_rows(answer: ClassAnswer | None) -> list[_RivalRow]:
     """Other classes alone, largest first."""
     if answer is None:
         return []
     ordered = sorted(answer.rivals.items(), key=lambda item: -item[1])
     return [
-        RivalRow(plain_name(name), share_words(share))
+        _RivalRow(plain_name(name), _share_words(share))
         for name, share in ordered[:_MOST_RIVALS]
         if share >= _LEAST_RIVAL
     ]
@@ -172,25 +176,14 @@ _MEANINGS = {
 
 
 def verdict_heading(diagnosis: Diagnosis) -> str:
-    """Verdict as one sentence with the effects in it.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Result of the diagnosis.
-
-    Returns
-    -------
-    str
-        For example ``The simulation lacks cubic stiffness, and something more``.
-    """
+    """Verdict as one sentence: ``The simulation lacks cubic stiffness, and something more``."""
     answer = diagnosis.classes
     if answer is not None and answer.classes:
         if diagnosis.verdict == CLASS_NAMED:
-            lacking = lacking_words(answer, diagnosis.attribution.effects)
+            lacking = _lacking_words(answer, diagnosis.attribution.effects)
             return f"The simulation lacks {lacking}"
         if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
-            return f"The simulation lacks {class_names(answer)}, or what looks the same here"
+            return f"The simulation lacks {_class_names(answer)}, or what looks the same here"
     if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
         return "These records show that an effect is missing, not which one"
     return _HEADINGS[diagnosis.verdict].format(
@@ -223,18 +216,7 @@ _WORTH = 0.05
 
 
 def next_step(diagnosis: Diagnosis) -> str:
-    """What to do next.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Result of the diagnosis.
-
-    Returns
-    -------
-    str
-        For example ``Put carrier tilt into the simulation, with the values below.``
-    """
+    """What to do next, such as ``Put carrier tilt into the simulation``."""
     names = listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     experiment = experiment_text(diagnosis)
     if diagnosis.verdict == NOT_DIAGNOSABLE:
@@ -242,7 +224,7 @@ def next_step(diagnosis: Diagnosis) -> str:
     if diagnosis.warnings:
         first = diagnosis.warnings[0]
         return f"First check {first.about}: {first.remedy}. {_by_verdict(diagnosis, names)}".strip()
-    return " ".join(part for part in (_by_verdict(diagnosis, names), experiment) if part)
+    return " ".join(text for text in (_by_verdict(diagnosis, names), experiment) if text)
 
 
 def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
@@ -261,16 +243,16 @@ def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
     if diagnosis.verdict == CLASS_NAMED and answer is not None:
         if not any(finding.shape or finding.measured_law for finding in answer.classes):
             return (
-                f"Look for the source of {class_names(answer)} in the machine and in the measuring "
-                "chain: no law of the library has it."
+                f"Look for the source of {_class_names(answer)} in the machine and in the "
+                "measuring chain: no law of the library has it."
             )
         if not any(finding.measured_law for finding in answer.classes):
             return (
-                f"Look for what makes {class_names(answer)}: its measured shape is below, and no "
+                f"Look for what makes {_class_names(answer)}: its measured shape is below, and no "
                 "law of the library follows it."
             )
         return (
-            f"Take the measured shape of {class_names(answer)} into the simulation "
+            f"Take the measured shape of {_class_names(answer)} into the simulation "
             "(diagnose --save-law), or find the law that has it."
         )
     if diagnosis.verdict == AT_NOISE_FLOOR:

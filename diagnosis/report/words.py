@@ -72,10 +72,10 @@ def phrase(text: str) -> Phrase:
 
 def joined(separator: str, phrases: Iterable[Phrase]) -> Phrase:
     """Phrases that say anything, with a separator between them."""
-    said = [part for part in phrases if part]
+    said = [item for item in phrases if item]
     return Phrase(
-        separator.join(part.plain for part in said),
-        Markup(separator).join(part.markup for part in said),
+        separator.join(item.plain for item in said),
+        Markup(separator).join(item.markup for item in said),
     )
 
 
@@ -94,13 +94,13 @@ def in_scientific_notation(number: str) -> Phrase:
     return Phrase(number, Markup("{}·{}").format(mantissa, raised))
 
 
-def unit_phrase(unit: str) -> Phrase:
+def _unit_phrase(unit: str) -> Phrase:
     """Unit with its powers raised: ``N s^2/m^3``."""
     first, *others = unit.split("^")
     markup = escape(first)
-    for part in others:
-        rest = part.lstrip("-.0123456789")
-        exponent = part[: len(part) - len(rest)]
+    for item in others:
+        rest = item.lstrip("-.0123456789")
+        exponent = item[: len(item) - len(rest)]
         markup += Markup("<sup>{}</sup>{}").format(exponent.replace("-", "−"), rest)
     return Phrase(unit, markup)
 
@@ -191,16 +191,8 @@ _OF_CLOSED_PINS = {
 }
 
 
-def parameter_words(effect: str, name: str) -> str:
-    """What a parameter is, in words: ``tilt of the carrier``.
-
-    Parameters
-    ----------
-    effect : str
-        Its owner; some symbols mean something else in another effect.
-    name : str
-        Its published symbol.
-    """
+def _parameter_words(effect: str, name: str) -> str:
+    """What a parameter is, in words: ``tilt of the carrier``."""
     if effect in _DELAYS:
         return "delay"
     if effect == "pin_clearance":
@@ -228,14 +220,8 @@ def parameter_words(effect: str, name: str) -> str:
     return words
 
 
-def shown_unit(name: str, unit: str) -> tuple[float, str]:
-    """Factor to the unit that an engineer uses for a parameter, and that unit.
-
-    Examples
-    --------
-    >>> shown_unit("phi_PLC", "rad"), shown_unit("s_y", "m/N")
-    ((1000.0, 'mrad'), (100000000000.0, 'µm per 100 kN'))
-    """
+def _shown_unit(name: str, unit: str) -> tuple[float, str]:
+    """Factor to the unit that an engineer uses for a parameter, and that unit."""
     if unit == "rad" and name.startswith(_DIRECTIONS):
         return 180.0 / math.pi, "deg"
     return _SHOWN.get(unit, (1.0, unit))
@@ -310,16 +296,16 @@ def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
     return ["0" if abs(value) < _NOTHING else number(factor * value) for value in values], shown
 
 
-class CellRow(NamedTuple):
+class _CellRow(NamedTuple):
     """Row of a table of parts of the gap: one place in all runs in which it stands out."""
 
-    place: str
+    position: str
     runs: str
     share: float
     rms: float
 
 
-def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> list[CellRow]:
+def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> list[_CellRow]:
     """Cells of one place merged over the runs, largest share first.
 
     The share is the sum, the RMS that over the runs.
@@ -329,30 +315,17 @@ def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> 
         before = f"{cell.channel_pattern}, " if many_channels else ""
         groups.setdefault(before + position_of(cell.order, cell.frequency_hz), []).append(cell)
     rows = []
-    for place, members in groups.items():
+    for position, members in groups.items():
         runs = list(dict.fromkeys(cell.run for cell in members))
         named = "every run" if len(runs) == n_runs > 1 else ", ".join(runs)
         mean_square = sum(cell.mean_square for cell in members) / len(members)
         share = sum(cell.share for cell in members)
-        rows.append(CellRow(place, named, share, math.sqrt(max(mean_square, 0.0))))
+        rows.append(_CellRow(position, named, share, math.sqrt(max(mean_square, 0.0))))
     return sorted(rows, key=lambda row: -row.share)[:_MOST_ROWS]
 
 
 def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
-    """Factor and unit that show a size with few digits: ``2e-4 m`` as 200 µm.
-
-    Parameters
-    ----------
-    largest : float
-        Size to be shown.
-    unit : str
-        Its unit; only a plain symbol takes a prefix.
-
-    Returns
-    -------
-    tuple of (float, str)
-        What values are multiplied by, and the unit they then have.
-    """
+    """Factor and unit that show a size with few digits: ``2e-4 m`` as 200 µm."""
     if (
         not re.fullmatch(r"[A-Za-z]+(/s)?", unit)
         or not 0.0 < largest < float("inf")
@@ -376,18 +349,9 @@ def sized(value: float, unit: str) -> str:
 
 
 def with_error(value: float, std: float) -> tuple[Phrase, Phrase]:
-    """Value and standard deviation, both to the second digit of the latter, under one power of ten.
+    """Value and standard deviation to the second digit of the latter, under one power of ten.
 
-    Parameters
-    ----------
-    value, std : float
-        Value and its standard deviation.
-
-    Returns
-    -------
-    tuple of Phrase
-        For example ``3.942`` and ``0.013``, or ``5.80e-4`` and ``0.10e-4``; "not determined" where
-        the error is not a number or beyond all bounds.
+    For example ``5.80e-4`` and ``0.10e-4``; "not determined" where the error is beyond all bounds.
     """
     if not math.isfinite(value):
         return phrase(UNKNOWN), phrase(UNKNOWN)
@@ -406,7 +370,7 @@ def with_error(value: float, std: float) -> tuple[Phrase, Phrase]:
     return in_scientific_notation(value_text), in_scientific_notation(error_text)
 
 
-class ParameterRow(NamedTuple):
+class _ParameterRow(NamedTuple):
     """Row of the table of parameters."""
 
     effect: str
@@ -417,7 +381,7 @@ class ParameterRow(NamedTuple):
     unit: Phrase
 
 
-def parameter_rows(diagnosis: Diagnosis) -> list[ParameterRow]:
+def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
     """Every parameter in engineers' units, those of the named effects first."""
     which = diagnosis.attribution
     order = sorted(which.parameters, key=lambda effect: effect not in which.effects)
@@ -428,10 +392,12 @@ def parameter_rows(diagnosis: Diagnosis) -> list[ParameterRow]:
     ]
 
 
-def _parameter_row(effect: str, name: str, named: NamedValue) -> ParameterRow:
-    factor, unit = shown_unit(name, named.unit)
+def _parameter_row(effect: str, name: str, named: NamedValue) -> _ParameterRow:
+    factor, unit = _shown_unit(name, named.unit)
     value, std = with_error(factor * named.value, factor * named.std)
-    return ParameterRow(effect, parameter_words(effect, name), name, value, std, unit_phrase(unit))
+    return _ParameterRow(
+        effect, _parameter_words(effect, name), name, value, std, _unit_phrase(unit)
+    )
 
 
 def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
@@ -441,7 +407,7 @@ def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
     return ranked.refused or "passes every rule"
 
 
-def beside_named(effects: Effects, named: Effects) -> str:
+def compared_with_named(effects: Effects, named: Effects) -> str:
     """Set of effects, told by its difference from the named one where both are long."""
     common = [effect for effect in effects if effect in named]
     if len(named) < 2 or set(effects) == set(named) or len(common) < 2:
@@ -478,23 +444,23 @@ def beyond_chance(rows: Sequence[_Row]) -> list[_Row]:
     return [row for row in rows if row.p_value < SIGNIFICANCE][:_MOST_BEYOND]
 
 
-class GrowthRow(NamedTuple):
+class _GrowthRow(NamedTuple):
     """Row of the table of amplitude-scaling exponents."""
 
-    part: str
+    item: str
     frame: str
     condition: str
     exponent: Exponent
 
 
-def growth_rows(growth: Sequence[PartGrowth]) -> list[GrowthRow]:
+def growth_rows(growth: Sequence[PartGrowth]) -> list[_GrowthRow]:
     """Every exponent that is determined, at most twelve rows."""
     rows = []
-    for part in growth:
-        order = f", order {part.order:g}" if math.isfinite(part.order) else ""
+    for item in growth:
+        order = f", order {item.order:g}" if math.isfinite(item.order) else ""
         rows += [
-            GrowthRow(part.channel_pattern + order, part.frame or UNKNOWN, condition, exponent)
-            for condition, exponent in part.exponents.items()
+            _GrowthRow(item.channel_pattern + order, item.frame or UNKNOWN, condition, exponent)
+            for condition, exponent in item.exponents.items()
             if math.isfinite(exponent.value)
             and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
         ]
@@ -510,7 +476,7 @@ def p_value(value: float) -> Phrase:
     return in_scientific_notation(f"{value:.1g}")
 
 
-class ScatterRow(NamedTuple):
+class _ScatterRow(NamedTuple):
     """Row of the table of what does not repeat; RMS of measured, simulated and noise."""
 
     cell: str
@@ -519,7 +485,7 @@ class ScatterRow(NamedTuple):
     p_value: float
 
 
-def scatter_rows(cells: Sequence[NonSynchronousCell], unit: str) -> tuple[list[ScatterRow], str]:
+def scatter_rows(cells: Sequence[NonSynchronousCell], unit: str) -> tuple[list[_ScatterRow], str]:
     """What does not repeat beyond chance, all sizes in one unit, and that unit.
 
     The mean squares may be slightly negative above a subtracted noise.
@@ -532,7 +498,9 @@ def scatter_rows(cells: Sequence[NonSynchronousCell], unit: str) -> tuple[list[S
     )
     table = []
     for number_of_row, row in enumerate(rows):
-        place = "off the orders" if row.order is None else f"order {row.order:g}"
-        own = sizes[3 * number_of_row : 3 * number_of_row + 3]
-        table.append(ScatterRow(f"{row.channel_pattern}, {place}", row.run, own, row.p_value))
+        position = "off the orders" if row.order is None else f"order {row.order:g}"
+        row_sizes = sizes[3 * number_of_row : 3 * number_of_row + 3]
+        table.append(
+            _ScatterRow(f"{row.channel_pattern}, {position}", row.run, row_sizes, row.p_value)
+        )
     return table, shown

@@ -11,7 +11,7 @@ import pytest
 from numba import njit
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.comparison.effect_cards import ENTRY_POINT_GROUP
+from carrierflex.diagnosis.comparison.effect_cards import _ENTRY_POINT_GROUP
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.mounting.problem import mounting_problem
@@ -44,14 +44,16 @@ def blocks_of(language):
 @pytest.fixture
 def documented_package(tmp_path, monkeypatch):
     """The package of the page, installed: its modules and its entry points on the path."""
-    (project,) = (tomllib.loads(block) for block in blocks_of("toml") if ENTRY_POINT_GROUP in block)
+    (project,) = (
+        tomllib.loads(block) for block in blocks_of("toml") if _ENTRY_POINT_GROUP in block
+    )
     for block in blocks_of("python"):
         name = re.match(r"# (\w+\.py)\n", block)[1]
         (tmp_path / name).write_text(block, encoding="utf-8")
-    points = project["project"]["entry-points"][ENTRY_POINT_GROUP]
+    points = project["project"]["entry-points"][_ENTRY_POINT_GROUP]
     metadata = tmp_path / "rig_effects-0.1.dist-info"
     metadata.mkdir()
-    lines = [f"[{ENTRY_POINT_GROUP}]", *(f"{name} = {target}" for name, target in points.items())]
+    lines = [f"[{_ENTRY_POINT_GROUP}]", *(f"{name} = {target}" for name, target in points.items())]
     (metadata / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
     head = "Metadata-Version: 2.1\nName: rig-effects\nVersion: 0.1\n"
     (metadata / "METADATA").write_text(head, encoding="utf-8")

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.carrier.misread import rigs_of_curve_errors
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.inference.named_values import misread_moves, published_values
+from carrierflex.diagnosis.inference.named_values import _misread_moves, published_values
 from carrierflex.identification.campaign.declarations import InputSignal
 from carrierflex.simulation.sensing import delayed_angle
 from tests.diagnosis.carrier.carrier_twin import (
@@ -75,7 +75,7 @@ def test_misread_signals_move_the_fit_as_declared_errors_say(campaign):
     problem = carrier_problem(campaign, CURVES)
     fit = fit_effects(problem, EFFECT)
     misreading = problem.misreading(EFFECT, fit.theta)
-    moves = misread_moves(fit, misreading.scores)
+    moves = _misread_moves(fit, misreading.scores)
     number = {(error.signal, error.part.value): e for e, error in enumerate(misreading.errors)}
     for what, key in (
         ("torque", ("torque", "gain")),
@@ -97,7 +97,7 @@ def test_misread_signals_move_the_fit_as_declared_errors_say(campaign):
 def _moved(problem, effects, row):
     """Moves of a fit in scales of its parameters, and those scales."""
     fit = fit_effects(problem, effects)
-    moves = misread_moves(fit, problem.misreading(effects, fit.theta).scores[row][None])[0]
+    moves = _misread_moves(fit, problem.misreading(effects, fit.theta).scores[row][None])[0]
     return fit, moves, np.array([parameter.scale for parameter in fit.parameters])
 
 
@@ -135,7 +135,7 @@ def test_waves_of_a_curve_that_are_off_move_the_fit_as_a_fit_with_such_curves_do
         again = fit_effects(carrier_problem(campaign, rig.curves), ("ring_pass",))
         changes.append((again.theta - fit.theta) / scale)
     shown = [change for change in changes if np.abs(change).max() > 1e-5]
-    moves = misread_moves(fit, misreading.scores) / scale
+    moves = _misread_moves(fit, misreading.scores) / scale
     # Orders 6 and 9 of flexible pins under torque; those of a single pin are in no column.
     assert len(moves) == len(shown) == 2
     for move, change in zip(moves, shown, strict=True):

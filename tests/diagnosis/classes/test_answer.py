@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.answer import class_decision, classes_of_law
+from carrierflex.diagnosis.classes.answer import _classes_of_law, class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
@@ -150,4 +150,4 @@ def test_a_law_that_draws_a_part_of_its_class_has_the_share_that_it_explains_its
 def test_a_law_is_told_with_every_class_that_holds_it_in_their_order():
     table = toy_table(A, COLUMNS, laws={"a": A, "b": B})
     shared = {**table.laws, "c": table.laws["a"]}
-    assert classes_of_law(replace(table, laws=shared)) == {"law_a": ("a", "c"), "law_b": ("b",)}
+    assert _classes_of_law(replace(table, laws=shared)) == {"law_a": ("a", "c"), "law_b": ("b",)}

@@ -15,7 +15,7 @@ from carrierflex.diagnosis.classes.held_out import (
     ClassModel,
     ClassScores,
     HeldOutSquares,
-    class_model,
+    _class_model,
     coefficients,
     products_of,
     squares_left,
@@ -254,10 +254,10 @@ def test_weights_of_one_sign_do_not_fit_the_other_sign():
     signed = replace(
         table, groups=table.groups | {"a": ColumnGroup(places, np.eye(places.size), True)}
     )
-    model = class_model(signed, ("a",), (0.0,), jitter=0.0)
+    model = _class_model(signed, ("a",), (0.0,), jitter=0.0)
     c = coefficients(products_of(signed.total, model), model)
     assert_allclose(c[1:], 0.0, atol=1e-12)
-    free = class_model(table, ("a",), (0.0,), jitter=0.0)
+    free = _class_model(table, ("a",), (0.0,), jitter=0.0)
     c = coefficients(products_of(table.total, free), free)
     assert (c[1:] < 0.0).all()
     # The products give the same squares as the samples.

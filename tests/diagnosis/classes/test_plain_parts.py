@@ -7,7 +7,7 @@ import pytest
 
 from carrierflex.diagnosis.classes.answer import class_decision
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.decision import plain_first
+from carrierflex.diagnosis.classes.decision import _plain_first
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shares import Shares
@@ -44,7 +44,7 @@ def asked(answer, bent, straight):
     scores = ClassScores(table, LIMITS, {names: held(floors) for names, floors in bent.items()})
     scores.plain.known.update({names: held(floors) for names, floors in straight.items()})
     shares = Shares(held(101.0).squares, table.floor, LIMITS)
-    return plain_first(scores, shares, answer, ("a", "b", "c"))
+    return _plain_first(scores, shares, answer, ("a", "b", "c"))
 
 
 BENT = {("a",): 4.0}

@@ -7,9 +7,9 @@ import pytest
 
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shape_decision import (
-    best_of_shapes,
+    _best_of_shapes,
+    _is_equal,
     decide_by_shape,
-    is_equal,
     is_no_clear_gain,
     rivals_of,
     simplest,
@@ -174,7 +174,7 @@ def test_a_kind_may_take_a_simpler_way_wherever_the_richer_one_is_no_clear_gain(
     sizes = {"tilt/all": 6}
     causes = {"tilt": 100.0}
     assert decided(causes, ways, sizes=sizes).classes == ("tilt/all",)
-    assert decided(causes, ways, sizes=sizes, as_good=is_equal).classes == ("tilt/all",)
+    assert decided(causes, ways, sizes=sizes, as_good=_is_equal).classes == ("tilt/all",)
     found = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
     assert found.classes == ("tilt/one",)
     ways["tilt/one"] = {"tilt": 0.16}
@@ -194,7 +194,7 @@ def test_every_member_is_replaced_beside_the_others():
     sizes = {"tilt/load": 2, "wear/load": 3}
     scores, shares = known_scores(causes, classes)
     sizes = {name: sizes.get(name, 1) for name in classes}
-    named = simplest(scores, shares, ("tilt/load", "wear/load"), sizes, is_equal)
+    named = simplest(scores, shares, ("tilt/load", "wear/load"), sizes, _is_equal)
     # Tilt goes first: without its load that of wear must stay.
     assert named == ("tilt/one", "wear/load")
     assert decide_by_shape(scores, shares, sizes).classes == named
@@ -204,7 +204,7 @@ def test_a_mixture_goes_where_the_causes_themselves_are_in():
     # What looks most like all three is not one of them.
     causes = {"tilt": 60.0, "wear": 40.0, "play": 40.0}
     classes = {"mixture/one": {"tilt": 0.5, "wear": 0.25, "play": 0.15}, **shown(causes)}
-    assert best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "mixture/one"
+    assert _best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "mixture/one"
     assert decided(causes, classes).classes == ("play/one", "tilt/one", "wear/one")
 
 
@@ -233,7 +233,7 @@ def test_the_best_class_of_every_shape_the_best_shape_first():
     }
     scores, shares = known_scores(causes, classes)
     ordered = ["map/of/tilt/one", "wear/two", "map/of/play/one"]
-    assert best_of_shapes(scores, classes) == ordered
+    assert _best_of_shapes(scores, classes) == ordered
     decision = decide_by_shape(scores, shares, dict.fromkeys(classes, 1))
     assert decision.classes == ("map/of/tilt/one", "wear/two")
     assert rivals_of(scores, decision, classes) == ["map/of/play/one"]
@@ -301,7 +301,7 @@ def test_a_way_that_imitates_a_cause_gives_way_once_that_cause_has_a_class():
         "tilt/both": {"tilt": 0.2, "wear": 0.2},
         "wear/one": {"wear": 0.0},
     }
-    assert best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "tilt/both"
+    assert _best_of_shapes(known_scores(causes, classes)[0], classes)[0] == "tilt/both"
     assert decided(causes, classes, chooses_anew=True).classes == ("tilt/own", "wear/one")
     assert decided(causes, classes).classes != ("tilt/own", "wear/one")
 
@@ -314,5 +314,5 @@ def test_a_further_shape_comes_in_the_way_that_is_best_beside_the_others():
         "wear/own": {"wear": 0.0},
         "wear/both": {"tilt": 0.1, "wear": 0.8},
     }
-    assert "wear/both" in best_of_shapes(known_scores(causes, classes)[0], classes)
+    assert "wear/both" in _best_of_shapes(known_scores(causes, classes)[0], classes)
     assert decided(causes, classes, chooses_anew=True).classes == ("tilt/one", "wear/own")

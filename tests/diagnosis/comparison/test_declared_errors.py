@@ -17,7 +17,7 @@ from carrierflex.diagnosis.comparison.known_physics import (
 from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
-from carrierflex.diagnosis.inference.named_values import misread_moves, prior_moves
+from carrierflex.diagnosis.inference.named_values import _misread_moves, _prior_moves
 from carrierflex.identification.campaign.declarations import Channel, InputSignal
 from carrierflex.simulation.measurement import Measurement
 from tests.diagnosis.element.element_campaigns import displacement_campaign
@@ -46,7 +46,7 @@ def _linear_fit(columns, target):
 def _moved(columns, target, fit):
     """Root of the sum of squares of the moves by a gain of each channel."""
     scores = STD * np.array([own.T @ signal for own, signal in zip(columns, target, strict=True)])
-    return np.sqrt((misread_moves(fit, scores) ** 2).sum(axis=0))
+    return np.sqrt((_misread_moves(fit, scores) ** 2).sum(axis=0))
 
 
 def test_alike_channels_share_their_gains_and_a_channel_alone_has_its_own():
@@ -87,13 +87,13 @@ def test_a_prior_that_the_records_contradict_is_an_error_as_large_as_its_pull():
         prior = Prior(np.array([weight]), zero, np.ones(1, dtype=bool))
         theta = np.array([5.0 * square / (square + weight)])
         drawn = replace(fit, theta=theta, prior=prior)
-        pull = prior_moves(drawn)[0, 0]
+        pull = _prior_moves(drawn)[0, 0]
         assert_allclose(pull, -theta[0] * weight / (square + weight), rtol=1e-9)
     # Records that tell the value alone: what the prior took away.
     prior = Prior(np.array([1e-3 * square]), zero, np.ones(1, dtype=bool))
     theta = np.array([5.0 / 1.001])
     assert_allclose(
-        prior_moves(replace(fit, theta=theta, prior=prior))[0, 0], theta[0] - 5.0, rtol=2e-3
+        _prior_moves(replace(fit, theta=theta, prior=prior))[0, 0], theta[0] - 5.0, rtol=2e-3
     )
 
 
@@ -117,7 +117,7 @@ def test_powers_of_an_element_are_the_case_of_one_channel(force, deflection):
         own.sums(effects, fit.theta, everything).full_right_side().sum(axis=0)
         for own in (problem, misread)
     ]
-    moves = misread_moves(fit, np.array([scores[1] - scores[0]]))[0]
+    moves = _misread_moves(fit, np.array([scores[1] - scores[0]]))[0]
     gains = DeclaredGains(force, deflection)
     powers = {"m": (1, -1, 2), "K1": (1, -1, 0), "C1": (1, -1, 1), "K3": (1, -3, 0)}
     for parameter, move, value in zip(fit.parameters, moves, fit.theta, strict=True):

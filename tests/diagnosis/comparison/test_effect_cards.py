@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 import carrierflex.diagnosis.comparison.effect_cards as effect_cards
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.comparison.effect_cards import (
-    ENTRY_POINT_GROUP,
+    _ENTRY_POINT_GROUP,
     EffectCard,
     EffectParameter,
     card_of_force,
@@ -49,7 +49,7 @@ def card(kind, law=None, parameters=None):
 def registered(monkeypatch, *cards):
     """Cards, or what else an entry point names, as if an installed package named them."""
     names = [f"point_{k}" for k in range(len(cards))]
-    entries = [EntryPoint(name, "module:attribute", ENTRY_POINT_GROUP) for name in names]
+    entries = [EntryPoint(name, "module:attribute", _ENTRY_POINT_GROUP) for name in names]
     named = dict(zip(names, cards, strict=True))
     monkeypatch.setattr(effect_cards, "entry_points", lambda group: entries)
     monkeypatch.setattr(EntryPoint, "load", lambda entry: named[entry.name])
@@ -236,7 +236,7 @@ def test_cards_that_cannot_serve_are_refused(monkeypatch):
 
 
 def test_an_entry_point_that_cannot_be_loaded_is_named(monkeypatch):
-    entry = EntryPoint("broken", "no_such_module_of_effects:CARD", ENTRY_POINT_GROUP)
+    entry = EntryPoint("broken", "no_such_module_of_effects:CARD", _ENTRY_POINT_GROUP)
     monkeypatch.setattr(effect_cards, "entry_points", lambda group: [entry])
     with pytest.raises(ValueError, match=r"^entry point 'broken' of .* cannot be loaded: No mod"):
         effect_library("element", ELEMENT_CARDS)

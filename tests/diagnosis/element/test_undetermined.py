@@ -10,7 +10,7 @@ from carrierflex.diagnosis.element.classes.fitted_force import force_derivatives
 from carrierflex.diagnosis.element.classes.laws import law_columns, shapes_of
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.inference.named_values import named_values, published_values
+from carrierflex.diagnosis.inference.named_values import _named_values, published_values
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
@@ -95,7 +95,7 @@ def test_many_frequencies_determine_mass_and_stiffness_as_before(by_force):
     problem = element_problem(campaign)
     fit = fit_effects(problem, ())
     values = published_values(problem, fit, floor_ratio=FLOOR_RATIO)
-    before = named_values(fit, few_blocks=True)["baseline"]["K1"]
+    before = _named_values(fit, few_blocks=True)["baseline"]["K1"]
     # A cause below the floor is small beside gains of 1 %.
     assert_allclose(values.parameters["baseline"]["K1"].std, before.std, rtol=0.03)
     assert values.undetermined == ()
@@ -159,7 +159,7 @@ def test_intervals_hold_the_truth_beside_a_hidden_second_cause():
             problem = element_problem(campaign)
             fit = fit_effects(problem, ("cubic_stiffness",))
             aware = published_values(problem, fit, floor_ratio=FLOOR_RATIO).parameters
-            for name, values in (("blind", named_values(fit, few_blocks=True)), ("aware", aware)):
+            for name, values in (("blind", _named_values(fit, few_blocks=True)), ("aware", aware)):
                 for effect, symbol, truth in (
                     ("baseline", "K1", STIFFNESS),
                     ("cubic_stiffness", "K3", CUBIC),

@@ -2,7 +2,8 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import Segment
-from carrierflex.diagnosis.inference.folds import extrapolation_fold, held_out_folds
+from carrierflex.diagnosis.inference.folds import held_out_folds
+from carrierflex.diagnosis.inference.gap_reduction import _extrapolation_fold
 from carrierflex.diagnosis.inference.held_out import reduction_draws
 from carrierflex.identification.estimation.resampling import two_level_counts
 
@@ -39,11 +40,11 @@ def test_runs_own_parameters_are_fitted_on_the_other_blocks_of_the_held_out_run(
 
 def test_extrapolation_leaves_out_the_largest_gap():
     parts = segments("ABC")
-    fold = extrapolation_fold(
+    fold = _extrapolation_fold(
         parts, [3.0 if segment.condition == "B" else 1.0 for segment in parts]
     )
     assert {parts[k].condition for k in np.flatnonzero(fold.held_out)} == {"B"}
-    assert extrapolation_fold(segments("A"), [1.0] * 4) is None
+    assert _extrapolation_fold(segments("A"), [1.0] * 4) is None
 
 
 def test_bootstrap_covers_the_ratio():

@@ -8,15 +8,15 @@ from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 from scipy.stats import t as student_t
 
-from carrierflex.diagnosis.comparison.known_physics import TAKEN_AS_EXACT, DeclaredGains
+from carrierflex.diagnosis.comparison.known_physics import _TAKEN_AS_EXACT, DeclaredGains
 from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
 from carrierflex.diagnosis.element.channel_noise import declared_gains
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
 from carrierflex.diagnosis.inference.named_values import (
     NORMAL_95,
-    named_values,
-    small_sample_factor,
+    _named_values,
+    _small_sample_factor,
 )
 from carrierflex.identification.campaign.declarations import InputSignal
 from tests.diagnosis.element.element_campaigns import (
@@ -70,7 +70,7 @@ def test_blocks_cover_where_white_noise_and_normal_quantiles_do_not():
         variance = fit.cost / (N_BLOCKS * N_SAMPLES - N_PARAMETERS)
         hits["white"].append(error < 1.96 * np.sqrt(variance * np.diag(inverse)))
         for name, few in (("normal", False), ("student", True)):
-            values = named_values(fit, few_blocks=few)["baseline"]
+            values = _named_values(fit, few_blocks=few)["baseline"]
             hits[name].append(
                 [
                     values[f"x{k}"].ci95[0] < TRUTH[k] < values[f"x{k}"].ci95[1]
@@ -88,10 +88,10 @@ def test_blocks_cover_where_white_noise_and_normal_quantiles_do_not():
 
 def test_small_sample_factor_counts_the_parameters_that_moved():
     fit = _linear_fit(np.random.default_rng(3))
-    plain = named_values(fit)["baseline"]["x0"].std
+    plain = _named_values(fit)["baseline"]["x0"].std
 
     def factor(changed):
-        return named_values(changed, few_blocks=True)["baseline"]["x0"].std / plain
+        return _named_values(changed, few_blocks=True)["baseline"]["x0"].std / plain
 
     assert_allclose(factor(fit), student_t.ppf(0.975, 6) / NORMAL_95 * np.sqrt(9 / 6))
     on_bound = replace(fit, at_bound=np.array([False, True, False, False]))
@@ -110,7 +110,7 @@ def test_parameters_of_runs_of_one_block_take_no_degree_of_freedom_of_the_others
         matrix = fit.sums.matrix.copy()
         matrix[n_blocks:, 3], matrix[n_blocks:, :, 3] = 0.0, 0.0
         sums = replace(fit.sums, matrix=matrix)
-        return small_sample_factor(
+        return _small_sample_factor(
             replace(fit, parameters=(*fit.parameters[:3], of_run), sums=sums)
         )
 
@@ -132,7 +132,7 @@ def test_no_interval_where_blocks_are_no_more_than_parameters():
             *(own[:4] for own in (fit.sums.matrix, fit.sums.right_side, fit.sums.square))
         ),
     )
-    value = named_values(few, few_blocks=True)["baseline"]["x0"]
+    value = _named_values(few, few_blocks=True)["baseline"]["x0"]
     assert np.isnan([value.std, *value.ci95]).all()
 
 
@@ -163,7 +163,7 @@ def test_declared_gains_hold_what_misread_signals_shift(force, deflection):
     wrong = _misread(right, force, deflection)
     declared = _declared(wrong, 0.01, 0.03)
     fits = [
-        named_values(fit_effects(element_problem(own), ("cubic_stiffness",)), few_blocks=True)
+        _named_values(fit_effects(element_problem(own), ("cubic_stiffness",)), few_blocks=True)
         for own in (right, wrong, declared)
     ]
     exact, blind, aware = [fit["cubic_stiffness"]["K3"] for fit in fits]
@@ -191,7 +191,7 @@ def test_signals_that_share_a_gain_lose_it():
 
 def test_gains_belong_to_the_signal_that_declares_them():
     moved = displacement_campaign(lambda q, v: 0.0 * q, n=200)
-    assert declared_gains(moved).words == TAKEN_AS_EXACT
+    assert declared_gains(moved).words == _TAKEN_AS_EXACT
     assert declared_gains(_declared(moved, 0.01, 0.03)) == DeclaredGains(0.01, 0.03)
     driven = force_campaign(lambda q, v: CUBIC * q**3)
     driven = replace(driven, inputs=(InputSignal("force", "N", gain_std=0.02),))

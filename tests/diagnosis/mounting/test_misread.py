@@ -6,7 +6,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.inference.named_values import misread_moves
+from carrierflex.diagnosis.inference.named_values import _misread_moves
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.identification.campaign.declarations import InputSignal
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
@@ -42,7 +42,7 @@ def test_misread_signals_move_the_fit_as_declared_errors_say():
     problem = mounting_problem(campaign)
     fit = fit_effects(problem, EFFECT)
     misreading = problem.misreading(EFFECT, fit.theta)
-    moves = misread_moves(fit, misreading.scores)
+    moves = _misread_moves(fit, misreading.scores)
     assert [error.signal for error in misreading.errors] == ["torque", "ssz"]
     scale = np.array([parameter.scale for parameter in fit.parameters])
     # These records were not zeroed by their own noise.
@@ -65,7 +65,7 @@ def test_noise_in_the_zero_of_a_run_moves_the_zero_of_a_sensor():
     problem = mounting_problem(replace(made, runs=runs))
     effects = ("sensor_zero",)
     fit = fit_effects(problem, effects)
-    moves = misread_moves(fit, problem.misreading(effects, fit.theta).scores)
+    moves = _misread_moves(fit, problem.misreading(effects, fit.theta).scores)
     zero = [own.name for own in fit.parameters].index("z")
     # The mean of n samples of the noise in each of two runs alike; more as the signals are no noise
     # about zero, and stiffness makes up for a part.

@@ -3,7 +3,7 @@
 import pytest
 
 from carrierflex.diagnosis.element.classes.laws import CLASSES_OF_LAW
-from carrierflex.diagnosis.report.verdict_words import class_sentence, share_words
+from carrierflex.diagnosis.report.verdict_words import _share_words, class_sentence
 from tests.diagnosis.class_answers import one_class
 
 
@@ -26,7 +26,7 @@ def sentence(name, law, **options):
     ],
 )
 def test_a_share_is_never_rounded_to_nothing_nor_above_the_whole(share, expected):
-    assert share_words(share) == expected
+    assert _share_words(share) == expected
 
 
 def test_a_class_that_is_named_is_not_nothing():

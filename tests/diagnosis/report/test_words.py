@@ -7,13 +7,13 @@ from carrierflex.diagnosis.gap.findings import Drift, Exponent, NonSynchronousCe
 from carrierflex.diagnosis.report import words
 from carrierflex.diagnosis.report.figures import inline_svg
 from carrierflex.diagnosis.report.words import (
+    _unit_phrase,
     in_scientific_notation,
     joined,
     phrase,
     power,
     scaled_unit,
     scatter_rows,
-    unit_phrase,
 )
 
 NAN, INF = float("nan"), float("inf")
@@ -58,7 +58,7 @@ def test_shares_ratios_and_intervals():
 
 
 def test_powers_are_raised_and_everything_else_is_escaped():
-    assert unit_phrase("N s^2/m^-3 & <b>").markup == (
+    assert _unit_phrase("N s^2/m^-3 & <b>").markup == (
         "N s<sup>2</sup>/m<sup>−3</sup> &amp; &lt;b&gt;"
     )
     text = phrase("p < ") + power("torque", "-0.5") + ", " + in_scientific_notation("1e-09")
