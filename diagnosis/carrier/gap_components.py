@@ -17,9 +17,9 @@ from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RA
 
 IntArray = NDArray[np.int64]
 
-HOUSING = "housing"
-CARRIER = "carrier"
-UNDECIDED = "undecided"
+_HOUSING = "housing"
+_CARRIER = "carrier"
+_UNDECIDED = "undecided"
 #: A wave is fixed to the carrier where it holds this share of its order; a weaker one may be the
 #: leak of a sensor's gain.
 _OWN_ORDER = 0.9
@@ -44,35 +44,19 @@ Conditions = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True, eq=False)
-class GapPart:
-    """Cells of one pattern and order in all runs.
+class _GapComponent:
+    """Cells of one pattern and order in all runs."""
 
-    Parameters
-    ----------
-    pattern : str
-        Sensor pattern.
-    order : int
-        Order; negative for backward motion of a radial pair.
-    share : float
-        Share of the gap.
-    amplitudes, errors : dict of str to float
-        RMS and its standard deviation in every run in which it is beyond chance.
-    runs : tuple of str
-        These runs.
-    p_value : float
-        Largest of those runs; 1 where there is none.
-    """
-
-    pattern: str
-    order: int
-    share: float
+    pattern: str  # sensor pattern
+    order: int  # order
+    share: float  # share of the gap
     amplitudes: dict[str, float]
     errors: dict[str, float]
-    runs: tuple[str, ...]
-    p_value: float
+    runs: tuple[str, ...]  # these runs
+    p_value: float  # largest of those runs
 
 
-def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
+def _gap_components(cells: Sequence[GapCell]) -> tuple[_GapComponent, ...]:
     """Parts of the gap over all runs, largest first.
 
     The two halves of a static tilt are one part.
@@ -106,7 +90,7 @@ def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
         shown = beyond.get(k, [])
         runs = dict.fromkeys(run_of[shown].tolist())
         parts.append(
-            GapPart(
+            _GapComponent(
                 pattern=own.patterns[keys[k, 0]],
                 order=int(keys[k, 1]),
                 share=float(shares[k]),
@@ -128,7 +112,7 @@ def _patterns_of_parts(own: GapMap, orders: IntArray) -> IntArray:
     return patterns
 
 
-def frame_of(part: GapPart, parts: Sequence[GapPart], n_planets: int) -> str:
+def _frame_of(part: _GapComponent, parts: Sequence[_GapComponent], n_planets: int) -> str:
     """What a part is fixed to, by its pattern and order.
 
     Static parts stay with the housing. A shape that turns with the carrier shows order n only in
@@ -139,9 +123,9 @@ def frame_of(part: GapPart, parts: Sequence[GapPart], n_planets: int) -> str:
 
     Parameters
     ----------
-    part : GapPart
+    part : _GapComponent
         Part.
-    parts : sequence of GapPart
+    parts : sequence of _GapComponent
         All parts, to compare with those of the same order.
     n_planets : int
         Planets.
@@ -152,51 +136,39 @@ def frame_of(part: GapPart, parts: Sequence[GapPart], n_planets: int) -> str:
         ``housing``, ``carrier`` or ``undecided``.
     """
     if part.order == 0:
-        return HOUSING
+        return _HOUSING
     if part.pattern == RADIAL:
         return _radial_frame(part, parts)
     numbers = {name: m for m, name in PATTERN_NAMES.items()}
     if part.pattern not in numbers:
-        return UNDECIDED
+        return _UNDECIDED
     rivals = [other for other in parts if other.order == part.order and other.pattern in numbers]
     total = sum(max(other.share, 0.0) for other in rivals)
     share = part.share / max(total, np.finfo(float).tiny)
     if part.order in (n_planets, 2 * n_planets) and part.order % 4 == 0 == numbers[part.pattern]:
-        return UNDECIDED
+        return _UNDECIDED
     if (part.order - numbers[part.pattern]) % 4 == 0:
-        return CARRIER if share >= _OWN_ORDER else UNDECIDED
-    return HOUSING if share > 1.0 - _OWN_ORDER else UNDECIDED
+        return _CARRIER if share >= _OWN_ORDER else _UNDECIDED
+    return _HOUSING if share > 1.0 - _OWN_ORDER else _UNDECIDED
 
 
-def _radial_frame(part: GapPart, parts: Sequence[GapPart]) -> str:
+def _radial_frame(part: _GapComponent, parts: Sequence[_GapComponent]) -> str:
     if part.order % 2 == 0:
-        return UNDECIDED
+        return _UNDECIDED
     shares = {other.order: max(other.share, 0.0) for other in parts if other.pattern == RADIAL}
     n = abs(part.order)
     turning = n if n % 4 == 1 else -n
     total = shares.get(n, 0.0) + shares.get(-n, 0.0)
     share = shares.get(turning, 0.0) / max(total, np.finfo(float).tiny)
     if share >= _OWN_ORDER:
-        return CARRIER if part.order == turning else UNDECIDED
-    return HOUSING if 0.25 <= share <= 0.75 else UNDECIDED
+        return _CARRIER if part.order == turning else _UNDECIDED
+    return _HOUSING if 0.25 <= share <= 0.75 else _UNDECIDED
 
 
-def part_growth(
-    part: GapPart, parts: Sequence[GapPart], conditions: Conditions, n_planets: int
+def _growth(
+    part: _GapComponent, parts: Sequence[_GapComponent], conditions: Conditions, n_planets: int
 ) -> PartGrowth:
-    """Exponents of a part with every condition, over the runs that show it.
-
-    Parameters
-    ----------
-    part : GapPart
-        Part.
-    parts : sequence of GapPart
-        All parts.
-    conditions : mapping of str to mapping of str to float
-        Size of every condition in every run.
-    n_planets : int
-        Planets.
-    """
+    """Exponents of a part with every condition, over the runs that show it."""
     runs = part.runs
     size = np.array([part.amplitudes[run] for run in runs])
     error = np.array([part.errors[run] for run in runs])
@@ -207,7 +179,7 @@ def part_growth(
     return PartGrowth(
         part.pattern,
         float(part.order),
-        frame_of(part, parts, n_planets),
+        _frame_of(part, parts, n_planets),
         exponents(size, error, values),
     )
 
@@ -216,9 +188,9 @@ def growth_table(
     cells: Sequence[GapCell], conditions: Conditions, n_planets: int
 ) -> tuple[PartGrowth, ...]:
     """Frame and growth of the largest significant parts."""
-    parts = gap_parts(cells)
+    parts = _gap_components(cells)
     return tuple(
-        part_growth(part, parts, conditions, n_planets)
+        _growth(part, parts, conditions, n_planets)
         for part in _significant_parts(parts)[:_MOST_PARTS]
     )
 
@@ -242,7 +214,7 @@ def carrier_where(
     tuple of Finding
         Empty where no part of five per cent is significant.
     """
-    parts = gap_parts(cells)
+    parts = _gap_components(cells)
     significant_parts = _significant_parts(parts)
     large = [part for part in significant_parts if part.share >= _SMALLEST_NAMED][:_MOST_NAMED]
     if not large:
@@ -255,14 +227,14 @@ def carrier_where(
     )
 
 
-def _significant_parts(parts: Sequence[GapPart]) -> list[GapPart]:
+def _significant_parts(parts: Sequence[_GapComponent]) -> list[_GapComponent]:
     return [part for part in parts if part.runs and part.share > 0.0]
 
 
 def _large_part(
-    part: GapPart, parts: Sequence[GapPart], conditions: Conditions, n_planets: int
+    part: _GapComponent, parts: Sequence[_GapComponent], conditions: Conditions, n_planets: int
 ) -> Finding:
-    growth = part_growth(part, parts, conditions, n_planets)
+    growth = _growth(part, parts, conditions, n_planets)
     return Finding(
         kind=ORDER,
         patterns=(part.pattern,),
@@ -277,7 +249,7 @@ def _large_part(
     )
 
 
-def _changes_with_load(part: GapPart, growth: PartGrowth, conditions: Conditions) -> bool:
+def _changes_with_load(part: _GapComponent, growth: PartGrowth, conditions: Conditions) -> bool:
     """Whether a part differs between runs with and without a radial load.
 
     Its growth with torque is taken out where it is known.
@@ -297,12 +269,12 @@ def _changes_with_load(part: GapPart, growth: PartGrowth, conditions: Conditions
     return largest - min(sizes.values()) > _CHANGES * largest
 
 
-def _small_orders(parts: Sequence[GapPart], n_runs: int) -> list[Finding]:
+def _small_orders(parts: Sequence[_GapComponent], n_runs: int) -> list[Finding]:
     """Orders that are significant in most runs though small, largest first.
 
     The patterns of one order together.
     """
-    orders: dict[int, list[GapPart]] = {}
+    orders: dict[int, list[_GapComponent]] = {}
     for part in parts:
         if 2 * len(part.runs) > n_runs:
             orders.setdefault(abs(part.order), []).append(part)

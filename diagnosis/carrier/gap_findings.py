@@ -93,13 +93,13 @@ class CarrierGap:
         """Gap map, largest share first."""
         names = [run.name for run in self.campaign.runs]
         noise = self.noise.mean() / self._samples
-        return carrier_gap_cells(
+        return _gap_cells(
             self.campaign.channels,
             self.residual,
             names,
             self.records.run_of_revolution,
             noise,
-            tuple(off_order_tables(self.beside)),
+            tuple(_off_order_tables(self.beside)),
         )
 
     @cached_property
@@ -146,7 +146,7 @@ class CarrierGap:
         n_planets = int(self.campaign.rig["n_planets"])
         where = (
             *carrier_where(self.order_cells, self.conditions, n_planets),
-            *line_findings(self.beside.motions, coherent, len(self.campaign.runs)),
+            *_line_findings(self.beside.motions, coherent, len(self.campaign.runs)),
         )
         return GapFindings(
             where=tuple(sorted(where, key=lambda own: (own.kind == SMALL_ORDER, -own.share))),
@@ -248,7 +248,7 @@ class CarrierGap:
         by_pattern = np.array([by_channel[list(members)].mean() for members in split.members])
         noise = split.noise * by_pattern[:, None] / self._samples[run]
         gap = split.weights * gap_amplitudes.var(axis=0, ddof=1)
-        degrees = degrees_of(gap_amplitudes) * (n_revolutions - 1)
+        degrees = _degrees_of(gap_amplitudes) * (n_revolutions - 1)
         if is_declared:
             p_value = scatter_p_values(gap, noise, degrees)
         else:
@@ -256,7 +256,7 @@ class CarrierGap:
         table = ScatterTable(
             run=self.campaign.runs[run].name,
             patterns=split.names,
-            orders=signed_orders(split.amplitudes),
+            orders=_signed_orders(split.amplitudes),
             measured=split.weights * amplitudes.var(axis=0, ddof=1),
             simulated=split.weights * (amplitudes - gap_amplitudes).var(axis=0, ddof=1),
             gap=gap,
@@ -289,7 +289,7 @@ class CarrierGap:
             means["measured"].append(measured.amplitudes.mean(axis=0))
             means["simulated"].append((measured.amplitudes - split.amplitudes).mean(axis=0))
             within.append(split.amplitudes.var(axis=0, ddof=1) / rows.size)
-            degrees_of_runs.append(degrees_of(split.amplitudes))
+            degrees_of_runs.append(_degrees_of(split.amplitudes))
         # Variance between the means of the runs, by cell.
         scatter = {
             name: np.asarray(split.weights * np.var(own, axis=0, ddof=1), dtype=np.float64)
@@ -301,7 +301,7 @@ class CarrierGap:
         return ScatterTable(
             run=" and ".join(self.campaign.runs[r].name for r in runs),
             patterns=split.names,
-            orders=signed_orders(split.amplitudes),
+            orders=_signed_orders(split.amplitudes),
             **scatter,
             noise=noise,
             p_value=scatter_p_values_estimated(
@@ -354,7 +354,7 @@ def _drifts(run: str, time: FloatArray, split: PatternSplit) -> DriftTable:
     return DriftTable(
         run=run,
         patterns=split.names,
-        orders=signed_orders(amplitudes),
+        orders=_signed_orders(amplitudes),
         change=over_run.change,
         share=over_run.mean_square / np.where(mean_square > 0.0, mean_square, np.nan),
         p_value=over_run.p_value,
@@ -371,7 +371,7 @@ def _peak_to_peak(orders: ComplexArray) -> FloatArray:
     return np.asarray(np.mean(spans, axis=0), dtype=np.float64)
 
 
-def carrier_gap_cells(
+def _gap_cells(
     channels: Sequence[Channel],
     residual_orders: ComplexArray,
     runs: Sequence[str],
@@ -419,13 +419,13 @@ def _split_of(channels: Sequence[Channel], orders: ComplexArray, rows: IntArray)
     return pattern_split(channels, orders[rows])
 
 
-def signed_orders(amplitudes: ComplexArray) -> FloatArray:
+def _signed_orders(amplitudes: ComplexArray) -> FloatArray:
     """Orders -n to n of a pattern's amplitudes, shape (..., 2 n + 1)."""
     highest = amplitudes.shape[-1] // 2
     return np.arange(-highest, highest + 1, dtype=np.float64)
 
 
-def degrees_of(amplitudes: ComplexArray) -> FloatArray:
+def _degrees_of(amplitudes: ComplexArray) -> FloatArray:
     """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis.
 
     Two, or one where they are real throughout.
@@ -440,7 +440,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     amplitudes = split.amplitudes
     n = len(amplitudes)
     mean = amplitudes.mean(axis=0)
-    degrees = degrees_of(amplitudes)
+    degrees = _degrees_of(amplitudes)
     if n > 1:
         scatter = amplitudes.var(axis=0, ddof=1)
         ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
@@ -461,7 +461,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     return CellTable(
         runs=(run,),
         patterns=split.names,
-        orders=signed_orders(amplitudes),
+        orders=_signed_orders(amplitudes),
         mean_square=mean_square[None],
         coherent=(mean_square - noise_square)[None],
         p_value=p_value[None],
@@ -470,7 +470,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     )
 
 
-def off_order_tables(found: OffOrders) -> Iterator[CellTable]:
+def _off_order_tables(found: OffOrders) -> Iterator[CellTable]:
     """Cells of every run in which a motion was found, each motion at its strongest line.
 
     ``mean_square`` of a cell is that over all channels, as of every cell; the noise of a fitted
@@ -539,7 +539,7 @@ def _band(found: OffOrders, members: tuple[int, ...], speed: float) -> tuple[flo
     return min(hertz), max(hertz)
 
 
-def line_findings(
+def _line_findings(
     motions: Sequence[OffOrderMotion], coherent: float, n_runs: int
 ) -> Iterator[Finding]:
     """Motions beside the orders that are worth naming.

@@ -21,13 +21,13 @@ _SURROUNDINGS = 60
 _UNSURE = 1.5
 #: Resolved lines beside an order, and from zero on, that are not looked at.
 _BESIDE_AN_ORDER = 2.0
-FROM_ZERO = 4.0
+_FROM_ZERO = 4.0
 #: Share of the highest frequency of a record that is looked at.
 _USABLE = 0.9
 #: Lines of a spectrum at most: longer records are searched at low frequencies only.
 _MOST_LINES = 200_000
 #: Position of a line, whether it is an order, p-value.
-Found = tuple[float, bool, float]
+_Line = tuple[float, bool, float]
 #: Probability of a line in noise, over the whole search, below which there is one.
 _FOUND = 1e-3
 #: Power of a line over all that is beside the orders, over all runs and channels, below which it is
@@ -46,39 +46,16 @@ _ALONE = 0.9
 
 
 @dataclass(frozen=True, eq=False)
-class Spectra:
-    """How unlike noise every line of one common axis is.
+class _Spectra:
+    """How unlike noise every line of one common axis is."""
 
-    Powers of noise over that of their surroundings are ``Exp(1)``, their sums over runs, over
-    channels and over both ``Gamma(number)``.
-
-    Parameters
-    ----------
-    axis : ndarray, shape (n,)
-        Orders [per turn], or frequency [Hz].
-    resolution : float
-        Distance of lines that the longest record resolves, on the axis.
-    log_p : ndarray, shape (n,)
-        Log of the smallest p-value of all sums.
-    n_sums : int
-        How many sums there are.
-    """
-
-    axis: FloatArray
-    resolution: float
-    log_p: FloatArray
-    n_sums: int
+    axis: FloatArray  # (n,) orders [per turn], or frequency [Hz]
+    resolution: float  # distance of lines that the longest record resolves, on the axis
+    log_p: FloatArray  # (n,) log of the smallest p-value of all sums
+    n_sums: int  # how many sums there are
 
     def best_line(self) -> tuple[float, float]:
-        """Line that is least like noise, and its p-value.
-
-        The smallest p-value counts, times the number of lines and of sums.
-
-        Returns
-        -------
-        tuple of float
-            Position on the axis, probability that noise alone makes such a line anywhere.
-        """
+        """Line that is least like noise, and its p-value."""
         surest = int(np.argmin(self.log_p))
         n_tests = self.axis.size / _FINER * self.n_sums
         smallest = self.log_p[surest] + np.log(n_tests)
@@ -96,19 +73,19 @@ def _log_tail(number: NDArray[np.int64], total: FloatArray) -> FloatArray:
     return np.asarray(np.where(number > 0, log_p, 0.0), dtype=np.float64)
 
 
-def spectra_over_turns(runs: Sequence[BesideOrders]) -> Spectra:
+def _spectra_over_turns(runs: Sequence[BesideOrders]) -> _Spectra:
     """Spectra over the carrier's angle: what keeps its order whatever the speed."""
     return _spectra(runs, [run.turns for run in runs], [1.0] * len(runs))
 
 
-def spectra_over_time(runs: Sequence[BesideOrders]) -> Spectra:
+def _spectra_over_time(runs: Sequence[BesideOrders]) -> _Spectra:
     """Spectra over time: what keeps its frequency whatever the speed."""
     return _spectra(runs, [run.time for run in runs], [run.speed for run in runs])
 
 
 def _spectra(
     runs: Sequence[BesideOrders], places: Sequence[FloatArray], order_spacing: Sequence[float]
-) -> Spectra:
+) -> _Spectra:
     """Spectra over `places`; the orders of a run lie at multiples of its `order_spacing`."""
     lengths = [float(place[-1] - place[0]) for place in places]
     resolution = 1.0 / max(lengths)
@@ -126,7 +103,7 @@ def _spectra(
     for r, (run, place) in enumerate(zip(runs, places, strict=True)):
         spacing = order_spacing[r]
         from_order = np.abs(axis - spacing * np.round(axis / spacing))
-        is_off = (from_order > _BESIDE_AN_ORDER / lengths[r]) & (axis > FROM_ZERO / lengths[r])
+        is_off = (from_order > _BESIDE_AN_ORDER / lengths[r]) & (axis > _FROM_ZERO / lengths[r])
         allowed = is_off & (axis < highest[r])
         power = np.array([_relative_power(values, place, axis, allowed) for values in run.values])
         log_p = np.minimum(log_p, _log_tail(n_channels * allowed, power.sum(axis=0) / _UNSURE))
@@ -135,7 +112,7 @@ def _spectra(
     for total in of_channel:
         log_p = np.minimum(log_p, _log_tail(n_runs, total / _UNSURE))
     log_p = np.minimum(log_p, _log_tail(n_runs * n_channels, of_channel.sum(axis=0) / _UNSURE))
-    return Spectra(axis, resolution, log_p, 1 + n_channels + len(runs))
+    return _Spectra(axis, resolution, log_p, 1 + n_channels + len(runs))
 
 
 def _relative_power(
@@ -233,7 +210,7 @@ def off_orders(campaign: Campaign) -> OffOrders:
     if not runs:
         return OffOrders(campaign, speeds, (), (), ())
     left = runs
-    found: list[Found] = []
+    found: list[_Line] = []
     while len(found) < _MOST_FOUND:
         line = _next_line(left)
         if line is None:
@@ -259,7 +236,7 @@ def off_orders(campaign: Campaign) -> OffOrders:
 
 
 def _repeating(
-    runs: Sequence[BesideOrders], found: Sequence[Found], bands: Sequence[tuple[int, ...]]
+    runs: Sequence[BesideOrders], found: Sequence[_Line], bands: Sequence[tuple[int, ...]]
 ) -> tuple[list[tuple[int, ...]], list[float]]:
     """Bands whose amplitudes predict other turns, and the share of them that they predict.
 
@@ -277,9 +254,9 @@ def _repeating(
     return kept, shares
 
 
-def _next_line(runs: Sequence[BesideOrders]) -> Found | None:
+def _next_line(runs: Sequence[BesideOrders]) -> _Line | None:
     """Position, whether it is an order, p-value of the surest line; None where noise is left."""
-    over_turns, over_time = spectra_over_turns(runs), spectra_over_time(runs)
+    over_turns, over_time = _spectra_over_turns(runs), _spectra_over_time(runs)
     whole = sum(float((run.values**2).sum()) for run in runs)
     candidates = []
     for spectra, is_order in ((over_turns, True), (over_time, False)):
@@ -323,7 +300,7 @@ def _refined(
         return -sum(_wave_power(run, trial, is_order) for run in runs)
 
     half = 2.0 * resolution
-    lowest = max(position - half, FROM_ZERO * resolution)
+    lowest = max(position - half, _FROM_ZERO * resolution)
     best = minimize_scalar(
         lost,
         bounds=(lowest, max(position, lowest) + half),
@@ -339,7 +316,7 @@ def _wave_power(run: BesideOrders, position: float, is_order: bool) -> float:
     return float(((run.values @ basis) ** 2).sum())
 
 
-def _waves(run: BesideOrders, found: Sequence[Found]) -> FloatArray:
+def _waves(run: BesideOrders, found: Sequence[_Line]) -> FloatArray:
     """Cosine and sine of every line, shape (n, 2 n_lines)."""
     phases = [
         2.0 * np.pi * position * (run.turns if is_order else run.time)
@@ -353,14 +330,14 @@ def _solved(waves: FloatArray, values: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(waves, values.T, rcond=1e-8)[0], dtype=np.float64)
 
 
-def _without(run: BesideOrders, found: Sequence[Found]) -> BesideOrders:
+def _without(run: BesideOrders, found: Sequence[_Line]) -> BesideOrders:
     """Run whose lines are fitted together and taken out."""
     waves = run.beside(_waves(run, found))
     return replace(run, values=run.values - (waves @ _solved(waves, run.values)).T)
 
 
 def _fitted_lines(
-    runs: Iterable[BesideOrders], found: Sequence[Found]
+    runs: Iterable[BesideOrders], found: Sequence[_Line]
 ) -> tuple[tuple[OffOrderLine, ...], dict[str, float]]:
     """Amplitudes of all lines, fitted together beside the orders, and their errors.
 
@@ -384,7 +361,7 @@ def _fitted_lines(
     return lines, speeds
 
 
-def _explained(runs: Sequence[BesideOrders], found: Sequence[Found]) -> float:
+def _explained(runs: Sequence[BesideOrders], found: Sequence[_Line]) -> float:
     """Share of the lines' power that amplitudes fitted to half of the turns predict in the other.
 
     Turns are taken by fours; both halves predict each other.

@@ -248,7 +248,7 @@ def law_of_carrier_class(
         columns = known[pattern].columns[dependence](visited.quantities, visited.n_planets)
         functions = load_functions(visited.n_torques)[dependence].functions
         c = fitted.reshape(len(functions), -1) @ visited.weights[group]
-        waves += tabulated_waves(dependence, functions, c, columns, visited)
+        waves += _tabulated_waves(dependence, functions, c, columns, visited)
     largest = max((_size(wave) for wave in waves), default=0.0)
     shown = tuple(wave for wave in waves if _size(wave) > _ROUNDING * largest)
     if not shown:
@@ -266,28 +266,14 @@ def _fitted(scores: ClassScores, name: str, held: HeldOutSquares) -> dict[str, F
     }
 
 
-def tabulated_waves(
+def _tabulated_waves(
     dependence: str,
     functions: Sequence[LoadFunction],
     c: FloatArray,
     columns: Columns,
     visited: VisitedLoads,
 ) -> list[Wave]:
-    """Waves of a law from the amplitudes of a pattern that follows the loads in one way.
-
-    Parameters
-    ----------
-    dependence : str
-        Way to follow the loads, but for that in time.
-    functions : sequence of callable
-        Its functions of the loads.
-    c : ndarray, shape (n_functions, n_columns)
-        Amplitudes of every function with every column [m].
-    columns : tuple of PatternColumn
-        Columns of the pattern.
-    visited : VisitedLoads
-        Loads of the records.
-    """
+    """Waves of a law from the amplitudes of a pattern that follows the loads in one way."""
     if dependence == NONE:
         return _waves(columns, c.T, NONE)
     torque, size = visited.scale[:2]

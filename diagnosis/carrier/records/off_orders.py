@@ -79,7 +79,7 @@ class CampaignBesideOrders:
         All runs.
     searched : tuple of BesideOrders
         Runs that lines are looked for in, long enough, in their order.
-    shared : SharedOrders, optional
+    shared : _SharedOrders, optional
         What the orders make of the loads in every run alike.
     searches_all : bool
         Whether these are all runs.
@@ -87,7 +87,7 @@ class CampaignBesideOrders:
 
     campaign: Campaign
     searched: tuple[BesideOrders, ...]
-    shared: "SharedOrders | None"
+    shared: "_SharedOrders | None"
     searches_all: bool
 
     def every(self) -> Iterator[BesideOrders]:
@@ -105,25 +105,13 @@ class CampaignBesideOrders:
 
 
 @dataclass(frozen=True, eq=False)
-class SharedOrders:
-    """Sizes of what the orders make of the loads, the same in every run; k columns.
+class _SharedOrders:
+    """Sizes of what the orders make of the loads, the same in every run; k columns."""
 
-    Parameters
-    ----------
-    n_loads : int
-        Loads that the orders follow.
-    kept : ndarray of bool
-        Columns that count.
-    energy : ndarray, shape (k,)
-        Their lengths over the searched runs.
-    sizes : ndarray, shape (k, C)
-        Sizes in every channel.
-    """
-
-    n_loads: int
-    kept: NDArray[np.bool_]
-    energy: FloatArray
-    sizes: FloatArray
+    n_loads: int  # loads that the orders follow
+    kept: NDArray[np.bool_]  # columns that count
+    energy: FloatArray  # (k,) their lengths over the searched runs
+    sizes: FloatArray  # (k, C) sizes in every channel
 
     def without(self, run: BesideOrders, loaded: Sequence[FloatArray]) -> BesideOrders:
         """Run without them; `loaded` are its orders times each load, shape (n, k)."""
@@ -184,7 +172,7 @@ def _searched(campaign: Campaign) -> list[int]:
 
 def _shared_orders(
     runs: Sequence[BesideOrders], loaded: Sequence[Sequence[FloatArray]]
-) -> SharedOrders | None:
+) -> _SharedOrders | None:
     """What the orders make of the loads with the same sizes in every run; None where nothing.
 
     A torque that ripples makes lines beside every order that follows it. A run too short to tell
@@ -211,7 +199,7 @@ def _shared_orders(
         return None
     values = np.hstack([run.values for run in runs]).T
     sizes = np.linalg.lstsq(table[:, kept] / energy[kept], values, rcond=_ALIKE)[0]
-    return SharedOrders(n_loads, kept, energy[kept], np.asarray(sizes, dtype=np.float64))
+    return _SharedOrders(n_loads, kept, energy[kept], np.asarray(sizes, dtype=np.float64))
 
 
 def _beside_orders(

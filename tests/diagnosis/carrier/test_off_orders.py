@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.carrier.gap_findings import off_order_tables
+from carrierflex.diagnosis.carrier.gap_findings import _off_order_tables
 from carrierflex.diagnosis.carrier.off_order_lines import off_orders
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.carrier.records.off_orders import beside_orders
@@ -137,7 +137,7 @@ def test_missing_samples_and_another_simulator_do_not_hide_a_line():
 
 def test_cells_of_a_line_have_its_frequency_and_channel():
     found = off_orders(twin_campaign(extra=at_one_sensor))
-    cells = gap_cells(tuple(off_order_tables(found)))
+    cells = gap_cells(tuple(_off_order_tables(found)))
     assert {cell.channel_pattern for cell in cells} == {"s137"}
     assert {cell.run for cell in cells} == {run.name for run in found.campaign.runs}
     for cell in cells:
