@@ -14,11 +14,10 @@ from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.carrier.gap_components import (
     RADIAL_LOAD,
+    SMALLEST_NAMED,
     SPEED,
     TORQUE,
-    Conditions,
-    carrier_where,
-    growth_table,
+    GapComponents,
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
@@ -56,12 +55,11 @@ from carrierflex.identification.carrier.sensor_patterns import (
 from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
+#: Points of a turn at which its peaks are looked for.
 _POINTS = 128
 IntArray = NDArray[np.int64]
-_SEED = 3
-_SEED_OFF_ORDERS = 5
-#: Smallest share of the gap worth naming.
-_SMALLEST_NAMED = 0.05
+#: Seeds of the draws of the cells, on the orders and off them.
+_SEED, _SEED_OFF_ORDERS = 3, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,15 +76,15 @@ class CarrierGap:
         Variance of the noise of every channel [m²].
     residual : ndarray of complex, shape (R, C, n + 1)
         Order amplitudes of the residual, 0 to n.
-    beside : OffOrders
-        What was found beside the orders and is no part of `records`.
+    motion : OffOrders
+        Lines and bands off the orders, which are not in `records`.
     """
 
     campaign: Campaign
     records: CarrierSums
     noise: FloatArray
     residual: ComplexArray
-    beside: OffOrders
+    motion: OffOrders
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:
@@ -99,18 +97,18 @@ class CarrierGap:
             names,
             self.records.run_of_revolution,
             noise,
-            tuple(_off_order_tables(self.beside)),
+            tuple(_off_order_tables(self.motion)),
         )
 
     @cached_property
     def order_cells(self) -> Sequence[GapCell]:
-        """Cells of the shaft's orders, without those beside them."""
-        if not self.beside.motions:
+        """Cells of the shaft's orders, without those off them."""
+        if not self.motion.motions:
             return self.cells
         return map_of(self.cells).on_orders()
 
     @cached_property
-    def conditions(self) -> Conditions:
+    def conditions(self) -> dict[str, dict[str, float]]:
         """Mean torque, radial load and speed of every run, sizes."""
         sizes: dict[str, dict[str, float]] = {TORQUE: {}, RADIAL_LOAD: {}, SPEED: {}}
         for r, run in enumerate(self.campaign.runs):
@@ -144,12 +142,15 @@ class CarrierGap:
         repeated = significant_non_synchronous(self._repeats())
         coherent = sum(cell.coherent for cell in self.cells)
         n_planets = int(self.campaign.rig["n_planets"])
+        components = GapComponents(self.order_cells, self.conditions, n_planets)
         where = (
-            *carrier_where(self.order_cells, self.conditions, n_planets),
-            *_line_findings(self.beside.motions, coherent, len(self.campaign.runs)),
+            *components.where(),
+            *_line_findings(self.motion.motions, coherent, len(self.campaign.runs)),
         )
         return GapFindings(
-            where=tuple(sorted(where, key=lambda own: (own.kind == SMALL_ORDER, -own.share))),
+            where=tuple(
+                sorted(where, key=lambda finding: (finding.kind == SMALL_ORDER, -finding.share))
+            ),
             numbered_by=SHAFT_ORDERS,
             in_time=tuple(moments),
             drifts=significant_drifts(trends),
@@ -158,7 +159,7 @@ class CarrierGap:
                 *repeatability(rows, coherent, "revolution"),
                 *repeatability(repeated, coherent, "repeat"),
             ),
-            growth=growth_table(self.order_cells, self.conditions, n_planets),
+            growth=components.growth(),
         )
 
     def scalars(self) -> tuple[Scalar, ...]:
@@ -236,7 +237,7 @@ class CarrierGap:
         return np.asarray((of_orders + off_orders).mean(axis=1), dtype=np.float64)
 
     def _scatter(self, run: int, split: PatternSplit, measured: PatternSplit) -> list[ScatterTable]:
-        """Scatter of one run against the noise that is declared, or found off the orders."""
+        """Scatter of one run against the noise that is declared, or measured off the orders."""
         gap_amplitudes = split.amplitudes
         amplitudes = measured.amplitudes
         n_revolutions = len(amplitudes)
@@ -292,8 +293,8 @@ class CarrierGap:
             degrees_of_runs.append(_degrees_of(split.amplitudes))
         # Variance between the means of the runs, by cell.
         scatter = {
-            name: np.asarray(split.weights * np.var(own, axis=0, ddof=1), dtype=np.float64)
-            for name, own in means.items()
+            name: np.asarray(split.weights * np.var(of_runs, axis=0, ddof=1), dtype=np.float64)
+            for name, of_runs in means.items()
         }
         noise = split.weights * np.mean(within, axis=0)
         degrees = np.max(degrees_of_runs, axis=0)
@@ -316,7 +317,7 @@ class CarrierGap:
         return square / np.maximum(degrees, 1.0), degrees
 
     def _off_orders(self, run: int) -> list[NonSynchronousCell]:
-        """Mean square off the orders by channel; the model's part there is neglected."""
+        """Mean square off the orders by channel; what the model has there is neglected."""
         variance, degrees = self._off_variance(run)
         n_channels = len(self.campaign.channels)
         cells = []
@@ -377,32 +378,13 @@ def _gap_cells(
     runs: Sequence[str],
     run_of_revolution: NDArray[np.int64],
     noise_of_mean: FloatArray,
-    beside: Sequence[CellTable] = (),
+    off_orders: Sequence[CellTable] = (),
 ) -> Sequence[GapCell]:
-    """Gap map of a residual, largest cell first.
+    """Gap map of a residual by run, sensor pattern and shaft order, largest cell first.
 
     ``coherent = w (|mean|² - s²/R)`` over the R complete revolutions of a run, test ``R |mean|²/s²
-    ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Channels.
-    residual_orders : ndarray of complex, shape (R, n_channels, n + 1)
-        Order amplitudes of the residual by revolution, 0 to n.
-    runs : sequence of str
-        Names of the runs.
-    run_of_revolution : ndarray of int, shape (R,)
-        Run of every revolution.
-    noise_of_mean : ndarray, shape (n_runs,)
-        Noise variance of the mean over one revolution, itself a mean over the channels [m²].
-    beside : sequence of CellTable
-        Cells beside the orders.
-
-    Returns
-    -------
-    tuple of GapCell
-        Every cell of every run that has a complete revolution.
+    ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s:
+    `noise_of_mean`, shape (n_runs,), is its variance in a mean over the channels [m²].
     """
     complete = np.isfinite(residual_orders).all(axis=(1, 2))
     revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
@@ -411,7 +393,7 @@ def _gap_cells(
         for run, rows, noise in zip(runs, revolutions, noise_of_mean.tolist(), strict=True)
         if rows.size
     ]
-    return gap_cells([*tables, *beside])
+    return gap_cells([*tables, *off_orders])
 
 
 def _split_of(channels: Sequence[Channel], orders: ComplexArray, rows: IntArray) -> PatternSplit:
@@ -453,7 +435,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     noise_square = weights * scatter / n
 
     def draws() -> FloatArray:
-        """Coherent part of every draw; the amplitudes of the run are not kept for it."""
+        """Coherent part of every draw; the amplitudes of the run are made again for it."""
         counts = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
         drawn = np.einsum("dr,rmn->dmn", counts, split_of_run().amplitudes)
         return np.asarray(weights * np.abs(drawn) ** 2 - noise_square)[:, None]
@@ -470,36 +452,33 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     )
 
 
-def _off_order_tables(found: OffOrders) -> Iterator[CellTable]:
-    """Cells of every run in which a motion was found, each motion at its strongest line.
+def _off_order_tables(motion: OffOrders) -> Iterator[CellTable]:
+    """Cells of every run off the orders, each motion at its strongest line; orders are turns.
 
     ``mean_square`` of a cell is that over all channels, as of every cell; the noise of a fitted
     amplitude is taken off, and draws add it once more.
-
-    Yields
-    ------
-    CellTable
-        One a run; orders are turns of the carrier's, whatever the line keeps.
     """
-    if not found.members:
+    if not motion.members:
         return
     rng = np.random.default_rng(_SEED_OFF_ORDERS)
-    for number, run in enumerate(found.speeds):
-        yield _off_order_table(found, number, run, rng)
+    for number, run in enumerate(motion.speeds):
+        yield _off_order_table(motion, number, run, rng)
 
 
 def _off_order_table(
-    found: OffOrders, number: int, run: str, rng: np.random.Generator
+    motion: OffOrders, number: int, run: str, rng: np.random.Generator
 ) -> CellTable:
     """Cells of one run, the first one's number being zero."""
-    names = tuple(channel.name for channel in found.campaign.channels)
-    speed = found.speeds[run]
-    rows = [_line_rows([found.lines[k] for k in own], number, rng) for own in found.members]
-    mean_square, noise, draws = (np.stack(parts, axis=-1) for parts in zip(*rows, strict=True))
-    shown = np.array([motion.channels for motion in found.motions], dtype=object)
+    names = tuple(channel.name for channel in motion.campaign.channels)
+    speed = motion.speeds[run]
+    rows = [
+        _line_rows([motion.lines[k] for k in numbers], number, rng) for numbers in motion.members
+    ]
+    mean_square, noise, draws = (np.stack(values, axis=-1) for values in zip(*rows, strict=True))
+    shown = np.array([one.channels for one in motion.motions], dtype=object)
     used = np.array([[name in channels for channels in shown] for name in names])
-    p_value = np.array([motion.p_value for motion in found.motions])
-    first = [found.lines[own[0]] for own in found.members]
+    p_value = np.array([one.p_value for one in motion.motions])
+    first = [motion.lines[numbers[0]] for numbers in motion.members]
     return CellTable(
         runs=(run,),
         patterns=names,
@@ -508,7 +487,7 @@ def _off_order_table(
         coherent=(mean_square - noise)[None],
         p_value=np.broadcast_to(p_value, mean_square.shape)[None],
         draws=lambda: (draws - noise)[:, None],
-        bands_hz=np.array([_band(found, own, speed) for own in found.members]),
+        bands_hz=np.array([_band(motion, numbers, speed) for numbers in motion.members]),
         used=used,
     )
 
@@ -533,29 +512,19 @@ def _order(line: OffOrderLine, speed: float) -> float:
     return line.position if line.is_order else line.position / speed
 
 
-def _band(found: OffOrders, members: tuple[int, ...], speed: float) -> tuple[float, float]:
+def _band(motion: OffOrders, numbers: tuple[int, ...], speed: float) -> tuple[float, float]:
     """Lowest and highest frequency of the lines of a motion in one run [Hz]."""
-    hertz = [_order(found.lines[k], speed) * speed for k in members]
+    hertz = [_order(motion.lines[k], speed) * speed for k in numbers]
     return min(hertz), max(hertz)
 
 
 def _line_findings(
     motions: Sequence[OffOrderMotion], coherent: float, n_runs: int
 ) -> Iterator[Finding]:
-    """Motions beside the orders that are worth naming.
-
-    Parameters
-    ----------
-    motions : sequence of OffOrderMotion
-        What was found.
-    coherent : float
-        Sum over all runs of the mean square of the gap above the noise.
-    n_runs : int
-        Runs of the campaign.
-    """
+    """Motions off the orders that are worth naming, of a gap of so much coherent square."""
     for motion in motions:
         share = sum(motion.mean_square.values()) / coherent if coherent > 0.0 else 0.0
-        if share >= _SMALLEST_NAMED:
+        if share >= SMALLEST_NAMED:
             yield Finding(
                 kind=LINE,
                 patterns=motion.channels,

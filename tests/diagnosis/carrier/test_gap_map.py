@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.gap_components import _frame_of, _gap_components
+from carrierflex.diagnosis.carrier.gap_components import _components, _frame_of
 from carrierflex.diagnosis.carrier.gap_findings import _gap_cells
 from carrierflex.diagnosis.report.gap_words import beside_words, place_words
 from carrierflex.diagnosis.report.phrases import joined
@@ -98,7 +98,7 @@ def test_without_a_gap_the_sentence_says_so():
 
 
 def parts_of(problem):
-    parts = _gap_components(problem.gap_cells((), problem.starts((), {})[-1]))
+    parts = _components(problem.gap_cells((), problem.starts((), {})[-1]))
     return {(part.pattern, part.order): _frame_of(part, parts, 3) for part in parts if part.runs}
 
 
