@@ -140,19 +140,20 @@ def _carrier_polar(
         if complete[run, c] >= _WORTH_DRAWING * complete[run, channel]
     ]
     sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c], passing[c]) for c in worth]
-    left_out = len(channels) - len(sensors[:_MOST_PANELS])
+    n_omitted = len(channels) - len(sensors[:_MOST_PANELS])
     note = (
-        f" {left_out} sensor{'s' * (left_out > 1)} with a smaller gap "
-        f"{'is' if left_out == 1 else 'are'} not drawn."
-        if left_out
+        f" {n_omitted} sensor{'s' * (n_omitted > 1)} with a smaller gap "
+        f"{'is' if n_omitted == 1 else 'are'} not drawn."
+        if n_omitted
         else ""
     )
     planets = _NUMBER_WORDS[len(passing[channel]) - FEWEST_PLANETS]
     reading = _READING.format(highest=highest, planets=planets)
     pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, reading + note)]
     if len(shown) > 1:
-        own = passing[channel]
-        by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel], own) for r in shown]
+        by_run = [
+            (f"run {runs[r]}", gap[r, channel], law[r, channel], passing[channel]) for r in shown
+        ]
         title = f"Gap over one turn, sensor {channels[channel]}"
         pictures.append(
             _picture(

@@ -135,10 +135,10 @@ def _rows_of_effect(
     table = model.weights((effect,), choice, np.concatenate([base, value]))
     is_amplitude = np.array([not parameter.shape for parameter in parameters], dtype=bool)
     rank = np.cumsum(is_amplitude) - 1
-    own = table.unknowns[0] >= base.size
-    own[own] = is_amplitude[table.unknowns[0, own] - base.size]
-    numbers = first + rank[table.unknowns[:, own] - base.size]
-    weights = table.slopes[:, :, own]
+    chosen = table.unknowns[0] >= base.size
+    chosen[chosen] = is_amplitude[table.unknowns[0, chosen] - base.size]
+    numbers = first + rank[table.unknowns[:, chosen] - base.size]
+    weights = table.slopes[:, :, chosen]
     if not is_of_one_channel:
         return _SignatureRows(numbers, table.columns, _of_all_runs(weights))
     channel = int(variant[0])
