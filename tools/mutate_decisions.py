@@ -36,7 +36,7 @@ TESTS = {
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
     "diagnosis/classes/laws.py": ("tests/diagnosis/classes/test_laws.py",),
     "diagnosis/classes/shape_decision.py": ("tests/diagnosis/classes/test_shape_decision.py",),
-    "diagnosis/element/classes/answer.py": (
+    "diagnosis/element/answer.py": (
         "tests/diagnosis/element/test_answer_of_table.py",
         "tests/diagnosis/element/test_loops_in_answers.py",
         "tests/diagnosis/element/test_element_shown.py",

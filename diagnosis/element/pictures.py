@@ -40,22 +40,7 @@ def element_loops(
 
     ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured
     motion, in the trusted band; the law is the force of the effects along the same motion.
-
-    Parameters
-    ----------
-    model : ElementModel
-        Parameters and laws.
-    records : sequence of ElementRecord
-        Runs.
-    effects : tuple of str
-        Effects beside the baseline.
-    theta : ndarray, shape (p,)
-        Parameters of both.
-
-    Returns
-    -------
-    tuple of Picture
-        Over deflection; over speed too, unless the fitted law is a function of the deflection.
+    Over the speed too, unless the fitted law is a function of the deflection.
     """
     values: dict[str, dict[str, float]] = {}
     for parameter, value in zip(model.parameters(effects), theta, strict=True):
@@ -63,12 +48,14 @@ def element_loops(
     largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
     for record in records:
         baseline = _baseline_force(model, record, values, effects)
-        left = record.where_flat(known_force(model, record) - baseline)
-        size = float(np.std(left[record.counts]))
+        lacking = record.where_flat(known_force(model, record) - baseline)
+        size = float(np.std(lacking[record.counts]))
         if size > largest.get(record.condition, (-1.0,))[0]:
-            largest[record.condition] = (size, record, left)
+            largest[record.condition] = (size, record, lacking)
     chosen = sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
-    runs = [(record, left, _law(model, record, values, effects)) for _, record, left in chosen]
+    runs = [
+        (record, lacking, _law(model, record, values, effects)) for _, record, lacking in chosen
+    ]
     pictures = [_picture(model, runs, effects, against=0)]
     if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
         pictures.append(_picture(model, runs, effects, against=1))
@@ -81,10 +68,7 @@ def _baseline_force(
     values: Mapping[str, Mapping[str, float]],
     effects: Effects,
 ) -> FloatArray:
-    """Force of the baseline along the measured motion.
-
-    A given mass is in the known force already.
-    """
+    """Force of the baseline along the measured motion."""
     q, v, a = record.motion
     base = values[BASELINE]
     force = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
@@ -111,19 +95,21 @@ def _effect_force(
     effect: str,
     values: Mapping[str, Mapping[str, float]],
 ) -> FloatArray:
-    own = values[effect]
+    parameters = values[effect]
     if effect == "sensor_delay":
-        return own["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
+        return parameters["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
     if effect == "backlash":
         # Its column is per unit of the stiffness that is missing within the gap.
-        return values[BASELINE]["K1"] * column_values(model, record, Column(effect, "K1", own, ()))
-    return model.signature(record, effect, own)
+        return values[BASELINE]["K1"] * column_values(
+            model, record, Column(effect, "K1", parameters, ())
+        )
+    return model.signature(record, effect, parameters)
 
 
-def _chosen_points(places: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64]:
+def _chosen_points(samples: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64]:
     """Every n-th index, and those at both ends of x."""
-    by_size = places[np.argsort(x[places])]
-    every = places[:: -(-places.size // _MOST_POINTS)]
+    by_size = samples[np.argsort(x[samples])]
+    every = samples[:: -(-samples.size // _MOST_POINTS)]
     return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
 
 
@@ -137,14 +123,14 @@ def _picture(
     """Clouds over deflection (0) or speed (1), shaded by the other of the two."""
     names = (("deflection", model.units[1]), ("speed", f"{model.units[1]}/s"))
     panels = []
-    for record, left, law in runs:
-        places = _chosen_points(np.flatnonzero(record.counts), record.motion[against])
-        x, shade = record.motion[against][places], record.motion[1 - against][places]
-        traces = [Trace(GAP, x, left[places], shade)]
+    for record, lacking, law in runs:
+        samples = _chosen_points(np.flatnonzero(record.counts), record.motion[against])
+        x, shade = record.motion[against][samples], record.motion[1 - against][samples]
+        traces = [Trace(GAP, x, lacking[samples], shade)]
         if law is not None:
-            own = record.motion[against][record.counts], law[record.counts]
+            curve = record.motion[against][record.counts], law[record.counts]
             traces.append(
-                Trace(LAW, *(strip_means(*own) if is_function(*own) else (x, law[places])))
+                Trace(LAW, *(strip_means(*curve) if is_function(*curve) else (x, law[samples])))
             )
         panels.append(Panel(f"run {record.name}", tuple(traces)))
     named = set_name(effects)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from carrierflex.diagnosis.element.classes.laws import CLASSES_OF_LAW
+from carrierflex.diagnosis.element.laws import CLASSES_OF_LAW
 from carrierflex.diagnosis.report.class_words import class_sentence, share_words
 from tests.diagnosis.class_answers import one_class
 
