@@ -97,16 +97,8 @@ def answer_of_table(
 ) -> ClassAnswer:
     """Class of the missing effect from the table.
 
-    Parameters
-    ----------
-    table : ElementTable
-        Products, and held-out squares with their limits.
-    model : ElementModel
-        Baseline.
-    noise_note : str
-        What the records cannot say of their noise.
-    shape_of : callable
-        Gives, for a table, the measured shape of a class.
+    `noise_note` is what the records cannot say of their noise; `shape_of` gives, for a table, the
+    measured shape of a class.
     """
     drive = _drive_of(table, model)
     if not _shows_element(table, drive):

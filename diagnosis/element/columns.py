@@ -7,16 +7,8 @@ from functools import partial
 import numpy as np
 
 from carrierflex.diagnosis.classes.group_columns import GroupColumns
-from carrierflex.diagnosis.classes.memory_columns import (
-    dahl_friction,
-    relaxing_branches,
-    stops,
-)
-from carrierflex.diagnosis.classes.splines import (
-    SplineBasis,
-    basis_over,
-    difference_penalty,
-)
+from carrierflex.diagnosis.classes.memory_columns import dahl_friction, relaxing_branches, stops
+from carrierflex.diagnosis.classes.splines import SplineBasis, basis_over, difference_penalty
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.force_records import ForceRecord, time_basis
 from carrierflex.diagnosis.element.laws import MotionSize, change_by_delay, yields
@@ -130,9 +122,7 @@ def group_columns(
     return (
         GroupColumns("f", lambda run: bases.force(run.x), difference_penalty(_N_FORCE, 2)),
         GroupColumns(
-            "g",
-            lambda run: bases.speed(bases.curved_speed(run.v)),
-            difference_penalty(_N_SPEED, 2),
+            "g", lambda run: bases.speed(bases.curved_speed(run.v)), difference_penalty(_N_SPEED, 2)
         ),
         GroupColumns("jump", lambda run: step_at_rest(run.v, size), np.zeros((2, 2))),
         GroupColumns(
@@ -260,13 +250,9 @@ def parts_of_stops(
 ) -> MemoryParts:
     """Stops by what their columns were fitted to; none where all weights are zero.
 
-    Parameters
-    ----------
-    forces : mapping of str to (ndarray, ndarray)
-        Yield deflections and weights of the columns of each force of a stop, by its name among
-        :class:`carrierflex.simulation.element.memory_laws.StopPlaces`.
-    middle, half : float
-        Middle and half of the range of the deflection.
+    `forces` are yield deflections and weights of the columns of each force of a stop, by its name
+    among :class:`carrierflex.simulation.element.memory_laws.StopPlaces`; `middle` and `half` of the
+    range of the deflection.
     """
     every = np.unique(np.concatenate([deflections for deflections, _ in forces.values()]))
     rows = np.zeros((every.size, len(AT)))

@@ -124,24 +124,11 @@ class ForceRecord:
 
 
 def force_records(
-    model: ElementModel,
-    records: Sequence[ElementRecord],
-    noise: FloatArray,
-    *,
-    finer: int = 1,
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray, *, finer: int = 1
 ) -> tuple[ForceRecord, ...]:
     """Runs in force space, those that hold enough samples away from their ends.
 
-    Parameters
-    ----------
-    model : ElementModel
-        Baseline and its scale.
-    records : sequence of ElementRecord
-        Runs.
-    noise : ndarray, shape (n_runs,)
-        Variance of the channel's noise by run.
-    finer : int
-        Blocks for each of the usual ones.
+    `noise` is the variance of the channel's noise by run, `finer` the blocks for each usual one.
     """
     n_blocks = max(2, round(finer * _BLOCKS / len(records)))
     runs = []
@@ -330,14 +317,8 @@ def time_basis(runs: Sequence[ForceRecord]) -> SplineBasis:
 def is_separable_from_time(runs: Sequence[ForceRecord], highest: float) -> bool:
     """Whether neither amplitude nor frequency of the motion follows time.
 
-    R² of the windowed log RMS of x, and of v / x, on time splines common to all runs.
-
-    Parameters
-    ----------
-    runs : sequence of ForceRecord
-        Runs.
-    highest : float
-        R² up to which neither does.
+    R² of the windowed log RMS of x, and of v / x, on time splines common to all runs, is at most
+    `highest`.
     """
     basis = time_basis(runs)
     rows = []
@@ -378,11 +359,6 @@ def has_one_frequency(runs: Sequence[ElementRecord] | Sequence[ForceRecord]) -> 
     Then the band of the motion holds one line, whose height and phase alone splines of time fit.
     A line through the Hann window takes two bins by participation (and 2.2 at most, between two
     bins); two equal lines apart take four.
-
-    Parameters
-    ----------
-    runs : sequence of ElementRecord or of ForceRecord
-        Runs; their drive is taken at the samples that count.
     """
     lines = []
     for run in runs:

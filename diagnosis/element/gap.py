@@ -113,22 +113,8 @@ def element_findings(
 ) -> GapFindings:
     """Where the gap lies, in time, what does not repeat, growth and parity of an element.
 
-    Parameters
-    ----------
-    model : ElementModel
-        Baseline.
-    records : sequence of ElementRecord
-        Runs.
-    residuals : sequence of ndarray, shape (n,)
-        Gap of every run.
-    cells : sequence of GapCell
-        Its map.
-    noise : ndarray, shape (n_runs,)
-        Variance of the noise.
-    is_declared : bool
-        Whether the campaign declares the noise; that of repeats says nothing of their scatter.
-    channel : str
-        Name of the channel.
+    `residuals` are the gap of every run, `cells` its map, `noise` the variance by run. Noise of
+    repeats, not declared, says nothing of their scatter.
     """
     moments: list[GapMoment] = []
     trends: list[DriftTable] = []

@@ -15,7 +15,7 @@ from carrierflex.diagnosis.classes.memory_columns import (
 )
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
 from carrierflex.diagnosis.element.force_records import ForceRecord
-from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.signatures import contained_columns
 from carrierflex.identification.campaign.signals import band_end, change_over
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
@@ -78,7 +78,7 @@ class MotionSize:
     ----------
     low, high : float
         Range of the deflection.
-    speed, acceleration : float
+    speed : float
         RMS.
     rest_speed : float
         Speed below which the sign of the speed is uncertain.
@@ -89,7 +89,6 @@ class MotionSize:
     low: float
     high: float
     speed: float
-    acceleration: float
     rest_speed: float
     least_yield: float
 
@@ -273,26 +272,9 @@ def parameter_shift(
 ) -> FloatArray:
     """Shift of the parameters of a fit with a discrepancy of the classes, shape (p,).
 
-    Parameters
-    ----------
-    model : ElementModel
-        Baseline.
-    table : GramTable
-        Table of the classes.
-    size : MotionSize
-        What the shapes of the laws are multiples of.
-    parameters : sequence of Parameter
-        Unknowns of a set.
-    theta : ndarray, shape (p,)
-        The fit, at which the force is taken as linear.
-    independent_samples : float
-        Samples of all runs that are independent in their bands.
-
-    Returns
-    -------
-    ndarray, shape (p,)
-        Zero where the table does not hold the fitted force: a shape beyond those that it has, or
-        that of a user's law. What its columns then miss would be taken for a discrepancy.
+    The force is taken as linear at the fit; `independent_samples` of all runs in their bands. Zero
+    where the table does not hold the fitted force: a shape beyond those that it has, or that of a
+    user's law. What its columns then miss would be taken for a discrepancy.
     """
     if not _holds_shapes(size, parameters, theta):
         return np.zeros(len(parameters))
@@ -302,7 +284,7 @@ def parameter_shift(
 
 def _holds_shapes(size: MotionSize, parameters: Sequence[Parameter], theta: FloatArray) -> bool:
     """Whether the shapes of all laws lie among those of the table."""
-    for effect, values in _values_by_effect(parameters, theta).items():
+    for effect, values in values_by_effect(parameters, theta).items():
         shaped = _SHAPED.get(effect)
         if shaped is None:
             if any(p.shape for p in parameters if p.effect == effect):
@@ -313,15 +295,6 @@ def _holds_shapes(size: MotionSize, parameters: Sequence[Parameter], theta: Floa
         if not shapes[0] <= shape <= shapes[-1]:
             return False
     return True
-
-
-def _values_by_effect(
-    parameters: Sequence[Parameter], theta: FloatArray
-) -> dict[str, dict[str, float]]:
-    values: dict[str, dict[str, float]] = {}
-    for parameter, value in zip(parameters, theta, strict=True):
-        values.setdefault(parameter.effect, {})[parameter.name] = float(value)
-    return values
 
 
 def _force_derivatives(
@@ -355,7 +328,7 @@ def _force(
     theta: FloatArray,
 ) -> FloatArray:
     """Coefficients of the raw columns, shape (n_columns,)."""
-    values = _values_by_effect(parameters, theta)
+    values = values_by_effect(parameters, theta)
     force = np.zeros(len(table.scale))
     names = ["K1", "C1", "f0"] if model.mass is not None else ["m", "K1", "C1", "f0"]
     keys = [(BASELINE, name) for name in names]

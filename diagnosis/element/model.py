@@ -204,20 +204,8 @@ class ElementModel:
     ) -> FloatArray:
         """Response that a parameter set predicts for a record, shape (n,).
 
-        Parameters
-        ----------
-        record : ElementRecord
-            Record whose drive is applied.
-        effects, theta
-            Effects that join the baseline, and all unknowns.
-        refined : int
-            Factor on the steps of integration.
-
-        Returns
-        -------
-        ndarray
-            Deflection (force drive) or force (displacement drive); infinite where the motion
-            diverges.
+        Deflection (force drive) or force (displacement drive); infinite where the motion diverges.
+        `refined` multiplies the steps of integration.
         """
         values = self._values(effects, theta)
         if self.by_force:
@@ -259,15 +247,7 @@ class ElementModel:
         q, v, a = record.motion
         limits = np.array([record.step, _REST_SPEED * self.scale.speed])
         return restoring_force(
-            q,
-            v,
-            a,
-            flat,
-            limits,
-            first.force,
-            second.force,
-            first.parameters,
-            second.parameters,
+            q, v, a, flat, limits, first.force, second.force, first.parameters, second.parameters
         )
 
     def _values(self, effects: Effects, theta: FloatArray) -> "_Values":
@@ -341,6 +321,16 @@ def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, flo
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))
+
+
+def values_by_effect(
+    parameters: Sequence[Parameter], theta: FloatArray
+) -> dict[str, dict[str, float]]:
+    """Values of unknowns by name, by effect."""
+    values: dict[str, dict[str, float]] = {}
+    for parameter, value in zip(parameters, theta, strict=True):
+        values.setdefault(parameter.effect, {})[parameter.name] = float(value)
+    return values
 
 
 def is_delay(effect: str) -> bool:

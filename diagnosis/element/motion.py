@@ -19,11 +19,7 @@ from scipy.signal import detrend
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.identification.campaign.signals import (
-    pass_gain,
-    trusted_frequency,
-    with_gain,
-)
+from carrierflex.identification.campaign.signals import pass_gain, trusted_frequency, with_gain
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 Motion = tuple[FloatArray, FloatArray, FloatArray]
@@ -153,21 +149,9 @@ def with_harmonics(
 ) -> tuple[ElementRecord, Motion, Motion | None]:
     """Run whose motion is that of its harmonics where a force of one line drives it.
 
-    Where the harmonics leave more than noise (a transient, a subharmonic) what stands clear of the
-    noise is motion as well.
-
-    Parameters
-    ----------
-    nearest : tuple of ndarray, shape (n,)
-        Motion nearest to the true one by frequencies alone.
-    variance : float
-        Variance of the channel's noise.
-
-    Returns
-    -------
-    tuple of (ElementRecord, Motion, Motion or None)
-        Run, motion, and what was measured besides; the run and `nearest` as they are, and None,
-        under any other drive.
+    Gives the run, the motion nearest to the true one, and what was measured besides; run and
+    `nearest` as they are, and None, under any other drive. Where the harmonics leave more than
+    noise (a transient, a subharmonic) what stands clear of the noise is motion as well.
     """
     is_driven = model.by_force and not record.is_released and record.gap is None
     steady = _steady_motion(record) if is_driven and _is_one_line(record) else None

@@ -194,17 +194,7 @@ def _above_band(record: ElementRecord) -> tuple[FloatArray, FloatArray, float]:
 
 @dataclass(frozen=True, eq=False)
 class MotionNoise:
-    """White noise of a driven deflection.
-
-    Parameters
-    ----------
-    variance : float
-        Variance of the noise.
-    element : tuple of float
-        m, C1, K1.
-    band_hz : float
-        End of the band that the motion is limited to.
-    """
+    """White noise of a driven deflection: variance, m, C1, K1, end of the motion's band."""
 
     variance: float
     element: tuple[float, float, float]

@@ -19,7 +19,7 @@ from carrierflex.diagnosis.comparison.pictures import (
     strip_means,
 )
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray
-from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import Column, column_values, known_force
 
@@ -34,59 +34,42 @@ _END_POINTS = 150
 def element_loops(
     model: ElementModel, records: Sequence[ElementRecord], effects: Effects, theta: FloatArray
 ) -> tuple[Picture, ...]:
-    """Unexplained force over deflection and over speed, one run of each condition.
-
-    Those with the largest force first.
+    """Unexplained force over deflection and over speed, the largest run of each condition.
 
     ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured
     motion, in the trusted band; the law is the force of the effects along the same motion.
     Over the speed too, unless the fitted law is a function of the deflection.
     """
-    values: dict[str, dict[str, float]] = {}
-    for parameter, value in zip(model.parameters(effects), theta, strict=True):
-        values.setdefault(parameter.effect, {})[parameter.name] = float(value)
+    values = values_by_effect(model.parameters(effects), theta)
+
+    def force_of(record: ElementRecord, effect: str) -> FloatArray:
+        return _effect_force(model, record, effect, values)
+
     largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
     for record in records:
-        baseline = _baseline_force(model, record, values, effects)
+        q, v, a = record.motion
+        base = values[BASELINE]
+        # A given mass is in the known force already.
+        baseline = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
+        for effect in model.contained:
+            baseline = baseline + force_of(record, effect)
         lacking = record.where_flat(known_force(model, record) - baseline)
         size = float(np.std(lacking[record.counts]))
         if size > largest.get(record.condition, (-1.0,))[0]:
             largest[record.condition] = (size, record, lacking)
     chosen = sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
     runs = [
-        (record, lacking, _law(model, record, values, effects)) for _, record, lacking in chosen
+        (
+            record,
+            lacking,
+            np.sum([force_of(record, effect) for effect in effects], axis=0) if effects else None,
+        )
+        for _, record, lacking in chosen
     ]
     pictures = [_picture(model, runs, effects, against=0)]
     if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
         pictures.append(_picture(model, runs, effects, against=1))
     return tuple(pictures)
-
-
-def _baseline_force(
-    model: ElementModel,
-    record: ElementRecord,
-    values: Mapping[str, Mapping[str, float]],
-    effects: Effects,
-) -> FloatArray:
-    """Force of the baseline along the measured motion."""
-    q, v, a = record.motion
-    base = values[BASELINE]
-    force = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
-    for effect in model.contained:
-        force = force + _effect_force(model, record, effect, values)
-    return force
-
-
-def _law(
-    model: ElementModel,
-    record: ElementRecord,
-    values: Mapping[str, Mapping[str, float]],
-    effects: Effects,
-) -> FloatArray | None:
-    """Force of the effects along the measured motion; None without effects."""
-    if not effects:
-        return None
-    return np.sum([_effect_force(model, record, effect, values) for effect in effects], axis=0)
 
 
 def _effect_force(

@@ -46,11 +46,7 @@ from carrierflex.diagnosis.element.gap import (
 from carrierflex.diagnosis.element.laws import parameter_shift
 from carrierflex.diagnosis.element.measured_laws import law_cards
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
-from carrierflex.diagnosis.element.noise import (
-    carried_noise,
-    declared_gains,
-    noise_variance,
-)
+from carrierflex.diagnosis.element.noise import carried_noise, declared_gains, noise_variance
 from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import (
     ElementRecord,
@@ -268,12 +264,7 @@ class ElementProblem(ComparisonProblem):
 
         def record(response: FloatArray) -> ElementRecord:
             return prepared_record(
-                ("trial", "trial"),
-                step,
-                drive,
-                response,
-                by_force=stepped.by_force,
-                counts=counts,
+                ("trial", "trial"), step, drive, response, by_force=stepped.by_force, counts=counts
             )
 
         blank = record(np.linspace(0.0, stepped.scale.deflection, drive.size))
@@ -443,8 +434,7 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     model = replace(
         unscaled, scale=scale, substeps=scale.substeps(max(record.step for record in records))
     )
-    carried = [carried_noise(model, record) for record in records]
-    noise = noise + np.array(carried)
+    noise = noise + np.array([carried_noise(model, record) for record in records])
     note, table = "", None
     if not measured:
         noise, note, table = _believable_noise(model, records, noise)
@@ -499,13 +489,6 @@ def element_beside_prediction(problem: ElementProblem, campaign: Campaign) -> El
     The inside of that simulator is unknown: mass, spring, damper and constant force are fitted to
     what it predicts and fixed there. Effects act on them, and what they change is added to the
     prediction; the gap without effects is exactly measured less predicted.
-
-    Parameters
-    ----------
-    problem : ElementProblem
-        ComparisonProblem of the same campaign with the model as its baseline.
-    campaign : Campaign
-        Campaign with predictions.
     """
     by_force = problem.model.by_force
     name = campaign.channels[0].name

@@ -114,20 +114,8 @@ def measured_shape(
 ) -> ShapeAndLaw:
     """Curve of one class of an answer, and the law without a name that it makes.
 
-    Parameters
-    ----------
-    table : ElementTable
-        Table and its bases.
-    units : tuple of str
-        Units of force and deflection.
-    scores : ClassScores
-        Held-out squares.
-    name : str
-        Class; one without a curve gives None, one that no file holds gives no law.
-    squares : HeldOutSquares
-        The answer that the class belongs to.
-    law : NearestLaw
-        Law to be drawn over the curve.
+    `squares` are those of the answer; `law` is drawn over the curve. None for a class without a
+    curve, and for one that no file holds.
     """
     if name == FORCE_SURFACE:
         shape, measured_law = _surface_shape(table.bases, units, scores, squares)
@@ -342,11 +330,7 @@ def _grid(bases: ElementBases) -> _Grid:
 
 
 def _surface_law(
-    grid: _Grid,
-    bases: ElementBases,
-    weights: FloatArray,
-    slips: FloatArray,
-    units: tuple[str, str],
+    grid: _Grid, bases: ElementBases, weights: FloatArray, slips: FloatArray, units: tuple[str, str]
 ) -> Law:
     """Surface without its steps at rest, dry friction beside it."""
     size = bases.size

@@ -59,16 +59,7 @@ def element_starts(
 ) -> list[FloatArray]:
     """Starts of one set, at least one: what is known with the new effects off, then solutions.
 
-    Parameters
-    ----------
-    model : ElementModel
-        Parameters and scale.
-    signatures, columns
-        Force space, and what its columns are.
-    effects : tuple of str
-        Effects of the set.
-    known : mapping
-        Values of a smaller set.
+    `signatures` and `columns` are force space; `known` are the values of a smaller set.
     """
     parameters = model.parameters(effects)
     solutions = _force_space_solutions(model, signatures, columns, effects)
@@ -98,11 +89,7 @@ def element_starts(
     return [np.clip(np.array(start), lower, upper) for start in (warm, *starts)]
 
 
-def _warm_value(
-    parameter: Parameter,
-    known: _Values,
-    solution: _Values,
-) -> float:
+def _warm_value(parameter: Parameter, known: _Values, solution: _Values) -> float:
     key = parameter_key(parameter)
     if key in known:
         return known[key]
@@ -165,10 +152,7 @@ def _values(
 
 
 def _linear_element(
-    records: Sequence[ElementRecord],
-    start: _Linear,
-    *,
-    mass: float | None,
+    records: Sequence[ElementRecord], start: _Linear, *, mass: float | None
 ) -> _Linear:
     """Mass, stiffness, damping and constant force that predict the deflections best.
 
@@ -192,10 +176,7 @@ def _linear_element(
 
 
 def _refined(
-    records: Sequence[ElementRecord],
-    instrument: _Linear,
-    start: _Linear,
-    mass: float | None,
+    records: Sequence[ElementRecord], instrument: _Linear, start: _Linear, mass: float | None
 ) -> tuple[_Linear, float]:
     """Best of a start and of what the rounds from an instrument give, and its misfit."""
     best, least = start, _misfit(records, start)
@@ -268,9 +249,7 @@ def _typical_frequency(records: Sequence[ElementRecord]) -> float:
 
 
 def _instrumental(
-    records: Sequence[ElementRecord],
-    instrument: _Linear,
-    mass: float | None,
+    records: Sequence[ElementRecord], instrument: _Linear, mass: float | None
 ) -> _Linear | None:
     """Solution of ``Zᵀ (A x - f) = 0``; None where it is no element."""
     products = np.zeros((4, 4))

@@ -212,16 +212,7 @@ def element_table(
 ) -> ElementTable | None:
     """Gram table of all classes and laws; None where the records are too short.
 
-    Parameters
-    ----------
-    model : ElementModel
-        Baseline, library and scale.
-    records : sequence of ElementRecord
-        Runs.
-    noise : ndarray, shape (n_runs,)
-        Variance of the channel's noise by run.
-    constants : ClassConstants
-        Number of folds, and limits.
+    `noise`, shape (n_runs,), is the variance of the channel's noise by run.
     """
     records = [with_all_lines(model, record) for record in records]
     runs = force_records(model, records, noise)
@@ -289,7 +280,6 @@ def _motion_size(
         low=float(x.min()),
         high=float(x.max()),
         speed=speed,
-        acceleration=acceleration,
         rest_speed=min(rest, _REST_SPEED[1] * speed),
         least_yield=sigma,
     )
@@ -432,17 +422,7 @@ def products_by_block(
     columns: Callable[[ForceRecord], tuple[list[FloatArray], _Layout]],
     n_folds: int,
 ) -> BlockProducts:
-    """Products of columns along some runs, by block.
-
-    Parameters
-    ----------
-    runs, weights : sequence
-        Runs and their filters.
-    columns : callable
-        Gives the columns of a run and their layout.
-    n_folds : int
-        Folds that the blocks are held out in.
-    """
+    """Products of columns along some runs, by block; `columns` gives those of a run."""
     n_blocks = sum(np.unique(run.block[run.counts]).size for run in runs)
     gram = np.empty(0)
     floors: list[float] = []
