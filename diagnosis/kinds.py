@@ -17,14 +17,17 @@ from carrierflex.diagnosis.carrier.wiring import (
     unchecked_records,
 )
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.element.classes.measured.measured_laws import (
+from carrierflex.diagnosis.element.measured_laws import (
     beyond_visited,
     law_of_answer,
 )
-from carrierflex.diagnosis.element.prediction import element_beside_prediction
-from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
-from carrierflex.diagnosis.element.wiring.clocks import element_clocks
-from carrierflex.diagnosis.element.wiring.rivals import (
+from carrierflex.diagnosis.element.problem import (
+    ElementProblem,
+    element_beside_prediction,
+    element_problem,
+)
+from carrierflex.diagnosis.element.wiring import (
+    element_clocks,
     element_left,
     element_linear,
     element_predictions,

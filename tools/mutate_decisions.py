@@ -40,7 +40,7 @@ TESTS = {
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
     "diagnosis/classes/shape_decision.py": ("tests/diagnosis/classes/test_shape_decision.py",),
-    "diagnosis/element/classes/answer.py": (
+    "diagnosis/element/answer.py": (
         "tests/diagnosis/element/test_answer_of_table.py",
         "tests/diagnosis/element/test_loops_in_answers.py",
         "tests/diagnosis/element/test_element_shown.py",

@@ -160,7 +160,7 @@ class CacheStore:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             remove_abandoned(self.folder)
-            part = unfinished_folder(self.folder / key)
+            unfinished = unfinished_folder(self.folder / key)
         except OSError as error:
             log.error(
                 "%s: cannot write into the cache (%s); the result is not kept",
@@ -170,8 +170,8 @@ class CacheStore:
             return
         try:
             for name, path in files.items():
-                shutil.copyfile(path, part / name)
-            digests = {name: _digest(part / name) for name in files}
+                shutil.copyfile(path, unfinished / name)
+            digests = {name: _digest(unfinished / name) for name in files}
             header = {
                 "format": FORMAT,
                 "version": VERSION,
@@ -179,10 +179,10 @@ class CacheStore:
                 "files": digests,
                 "inputs": inputs,
             }
-            save_json(part / _ENTRY, header)
+            save_json(unfinished / _ENTRY, header)
             # Another process may have been first: its entry is the same.
             if not (self.folder / key).exists():
-                os.rename(part, self.folder / key)
+                os.rename(unfinished, self.folder / key)
         except OSError as error:
             log.error(
                 "%s: cannot write into the cache (%s); the result is not kept",
@@ -190,7 +190,7 @@ class CacheStore:
                 error.strerror,
             )
         finally:
-            shutil.rmtree(part, ignore_errors=True)
+            shutil.rmtree(unfinished, ignore_errors=True)
         self._trim(newest=key)
 
     def _trim(self, newest: str) -> None:

@@ -102,31 +102,32 @@ class Stages:
         later = self.weights[number + 1 :]
         if number < self.timed_from or len(later) < self.total - number - 1:
             return None
-        whole = self._whole_stage(number)
-        if whole is None:
+        duration = self._stage_seconds(number)
+        if duration is None:
             return None
         in_stage = time.perf_counter() - self._stage_begun
-        whole = max(whole, in_stage)
+        duration = max(duration, in_stage)
         after = 0.0
         if later:
             before = self._stage_begun - self._begun
-            after = (before + whole) * sum(later) / sum(self.weights[self.timed_from : number + 1])
-        left = whole - in_stage + after
-        return left if left > 0.0 else None
+            known = sum(self.weights[self.timed_from : number + 1])
+            after = (before + duration) * sum(later) / known
+        remaining = duration - in_stage + after
+        return remaining if remaining > 0.0 else None
 
-    def _whole_stage(self, number: int) -> float | None:
+    def _stage_seconds(self, number: int) -> float | None:
         """Seconds that the running stage takes; None where nobody can know.
 
         The more of it is done the more its own speed counts beside that of the stages before it.
         """
-        own = (self._noted - self._stage_begun) / self._share if self._share > 0.0 else None
+        by_share = (self._noted - self._stage_begun) / self._share if self._share > 0.0 else None
         earlier = sum(self.weights[self.timed_from : number])
         if earlier <= 0.0 or number >= self.total:
-            return own
+            return by_share
         by_weight = (self._stage_begun - self._begun) * self.weights[number] / earlier
-        if own is None:
+        if by_share is None:
             return by_weight
-        return self._share * own + (1.0 - self._share) * by_weight
+        return self._share * by_share + (1.0 - self._share) * by_weight
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -183,10 +184,10 @@ class _Remaining(ProgressColumn):
 
     def render(self, task: Task) -> Text:
         """Minutes and seconds, once something is done."""
-        left = self._stages.remaining
-        if left is None:
+        remaining = self._stages.remaining
+        if remaining is None:
             return Text("")
-        return Text(f"about {int(left) // 60}:{int(left) % 60:02d} left", style="cyan")
+        return Text(f"about {int(remaining) // 60}:{int(remaining) % 60:02d} left", style="cyan")
 
 
 def _plain(text: str) -> str:

@@ -1,10 +1,8 @@
-"""Parts of a carrier's gap.
-
-One pattern and order over all runs, what it is fixed to and how it grows with the loads.
-"""
+"""Components of a carrier's gap: one pattern and order over all runs, its frame and its growth."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,216 +21,142 @@ from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RA
 
 IntArray = NDArray[np.int64]
 
-HOUSING = "housing"
-CARRIER = "carrier"
-UNDECIDED = "undecided"
+_HOUSING = "housing"
+_CARRIER = "carrier"
+_UNDECIDED = "undecided"
 #: A wave is fixed to the carrier where it holds this share of its order; a weaker one may be the
 #: leak of a sensor's gain.
-_OWN_ORDER = 0.9
-#: Growth is fitted for this many parts.
-_MOST_PARTS = 12
-#: Parts of the gap that are named at most, and the smallest share worth naming.
+_SHARE_OF_ORDER = 0.9
+#: Growth is fitted for this many components.
+_MOST_GROWN = 12
+#: Components of the gap that are named at most, and the smallest share worth naming.
 _MOST_NAMED = 3
-_SMALLEST_NAMED = 0.05
+SMALLEST_NAMED = 0.05
 #: Small orders named at most.
 _MOST_SMALL = 4
 #: An exponent with torque is taken out where its interval is narrower than this on either side.
 _KNOWN_WITHIN = 1.0
-#: A part changes with the radial load where its sizes, the growth with torque taken out, differ by
-#: this share of the largest.
+#: A component changes with the radial load where its sizes, the growth with torque taken out,
+#: differ by this share of the largest.
 _CHANGES = 0.5
 TORQUE = "torque"
 RADIAL_LOAD = "radial load"
 SPEED = "speed"
 
-#: Size of every condition in every run.
-Conditions = Mapping[str, Mapping[str, float]]
-
 
 @dataclass(frozen=True, eq=False)
-class GapPart:
-    """Cells of one pattern and order in all runs.
+class _Component:
+    """Cells of one pattern and order in all runs."""
 
-    Parameters
-    ----------
-    pattern : str
-        Sensor pattern.
-    order : int
-        Order; negative for backward motion of a radial pair.
-    share : float
-        Share of the gap.
-    amplitudes, errors : dict of str to float
-        RMS and its standard deviation in every run in which it is beyond chance.
-    runs : tuple of str
-        These runs.
-    p_value : float
-        Largest of those runs; 1 where there is none.
-    """
-
-    pattern: str
-    order: int
-    share: float
+    pattern: str  # sensor pattern
+    order: int  # order
+    share: float  # share of the gap
     amplitudes: dict[str, float]
     errors: dict[str, float]
-    runs: tuple[str, ...]
-    p_value: float
+    runs: tuple[str, ...]  # these runs
+    p_value: float  # largest of those runs
 
 
-def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
-    """Parts of the gap over all runs, largest first.
+def _components(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
+    """Components of the gap over all runs, largest first.
 
-    The two halves of a static tilt are one part.
+    The two halves of a static tilt are one component.
     """
-    own = map_of(cells)
-    if not own:
+    gap = map_of(cells)
+    if not gap:
         return ()
-    orders = own.orders.astype(np.int64)
-    patterns = _patterns_of_parts(own, orders)
-    keys, first, part_of = np.unique(
+    orders = gap.orders.astype(np.int64)
+    patterns = _patterns(gap, orders)
+    keys, first, component_of = np.unique(
         np.column_stack([patterns, orders]), axis=0, return_index=True, return_inverse=True
     )
-    run_of = own.places[:, 0]
-    shape = (len(keys), len(own.runs))
-    place = np.ravel_multi_index((part_of.ravel(), run_of), shape)
+    run_of = gap.places[:, 0]
+    shape = (len(keys), len(gap.runs))
+    cell = np.ravel_multi_index((component_of.ravel(), run_of), shape)
 
-    def by_part_and_run(values: FloatArray) -> FloatArray:
-        """Sums of the cells of each part in each run."""
-        flat = np.bincount(place, values, minlength=shape[0] * shape[1])
+    def by_component_and_run(values: FloatArray) -> FloatArray:
+        """Sums of the cells of each component in each run."""
+        flat = np.bincount(cell, values, minlength=shape[0] * shape[1])
         return np.asarray(flat.reshape(shape), dtype=np.float64)
 
-    sizes = np.sqrt(by_part_and_run(np.maximum(own.coherent, 0.0)))
+    sizes = np.sqrt(by_component_and_run(np.maximum(gap.coherent, 0.0)))
     # Of the two components of the noise one lies along the amplitude.
-    errors = np.sqrt(0.5 * by_part_and_run(own.noise))
-    shares = np.bincount(part_of.ravel(), own.shares)
+    errors = np.sqrt(0.5 * by_component_and_run(gap.noise))
+    shares = np.bincount(component_of.ravel(), gap.shares)
     beyond: dict[int, list[int]] = {}
-    for cell in np.flatnonzero(own.are_significant).tolist():
-        beyond.setdefault(int(part_of.ravel()[cell]), []).append(cell)
-    parts = []
+    for number in np.flatnonzero(gap.are_significant).tolist():
+        beyond.setdefault(int(component_of.ravel()[number]), []).append(number)
+    components = []
     for k in np.argsort(first).tolist():
         shown = beyond.get(k, [])
         runs = dict.fromkeys(run_of[shown].tolist())
-        parts.append(
-            GapPart(
-                pattern=own.patterns[keys[k, 0]],
+        components.append(
+            _Component(
+                pattern=gap.patterns[keys[k, 0]],
                 order=int(keys[k, 1]),
                 share=float(shares[k]),
-                amplitudes={own.runs[run]: float(sizes[k, run]) for run in runs},
-                errors={own.runs[run]: float(errors[k, run]) for run in runs},
-                runs=tuple(own.runs[run] for run in runs),
-                p_value=float(own.p_values[shown].max(initial=0.0)) if shown else 1.0,
+                amplitudes={gap.runs[run]: float(sizes[k, run]) for run in runs},
+                errors={gap.runs[run]: float(errors[k, run]) for run in runs},
+                runs=tuple(gap.runs[run] for run in runs),
+                p_value=float(gap.p_values[shown].max(initial=0.0)) if shown else 1.0,
             )
         )
-    return tuple(sorted(parts, key=lambda part: -part.share))
+    return tuple(sorted(components, key=lambda component: -component.share))
 
 
-def _patterns_of_parts(own: GapMap, orders: IntArray) -> IntArray:
-    """Pattern of every cell's part: the second half of a static tilt is the first's."""
-    patterns = own.places[:, 1].copy()
-    if {"m=+1", "m=-1"} <= set(own.patterns):
-        is_second_half = (patterns == own.patterns.index("m=-1")) & (orders == 0)
-        patterns[is_second_half] = own.patterns.index("m=+1")
+def _patterns(gap: GapMap, orders: IntArray) -> IntArray:
+    """Pattern of every cell's component: the second half of a static tilt is the first's."""
+    patterns = gap.places[:, 1].copy()
+    if {"m=+1", "m=-1"} <= set(gap.patterns):
+        is_second_half = (patterns == gap.patterns.index("m=-1")) & (orders == 0)
+        patterns[is_second_half] = gap.patterns.index("m=+1")
     return patterns
 
 
-def frame_of(part: GapPart, parts: Sequence[GapPart], n_planets: int) -> str:
-    """What a part is fixed to, by its pattern and order.
+def _frame_of(component: _Component, components: Sequence[_Component], n_planets: int) -> str:
+    """Frame of a component by its pattern and order: ``housing``, ``carrier`` or ``undecided``.
 
-    Static parts stay with the housing. A shape that turns with the carrier shows order n only in
-    pattern ``m = n mod 4``, and in a radial pair as forward motion for n = 1, 5, ..., backward for
-    n = 3, 7, ...; a part of another pattern pulsates in the housing. Four sensors read a wave of
-    four lobes alike: where the planets' own orders are such (four and eight planets, the second of
-    six), it looks as a housing that pulsates where they pass.
-
-    Parameters
-    ----------
-    part : GapPart
-        Part.
-    parts : sequence of GapPart
-        All parts, to compare with those of the same order.
-    n_planets : int
-        Planets.
-
-    Returns
-    -------
-    str
-        ``housing``, ``carrier`` or ``undecided``.
+    Static components stay with the housing. A shape that turns with the carrier shows order n only
+    in pattern ``m = n mod 4``, and in a radial pair as forward motion for n = 1, 5, ..., backward
+    for n = 3, 7, ...; a component of another pattern pulsates in the housing. Four sensors read a
+    wave of four lobes alike: where the planets' orders are such (four and eight planets, the second
+    of six), it looks as a housing that pulsates where they pass.
     """
-    if part.order == 0:
-        return HOUSING
-    if part.pattern == RADIAL:
-        return _radial_frame(part, parts)
+    order = component.order
+    if order == 0:
+        return _HOUSING
+    if component.pattern == RADIAL:
+        return _radial_frame(component, components)
     numbers = {name: m for m, name in PATTERN_NAMES.items()}
-    if part.pattern not in numbers:
-        return UNDECIDED
-    rivals = [other for other in parts if other.order == part.order and other.pattern in numbers]
+    if component.pattern not in numbers:
+        return _UNDECIDED
+    number = numbers[component.pattern]
+    rivals = [other for other in components if other.order == order and other.pattern in numbers]
     total = sum(max(other.share, 0.0) for other in rivals)
-    share = part.share / max(total, np.finfo(float).tiny)
-    if part.order in (n_planets, 2 * n_planets) and part.order % 4 == 0 == numbers[part.pattern]:
-        return UNDECIDED
-    if (part.order - numbers[part.pattern]) % 4 == 0:
-        return CARRIER if share >= _OWN_ORDER else UNDECIDED
-    return HOUSING if share > 1.0 - _OWN_ORDER else UNDECIDED
+    share = component.share / max(total, np.finfo(float).tiny)
+    if order in (n_planets, 2 * n_planets) and order % 4 == 0 == number:
+        return _UNDECIDED
+    if (order - number) % 4 == 0:
+        return _CARRIER if share >= _SHARE_OF_ORDER else _UNDECIDED
+    return _HOUSING if share > 1.0 - _SHARE_OF_ORDER else _UNDECIDED
 
 
-def _radial_frame(part: GapPart, parts: Sequence[GapPart]) -> str:
-    if part.order % 2 == 0:
-        return UNDECIDED
-    shares = {other.order: max(other.share, 0.0) for other in parts if other.pattern == RADIAL}
-    n = abs(part.order)
+def _radial_frame(component: _Component, components: Sequence[_Component]) -> str:
+    if component.order % 2 == 0:
+        return _UNDECIDED
+    shares = {other.order: max(other.share, 0.0) for other in components if other.pattern == RADIAL}
+    n = abs(component.order)
     turning = n if n % 4 == 1 else -n
     total = shares.get(n, 0.0) + shares.get(-n, 0.0)
     share = shares.get(turning, 0.0) / max(total, np.finfo(float).tiny)
-    if share >= _OWN_ORDER:
-        return CARRIER if part.order == turning else UNDECIDED
-    return HOUSING if 0.25 <= share <= 0.75 else UNDECIDED
+    if share >= _SHARE_OF_ORDER:
+        return _CARRIER if component.order == turning else _UNDECIDED
+    return _HOUSING if 0.25 <= share <= 0.75 else _UNDECIDED
 
 
-def part_growth(
-    part: GapPart, parts: Sequence[GapPart], conditions: Conditions, n_planets: int
-) -> PartGrowth:
-    """Exponents of a part with every condition, over the runs that show it.
-
-    Parameters
-    ----------
-    part : GapPart
-        Part.
-    parts : sequence of GapPart
-        All parts.
-    conditions : mapping of str to mapping of str to float
-        Size of every condition in every run.
-    n_planets : int
-        Planets.
-    """
-    runs = part.runs
-    size = np.array([part.amplitudes[run] for run in runs])
-    error = np.array([part.errors[run] for run in runs])
-    values: dict[str, FloatArray] = {
-        name: np.array([by_run[run] for run in runs], dtype=np.float64)
-        for name, by_run in conditions.items()
-    }
-    return PartGrowth(
-        part.pattern,
-        float(part.order),
-        frame_of(part, parts, n_planets),
-        exponents(size, error, values),
-    )
-
-
-def growth_table(
-    cells: Sequence[GapCell], conditions: Conditions, n_planets: int
-) -> tuple[PartGrowth, ...]:
-    """Frame and growth of the largest significant parts."""
-    parts = gap_parts(cells)
-    return tuple(
-        part_growth(part, parts, conditions, n_planets)
-        for part in _significant_parts(parts)[:_MOST_PARTS]
-    )
-
-
-def carrier_where(
-    cells: Sequence[GapCell], conditions: Conditions, n_planets: int
-) -> tuple[Finding, ...]:
-    """Where the gap lies: its largest parts, then the orders that are small yet significant.
+@dataclass(frozen=True, eq=False)
+class GapComponents:
+    """Components of a gap, what each is fixed to and how it grows with the loads.
 
     Parameters
     ----------
@@ -242,84 +166,103 @@ def carrier_where(
         ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes.
     n_planets : int
         Planets.
-
-    Returns
-    -------
-    tuple of Finding
-        Empty where no part of five per cent is significant.
     """
-    parts = gap_parts(cells)
-    significant_parts = _significant_parts(parts)
-    large = [part for part in significant_parts if part.share >= _SMALLEST_NAMED][:_MOST_NAMED]
-    if not large:
-        return ()
-    n_runs = len(conditions[TORQUE])
-    rest = [part for part in significant_parts if part not in large]
-    return (
-        *(_large_part(part, parts, conditions, n_planets) for part in large),
-        *_small_orders(rest, n_runs),
-    )
+
+    cells: Sequence[GapCell]
+    conditions: Mapping[str, Mapping[str, float]]
+    n_planets: int
+
+    def growth(self) -> tuple[PartGrowth, ...]:
+        """Frame and growth of the largest significant components."""
+        return tuple(map(self._growth, self._significant[:_MOST_GROWN]))
+
+    def where(self) -> tuple[Finding, ...]:
+        """Where the gap lies: largest components, then orders that are small yet significant.
+
+        Empty where no component of five per cent is significant.
+        """
+        large = [one for one in self._significant if one.share >= SMALLEST_NAMED][:_MOST_NAMED]
+        if not large:
+            return ()
+        rest = [one for one in self._significant if one not in large]
+        return (*map(self._finding, large), *_small_orders(rest, len(self.conditions[TORQUE])))
+
+    @cached_property
+    def _components(self) -> tuple[_Component, ...]:
+        return _components(self.cells)
+
+    @property
+    def _significant(self) -> list[_Component]:
+        return [one for one in self._components if one.runs and one.share > 0.0]
+
+    def _growth(self, component: _Component) -> PartGrowth:
+        """Exponents of a component with every condition, over the runs that show it."""
+        runs = component.runs
+        size = np.array([component.amplitudes[run] for run in runs])
+        error = np.array([component.errors[run] for run in runs])
+        values: dict[str, FloatArray] = {
+            name: np.array([by_run[run] for run in runs], dtype=np.float64)
+            for name, by_run in self.conditions.items()
+        }
+        return PartGrowth(
+            component.pattern,
+            float(component.order),
+            _frame_of(component, self._components, self.n_planets),
+            exponents(size, error, values),
+        )
+
+    def _finding(self, component: _Component) -> Finding:
+        growth = self._growth(component)
+        return Finding(
+            kind=ORDER,
+            patterns=(component.pattern,),
+            share=component.share,
+            runs=component.runs,
+            is_in_every_run=len(component.runs) == len(self.conditions[TORQUE]),
+            order=component.order,
+            frame=growth.frame,
+            p_value=component.p_value,
+            exponents=growth.exponents,
+            changes_with=RADIAL_LOAD if self._changes_with_load(component, growth) else "",
+        )
+
+    def _changes_with_load(self, component: _Component, growth: PartGrowth) -> bool:
+        """Whether a component differs between runs with and without a radial load.
+
+        Its growth with torque is taken out where it is known.
+        """
+        loads = self.conditions[RADIAL_LOAD]
+        exponent = growth.exponents[TORQUE]
+        is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN
+        power = exponent.value if is_known else 0.0
+        sizes = [
+            component.amplitudes[run] / max(self.conditions[TORQUE][run], 1.0) ** power
+            for run in component.runs
+        ]
+        least = WITHOUT * max(loads.values())
+        n_loaded = sum(loads[run] > least for run in component.runs)
+        if n_loaded in (0, len(component.runs)):
+            return False
+        return max(sizes) - min(sizes) > _CHANGES * max(sizes)
 
 
-def _significant_parts(parts: Sequence[GapPart]) -> list[GapPart]:
-    return [part for part in parts if part.runs and part.share > 0.0]
-
-
-def _large_part(
-    part: GapPart, parts: Sequence[GapPart], conditions: Conditions, n_planets: int
-) -> Finding:
-    growth = part_growth(part, parts, conditions, n_planets)
-    return Finding(
-        kind=ORDER,
-        patterns=(part.pattern,),
-        share=part.share,
-        runs=part.runs,
-        is_in_every_run=len(part.runs) == len(conditions[TORQUE]),
-        order=part.order,
-        frame=growth.frame,
-        p_value=part.p_value,
-        exponents=growth.exponents,
-        changes_with=RADIAL_LOAD if _changes_with_load(part, growth, conditions) else "",
-    )
-
-
-def _changes_with_load(part: GapPart, growth: PartGrowth, conditions: Conditions) -> bool:
-    """Whether a part differs between runs with and without a radial load.
-
-    Its growth with torque is taken out where it is known.
-    """
-    loads = conditions[RADIAL_LOAD]
-    exponent = growth.exponents[TORQUE]
-    is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN
-    power = exponent.value if is_known else 0.0
-    sizes = {
-        run: part.amplitudes[run] / max(conditions[TORQUE][run], 1.0) ** power for run in part.runs
-    }
-    least = WITHOUT * max(loads.values())
-    n_loaded = sum(loads[run] > least for run in part.runs)
-    if n_loaded in (0, len(part.runs)):
-        return False
-    largest = max(sizes.values())
-    return largest - min(sizes.values()) > _CHANGES * largest
-
-
-def _small_orders(parts: Sequence[GapPart], n_runs: int) -> list[Finding]:
+def _small_orders(components: Sequence[_Component], n_runs: int) -> list[Finding]:
     """Orders that are significant in most runs though small, largest first.
 
     The patterns of one order together.
     """
-    orders: dict[int, list[GapPart]] = {}
-    for part in parts:
-        if 2 * len(part.runs) > n_runs:
-            orders.setdefault(abs(part.order), []).append(part)
+    orders: dict[int, list[_Component]] = {}
+    for component in components:
+        if 2 * len(component.runs) > n_runs:
+            orders.setdefault(abs(component.order), []).append(component)
     findings = []
     for order, group in orders.items():
-        surest = min(group, key=lambda part: (-len(part.runs), part.p_value))
+        surest = min(group, key=lambda component: (-len(component.runs), component.p_value))
         findings.append(
             Finding(
                 kind=SMALL_ORDER,
-                patterns=tuple(dict.fromkeys(part.pattern for part in group)),
-                share=sum(part.share for part in group),
+                patterns=tuple(dict.fromkeys(component.pattern for component in group)),
+                share=sum(component.share for component in group),
                 runs=surest.runs,
                 is_in_every_run=len(surest.runs) == n_runs,
                 order=order,

@@ -14,11 +14,10 @@ from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.carrier.gap_components import (
     RADIAL_LOAD,
+    SMALLEST_NAMED,
     SPEED,
     TORQUE,
-    Conditions,
-    carrier_where,
-    growth_table,
+    GapComponents,
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
@@ -59,12 +58,11 @@ from carrierflex.identification.carrier.sensor_patterns import (
 from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
+#: Points of a turn at which its peaks are looked for.
 _POINTS = 128
 IntArray = NDArray[np.int64]
-_SEED = 3
-_SEED_OFF_ORDERS = 5
-#: Smallest share of the gap worth naming.
-_SMALLEST_NAMED = 0.05
+#: Seeds of the draws of the cells, on the orders and off them.
+_SEED, _SEED_OFF_ORDERS = 3, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,39 +79,39 @@ class CarrierGap:
         Variance of the noise of every channel [m²].
     residual : ndarray of complex, shape (R, C, n + 1)
         Order amplitudes of the residual, 0 to n.
-    beside : OffOrders
-        What was found beside the orders and is no part of `records`.
+    motion : OffOrders
+        Lines and bands off the orders, which are not in `records`.
     """
 
     campaign: Campaign
     records: CarrierSums
     noise: FloatArray
     residual: ComplexArray
-    beside: OffOrders
+    motion: OffOrders
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:
         """Gap map, largest share first."""
         names = [run.name for run in self.campaign.runs]
         noise = self.noise.mean() / self._samples
-        return carrier_gap_cells(
+        return _gap_cells(
             self.campaign.channels,
             self.residual,
             names,
             self.records.run_of_revolution,
             noise,
-            tuple(off_order_tables(self.beside)),
+            tuple(_off_order_tables(self.motion)),
         )
 
     @cached_property
     def order_cells(self) -> Sequence[GapCell]:
-        """Cells of the shaft's orders, without those beside them."""
-        if not self.beside.motions:
+        """Cells of the shaft's orders, without those off them."""
+        if not self.motion.motions:
             return self.cells
         return map_of(self.cells).on_orders()
 
     @cached_property
-    def conditions(self) -> Conditions:
+    def conditions(self) -> dict[str, dict[str, float]]:
         """Mean torque, radial load and speed of every run, sizes."""
         sizes: dict[str, dict[str, float]] = {TORQUE: {}, RADIAL_LOAD: {}, SPEED: {}}
         for r, run in enumerate(self.campaign.runs):
@@ -147,12 +145,15 @@ class CarrierGap:
         repeated = significant_non_synchronous(self._repeats())
         coherent = sum(cell.coherent for cell in self.cells)
         n_planets = int(self.campaign.rig["n_planets"])
+        components = GapComponents(self.order_cells, self.conditions, n_planets)
         where = (
-            *carrier_where(self.order_cells, self.conditions, n_planets),
-            *line_findings(self.beside.motions, coherent, len(self.campaign.runs)),
+            *components.where(),
+            *_line_findings(self.motion.motions, coherent, len(self.campaign.runs)),
         )
         return GapFindings(
-            where=tuple(sorted(where, key=lambda own: (own.kind == SMALL_ORDER, -own.share))),
+            where=tuple(
+                sorted(where, key=lambda finding: (finding.kind == SMALL_ORDER, -finding.share))
+            ),
             numbered_by=SHAFT_ORDERS,
             in_time=tuple(moments),
             drifts=significant_drifts(trends),
@@ -161,7 +162,7 @@ class CarrierGap:
                 *repeatability(rows, coherent, "revolution"),
                 *repeatability(repeated, coherent, "repeat"),
             ),
-            growth=growth_table(self.order_cells, self.conditions, n_planets),
+            growth=components.growth(),
         )
 
     def scalars(self) -> tuple[Scalar, ...]:
@@ -239,7 +240,7 @@ class CarrierGap:
         return np.asarray((of_orders + off_orders).mean(axis=1), dtype=np.float64)
 
     def _scatter(self, run: int, split: PatternSplit, measured: PatternSplit) -> list[ScatterTable]:
-        """Scatter of one run against the noise that is declared, or found off the orders."""
+        """Scatter of one run against the noise that is declared, or measured off the orders."""
         gap_amplitudes = split.amplitudes
         amplitudes = measured.amplitudes
         n_revolutions = len(amplitudes)
@@ -251,7 +252,7 @@ class CarrierGap:
         by_pattern = np.array([by_channel[list(members)].mean() for members in split.members])
         noise = split.noise * by_pattern[:, None] / self._samples[run]
         gap = split.weights * gap_amplitudes.var(axis=0, ddof=1)
-        degrees = degrees_of(gap_amplitudes) * (n_revolutions - 1)
+        degrees = _degrees_of(gap_amplitudes) * (n_revolutions - 1)
         if is_declared:
             p_value = scatter_p_values(gap, noise, degrees)
         else:
@@ -259,7 +260,7 @@ class CarrierGap:
         table = ScatterTable(
             run=self.campaign.runs[run].name,
             patterns=split.names,
-            orders=signed_orders(split.amplitudes),
+            orders=_signed_orders(split.amplitudes),
             measured=split.weights * amplitudes.var(axis=0, ddof=1),
             simulated=split.weights * (amplitudes - gap_amplitudes).var(axis=0, ddof=1),
             gap=gap,
@@ -292,11 +293,11 @@ class CarrierGap:
             means["measured"].append(measured.amplitudes.mean(axis=0))
             means["simulated"].append((measured.amplitudes - split.amplitudes).mean(axis=0))
             within.append(split.amplitudes.var(axis=0, ddof=1) / rows.size)
-            degrees_of_runs.append(degrees_of(split.amplitudes))
+            degrees_of_runs.append(_degrees_of(split.amplitudes))
         # Variance between the means of the runs, by cell.
         scatter = {
-            name: np.asarray(split.weights * np.var(own, axis=0, ddof=1), dtype=np.float64)
-            for name, own in means.items()
+            name: np.asarray(split.weights * np.var(of_runs, axis=0, ddof=1), dtype=np.float64)
+            for name, of_runs in means.items()
         }
         noise = split.weights * np.mean(within, axis=0)
         degrees = np.max(degrees_of_runs, axis=0)
@@ -304,7 +305,7 @@ class CarrierGap:
         return ScatterTable(
             run=" and ".join(self.campaign.runs[r].name for r in runs),
             patterns=split.names,
-            orders=signed_orders(split.amplitudes),
+            orders=_signed_orders(split.amplitudes),
             **scatter,
             noise=noise,
             p_value=scatter_p_values_estimated(
@@ -319,7 +320,7 @@ class CarrierGap:
         return square / np.maximum(degrees, 1.0), degrees
 
     def _off_orders(self, run: int) -> list[NonSynchronousCell]:
-        """Mean square off the orders by channel; the model's part there is neglected."""
+        """Mean square off the orders by channel; what the model has there is neglected."""
         variance, degrees = self._off_variance(run)
         n_channels = len(self.campaign.channels)
         cells = []
@@ -357,7 +358,7 @@ def _drifts(run: str, time: FloatArray, split: PatternSplit) -> DriftTable:
     return DriftTable(
         run=run,
         patterns=split.names,
-        orders=signed_orders(amplitudes),
+        orders=_signed_orders(amplitudes),
         change=over_run.change,
         share=over_run.mean_square / np.where(mean_square > 0.0, mean_square, np.nan),
         p_value=over_run.p_value,
@@ -374,38 +375,19 @@ def _peak_to_peak(orders: ComplexArray) -> FloatArray:
     return np.asarray(np.mean(spans, axis=0), dtype=np.float64)
 
 
-def carrier_gap_cells(
+def _gap_cells(
     channels: Sequence[Channel],
     residual_orders: ComplexArray,
     runs: Sequence[str],
     run_of_revolution: NDArray[np.int64],
     noise_of_mean: FloatArray,
-    beside: Sequence[CellTable] = (),
+    off_orders: Sequence[CellTable] = (),
 ) -> Sequence[GapCell]:
-    """Gap map of a residual, largest cell first.
+    """Gap map of a residual by run, sensor pattern and shaft order, largest cell first.
 
     ``coherent = w (|mean|² - s²/R)`` over the R complete revolutions of a run, test ``R |mean|²/s²
-    ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s.
-
-    Parameters
-    ----------
-    channels : sequence of Channel
-        Channels.
-    residual_orders : ndarray of complex, shape (R, n_channels, n + 1)
-        Order amplitudes of the residual by revolution, 0 to n.
-    runs : sequence of str
-        Names of the runs.
-    run_of_revolution : ndarray of int, shape (R,)
-        Run of every revolution.
-    noise_of_mean : ndarray, shape (n_runs,)
-        Noise variance of the mean over one revolution, itself a mean over the channels [m²].
-    beside : sequence of CellTable
-        Cells beside the orders.
-
-    Returns
-    -------
-    tuple of GapCell
-        Every cell of every run that has a complete revolution.
+    ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s:
+    `noise_of_mean`, shape (n_runs,), is its variance in a mean over the channels [m²].
     """
     complete = np.isfinite(residual_orders).all(axis=(1, 2))
     revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
@@ -414,7 +396,7 @@ def carrier_gap_cells(
         for run, rows, noise in zip(runs, revolutions, noise_of_mean.tolist(), strict=True)
         if rows.size
     ]
-    return gap_cells([*tables, *beside])
+    return gap_cells([*tables, *off_orders])
 
 
 def _split_of(channels: Sequence[Channel], orders: ComplexArray, rows: IntArray) -> PatternSplit:
@@ -422,13 +404,13 @@ def _split_of(channels: Sequence[Channel], orders: ComplexArray, rows: IntArray)
     return pattern_split(channels, orders[rows])
 
 
-def signed_orders(amplitudes: ComplexArray) -> FloatArray:
+def _signed_orders(amplitudes: ComplexArray) -> FloatArray:
     """Orders -n to n of a pattern's amplitudes, shape (..., 2 n + 1)."""
     highest = amplitudes.shape[-1] // 2
     return np.arange(-highest, highest + 1, dtype=np.float64)
 
 
-def degrees_of(amplitudes: ComplexArray) -> FloatArray:
+def _degrees_of(amplitudes: ComplexArray) -> FloatArray:
     """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis.
 
     Two, or one where they are real throughout.
@@ -443,7 +425,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     amplitudes = split.amplitudes
     n = len(amplitudes)
     mean = amplitudes.mean(axis=0)
-    degrees = degrees_of(amplitudes)
+    degrees = _degrees_of(amplitudes)
     if n > 1:
         scatter = amplitudes.var(axis=0, ddof=1)
         ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
@@ -456,7 +438,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     noise_square = weights * scatter / n
 
     def draws() -> FloatArray:
-        """Coherent part of every draw; the amplitudes of the run are not kept for it."""
+        """Coherent part of every draw; the amplitudes of the run are made again for it."""
         counts = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
         drawn = np.einsum("dr,rmn->dmn", counts, split_of_run().amplitudes)
         return np.asarray(weights * np.abs(drawn) ** 2 - noise_square)[:, None]
@@ -464,7 +446,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     return CellTable(
         runs=(run,),
         patterns=split.names,
-        orders=signed_orders(amplitudes),
+        orders=_signed_orders(amplitudes),
         mean_square=mean_square[None],
         coherent=(mean_square - noise_square)[None],
         p_value=p_value[None],
@@ -473,36 +455,33 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
     )
 
 
-def off_order_tables(found: OffOrders) -> Iterator[CellTable]:
-    """Cells of every run in which a motion was found, each motion at its strongest line.
+def _off_order_tables(motion: OffOrders) -> Iterator[CellTable]:
+    """Cells of every run off the orders, each motion at its strongest line; orders are turns.
 
     ``mean_square`` of a cell is that over all channels, as of every cell; the noise of a fitted
     amplitude is taken off, and draws add it once more.
-
-    Yields
-    ------
-    CellTable
-        One a run; orders are turns of the carrier's, whatever the line keeps.
     """
-    if not found.members:
+    if not motion.members:
         return
     rng = np.random.default_rng(_SEED_OFF_ORDERS)
-    for number, run in enumerate(found.speeds):
-        yield _off_order_table(found, number, run, rng)
+    for number, run in enumerate(motion.speeds):
+        yield _off_order_table(motion, number, run, rng)
 
 
 def _off_order_table(
-    found: OffOrders, number: int, run: str, rng: np.random.Generator
+    motion: OffOrders, number: int, run: str, rng: np.random.Generator
 ) -> CellTable:
     """Cells of one run, the first one's number being zero."""
-    names = tuple(channel.name for channel in found.campaign.channels)
-    speed = found.speeds[run]
-    rows = [_line_rows([found.lines[k] for k in own], number, rng) for own in found.members]
-    mean_square, noise, draws = (np.stack(parts, axis=-1) for parts in zip(*rows, strict=True))
-    shown = np.array([motion.channels for motion in found.motions], dtype=object)
+    names = tuple(channel.name for channel in motion.campaign.channels)
+    speed = motion.speeds[run]
+    rows = [
+        _line_rows([motion.lines[k] for k in numbers], number, rng) for numbers in motion.members
+    ]
+    mean_square, noise, draws = (np.stack(values, axis=-1) for values in zip(*rows, strict=True))
+    shown = np.array([one.channels for one in motion.motions], dtype=object)
     used = np.array([[name in channels for channels in shown] for name in names])
-    p_value = np.array([motion.p_value for motion in found.motions])
-    first = [found.lines[own[0]] for own in found.members]
+    p_value = np.array([one.p_value for one in motion.motions])
+    first = [motion.lines[numbers[0]] for numbers in motion.members]
     return CellTable(
         runs=(run,),
         patterns=names,
@@ -511,7 +490,7 @@ def _off_order_table(
         coherent=(mean_square - noise)[None],
         p_value=np.broadcast_to(p_value, mean_square.shape)[None],
         draws=lambda: (draws - noise)[:, None],
-        bands_hz=np.array([_band(found, own, speed) for own in found.members]),
+        bands_hz=np.array([_band(motion, numbers, speed) for numbers in motion.members]),
         used=used,
     )
 
@@ -536,29 +515,19 @@ def _order(line: OffOrderLine, speed: float) -> float:
     return line.position if line.is_order else line.position / speed
 
 
-def _band(found: OffOrders, members: tuple[int, ...], speed: float) -> tuple[float, float]:
+def _band(motion: OffOrders, numbers: tuple[int, ...], speed: float) -> tuple[float, float]:
     """Lowest and highest frequency of the lines of a motion in one run [Hz]."""
-    hertz = [_order(found.lines[k], speed) * speed for k in members]
+    hertz = [_order(motion.lines[k], speed) * speed for k in numbers]
     return min(hertz), max(hertz)
 
 
-def line_findings(
+def _line_findings(
     motions: Sequence[OffOrderMotion], coherent: float, n_runs: int
 ) -> Iterator[Finding]:
-    """Motions beside the orders that are worth naming.
-
-    Parameters
-    ----------
-    motions : sequence of OffOrderMotion
-        What was found.
-    coherent : float
-        Sum over all runs of the mean square of the gap above the noise.
-    n_runs : int
-        Runs of the campaign.
-    """
+    """Motions off the orders that are worth naming, of a gap of so much coherent square."""
     for motion in motions:
         share = sum(motion.mean_square.values()) / coherent if coherent > 0.0 else 0.0
-        if share >= _SMALLEST_NAMED:
+        if share >= SMALLEST_NAMED:
             yield Finding(
                 kind=LINE,
                 patterns=motion.channels,

@@ -33,7 +33,7 @@ _CARRIER_SHAPE_LAW = (
 #: Samples of the inputs on which a carrier's law is tried.
 _TRIED_SAMPLES = 9
 FloatArray = NDArray[np.float64]
-KIND = "carrier"
+_KIND = "carrier"
 
 
 def carrier_rig(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierRig:
@@ -69,31 +69,17 @@ def carrier_library(rig: CarrierRig, measured: Sequence[Effect] = ()) -> dict[st
     of_rig[PIN_CLEARANCE.id] = with_weight(of_rig[PIN_CLEARANCE.id], rig.curves)
     effects = (*of_rig.values(), *measured)
     cards = tuple(card_of(effect) for effect in effects)
-    users = users_cards(effect_library(KIND, cards), cards)
-    refuse_wrong_carrier_laws(users, rig)
+    users = users_cards(effect_library(_KIND, cards), cards)
+    _refuse_wrong_laws(users, rig)
     return {
         effect.id: effect
-        for effect in (*effects, *(effect_of(card) for card in users))
+        for effect in (*effects, *(_effect_of(card) for card in users))
         if set(effect.curves) <= set(rig.curves)
     }
 
 
-def refuse_wrong_carrier_laws(cards: Iterable[EffectCard], rig: CarrierRig) -> None:
-    """Refuse users' cards of kind ``carrier`` whose law does not give what a fit can use.
-
-    Parameters
-    ----------
-    cards : iterable of EffectCard
-        Users' cards.
-    rig : CarrierRig
-        Rig and curves of the campaign.
-
-    Raises
-    ------
-    ValueError
-        Where a card has no law, a shape that cannot be interpolated, or a law that fails or gives
-        an array of another shape or values that are not finite.
-    """
+def _refuse_wrong_laws(cards: Iterable[EffectCard], rig: CarrierRig) -> None:
+    """Refuse users' cards of kind ``carrier`` whose law does not give what a fit can use."""
     for card in cards:
         has_shape = any(parameter.shape for parameter in card.parameters)
         check_is_function(card, _CARRIER_SHAPE_LAW if has_shape else _CARRIER_LAW)
@@ -149,7 +135,7 @@ def card_of(effect: Effect) -> EffectCard:
     """Card of an effect, for selection and report."""
     return EffectCard(
         effect.id,
-        KIND,
+        _KIND,
         effect.equation,
         effect.parameters,
         effect.signature,
@@ -160,7 +146,7 @@ def card_of(effect: Effect) -> EffectCard:
     )
 
 
-def effect_of(card: EffectCard) -> Effect:
+def _effect_of(card: EffectCard) -> Effect:
     """Effect of a user's card."""
     return Effect(
         card.id,

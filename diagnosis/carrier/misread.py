@@ -12,14 +12,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, IntArray, Places, WeightTable
+from carrierflex.diagnosis.carrier.model import (
+    CarrierModel,
+    ChannelChoice,
+    Choice,
+    IntArray,
+    WeightTable,
+)
 from carrierflex.diagnosis.carrier.records.columns import (
     ColumnSource,
     delay_nodes,
     inputs_at,
     inputs_of,
 )
-from carrierflex.diagnosis.carrier.records.sums import RunParts, accumulated_sums
+from carrierflex.diagnosis.carrier.records.sums import RunSlices, accumulated_sums
 from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
@@ -59,7 +65,7 @@ class CarrierReading:
         Records.
     model : CarrierModel
         Weights of the columns, and what the campaign declares.
-    parts : RunParts
+    products : RunSlices
         Products of the columns.
     effects : tuple of str
         Effects beside the baseline.
@@ -71,7 +77,7 @@ class CarrierReading:
 
     campaign: Campaign
     model: CarrierModel
-    parts: RunParts
+    products: RunSlices
     effects: Effects
     theta: FloatArray
     choice: Choice
@@ -79,13 +85,15 @@ class CarrierReading:
     def misread(self) -> Misreading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
-        as_read = self._scores(self.model, self.parts)
-        parts = {error.part for error in errors if error.channel is not None}
-        has_places = Measurement.ANGLE in parts
-        of_channels = {part: self._of_sensors(part) for part in parts - {Measurement.ANGLE}}
-        if has_places:
+        as_read = self._scores(self.model, self.products)
+        quantities = {error.part for error in errors if error.channel is not None}
+        has_angles = Measurement.ANGLE in quantities
+        of_channels = {
+            quantity: self._of_sensors(quantity) for quantity in quantities - {Measurement.ANGLE}
+        }
+        if has_angles:
             of_channels[Measurement.ANGLE] = self._of_prediction(Measurement.ANGLE)
-        moved = self._of_places(errors) - as_read if has_places else np.zeros_like(as_read)
+        moved = self._of_angles(errors) - as_read if has_angles else np.zeros_like(as_read)
         scores = []
         for error in errors:
             if error.channel is None:
@@ -101,7 +109,7 @@ class CarrierReading:
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
         return Misreading(errors, np.array(scores).reshape(len(scores), self.theta.size))
 
-    def _of_places(self, errors: Sequence[DeclaredError]) -> FloatArray:
+    def _of_angles(self, errors: Sequence[DeclaredError]) -> FloatArray:
         """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""
         channels = list(self.campaign.channels)
         for error in errors:
@@ -112,47 +120,47 @@ class CarrierReading:
     def _of_curves(self) -> Iterator[FloatArray]:
         """``J.T r`` by channel with each wave of the curves one standard deviation off."""
         source = self._source_of_set()
-        for rig in rigs_of_curve_errors(source.rig):
+        for rig in _rigs_of_curve_errors(source.rig):
             other = replace(source, rig=rig)
-            if shows_curves_of(self.campaign, source, other):
+            if _shows_curves_of(self.campaign, source, other):
                 yield self._made_again(self.campaign, other)
 
     def _made_again(self, campaign: Campaign, source: ColumnSource | None = None) -> FloatArray:
         """``J.T r`` by channel with the columns of the set made from other records, (C, p)."""
-        own = source or self._source_of_set()
-        records = accumulated_sums(campaign, own)
-        model = replace(self.model, source=own, index=records.index)
-        return self._scores(model, RunParts(records, len(campaign.runs)))
+        source = source or self._source_of_set()
+        records = accumulated_sums(campaign, source)
+        model = replace(self.model, source=source, index=records.index)
+        return self._scores(model, RunSlices(records, len(campaign.runs)))
 
     def _source_of_set(self) -> ColumnSource:
         """Columns of the fitted set alone, at moved sensors and later where it moves or delays."""
         source = self.model.source
-        own = {name: source.effects[name] for name in (*self.model.contained, *self.effects)}
-        parts = {one.measurement for one in own.values()}
+        fitted = {name: source.effects[name] for name in (*self.model.contained, *self.effects)}
+        quantities = {one.measurement for one in fitted.values()}
         effects = {
             name: replace(
                 one,
-                follows_sensor=one.follows_sensor and Measurement.ANGLE in parts,
-                follows_delay=one.follows_delay and Measurement.DELAY in parts,
+                follows_sensor=one.follows_sensor and Measurement.ANGLE in quantities,
+                follows_delay=one.follows_delay and Measurement.DELAY in quantities,
             )
-            for name, one in own.items()
+            for name, one in fitted.items()
         }
         return replace(source, effects=effects)
 
-    def _scores(self, model: CarrierModel, parts: RunParts) -> FloatArray:
+    def _scores(self, model: CarrierModel, sums: RunSlices) -> FloatArray:
         """``J.T r`` by channel over all runs, shape (C, p)."""
         scores = np.zeros((len(self.campaign.channels), self.theta.size))
-        for runs in parts.slices:
+        for runs in sums.slices:
             table = model.weights(self.effects, self.choice, self.theta, runs)
-            gram = parts.gram_of_runs(table.columns, runs)
+            gram = sums.gram_of_runs(table.columns, runs)
             products = np.einsum(
                 "rcpk,rckl,rcl->rcp", table.slopes, gram, table.residual, optimize=True
             )
             _add_by_unknown(scores, table.unknowns, products)
         return scores
 
-    def _of_prediction(self, part: Measurement) -> FloatArray:
-        """``J.T dr/de`` by channel of a place or a delay, of another simulator's prediction.
+    def _of_prediction(self, quantity: Measurement) -> FloatArray:
+        """``J.T dr/de`` by channel of an angle or a delay, of another simulator's prediction.
 
         Nobody can make its columns again.
         """
@@ -163,24 +171,24 @@ class CarrierReading:
             for name, one in self.model.source.effects.items()
         }
         source = replace(self.model.source, effects=still)
-        return replace(self, model=replace(self.model, source=source))._of_sensors(part)
+        return replace(self, model=replace(self.model, source=source))._of_sensors(quantity)
 
-    def _of_sensors(self, part: Measurement) -> FloatArray:
+    def _of_sensors(self, quantity: Measurement) -> FloatArray:
         """``J.T dr/de`` of an error of every channel, shape (C, p)."""
         effects, theta = self.effects, self.theta
-        name = next(own.id for own in self.model.effects.values() if own.measurement is part)
+        name = next(e.id for e in self.model.effects.values() if e.measurement is quantity)
         is_fitted = name in (*self.model.contained, *effects)
         with_error = effects if is_fitted else (*effects, name)
         values = theta if is_fitted else np.append(theta, 0.0)
-        everywhere: Places = {**self.choice, name: slice(None)}
-        place = int(np.flatnonzero(self._is_of(name, with_error))[0])
+        everywhere: ChannelChoice = {**self.choice, name: slice(None)}
+        first = int(np.flatnonzero(self._is_of(name, with_error))[0])
         scores = np.zeros((len(self.campaign.channels), theta.size))
-        for runs in self.parts.slices:
+        for runs in self.products.slices:
             fitted = self.model.weights(effects, self.choice, theta, runs)
             read = self.model.weights(with_error, everywhere, values, runs)
             columns = np.union1d(fitted.columns, read.columns)
-            gram = self.parts.gram_of_runs(columns, runs)
-            number = np.flatnonzero(read.unknowns[0] == place)[0]
+            gram = self.products.gram_of_runs(columns, runs)
+            number = np.flatnonzero(read.unknowns[0] == first)[0]
             change = _widened(read, read.slopes[:, :, [number]], columns)
             slopes = _widened(fitted, fitted.slopes, columns)
             products = np.einsum("rcpk,rckl,rcl->rcp", slopes, gram, change[:, :, 0], optimize=True)
@@ -191,13 +199,13 @@ class CarrierReading:
         """Whether each parameter of a set is of an effect."""
         named = {**self.choice, name: self.choice.get(name, 0)}
         parameters = self.model.parameters(effects, named)
-        return np.array([own.effect == name for own in parameters], dtype=bool)
+        return np.array([parameter.effect == name for parameter in parameters], dtype=bool)
 
 
 def _add_by_unknown(scores: FloatArray, unknowns: IntArray, products: FloatArray) -> None:
     """Add products of every run to the scores of its unknowns, in place."""
-    for own, of_run in zip(unknowns, products, strict=True):
-        np.add.at(scores.T, own, of_run.T)
+    for numbers, of_run in zip(unknowns, products, strict=True):
+        np.add.at(scores.T, numbers, of_run.T)
 
 
 def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatArray:
@@ -224,43 +232,23 @@ def _misread_run(run: Run, error: DeclaredError) -> Run:
     )
 
 
-def rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
-    """Rigs with one wave of the curves one standard deviation larger.
-
-    Parameters
-    ----------
-    rig : CarrierRig
-        Rig with the curves as they are.
-
-    Yields
-    ------
-    CarrierRig
-        One for every notable wave of a carrier, in its curve under torque and in that of one pin
-        alike, but for the largest of either.
-    """
+def _rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
+    """Rigs with one wave of the curves one standard deviation larger."""
     for pins, std in _STD.items():
         names = [name + pins for name in (_UNDER_TORQUE, _OF_ONE_PIN) if name + pins in rig.curves]
         waves = {name: _waves(rig.curves[name]) for name in names}
-        largest = {own[0] for own in waves.values() if own}
-        for order in sorted({order for own in waves.values() for order in own} - largest):
+        largest = {orders[0] for orders in waves.values() if orders}
+        for order in sorted({order for orders in waves.values() for order in orders} - largest):
             changed = {
                 name: _larger(rig.curves[name], order, std)
-                for name, own in waves.items()
-                if order in own
+                for name, orders in waves.items()
+                if order in orders
             }
             yield replace(rig, curves={**rig.curves, **changed})
 
 
-def shows_curves_of(campaign: Campaign, source: ColumnSource, other: ColumnSource) -> bool:
-    """Whether any column is another one with other curves.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    source, other : ColumnSource
-        The same effects with the curves of two rigs.
-    """
+def _shows_curves_of(campaign: Campaign, source: ColumnSource, other: ColumnSource) -> bool:
+    """Whether any column is another one with other curves."""
     run = campaign.runs[0]
     some = inputs_at(inputs_of(run), np.linspace(0, run.time.size - 1, _SAMPLES).astype(int))
     late = [some] * delay_nodes(source.rig.n_planets).size

@@ -37,7 +37,7 @@ IntArray = NDArray[np.int64]
 Choice = Mapping[str, int]
 
 #: The same, or several channels that are off alike.
-Places = Mapping[str, int | slice]
+ChannelChoice = Mapping[str, int | slice]
 
 #: Prior of a candidate's parameter, in its scales.
 _PRIOR = 30.0
@@ -47,8 +47,8 @@ _LARGEST_DELAY = np.deg2rad(20.0)
 
 _LARGEST_MOVE = np.deg2rad(7.0)
 
-#: Products of the columns with some numbers, by run of a part and channel.
-GramOf = Callable[[IntArray, slice], FloatArray]
+#: Products of the columns with some numbers, by run of a slice and channel.
+_GramOf = Callable[[IntArray, slice], FloatArray]
 
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
@@ -59,30 +59,14 @@ _RIDGE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class WeightedColumn:
-    """Weight of one column in some runs.
+class _WeightedColumn:
+    """Weight of one column in some runs."""
 
-    Parameters
-    ----------
-    owner : str
-        Effect, or the prediction of another simulator.
-    parameter : int
-        Number of the owner's parameter.
-    runs : slice
-        Runs in which it acts.
-    column : int
-        Number of the column.
-    weight : float
-        Factor of the column.
-    slopes : mapping of int to float
-        Derivatives of the weight by the number of the unknown among those of the run.
-    """
-
-    owner: str
-    parameter: int
-    runs: slice
-    column: int
-    weight: float
+    owner: str  # effect, or the prediction of another simulator
+    parameter: int  # number of the owner's parameter
+    runs: slice  # runs in which it acts
+    column: int  # number of the column
+    weight: float  # factor of the column
     slopes: Mapping[int, float]
 
 
@@ -90,7 +74,7 @@ class WeightedColumn:
 class WeightTable:
     """Weights of the columns in use, summed up term by term; u columns, q unknowns of a run.
 
-    Unknowns that are another run's own are left out: with hundreds of runs they are nearly all.
+    Unknowns that are another run's are omitted: with hundreds of runs they are nearly all.
 
     Parameters
     ----------
@@ -116,18 +100,18 @@ class WeightTable:
 
     @property
     def residual(self) -> FloatArray:
-        """Weights of what is left of the target, shape (n_runs, n_channels, u)."""
-        left = -self.values
-        left[..., 0] += 1.0
-        return left
+        """Weights of the target less the signals, shape (n_runs, n_channels, u)."""
+        residual = -self.values
+        residual[..., 0] += 1.0
+        return residual
 
-    def add(self, terms: Iterable[WeightedColumn], channels: int | slice) -> None:
+    def add(self, terms: Iterable[_WeightedColumn], channels: int | slice) -> None:
         """Add terms to some channels."""
         for term in terms:
-            place = int(np.searchsorted(self.columns, term.column))
-            self.values[term.runs, channels, place] += term.weight
+            position = int(np.searchsorted(self.columns, term.column))
+            self.values[term.runs, channels, position] += term.weight
             for unknown, slope in term.slopes.items():
-                self.slopes[term.runs, channels, unknown, place] += slope
+                self.slopes[term.runs, channels, unknown, position] += slope
 
     def amplify(self, channel: int | slice, gain: float, unknown: int) -> None:
         """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
@@ -219,9 +203,9 @@ class CarrierModel:
     def weights(
         self,
         effects: Effects,
-        choice: Places,
+        choice: ChannelChoice,
         theta: FloatArray,
-        part: slice = slice(None),
+        runs: slice = slice(None),
     ) -> WeightTable:
         """Weights of the columns and their derivatives.
 
@@ -234,7 +218,7 @@ class CarrierModel:
             several channels.
         theta : ndarray, shape (p,)
             Parameters.
-        part : slice
+        runs : slice
             Runs that are wanted; all without.
 
         Returns
@@ -243,7 +227,7 @@ class CarrierModel:
             For every column with a weight or a derivative anywhere.
         """
         first, unknowns = self._unknowns(effects)
-        unknowns = unknowns[part]
+        unknowns = unknowns[runs]
         ideal = self._without_sensor_errors(first, theta[unknowns])
         errors = {self.effects[name].measurement: name for name in first}
 
@@ -251,8 +235,8 @@ class CarrierModel:
             """Value of an error of the sensors, which all runs share."""
             return float(theta[unknowns[0, first[name]]])
 
-        groups: list[tuple[list[WeightedColumn], int | slice]] = [(ideal, slice(None))]
-        # Delay and place shift what the effects make; gain and zero act on the shifted signal.
+        groups: list[tuple[list[_WeightedColumn], int | slice]] = [(ideal, slice(None))]
+        # Delay and angle shift what the effects make; gain and zero act on the shifted signal.
         if Measurement.DELAY in errors:
             name = errors[Measurement.DELAY]
             late = self._delay_terms(ideal, value(name), first[name])
@@ -260,49 +244,49 @@ class CarrierModel:
         if Measurement.ANGLE in errors:
             name = errors[Measurement.ANGLE]
             groups.append((self._move_terms(ideal, value(name), first[name]), choice[name]))
-        zeros: list[WeightedColumn] = []
+        zeros: list[_WeightedColumn] = []
         if Measurement.ZERO in errors:
             name = errors[Measurement.ZERO]
             zeros.append(
-                WeightedColumn(
+                _WeightedColumn(
                     name, 0, slice(None), self.index.of(ONE), value(name), {first[name]: 1.0}
                 )
             )
         table = self._table_of([*(term for terms, _ in groups for term in terms), *zeros], unknowns)
         for terms, channels in groups:
-            table.add(filter(acts, terms), channels)
+            table.add(filter(_acts, terms), channels)
         if Measurement.GAIN in errors:
             name = errors[Measurement.GAIN]
             table.amplify(choice[name], value(name), first[name])
         table.add(zeros, choice[errors[Measurement.ZERO]] if zeros else slice(None))
         return table
 
-    def _table_of(self, terms: Iterable[WeightedColumn], unknowns: IntArray) -> WeightTable:
+    def _table_of(self, terms: Iterable[_WeightedColumn], unknowns: IntArray) -> WeightTable:
         """Empty table of the columns that some terms use, and of the target."""
-        columns = np.array(sorted({0, *(term.column for term in terms if acts(term))}))
+        columns = np.array(sorted({0, *(term.column for term in terms if _acts(term))}))
         shape = (len(unknowns), len(self.channels))
         slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
         return WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
 
     def _unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
-        """Place of every effect's first unknown among those of a run, and their numbers by run."""
-        places: dict[str, int] = {}
+        """Number of every effect's first unknown among those of a run, and their numbers by run."""
+        first_of_run: dict[str, int] = {}
         numbers: list[IntArray] = []
-        first, place = 0, 0
+        first, n_of_run = 0, 0
         n_runs = len(self.runs)
         for name in (*self.contained, *effects):
-            places[name] = place
+            first_of_run[name] = n_of_run
             n = len(self.effects[name].parameters)
-            own = np.arange(n_runs)[:, None] * n if self.effects[name].per_run else 0
-            numbers.append(np.broadcast_to(first + own + np.arange(n), (n_runs, n)))
+            of_run = np.arange(n_runs)[:, None] * n if self.effects[name].per_run else 0
+            numbers.append(np.broadcast_to(first + of_run + np.arange(n), (n_runs, n)))
             first += len(self._runs_of(name)) * n
-            place += n
+            n_of_run += n
         empty = np.empty((n_runs, 0), dtype=np.int64)
-        return places, np.concatenate([empty, *numbers], axis=1)
+        return first_of_run, np.concatenate([empty, *numbers], axis=1)
 
     def _without_sensor_errors(
         self, first: Mapping[str, int], theta: FloatArray
-    ) -> list[WeightedColumn]:
+    ) -> list[_WeightedColumn]:
         """Terms of the prediction of another simulator and of every effect that adds a signal.
 
         `theta`, shape (n_runs, q), are the values in every run.
@@ -310,7 +294,7 @@ class CarrierModel:
         terms = []
         if self.index.has_prediction:
             column = self.index.of(PREDICTION)
-            terms.append(WeightedColumn(PREDICTION, 0, slice(None), column, 1.0, {}))
+            terms.append(_WeightedColumn(PREDICTION, 0, slice(None), column, 1.0, {}))
         for name, unknown in first.items():
             effect = self.effects[name]
             if effect.pattern is None:
@@ -325,16 +309,18 @@ class CarrierModel:
 
     def _linear_terms(
         self, effect: Effect, runs: slice, values: FloatArray, first: int
-    ) -> list[WeightedColumn]:
+    ) -> list[_WeightedColumn]:
         """Terms of an effect in one run or all, whose unknowns begin at `first`."""
         return [
-            WeightedColumn(effect.id, k, runs, self.index.of(effect.id, k), value, {first + k: 1.0})
+            _WeightedColumn(
+                effect.id, k, runs, self.index.of(effect.id, k), value, {first + k: 1.0}
+            )
             for k, value in enumerate(values.tolist())
         ]
 
     def _shape_terms(
         self, effect: Effect, runs: slice, values: FloatArray, first: int
-    ) -> list[WeightedColumn]:
+    ) -> list[_WeightedColumn]:
         """Terms of an effect whose last parameters are shapes: linear between their nodes."""
         nodes = self.source.shape_nodes(effect)
         n_sizes = len(values) - effect.n_shapes
@@ -350,13 +336,13 @@ class CarrierModel:
                         first + n_sizes + i: size * slopes[node],
                     }
                     terms.append(
-                        WeightedColumn(effect.id, k, runs, column, size * hats[node], by_unknown)
+                        _WeightedColumn(effect.id, k, runs, column, size * hats[node], by_unknown)
                     )
         return terms
 
     def _delay_terms(
-        self, terms: Iterable[WeightedColumn], delay: float, unknown: int
-    ) -> list[WeightedColumn]:
+        self, terms: Iterable[_WeightedColumn], delay: float, unknown: int
+    ) -> list[_WeightedColumn]:
         """What a delay [s] of the signals adds; `unknown` is its number."""
         speed = self.source.speed
         return [
@@ -367,8 +353,8 @@ class CarrierModel:
         ]
 
     def _move_terms(
-        self, terms: Iterable[WeightedColumn], move: float, unknown: int
-    ) -> list[WeightedColumn]:
+        self, terms: Iterable[_WeightedColumn], move: float, unknown: int
+    ) -> list[_WeightedColumn]:
         """What a sensor that stands `move` [rad] further on adds; `unknown` is its number."""
         changes = []
         for term in terms:
@@ -380,8 +366,8 @@ class CarrierModel:
         return changes
 
     def _shifted(
-        self, term: WeightedColumn, family: str, shift: float, unknown: int, rate: float
-    ) -> list[WeightedColumn]:
+        self, term: _WeightedColumn, family: str, shift: float, unknown: int, rate: float
+    ) -> list[_WeightedColumn]:
         """What a shift [rad] adds to a term.
 
         Polynomials through the columns at the nodes, less the column without shift; `rate` is the
@@ -397,7 +383,7 @@ class CarrierModel:
             by_unknown[unknown] = slope * rate * term.weight
             column = self.index.of(term.owner, term.parameter, *key)
             changes.append(
-                WeightedColumn(
+                _WeightedColumn(
                     term.owner, term.parameter, term.runs, column, value * term.weight, by_unknown
                 )
             )
@@ -451,19 +437,19 @@ def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]
     return polynomials, polynomials[:, 1:] * np.arange(1, positions.size)
 
 
-def acts(term: WeightedColumn) -> bool:
+def _acts(term: _WeightedColumn) -> bool:
     """Whether a term has a weight or a derivative."""
     return term.weight != 0.0 or any(term.slopes.values())
 
 
 def closed_fit(
     model: CarrierModel,
-    gram_of: GramOf,
+    gram_of: _GramOf,
     effects: Effects,
     choice: Choice,
     start: FloatArray,
     *,
-    parts: Sequence[slice],
+    slices: Sequence[slice],
 ) -> tuple[FloatArray, float]:
     """Gauss-Newton steps on the sums of whole runs, thresholds fixed; within bounds.
 
@@ -473,14 +459,14 @@ def closed_fit(
         Weights of the columns and their derivatives.
     gram_of : callable
         Products of some columns by run and channel, shape (n_runs, n_channels, u, u), of the runs
-        of a part.
+        of a slice.
     effects : tuple of str
         Set beside the baseline.
     choice : mapping of str to int
         Channel of every effect of one sensor.
     start : ndarray, shape (p,)
         Values to start from; those of the thresholds stay.
-    parts : sequence of slice
+    slices : sequence of slice
         Runs whose products are in memory at once.
 
     Returns
@@ -496,35 +482,31 @@ def closed_fit(
         model.effects[name].measurement is not None for name in (*model.contained, *effects)
     )
     for _ in range(_QUICK_STEPS if bilinear else 1):
-        sums = sums_of_runs(model, gram_of, effects, choice, theta, parts)
+        sums = _sums_of_runs(model, gram_of, effects, choice, theta, slices)
         theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
-    return theta, sums_of_runs(model, gram_of, effects, choice, theta, parts).cost
+    return theta, _sums_of_runs(model, gram_of, effects, choice, theta, slices).cost
 
 
-def sums_of_runs(
+def _sums_of_runs(
     model: CarrierModel,
-    gram_of: GramOf,
+    gram_of: _GramOf,
     effects: Effects,
     choice: Choice,
     theta: FloatArray,
-    parts: Sequence[slice],
+    slices: Sequence[slice],
 ) -> CostSums[None]:
-    """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels.
-
-    The arguments are those of :func:`closed_fit`; `theta`, shape (p,), is where the derivatives are
-    taken.
-    """
+    """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
     matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
     square = 0.0
-    for part in parts:
-        table = model.weights(effects, choice, theta, part)
-        gram = gram_of(table.columns, part)
+    for runs in slices:
+        table = model.weights(effects, choice, theta, runs)
+        gram = gram_of(table.columns, runs)
         residual = table.residual
         products = table.slopes @ gram
         of_runs = np.einsum("rcpk,rcqk->rpq", products, table.slopes, optimize=True)
         right_of_runs = np.einsum("rcpk,rck->rp", products, residual, optimize=True)
-        own = table.unknowns
-        np.add.at(matrix, (own[:, :, None], own[:, None, :]), of_runs)
-        np.add.at(right, own, right_of_runs)
+        unknowns = table.unknowns
+        np.add.at(matrix, (unknowns[:, :, None], unknowns[:, None, :]), of_runs)
+        np.add.at(right, unknowns, right_of_runs)
         square += float(np.einsum("rck,rckl,rcl->", residual, gram, residual, optimize=True))
     return CostSums(square, matrix, right, None)

@@ -9,7 +9,11 @@ from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 from scipy.special import gammaincc, gammaln
 
-from carrierflex.diagnosis.carrier.records.off_orders import BesideOrders, FloatArray, beside_orders
+from carrierflex.diagnosis.carrier.records.off_orders import (
+    FloatArray,
+    RunOffOrders,
+    campaign_off_orders,
+)
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 
@@ -20,23 +24,23 @@ _FINER = 4
 _SURROUNDINGS = 60
 _UNSURE = 1.5
 #: Resolved lines beside an order, and from zero on, that are not looked at.
-_BESIDE_AN_ORDER = 2.0
-FROM_ZERO = 4.0
+_NEAR_AN_ORDER = 2.0
+_FROM_ZERO = 4.0
 #: Share of the highest frequency of a record that is looked at.
 _USABLE = 0.9
 #: Lines of a spectrum at most: longer records are searched at low frequencies only.
 _MOST_LINES = 200_000
 #: Position of a line, whether it is an order, p-value.
-Found = tuple[float, bool, float]
-#: Probability of a line in noise, over the whole search, below which there is one.
-_FOUND = 1e-3
-#: Power of a line over all that is beside the orders, over all runs and channels, below which it is
+_Line = tuple[float, bool, float]
+#: Probability of a line in noise, over the search, below which there is one.
+_LARGEST_P = 1e-3
+#: Power of a line over all that is off the orders, over all runs and channels, below which it is
 #: left in the noise.
 _MATERIAL = 0.03
 #: Share of a motion that amplitudes fitted to other turns must predict.
 _REPEATS = 0.5
 #: Lines looked for at most: a band is several.
-_MOST_FOUND = 24
+_MOST_CHOSEN = 24
 #: A line stays at a frequency rather than at an order where it is that much stronger there.
 _STAYS = 1.1
 #: Lines of one kind within so many orders of the strongest, of the same sensors, are one band.
@@ -46,39 +50,16 @@ _ALONE = 0.9
 
 
 @dataclass(frozen=True, eq=False)
-class Spectra:
-    """How unlike noise every line of one common axis is.
+class _Spectra:
+    """How unlike noise every line of one common axis is."""
 
-    Powers of noise over that of their surroundings are ``Exp(1)``, their sums over runs, over
-    channels and over both ``Gamma(number)``.
-
-    Parameters
-    ----------
-    axis : ndarray, shape (n,)
-        Orders [per turn], or frequency [Hz].
-    resolution : float
-        Distance of lines that the longest record resolves, on the axis.
-    log_p : ndarray, shape (n,)
-        Log of the smallest p-value of all sums.
-    n_sums : int
-        How many sums there are.
-    """
-
-    axis: FloatArray
-    resolution: float
-    log_p: FloatArray
-    n_sums: int
+    axis: FloatArray  # (n,) orders [per turn], or frequency [Hz]
+    resolution: float  # distance of lines that the longest record resolves, on the axis
+    log_p: FloatArray  # (n,) log of the smallest p-value of all sums
+    n_sums: int  # how many sums there are
 
     def best_line(self) -> tuple[float, float]:
-        """Line that is least like noise, and its p-value.
-
-        The smallest p-value counts, times the number of lines and of sums.
-
-        Returns
-        -------
-        tuple of float
-            Position on the axis, probability that noise alone makes such a line anywhere.
-        """
+        """Line that is least like noise, and its p-value."""
         surest = int(np.argmin(self.log_p))
         n_tests = self.axis.size / _FINER * self.n_sums
         smallest = self.log_p[surest] + np.log(n_tests)
@@ -96,25 +77,25 @@ def _log_tail(number: NDArray[np.int64], total: FloatArray) -> FloatArray:
     return np.asarray(np.where(number > 0, log_p, 0.0), dtype=np.float64)
 
 
-def spectra_over_turns(runs: Sequence[BesideOrders]) -> Spectra:
+def _spectra_over_turns(runs: Sequence[RunOffOrders]) -> _Spectra:
     """Spectra over the carrier's angle: what keeps its order whatever the speed."""
     return _spectra(runs, [run.turns for run in runs], [1.0] * len(runs))
 
 
-def spectra_over_time(runs: Sequence[BesideOrders]) -> Spectra:
+def _spectra_over_time(runs: Sequence[RunOffOrders]) -> _Spectra:
     """Spectra over time: what keeps its frequency whatever the speed."""
     return _spectra(runs, [run.time for run in runs], [run.speed for run in runs])
 
 
 def _spectra(
-    runs: Sequence[BesideOrders], places: Sequence[FloatArray], order_spacing: Sequence[float]
-) -> Spectra:
-    """Spectra over `places`; the orders of a run lie at multiples of its `order_spacing`."""
-    lengths = [float(place[-1] - place[0]) for place in places]
+    runs: Sequence[RunOffOrders], coordinates: Sequence[FloatArray], order_spacing: Sequence[float]
+) -> _Spectra:
+    """Spectra over `coordinates`; the orders of a run lie at multiples of its `order_spacing`."""
+    lengths = [float(axis[-1] - axis[0]) for axis in coordinates]
     resolution = 1.0 / max(lengths)
     highest = [
-        _USABLE * 0.5 * (place.size - 1) / length
-        for place, length in zip(places, lengths, strict=True)
+        _USABLE * 0.5 * (axis.size - 1) / length
+        for axis, length in zip(coordinates, lengths, strict=True)
     ]
     n_lines = int(min(np.ceil(_FINER * max(highest) / resolution), _MOST_LINES))
     axis: FloatArray = resolution / _FINER * np.arange(n_lines, dtype=np.float64)
@@ -123,32 +104,34 @@ def _spectra(
     of_channel = np.zeros((n_channels, n_lines))
     n_runs = np.zeros(n_lines, dtype=np.int64)
     log_p = np.zeros(n_lines)
-    for r, (run, place) in enumerate(zip(runs, places, strict=True)):
+    for r, (run, coordinate) in enumerate(zip(runs, coordinates, strict=True)):
         spacing = order_spacing[r]
         from_order = np.abs(axis - spacing * np.round(axis / spacing))
-        is_off = (from_order > _BESIDE_AN_ORDER / lengths[r]) & (axis > FROM_ZERO / lengths[r])
+        is_off = (from_order > _NEAR_AN_ORDER / lengths[r]) & (axis > _FROM_ZERO / lengths[r])
         allowed = is_off & (axis < highest[r])
-        power = np.array([_relative_power(values, place, axis, allowed) for values in run.values])
+        power = np.array(
+            [_relative_power(values, coordinate, axis, allowed) for values in run.values]
+        )
         log_p = np.minimum(log_p, _log_tail(n_channels * allowed, power.sum(axis=0) / _UNSURE))
         of_channel += power
         n_runs += allowed
     for total in of_channel:
         log_p = np.minimum(log_p, _log_tail(n_runs, total / _UNSURE))
     log_p = np.minimum(log_p, _log_tail(n_runs * n_channels, of_channel.sum(axis=0) / _UNSURE))
-    return Spectra(axis, resolution, log_p, 1 + n_channels + len(runs))
+    return _Spectra(axis, resolution, log_p, 1 + n_channels + len(runs))
 
 
 def _relative_power(
-    values: FloatArray, place: FloatArray, axis: FloatArray, allowed: NDArray[np.bool_]
+    values: FloatArray, coordinate: FloatArray, axis: FloatArray, allowed: NDArray[np.bool_]
 ) -> FloatArray:
     """Power of a signal at the allowed lines over the median of their surroundings."""
     result = np.zeros(axis.size)
     if not allowed.any():
         return result
-    n = place.size
-    length = float(place[-1] - place[0])
-    even = np.linspace(float(place[0]), float(place[-1]), n)
-    level = np.interp(even, place, values) * np.hanning(n)
+    n = coordinate.size
+    length = float(coordinate[-1] - coordinate[0])
+    even = np.linspace(float(coordinate[0]), float(coordinate[-1]), n)
+    level = np.interp(even, coordinate, values) * np.hanning(n)
     n_fft = int(2 ** np.ceil(np.log2(2 * _FINER * n)))
     lines = np.fft.rfftfreq(n_fft, length / (n - 1))
     power = np.interp(axis, lines, np.abs(np.fft.rfft(level, n_fft)) ** 2)[allowed]
@@ -157,15 +140,15 @@ def _relative_power(
     step = max(finer // 2, 1)
     width = 2 * (_SURROUNDINGS * finer // step // 2) + 1
     typical = median_filter(power[::step], width, mode="nearest") / np.log(2.0)
-    places = np.arange(power.size)
-    surroundings = np.interp(places, places[::step], typical)
+    numbers = np.arange(power.size)
+    surroundings = np.interp(numbers, numbers[::step], typical)
     result[allowed] = power / np.maximum(surroundings, np.finfo(float).tiny)
     return result
 
 
 @dataclass(frozen=True, eq=False)
 class OffOrderLine:
-    """One line beside the orders.
+    """One line off the orders.
 
     Parameters
     ----------
@@ -190,7 +173,7 @@ class OffOrderLine:
 
 @dataclass(frozen=True, eq=False)
 class OffOrders:
-    """Everything found beside the orders.
+    """Motion off the orders, as lines and as bands.
 
     Parameters
     ----------
@@ -214,7 +197,7 @@ class OffOrders:
 
 
 def off_orders(campaign: Campaign) -> OffOrders:
-    """Search for motion beside the orders of the shaft.
+    """Search for motion off the orders of the shaft.
 
     Parameters
     ----------
@@ -227,78 +210,78 @@ def off_orders(campaign: Campaign) -> OffOrders:
         Lines, and the records without them: what follows looks at the orders, and at a noise that
         no line is part of.
     """
-    beside = beside_orders(campaign)
-    runs = beside.searched
+    records = campaign_off_orders(campaign)
+    runs = records.searched
     speeds = {run.name: run.speed for run in runs}
     if not runs:
         return OffOrders(campaign, speeds, (), (), ())
-    left = runs
-    found: list[Found] = []
-    while len(found) < _MOST_FOUND:
-        line = _next_line(left)
+    remaining = runs
+    chosen: list[_Line] = []
+    while len(chosen) < _MOST_CHOSEN:
+        line = _next_line(remaining)
         if line is None:
             break
-        found.append(line)
-        left = tuple(_without(run, found) for run in runs)
-    if not found:
+        chosen.append(line)
+        remaining = tuple(_without(run, chosen) for run in runs)
+    if not chosen:
         return OffOrders(campaign, speeds, (), (), ())
-    lines, _ = _fitted_lines(runs, found)
-    kept, shares = _repeating(runs, found, _bands(lines, speeds))
-    if not kept:
+    lines, _ = _fitted_lines(runs, chosen)
+    repeating, shares = _repeating(runs, chosen, _bands(lines, speeds))
+    if not repeating:
         return OffOrders(campaign, speeds, (), (), ())
     # Lines that stay are fitted anew without the others, and numbered anew.
-    numbers = [k for own in kept for k in own]
-    lines, speeds = _fitted_lines(beside.every(), [found[k] for k in numbers])
-    members = tuple(tuple(numbers.index(k) for k in own) for own in kept)
+    numbers = [k for band in repeating for k in band]
+    lines, speeds = _fitted_lines(records.every(), [chosen[k] for k in numbers])
+    members = tuple(tuple(numbers.index(k) for k in band) for band in repeating)
     names = [channel.name for channel in campaign.channels]
     motions = tuple(
-        _motion([lines[k] for k in own], speeds, names, share)
-        for own, share in zip(members, shares, strict=True)
+        _motion([lines[k] for k in band], speeds, names, share)
+        for band, share in zip(members, shares, strict=True)
     )
     return OffOrders(_cleaned(campaign, speeds, lines), speeds, lines, motions, members)
 
 
 def _repeating(
-    runs: Sequence[BesideOrders], found: Sequence[Found], bands: Sequence[tuple[int, ...]]
+    runs: Sequence[RunOffOrders], chosen: Sequence[_Line], bands: Sequence[tuple[int, ...]]
 ) -> tuple[list[tuple[int, ...]], list[float]]:
     """Bands whose amplitudes predict other turns, and the share of them that they predict.
 
     An order whose size changes from turn to turn has power beside it that lines can follow and
     never predict: it is no line.
     """
-    kept, shares = [], []
+    repeating, shares = [], []
     for band in bands:
-        others = [line for k, line in enumerate(found) if k not in band]
+        others = [line for k, line in enumerate(chosen) if k not in band]
         alone = [_without(run, others) for run in runs] if others else list(runs)
-        share = _explained(alone, [found[k] for k in band])
+        share = _explained(alone, [chosen[k] for k in band])
         if share >= _REPEATS:
-            kept.append(band)
+            repeating.append(band)
             shares.append(share)
-    return kept, shares
+    return repeating, shares
 
 
-def _next_line(runs: Sequence[BesideOrders]) -> Found | None:
+def _next_line(runs: Sequence[RunOffOrders]) -> _Line | None:
     """Position, whether it is an order, p-value of the surest line; None where noise is left."""
-    over_turns, over_time = spectra_over_turns(runs), spectra_over_time(runs)
-    whole = sum(float((run.values**2).sum()) for run in runs)
+    over_turns, over_time = _spectra_over_turns(runs), _spectra_over_time(runs)
+    total = sum(float((run.values**2).sum()) for run in runs)
     candidates = []
     for spectra, is_order in ((over_turns, True), (over_time, False)):
         position, p_value = spectra.best_line()
-        if p_value >= _FOUND:
+        if p_value >= _LARGEST_P:
             continue
         other = _in_other_unit(runs, position, is_order)
         for start, keeps_order in ((position, is_order), (other, not is_order)):
-            place, power = _refined(runs, start, spectra.resolution, keeps_order)
-            if power > _MATERIAL * whole and not _is_an_order(runs, place, keeps_order):
+            refined, power = _refined(runs, start, spectra.resolution, keeps_order)
+            if power > _MATERIAL * total and not _is_an_order(runs, refined, keeps_order):
                 preferred = power if keeps_order else power / _STAYS
-                candidates.append((preferred, place, keeps_order, p_value))
+                candidates.append((preferred, refined, keeps_order, p_value))
     if not candidates:
         return None
     _, position, is_order, p_value = max(candidates)
     return position, is_order, p_value
 
 
-def _is_an_order(runs: Sequence[BesideOrders], position: float, is_order: bool) -> bool:
+def _is_an_order(runs: Sequence[RunOffOrders], position: float, is_order: bool) -> bool:
     """Whether a line is nearer to an order than every run resolves."""
     for run in runs:
         order = position if is_order else position / run.speed
@@ -307,14 +290,14 @@ def _is_an_order(runs: Sequence[BesideOrders], position: float, is_order: bool) 
     return True
 
 
-def _in_other_unit(runs: Sequence[BesideOrders], position: float, is_order: bool) -> float:
+def _in_other_unit(runs: Sequence[RunOffOrders], position: float, is_order: bool) -> float:
     """Frequency of an order, or order of a frequency, in the run that shows it most."""
     clearest = max(runs, key=lambda run: _wave_power(run, position, is_order))
     return position * clearest.speed if is_order else position / clearest.speed
 
 
 def _refined(
-    runs: Sequence[BesideOrders], position: float, resolution: float, is_order: bool
+    runs: Sequence[RunOffOrders], position: float, resolution: float, is_order: bool
 ) -> tuple[float, float]:
     """Position at which a wave takes most of the power, and that power."""
 
@@ -323,7 +306,7 @@ def _refined(
         return -sum(_wave_power(run, trial, is_order) for run in runs)
 
     half = 2.0 * resolution
-    lowest = max(position - half, FROM_ZERO * resolution)
+    lowest = max(position - half, _FROM_ZERO * resolution)
     best = minimize_scalar(
         lost,
         bounds=(lowest, max(position, lowest) + half),
@@ -333,17 +316,17 @@ def _refined(
     return float(best.x), -float(best.fun)
 
 
-def _wave_power(run: BesideOrders, position: float, is_order: bool) -> float:
-    """Sum of squares over all channels that a wave takes beside the orders."""
-    basis = np.linalg.qr(run.beside(_waves(run, [(position, is_order, 0.0)])))[0]
+def _wave_power(run: RunOffOrders, position: float, is_order: bool) -> float:
+    """Sum of squares over all channels that a wave takes off the orders."""
+    basis = np.linalg.qr(run.without_orders(_waves(run, [(position, is_order, 0.0)])))[0]
     return float(((run.values @ basis) ** 2).sum())
 
 
-def _waves(run: BesideOrders, found: Sequence[Found]) -> FloatArray:
+def _waves(run: RunOffOrders, chosen: Sequence[_Line]) -> FloatArray:
     """Cosine and sine of every line, shape (n, 2 n_lines)."""
     phases = [
         2.0 * np.pi * position * (run.turns if is_order else run.time)
-        for position, is_order, _ in found
+        for position, is_order, _ in chosen
     ]
     return np.column_stack([wave(phase) for phase in phases for wave in (np.cos, np.sin)])
 
@@ -353,16 +336,16 @@ def _solved(waves: FloatArray, values: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(waves, values.T, rcond=1e-8)[0], dtype=np.float64)
 
 
-def _without(run: BesideOrders, found: Sequence[Found]) -> BesideOrders:
+def _without(run: RunOffOrders, chosen: Sequence[_Line]) -> RunOffOrders:
     """Run whose lines are fitted together and taken out."""
-    waves = run.beside(_waves(run, found))
+    waves = run.without_orders(_waves(run, chosen))
     return replace(run, values=run.values - (waves @ _solved(waves, run.values)).T)
 
 
 def _fitted_lines(
-    runs: Iterable[BesideOrders], found: Sequence[Found]
+    runs: Iterable[RunOffOrders], chosen: Sequence[_Line]
 ) -> tuple[tuple[OffOrderLine, ...], dict[str, float]]:
-    """Amplitudes of all lines, fitted together beside the orders, and their errors.
+    """Amplitudes of all lines, fitted together off the orders, and their errors.
 
     With them the mean speed [turns/s] of every run, in their order.
     """
@@ -370,7 +353,7 @@ def _fitted_lines(
     errors = []
     speeds = {}
     for run in runs:
-        waves = run.beside(_waves(run, found))
+        waves = run.without_orders(_waves(run, chosen))
         sizes = _solved(waves, run.values)
         amplitudes.append(sizes[::2] - 1j * sizes[1::2])
         variance = np.mean((run.values - (waves @ sizes).T) ** 2, axis=1)
@@ -379,19 +362,19 @@ def _fitted_lines(
     by_line = np.moveaxis(np.array(amplitudes), 0, 1)
     lines = tuple(
         OffOrderLine(position, is_order, p_value, by_line[k], np.array(errors))
-        for k, (position, is_order, p_value) in enumerate(found)
+        for k, (position, is_order, p_value) in enumerate(chosen)
     )
     return lines, speeds
 
 
-def _explained(runs: Sequence[BesideOrders], found: Sequence[Found]) -> float:
+def _explained(runs: Sequence[RunOffOrders], chosen: Sequence[_Line]) -> float:
     """Share of the lines' power that amplitudes fitted to half of the turns predict in the other.
 
     Turns are taken by fours; both halves predict each other.
     """
     before = after = noise = 0.0
     for run in runs:
-        waves = run.beside(_waves(run, found))
+        waves = run.without_orders(_waves(run, chosen))
         rest = run.values - (waves @ _solved(waves, run.values)).T
         is_even = (run.turns // 4.0) % 2.0 == 0.0
         for training in (is_even, ~is_even):
@@ -415,7 +398,7 @@ def _bands(
     power = [float((np.abs(line.amplitudes) ** 2).sum()) for line in lines]
     bands: list[list[int]] = []
     for k in sorted(range(len(lines)), key=lambda k: -power[k]):
-        own = next(
+        near = next(
             (
                 band
                 for band in bands
@@ -424,10 +407,10 @@ def _bands(
             ),
             None,
         )
-        if own is None:
+        if near is None:
             bands.append([k])
         else:
-            own.append(k)
+            near.append(k)
     return tuple(tuple(band) for band in bands)
 
 

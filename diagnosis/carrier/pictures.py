@@ -54,14 +54,14 @@ def carrier_pictures(
     Returns
     -------
     tuple of Picture
-        See :func:`carrier_polar`.
+        See :func:`_carrier_polar`.
     """
     turns_of_gap, turns_of_law = (
         mean_turns(orders, records.run_of_revolution, len(model.runs))
         for orders in (gap, gap - left)
     )
-    passing = [pins_passing(angle, model.source.rig.n_planets) for angle in sensor_angles]
-    return carrier_polar(
+    passing = [_pins_passing(angle, model.source.rig.n_planets) for angle in sensor_angles]
+    return _carrier_polar(
         turns_of_gap,
         turns_of_law,
         effects,
@@ -72,12 +72,8 @@ def carrier_pictures(
     )
 
 
-def pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
-    """Carrier angles [rad] at which the pins pass a sensor, by the number of the pin.
-
-    A sensor at the housing angle v reads the carrier-frame angle ``v - theta``, and pin k stands at
-    ``2 pi (k - 1) / n``.
-    """
+def _pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
+    """Carrier angles [rad] at which the pins pass a sensor, by the number of the pin."""
     return {
         str(pin + 1): float((sensor_angle - 2.0 * np.pi * pin / n_planets) % (2.0 * np.pi))
         for pin in range(n_planets)
@@ -119,7 +115,7 @@ def carrier_overlays(
     )
 
 
-def carrier_polar(
+def _carrier_polar(
     gap: FloatArray,
     law: FloatArray,
     effects: Effects,
@@ -129,29 +125,7 @@ def carrier_polar(
     passing: Sequence[Mapping[str, float]],
     highest: int,
 ) -> tuple[Picture, ...]:
-    """Polar plots of the run with the largest gap, sensor by sensor.
-
-    And of the sensor with the largest gap, run by run.
-
-    Parameters
-    ----------
-    gap, law : ndarray, shape (n_runs, n_channels, 181)
-        Measured less the baseline part of the model, and what the effects add to it, over one turn
-        [m].
-    effects : tuple of str
-        The effects; empty where none was accepted.
-    runs, channels : sequence of str
-        Names.
-    passing : sequence of mapping of str to float
-        Carrier angles [rad] at which the pins pass each sensor, :func:`pins_passing`.
-    highest : int
-        Highest order in the signals.
-
-    Returns
-    -------
-    tuple of Picture
-        One where the campaign holds one run; none where no run has a complete revolution.
-    """
+    """Polar plots of the run with the largest gap, sensor by sensor."""
     size = np.sqrt(np.mean(gap**2, axis=-1))
     if not np.isfinite(size).any():
         return ()
@@ -165,19 +139,20 @@ def carrier_polar(
         if complete[run, c] >= _WORTH_DRAWING * complete[run, channel]
     ]
     sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c], passing[c]) for c in worth]
-    left_out = len(channels) - len(sensors[:_MOST_PANELS])
+    n_omitted = len(channels) - len(sensors[:_MOST_PANELS])
     note = (
-        f" {left_out} sensor{'s' * (left_out > 1)} with a smaller gap "
-        f"{'is' if left_out == 1 else 'are'} not drawn."
-        if left_out
+        f" {n_omitted} sensor{'s' * (n_omitted > 1)} with a smaller gap "
+        f"{'is' if n_omitted == 1 else 'are'} not drawn."
+        if n_omitted
         else ""
     )
     planets = _NUMBER_WORDS[len(passing[channel]) - FEWEST_PLANETS]
     reading = _READING.format(highest=highest, planets=planets)
     pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, reading + note)]
     if len(shown) > 1:
-        own = passing[channel]
-        by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel], own) for r in shown]
+        by_run = [
+            (f"run {runs[r]}", gap[r, channel], law[r, channel], passing[channel]) for r in shown
+        ]
         title = f"Gap over one turn, sensor {channels[channel]}"
         pictures.append(
             _picture(

@@ -122,23 +122,23 @@ def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> Carrier
         _with_blank_channels(campaign, sensors),
         runs=tuple(_blank(run, sensors) for run in (*campaign.runs, *runs)),
     )
-    whole = sum(float(run.time[-1] - run.time[0]) for run in campaign.runs) / 60.0
+    minutes_of_plan = sum(float(run.time[-1] - run.time[0]) for run in campaign.runs) / 60.0
     additions = [
-        Addition(SENSOR, _sensor_text(own), once, (*channels, own.name), costs.sensor)
-        for own in sensors
+        Addition(SENSOR, _sensor_text(sensor), once, (*channels, sensor.name), costs.sensor)
+        for sensor in sensors
     ]
     for names in _sets_of_loads(loads):
-        texts = " and ".join(own.text for own in loads if own.name in names)
+        texts = " and ".join(load.text for load in loads if load.name in names)
         for length in _LENGTHS:
             minutes = {name: length for name in names}
-            own = len(names) * length * seconds
-            cost = costs.load_case * len(names) + costs.minute * own / 60.0
+            duration = len(names) * length * seconds
+            cost = costs.load_case * len(names) + costs.minute * duration / 60.0
             text = f"{texts}, {length * seconds:.0f} s{' each' if len(names) > 1 else ''}"
             additions.append(Addition(LOADS, text, {**once, **minutes}, channels, cost))
     for factor in _FACTORS:
         longer = {name: factor for name in once}
         text = f"every run {factor:g} times as long"
-        cost = costs.minute * (factor - 1.0) * whole
+        cost = costs.minute * (factor - 1.0) * minutes_of_plan
         additions.append(Addition(MINUTES, text, longer, channels, cost))
     return CarrierPool(pool, Addition(MINUTES, "as planned", once, channels, 0.0), tuple(additions))
 
@@ -177,11 +177,11 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
         if not any(
             np.allclose(
                 np.array([load.torque, load.ntl_y, load.ntl_z, load.speed]) / scale,
-                np.array(own) / scale,
+                np.array(planned) / scale,
                 atol=0.05,
                 rtol=0.0,
             )
-            for own in present
+            for planned in present
         )
     ]
 
@@ -205,32 +205,29 @@ def _sets_of_loads(loads: Sequence[_Load]) -> Iterator[tuple[str, ...]]:
         ("torque 0.25", "torque 0.5", "torque 1 y 1", "torque 1 z 1"),
         ("torque 0.1", "torque 0.5", "torque 1 y 1", "torque 1 z 1", "torque 1 -z 0.5"),
     ]
-    for own in sets:
-        there = tuple(name for name in own if name in names)
-        if len(there) > 1 and len(there) == len(own):
-            yield there
+    yield from (members for members in sets if names.issuperset(members))
 
 
 def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
     """Axial and radial sensors at feasible places where none stands."""
     angles = limits.sensor_angles or tuple(np.deg2rad(np.arange(0, 360, _EVERY)).tolist())
     noise = np.sqrt(np.mean([(channel.noise_std or 0.0) ** 2 for channel in campaign.channels]))
-    found = []
+    sensors = []
     for quantity, letter in ((AXIAL, "s"), (RADIAL, "r")):
         taken = [float(c.angle or 0.0) for c in campaign.channels if c.quantity == quantity]
         for angle in angles:
-            apart = [abs(np.angle(np.exp(1j * (angle - own)))) for own in taken]
+            apart = [abs(np.angle(np.exp(1j * (angle - other)))) for other in taken]
             if min(apart, default=np.pi) < np.deg2rad(_CLOSEST):
                 continue
             name = f"{letter}{np.rad2deg(angle) % 360:03.0f} added"
             radius = campaign.channels[0].radius
-            found.append(
+            sensors.append(
                 Channel(
                     name, quantity, "m", angle=angle, radius=radius,
                     noise_std=float(noise) or None,
                 )
             )  # fmt: skip
-    return found
+    return sensors
 
 
 def _sensor_text(channel: Channel) -> str:
@@ -247,7 +244,7 @@ def _with_blank_channels(campaign: Campaign, more: Sequence[Channel]) -> Campaig
 
 def _blank(run: Run, channels: Sequence[Channel]) -> Run:
     zero = np.zeros(run.time.size)
-    return replace(run, signals={**run.signals, **{own.name: zero for own in channels}})
+    return replace(run, signals={**run.signals, **{channel.name: zero for channel in channels}})
 
 
 def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
@@ -320,9 +317,9 @@ def carrier_planned_table(
             gram, n_samples = np.zeros((rows.size, rows.size)), 0
             for block in columns.of(channel, columns.blocks(1)):
                 numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
-                present = np.concatenate([block.present(own) for own in block.revolutions])
-                own = weights @ block.rows[:, present]
-                gram[np.ix_(numbers, numbers)] += own @ own.T / noise[c]
+                present = np.concatenate([block.present(turn) for turn in block.revolutions])
+                signatures = weights @ block.rows[:, present]
+                gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
                 n_samples += present.size
             grams.append(gram)
             runs.append(r)
@@ -330,11 +327,10 @@ def carrier_planned_table(
             counts.append(n_samples)
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
-    size = np.concatenate([[1.0], [own.scale for own in unknowns], _by_row(rows, scales)])
-    known = np.array([0.0 if own.prior_std == np.inf else own.prior_std for own in unknowns])
+    size = np.concatenate([[1.0], [unknown.scale for unknown in unknowns], _by_row(rows, scales)])
     precision = [
-        0.0 if std == 0.0 else (own.scale / std) ** 2
-        for std, own in zip(known, unknowns, strict=True)
+        0.0 if unknown.prior_std in (0.0, np.inf) else (unknown.scale / unknown.prior_std) ** 2
+        for unknown in unknowns
     ]
     return PlannedTable(
         np.array(grams) * np.outer(size, size),
@@ -369,13 +365,13 @@ def _baseline_values(problem: CarrierProblem, model: CarrierModel) -> FloatArray
     theta = problem.starts((), {})[1]
     of_run: dict[tuple[str, str, str | None], float] = {}
     first: dict[tuple[str, str], float] = {}
-    for own, value in zip(problem.parameters(()), theta.tolist(), strict=True):
-        of_run[own.effect, own.name, own.run] = value
-        first.setdefault((own.effect, own.name), value)
+    for parameter, value in zip(problem.parameters(()), theta.tolist(), strict=True):
+        of_run[parameter.effect, parameter.name, parameter.run] = value
+        first.setdefault((parameter.effect, parameter.name), value)
     return np.array(
         [
-            of_run.get((own.effect, own.name, own.run), first.get((own.effect, own.name), 0.0))
-            for own in model.parameters((), contained_channels(model))
+            of_run.get((p.effect, p.name, p.run), first.get((p.effect, p.name), 0.0))
+            for p in model.parameters((), contained_channels(model))
         ]
     )
 
@@ -388,9 +384,9 @@ def _scales(
     for name in candidates:
         one = model.effects[name].is_of_one_channel
         choice = {**contained, name: 0} if one else contained
-        own = [p for p in model.parameters((name,), choice)[n_base:] if not p.shape]
-        scales[name] = [p.scale for p in own]
-        first[name] = ScaledParameter(_published(own[0], one), own[0].unit, own[0].scale)
+        sizes = [p for p in model.parameters((name,), choice)[n_base:] if not p.shape]
+        scales[name] = [p.scale for p in sizes]
+        first[name] = ScaledParameter(_published(sizes[0], one), sizes[0].unit, sizes[0].scale)
     return scales, first
 
 

@@ -27,7 +27,7 @@ from carrierflex.diagnosis.carrier.records.residual_orders import ResidualOrders
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     IntArray,
-    RunParts,
+    RunSlices,
     accumulated_sums,
     segment_squares,
 )
@@ -63,7 +63,7 @@ _REVOLUTIONS = 4
 _SAMPLES = 144
 _Load = tuple[float, float, float]
 #: Comparison problem that measured what a model predicts under the inputs of another campaign.
-Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
+_Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +82,15 @@ class CarrierProblem(ComparisonProblem):
         Sums over the records.
     noise : ndarray, shape (n_channels,)
         Variance of the noise of every channel [m²].
-    beside : OffOrders
-        Motion beside the orders; `campaign` and `records` are without it.
+    motion : OffOrders
+        Lines and bands off the orders; `campaign` and `records` are without them.
     """
 
     campaign: Campaign
     model: CarrierModel
     records: CarrierSums
     noise: FloatArray
-    beside: OffOrders
+    motion: OffOrders
 
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of; another process computes again what is kept of earlier steps."""
@@ -110,7 +110,7 @@ class CarrierProblem(ComparisonProblem):
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
         baseline = self.campaign.baseline
-        left_out = {
+        excluded = {
             *self.model.contained,
             *baseline.effects,
             *baseline.impossible,
@@ -118,7 +118,7 @@ class CarrierProblem(ComparisonProblem):
         return {
             name: card_of(effect)
             for name, effect in self.model.effects.items()
-            if name not in left_out
+            if name not in excluded
         }
 
     @property
@@ -156,20 +156,20 @@ class CarrierProblem(ComparisonProblem):
         matrices = []
         right_sides = []
         unknowns = []
-        for part in self._parts.slices:
-            table = self._weights(effects, theta, part)
-            own = self._parts.segments(part)
-            of_segment = table.unknowns[self._parts.runs(part)]
+        for runs in self._slices.slices:
+            table = self._weights(effects, theta, runs)
+            segments = self._slices.segments(runs)
+            of_segment = table.unknowns[self._slices.run_of_segment(runs)]
             matrix = np.zeros((len(of_segment), *2 * of_segment.shape[1:]))
-            some = np.flatnonzero(chosen[own])
-            run = self._parts.runs(part)[some]
-            gram = self._parts.gram(table.columns, part)[some]
+            some = np.flatnonzero(chosen[segments])
+            run = self._slices.run_of_segment(runs)[some]
+            gram = self._slices.gram(table.columns, runs)[some]
             residual, slopes = table.residual[run], table.slopes[run]
             products = slopes @ gram
             matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
             right_side = np.zeros(of_segment.shape)
             right_side[some] = (products @ residual[..., None])[..., 0].sum(axis=1)
-            square[own.start + some] = segment_squares(residual, gram).sum(axis=1)
+            square[segments.start + some] = segment_squares(residual, gram).sum(axis=1)
             matrices.append(matrix)
             right_sides.append(right_side)
             unknowns.append(of_segment)
@@ -184,13 +184,13 @@ class CarrierProblem(ComparisonProblem):
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
         result = np.zeros(self.records.counts.shape)
-        for part in self._parts.slices:
-            table = self._weights(effects, theta, part)
-            own = self._parts.segments(part)
-            some = np.flatnonzero(chosen[own])
-            gram = self._parts.gram(table.columns, part)[some]
-            residual = table.residual[self._parts.runs(part)[some]]
-            result[own.start + some] = segment_squares(residual, gram)
+        for runs in self._slices.slices:
+            table = self._weights(effects, theta, runs)
+            segments = self._slices.segments(runs)
+            some = np.flatnonzero(chosen[segments])
+            gram = self._slices.gram(table.columns, runs)[some]
+            residual = table.residual[self._slices.run_of_segment(runs)[some]]
+            result[segments.start + some] = segment_squares(residual, gram)
         return result
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
@@ -206,8 +206,8 @@ class CarrierProblem(ComparisonProblem):
         return self._gap(effects, theta).scalars()
 
     def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
-        """Lines and bands beside the orders."""
-        return self.beside.motions
+        """Lines and bands off the orders."""
+        return self.motion.motions
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of what the baseline lacks; None where the records are too short."""
@@ -238,11 +238,13 @@ class CarrierProblem(ComparisonProblem):
         for k, parameter in enumerate(self.parameters(effects)):
             if parameter.effect in effects and not parameter.shape:
                 without[k] = 0.0
-        left = self._orders.of(effects, theta)
+        residual = self._orders.of(effects, theta)
         # Nothing else asks for these.
-        gap = self._orders.made(effects, without) if effects else left
+        gap = self._orders.made(effects, without) if effects else residual
         angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
-        return carrier_pictures(self.model, self.records, effects, gap, left, sensor_angles=angles)
+        return carrier_pictures(
+            self.model, self.records, effects, gap, residual, sensor_angles=angles
+        )
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
@@ -251,12 +253,12 @@ class CarrierProblem(ComparisonProblem):
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
-        return carrier_experiments(self.campaign, self.model.source, self.under)
+        return _experiments(self.campaign, self.model.source, self.under)
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
         """What the declared errors of channels and inputs do to a fit."""
-        own = (effects, theta, self._choice(effects))
-        return CarrierReading(self.campaign, self.model, self._parts, *own).misread()
+        fitted = (effects, theta, self._choice(effects))
+        return CarrierReading(self.campaign, self.model, self._slices, *fitted).misread()
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""
@@ -279,26 +281,26 @@ class CarrierProblem(ComparisonProblem):
         under = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
         table = model.weights(effects, choice, under)
         simulated = records.with_target(table.columns, table.values)
-        return CarrierProblem(campaign, model, simulated, self.noise, self.beside)
+        return CarrierProblem(campaign, model, simulated, self.noise, self.motion)
 
     def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         orders = self._orders.of(effects, theta)
-        return CarrierGap(self.campaign, self.records, self.noise, orders, self.beside)
+        return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion)
 
     @cached_property
     def _orders(self) -> ResidualOrders:
         return ResidualOrders(self.campaign, self.records, self.model.source, self.values)
 
-    def _weights(self, effects: Effects, theta: FloatArray, part: slice) -> WeightTable:
-        return self.model.weights(effects, self._choice(effects), theta, part)
+    def _weights(self, effects: Effects, theta: FloatArray, runs: slice) -> WeightTable:
+        return self.model.weights(effects, self._choice(effects), theta, runs)
 
     def values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
         """Columns of a model's signals and their weights by run and channel."""
-        return self._parts.values(lambda part: self._weights(effects, theta, part).used)
+        return self._slices.values(lambda runs: self._weights(effects, theta, runs).used)
 
     @cached_property
-    def _parts(self) -> RunParts:
-        return RunParts(self.records, len(self.campaign.runs))
+    def _slices(self) -> RunSlices:
+        return RunSlices(self.records, len(self.campaign.runs))
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:
@@ -339,7 +341,12 @@ class CarrierProblem(ComparisonProblem):
         self, effects: Effects, choice: Choice, start: FloatArray
     ) -> tuple[FloatArray, float]:
         return closed_fit(
-            self.model, self._parts.gram_of_runs, effects, choice, start, parts=self._parts.slices
+            self.model,
+            self._slices.gram_of_runs,
+            effects,
+            choice,
+            start,
+            slices=self._slices.slices,
         )
 
     def _best_of(self, effects: Effects, choice: Choice) -> tuple[FloatArray, float]:
@@ -348,10 +355,10 @@ class CarrierProblem(ComparisonProblem):
         start = np.array([0.5 * (p.lower + p.upper) if p.shape else 0.0 for p in parameters])
         best = self._closed_fit(effects, choice, start)
         for effect in dict.fromkeys(p.effect for p in parameters if p.shape):
-            own = [k for k, p in enumerate(parameters) if p.shape and p.effect == effect]
+            shapes = [k for k, p in enumerate(parameters) if p.shape and p.effect == effect]
             for variant in self.model.variants(effect):
                 start = best[0].copy()
-                start[own] = variant
+                start[shapes] = variant
                 best = min(best, self._closed_fit(effects, choice, start), key=lambda fit: fit[1])
         return best
 
@@ -382,9 +389,9 @@ def carrier_problem(
     ValueError
         Where a silent channel, a run without whole revolution, a user's card or a law is refused.
     """
-    refuse_silent_channels(campaign.within_use())
-    beside = off_orders(campaign)
-    campaign = beside.campaign
+    _refuse_silent_channels(campaign.within_use())
+    motion = off_orders(campaign)
+    campaign = motion.campaign
     rig = carrier_rig(campaign, curves)
     effects = carrier_library(rig, effects_of_laws(measured_laws, campaign))
     source = ColumnSource(rig, effects, typical_speed(campaign), largest_load(campaign))
@@ -398,29 +405,13 @@ def carrier_problem(
     classes = {law.name: law.effect_class for law in measured_laws}
     known = known_physics(campaign)
     model = CarrierModel(source, records.index, contained, runs, channels, known, classes)
-    return CarrierProblem(campaign, model, records, channel_noise(campaign, records), beside)
+    return CarrierProblem(campaign, model, records, _channel_noise(campaign, records), motion)
 
 
-def carrier_experiments(
-    campaign: Campaign, source: ColumnSource, under: Under
+def _experiments(
+    campaign: Campaign, source: ColumnSource, under: _Under
 ) -> tuple[CandidateExperiment, ...]:
-    """Steps of torque, of radial load along z and y, and radial loads at low torque.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        What was measured.
-    source : ColumnSource
-        Nominal torque, largest radial load and typical speed of the records.
-    under : callable
-        ``(campaign, effects, theta) -> ComparisonProblem`` whose signals are those of a model under
-        the inputs of a campaign.
-
-    Returns
-    -------
-    tuple of CandidateExperiment
-        Each a short campaign of several steady runs.
-    """
+    """Steps of torque, of radial load along z and y, and radial loads at low torque."""
     nominal = source.rig.nominal_torque
     has_radial_load = "ntl_y" in campaign.contract.inputs
     size = source.largest_load
@@ -454,7 +445,7 @@ def carrier_experiments(
 
 
 def _builder(
-    campaign: Campaign, under: Under
+    campaign: Campaign, under: _Under
 ) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
     def build(effects: Effects, theta: FloatArray) -> ComparisonProblem | None:
         return under(campaign, effects, theta)
@@ -491,14 +482,8 @@ def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Ca
     return replace(campaign, runs=runs, baseline=baseline)
 
 
-def refuse_silent_channels(campaign: Campaign) -> None:
-    """Refuse channels that say nothing.
-
-    Raises
-    ------
-    ValueError
-        Where a channel is missing or constant in every run.
-    """
+def _refuse_silent_channels(campaign: Campaign) -> None:
+    """Refuse channels that say nothing."""
     for channel in campaign.channels:
         values = [run.signals[channel.name] for run in campaign.runs]
         measured = [signal[np.isfinite(signal)] for signal in values]
@@ -515,7 +500,7 @@ def refuse_silent_channels(campaign: Campaign) -> None:
             )
 
 
-def channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
+def _channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
     """Variance of the noise of every channel [m²], shape (n_channels,).
 
     Declared noise first. Otherwise what is left of a revolution about its own orders, and half the

@@ -1,41 +1,26 @@
 """Rows of the screen and of the classes: weights of the columns, and their products by segment."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.model import CarrierModel, WeightTable
-from carrierflex.diagnosis.carrier.records.columns import BlockColumns, RunColumns
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums, blocks_of_run
 from carrierflex.diagnosis.comparison.problem import Effects
-from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class SignatureRows:
-    """Rows that one table of weights makes.
+class _SignatureRows:
+    """Rows that one table of weights makes."""
 
-    Parameters
-    ----------
-    numbers : ndarray of int, shape (n_runs, q)
-        Number of each row among all, by run.
-    columns : ndarray of int, shape (u,)
-        Columns that they are made of.
-    weights : ndarray, shape (n_runs, n_own_channels, q, u)
-        Their weights.
-    channel : int, optional
-        The only channel that they act on; all without.
-    """
-
-    numbers: IntArray
-    columns: IntArray
-    weights: FloatArray
-    channel: int | None = None
+    numbers: IntArray  # (n_runs, q) number of each row among all, by run
+    columns: IntArray  # (u,) columns that they are made of
+    weights: FloatArray  # (n_runs, n_own_channels, q, u) their weights
+    channel: int | None = None  # the only channel that they act on
 
     def at(self, run: int, channel: int) -> FloatArray | None:
         """Weights in one channel of a run, shape (q, u); None where they do not act on it."""
@@ -50,7 +35,7 @@ class EffectRows:
 
     Parameters
     ----------
-    groups : tuple of SignatureRows
+    groups : tuple of _SignatureRows
         The target and the baseline's regressors, then each effect at each of its variants.
     n_base : int
         Regressors of the baseline.
@@ -60,7 +45,7 @@ class EffectRows:
         Its channel, or its shape; empty where it has neither.
     """
 
-    groups: tuple[SignatureRows, ...]
+    groups: tuple[_SignatureRows, ...]
     n_base: int
     owners: tuple[str, ...]
     variants: tuple[tuple[float, ...], ...]
@@ -103,30 +88,8 @@ def contained_channels(model: CarrierModel) -> dict[str, int]:
     return {name: 0 for name in model.contained if model.effects[name].is_of_one_channel}
 
 
-def segments_of(
-    model: CarrierModel, campaign: Campaign, records: CarrierSums
-) -> Iterator[tuple[int, int, int, BlockColumns]]:
-    """Run, channel, segment and columns of every segment and channel."""
-    for r, run in enumerate(campaign.within_use().runs):
-        columns = RunColumns(run, model.source)
-        blocks = blocks_of_run(records, r, columns)
-        first = int(np.argmax(records.run_of_segment == r))
-        for c, channel in enumerate(campaign.channels):
-            for p, block in enumerate(columns.of(channel, blocks), start=first):
-                yield r, c, p, block
-
-
-def column_products(
-    block: BlockColumns, features: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Products of the columns, of the features, and of columns with features."""
-    present = np.concatenate([block.present(rows) for rows in block.revolutions])
-    columns, flexible = block.rows[:, present], features[:, present]
-    return columns @ columns.T, flexible @ flexible.T, columns @ flexible.T
-
-
 def rows_at(
-    groups: Sequence[SignatureRows], run: int, channel: int, n_columns: int
+    groups: Sequence[_SignatureRows], run: int, channel: int, n_columns: int
 ) -> tuple[IntArray, FloatArray]:
     """Numbers of the rows that act in a channel of a run, and their weights, shape (m, k)."""
     numbers, tables = [], []
@@ -141,7 +104,7 @@ def rows_at(
     return np.concatenate(numbers), np.concatenate(tables)
 
 
-def _base_rows(table: WeightTable, base: FloatArray) -> SignatureRows:
+def _base_rows(table: WeightTable, base: FloatArray) -> _SignatureRows:
     """The target less the parts that are no parameter's (another simulator's prediction).
 
     And the derivatives by the baseline's parameters.
@@ -152,7 +115,7 @@ def _base_rows(table: WeightTable, base: FloatArray) -> SignatureRows:
     weights = np.concatenate([target[:, :, None], table.slopes], axis=2)
     zero = np.zeros((len(weights), 1), dtype=np.int64)
     numbers = np.concatenate([zero, 1 + table.unknowns], axis=1)
-    return SignatureRows(numbers, table.columns, weights)
+    return _SignatureRows(numbers, table.columns, weights)
 
 
 def _rows_of_effect(
@@ -162,7 +125,7 @@ def _rows_of_effect(
     base: FloatArray,
     contained: dict[str, int],
     first: int,
-) -> SignatureRows:
+) -> _SignatureRows:
     """Derivatives of the signals by an effect's amplitudes, whose rows begin at `first`."""
     is_of_one_channel = model.effects[effect].is_of_one_channel
     choice = {**contained, effect: int(variant[0])} if is_of_one_channel else contained
@@ -172,14 +135,14 @@ def _rows_of_effect(
     table = model.weights((effect,), choice, np.concatenate([base, value]))
     is_amplitude = np.array([not parameter.shape for parameter in parameters], dtype=bool)
     rank = np.cumsum(is_amplitude) - 1
-    own = table.unknowns[0] >= base.size
-    own[own] = is_amplitude[table.unknowns[0, own] - base.size]
-    numbers = first + rank[table.unknowns[:, own] - base.size]
-    weights = table.slopes[:, :, own]
+    chosen = table.unknowns[0] >= base.size
+    chosen[chosen] = is_amplitude[table.unknowns[0, chosen] - base.size]
+    numbers = first + rank[table.unknowns[:, chosen] - base.size]
+    weights = table.slopes[:, :, chosen]
     if not is_of_one_channel:
-        return SignatureRows(numbers, table.columns, _of_all_runs(weights))
+        return _SignatureRows(numbers, table.columns, _of_all_runs(weights))
     channel = int(variant[0])
-    return SignatureRows(numbers, table.columns, _of_all_runs(weights[:, [channel]]), channel)
+    return _SignatureRows(numbers, table.columns, _of_all_runs(weights[:, [channel]]), channel)
 
 
 def _of_all_runs(weights: FloatArray) -> FloatArray:

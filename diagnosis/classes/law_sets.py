@@ -1,13 +1,13 @@
 """Sets of laws that compete in the table, the few that are worth a fit in the simulator."""
 
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from carrierflex.diagnosis.classes.decision import state_of
-from carrierflex.diagnosis.classes.gram_table import IntArray, LawColumns
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, LawColumns
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
 from carrierflex.diagnosis.classes.shares import Shares
@@ -64,10 +64,9 @@ def law_sets(
         library, small sets first.
     """
     of_each_class = {
-        name: tuple(law for law in laws if law.id in simulated)
-        for name, laws in scores.table.laws.items()
+        name: _acting(scores.table, laws, simulated) for name, laws in scores.table.laws.items()
     }
-    library = {name: law for name, law in scores.table.library.items() if name in simulated}
+    library = {law.id: law for laws in of_each_class.values() for law in laws}
     sets = [entry for own in sets_of_classes for entry in _nearest(scores, of_each_class, own)]
     sets += _grown(scores, shares, library)
     of_classes = [scores.of(classes) for classes in sets_of_classes if classes]
@@ -76,6 +75,22 @@ def law_sets(
     # In force space a law is known less well than by simulation: that of the answer is fitted.
     proposed = [*sets[:1], *near] if of_classes else near
     return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in proposed if entry.laws))
+
+
+def _acting(
+    table: GramTable, laws: Sequence[LawColumns], simulated: Container[str]
+) -> tuple[LawColumns, ...]:
+    """Laws that the simulator has, at the shapes that act outside every fold.
+
+    A gain or a delay of a baseline without signals acts on nothing.
+    """
+    acts = np.diagonal(table.training, axis1=1, axis2=2).min(axis=0) > 0.0
+    shapes = {
+        law.id: tuple(shape for shape in law.variants if acts[shape].all())
+        for law in laws
+        if law.id in simulated
+    }
+    return tuple(replace(law, variants=shapes[law.id]) for law in laws if shapes.get(law.id))
 
 
 def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns]) -> list[_LawSet]:

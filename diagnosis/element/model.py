@@ -34,7 +34,7 @@ from carrierflex.simulation.sensing import delayed
 #: Prior standard deviation of an effect's parameter, in its scale.
 _PRIOR = 10.0
 #: Speed below which the sign of a measured motion is uncertain, as a share of its RMS.
-REST_SPEED = 1e-3
+_REST_SPEED = 1e-3
 #: Names of a run's deflection and speed at its first sample.
 STATE_NAMES = ("q_0", "v_0")
 #: Periods run before a record that starts in the steady state.
@@ -96,8 +96,8 @@ class ElementModel:
         Steps of integration a sample.
     laws : mapping of str to callable
         Users' compiled laws by effect.
-    held : tuple of float
-        Values at which the baseline's own parameters are held; empty where they are fitted.
+    fixed : tuple of float
+        Values at which the parameters of the baseline are fixed; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the channel.
     states : mapping of str to tuple of float
@@ -119,7 +119,7 @@ class ElementModel:
     units: tuple[str, str]
     substeps: int
     laws: Mapping[str, Force]
-    held: tuple[float, ...] = ()
+    fixed: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     per_mass: bool = False
@@ -136,7 +136,7 @@ class ElementModel:
             base.insert(
                 0, ("m", (1, -1, 2), 1e-9 * self.scale.of((1, -1, 2)) if self.by_force else 0.0)
             )
-        own = [
+        unknowns = [
             Parameter(
                 name,
                 self.unit_of(powers),
@@ -148,18 +148,18 @@ class ElementModel:
             )
             for name, powers, lower in base
         ]
-        own = [self.known.prior(parameter, parameter.name) for parameter in own]
-        own += [self._state(run, k) for run in self.states for k in (0, 1)]
-        if self.held:
-            own = [
-                replace(one, lower=value, upper=value)
-                for one, value in zip(own, self.held, strict=True)
+        unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
+        unknowns += [self._state(run, k) for run in self.states for k in (0, 1)]
+        if self.fixed:
+            unknowns = [
+                replace(unknown, lower=value, upper=value)
+                for unknown, value in zip(unknowns, self.fixed, strict=True)
             ]
         for effect in (*self.contained, *effects):
-            own += [
+            unknowns += [
                 self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
             ]
-        return tuple(own)
+        return tuple(unknowns)
 
     def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
         powers = parameter.powers
@@ -208,20 +208,8 @@ class ElementModel:
     ) -> FloatArray:
         """Response that a parameter set predicts for a record, shape (n,).
 
-        Parameters
-        ----------
-        record : ElementRecord
-            Record whose drive is applied.
-        effects, theta
-            Effects beside the baseline and all unknowns.
-        refined : int
-            Factor on the steps of integration.
-
-        Returns
-        -------
-        ndarray
-            Deflection (force drive) or force (displacement drive); infinite where the motion
-            diverges.
+        Deflection (force drive) or force (displacement drive); infinite where the motion diverges.
+        `refined` multiplies the steps of integration.
         """
         values = self._values(effects, theta)
         if self.by_force:
@@ -261,17 +249,9 @@ class ElementModel:
     ) -> FloatArray:
         """Force that the measured motion needs, shape (n,)."""
         q, v, a = record.motion
-        limits = np.array([record.step, REST_SPEED * self.scale.speed])
+        limits = np.array([record.step, _REST_SPEED * self.scale.speed])
         return restoring_force(
-            q,
-            v,
-            a,
-            flat,
-            limits,
-            first.force,
-            second.force,
-            first.parameters,
-            second.parameters,
+            q, v, a, flat, limits, first.force, second.force, first.parameters, second.parameters
         )
 
     def _values(self, effects: Effects, theta: FloatArray) -> "_Values":
@@ -299,7 +279,7 @@ class ElementModel:
             else:
                 for name in _simulated_names(effect, parameter.name):
                     simulated[name] = simulated.get(name, 0.0) + float(value)
-        laws = tuple(ForceLaw(self.laws[name], np.array(own)) for name, own in of_laws.items())
+        laws = tuple(ForceLaw(self.laws[name], np.array(p)) for name, p in of_laws.items())
         # The motion takes two laws: the first, and the sum of all others.
         two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
         return _Values(_flat(simulated, sizes), delay, two_laws, states)
@@ -331,19 +311,7 @@ class ElementModel:
 
 @dataclass(frozen=True, eq=False)
 class _Values:
-    """Values of a parameter set.
-
-    Parameters
-    ----------
-    flat : ndarray, shape (N_SLOTS + n,)
-        Those of the compiled laws, parts with a memory behind them.
-    delay : float
-        Delay of the channel [s].
-    laws : tuple of ForceLaw
-        Two laws beside the compiled ones.
-    states : mapping of str to list of float
-        Deflection and speed at the first sample by run, where they are fitted.
-    """
+    """Values of a parameter set."""
 
     flat: FloatArray
     delay: float
@@ -357,6 +325,16 @@ def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, flo
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))
+
+
+def values_by_effect(
+    parameters: Sequence[Parameter], theta: FloatArray
+) -> dict[str, dict[str, float]]:
+    """Values of unknowns by name, by effect."""
+    values: dict[str, dict[str, float]] = {}
+    for parameter, value in zip(parameters, theta, strict=True):
+        values.setdefault(parameter.effect, {})[parameter.name] = float(value)
+    return values
 
 
 def is_delay(effect: str) -> bool:

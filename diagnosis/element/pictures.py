@@ -19,7 +19,7 @@ from carrierflex.diagnosis.comparison.overlay import (
     strip_means,
 )
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray
-from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import Column, column_values, known_force
 
@@ -34,75 +34,42 @@ _END_POINTS = 150
 def element_loops(
     model: ElementModel, records: Sequence[ElementRecord], effects: Effects, theta: FloatArray
 ) -> tuple[Picture, ...]:
-    """Unexplained force over deflection and over speed, one run of each condition.
-
-    Those with the largest force first.
+    """Unexplained force over deflection and over speed, the largest run of each condition.
 
     ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured
     motion, in the trusted band; the law is the force of the effects along the same motion.
-
-    Parameters
-    ----------
-    model : ElementModel
-        Parameters and laws.
-    records : sequence of ElementRecord
-        Runs.
-    effects : tuple of str
-        Effects beside the baseline.
-    theta : ndarray, shape (p,)
-        Parameters of both.
-
-    Returns
-    -------
-    tuple of Picture
-        Over deflection; over speed too, unless the fitted law is a function of the deflection.
+    Over the speed too, unless the fitted law is a function of the deflection.
     """
-    values: dict[str, dict[str, float]] = {}
-    for parameter, value in zip(model.parameters(effects), theta, strict=True):
-        values.setdefault(parameter.effect, {})[parameter.name] = float(value)
+    values = values_by_effect(model.parameters(effects), theta)
+
+    def force_of(record: ElementRecord, effect: str) -> FloatArray:
+        return _effect_force(model, record, effect, values)
+
     largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
     for record in records:
-        baseline = _baseline_force(model, record, values, effects)
-        left = record.where_flat(known_force(model, record) - baseline)
-        size = float(np.std(left[record.counts]))
+        q, v, a = record.motion
+        base = values[BASELINE]
+        # A given mass is in the known force already.
+        baseline = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
+        for effect in model.contained:
+            baseline = baseline + force_of(record, effect)
+        lacking = record.where_flat(known_force(model, record) - baseline)
+        size = float(np.std(lacking[record.counts]))
         if size > largest.get(record.condition, (-1.0,))[0]:
-            largest[record.condition] = (size, record, left)
+            largest[record.condition] = (size, record, lacking)
     chosen = sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
-    runs = [(record, left, _law(model, record, values, effects)) for _, record, left in chosen]
+    runs = [
+        (
+            record,
+            lacking,
+            np.sum([force_of(record, effect) for effect in effects], axis=0) if effects else None,
+        )
+        for _, record, lacking in chosen
+    ]
     pictures = [_picture(model, runs, effects, against=0)]
     if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
         pictures.append(_picture(model, runs, effects, against=1))
     return tuple(pictures)
-
-
-def _baseline_force(
-    model: ElementModel,
-    record: ElementRecord,
-    values: Mapping[str, Mapping[str, float]],
-    effects: Effects,
-) -> FloatArray:
-    """Force of the baseline along the measured motion.
-
-    A given mass is in the known force already.
-    """
-    q, v, a = record.motion
-    base = values[BASELINE]
-    force = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
-    for effect in model.contained:
-        force = force + _effect_force(model, record, effect, values)
-    return force
-
-
-def _law(
-    model: ElementModel,
-    record: ElementRecord,
-    values: Mapping[str, Mapping[str, float]],
-    effects: Effects,
-) -> FloatArray | None:
-    """Force of the effects along the measured motion; None without effects."""
-    if not effects:
-        return None
-    return np.sum([_effect_force(model, record, effect, values) for effect in effects], axis=0)
 
 
 def _effect_force(
@@ -111,19 +78,21 @@ def _effect_force(
     effect: str,
     values: Mapping[str, Mapping[str, float]],
 ) -> FloatArray:
-    own = values[effect]
+    parameters = values[effect]
     if effect == "sensor_delay":
-        return own["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
+        return parameters["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
     if effect == "backlash":
         # Its column is per unit of the stiffness that is missing within the gap.
-        return values[BASELINE]["K1"] * column_values(model, record, Column(effect, "K1", own, ()))
-    return model.signature(record, effect, own)
+        return values[BASELINE]["K1"] * column_values(
+            model, record, Column(effect, "K1", parameters, ())
+        )
+    return model.signature(record, effect, parameters)
 
 
-def _chosen_points(places: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64]:
+def _chosen_points(samples: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64]:
     """Every n-th index, and those at both ends of x."""
-    by_size = places[np.argsort(x[places])]
-    every = places[:: -(-places.size // _MOST_POINTS)]
+    by_size = samples[np.argsort(x[samples])]
+    every = samples[:: -(-samples.size // _MOST_POINTS)]
     return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
 
 
@@ -137,14 +106,14 @@ def _picture(
     """Clouds over deflection (0) or speed (1), shaded by the other of the two."""
     names = (("deflection", model.units[1]), ("speed", f"{model.units[1]}/s"))
     panels = []
-    for record, left, law in runs:
-        places = _chosen_points(np.flatnonzero(record.counts), record.motion[against])
-        x, shade = record.motion[against][places], record.motion[1 - against][places]
-        traces = [Trace(GAP, x, left[places], shade)]
+    for record, lacking, law in runs:
+        samples = _chosen_points(np.flatnonzero(record.counts), record.motion[against])
+        x, shade = record.motion[against][samples], record.motion[1 - against][samples]
+        traces = [Trace(GAP, x, lacking[samples], shade)]
         if law is not None:
-            own = record.motion[against][record.counts], law[record.counts]
+            curve = record.motion[against][record.counts], law[record.counts]
             traces.append(
-                Trace(LAW, *(strip_means(*own) if is_function(*own) else (x, law[places])))
+                Trace(LAW, *(strip_means(*curve) if is_function(*curve) else (x, law[samples])))
             )
         panels.append(Panel(f"run {record.name}", tuple(traces)))
     named = set_name(effects)

@@ -1,6 +1,6 @@
 """The kind "element" as a comparison problem of the diagnosis.
 
-Both drives, its library, sums by block and band.
+Both drives, its library, sums by block and band; trial drives; another simulator as its baseline.
 """
 
 import os
@@ -10,9 +10,10 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, force_library
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, card_of_force, force_library
 from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
     step_halving_error,
@@ -29,47 +30,65 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
     Signatures,
 )
-from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND
-from carrierflex.diagnosis.element.channel_noise import (
-    carried_noise,
-    declared_gains,
-    noise_variance,
+from carrierflex.diagnosis.element.answer import answer_of_table
+from carrierflex.diagnosis.element.force_records import has_one_frequency
+from carrierflex.diagnosis.element.gap import (
+    ScoreCells,
+    element_findings,
+    element_gap_cells,
+    element_scalars,
+    score_cells,
+    segment_squares,
 )
-from carrierflex.diagnosis.element.classes.answer import answer_of_table
-from carrierflex.diagnosis.element.classes.drive_in_time import has_one_frequency
-from carrierflex.diagnosis.element.classes.fitted_force import parameter_shift
-from carrierflex.diagnosis.element.classes.floor import believable_noise
-from carrierflex.diagnosis.element.classes.limits import element_limits
-from carrierflex.diagnosis.element.classes.measured.measured_laws import law_cards
-from carrierflex.diagnosis.element.classes.measured.shapes import measured_shape
-from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
-from carrierflex.diagnosis.element.experiments import element_experiments
-from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
-from carrierflex.diagnosis.element.gap_map import element_gap_cells
-from carrierflex.diagnosis.element.linear import element_scale
+from carrierflex.diagnosis.element.laws import parameter_shift
+from carrierflex.diagnosis.element.measured_laws import law_cards
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
+from carrierflex.diagnosis.element.noise import carried_noise, declared_gains, noise_variance
 from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import (
     ElementRecord,
     element_records,
     measured_states,
+    prepared_record,
     refuse_mixed_units,
+    run_in_use,
 )
-from carrierflex.diagnosis.element.score_cells import ScoreCells, score_cells, segment_squares
+from carrierflex.diagnosis.element.shapes import measured_shape
 from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
-from carrierflex.diagnosis.element.starts import element_starts
-from carrierflex.diagnosis.element.wiring.one_frequency import delay_words
+from carrierflex.diagnosis.element.starts import element_scale, element_starts
+from carrierflex.diagnosis.element.table import ElementTable, element_table
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.signals import even_time, filled
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
+from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import element_law
-from carrierflex.simulation.laws import Law
+from carrierflex.simulation.laws import ELEMENT, Law
 
+ELEMENT_CARDS = tuple(card_of_force(effect, ELEMENT) for effect in ELEMENT_EFFECTS.values())
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
 _DIFFERENCE = 1e-5
 #: Samples of all runs from which threads are worth their start.
 _THREADED = 2_000
+#: Limits of every kind, and one more weight of the penalties, at which a curve is straight but for
+#: what all records show: where one block goes further than the others, any less leaves there the
+#: square of a spline's swing.
+_LIMITS = ClassConstants(ridges=(*ClassConstants().ridges, 1.0))
+#: Square that the best class leaves, over the plateau's, above which the plateau is not the noise:
+#: an RMS of three, which no colour of a sensor's noise makes.
+_BELIEVABLE = 9.0
+_FLOOR_NOTE = (
+    "the noise floor cannot be known from these records (the plateau of the spectrum lies far "
+    "below what no class can learn, as after a low-pass filter): what no class learns is taken as "
+    "the floor, and the verdict rests on shares"
+)
+#: Trial drives: factors on the amplitude, frequencies over the natural one, samples, cycles.
+_AMPLITUDES = (0.25, 0.5, 2.0)
+_FREQUENCIES = (0.1, 0.5, 1.0, 2.0)
+_SAMPLES = 4096
+_CYCLES = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +110,7 @@ class ElementProblem(ComparisonProblem):
     channel : str
         Name of the channel.
     noise_is_declared : bool
-        Whether the campaign declares it, so that the scatter of repeats can be held against it.
+        Whether the campaign declares it, so that the scatter of repeats is compared with it.
     noise_note : str
         What the records cannot say of their noise; empty where the floor is known.
     table : ElementTable, optional
@@ -202,13 +221,56 @@ class ElementProblem(ComparisonProblem):
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Response of every run as measured and as a model has it."""
         return [
-            signal_overlay(own.name, self.channel, own.step, own.response, residual)
-            for own, residual in zip(self.records, self._residuals(effects, theta), strict=True)
+            signal_overlay(record.name, self.channel, record.step, record.response, residual)
+            for record, residual in zip(self.records, self._residuals(effects, theta), strict=True)
         ]
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Drives that were not applied."""
-        return element_experiments(self.model, self.records, self._with_record)
+        model = self.model
+        if model.states:
+            # A release is repeated from another deflection by hand: no drive is to be chosen.
+            return ()
+        largest = max(self.records, key=lambda record: float(record.drive.std()))
+        mean, size = float(largest.drive.mean()), float(largest.drive.std())
+        last = largest.drive[-min(_SAMPLES, largest.drive.size) :]
+        trials = [
+            CandidateExperiment(
+                f"the drive of run {largest.name} at {factor:g} times its amplitude",
+                partial(self._trial, mean + factor * (last - mean), largest.step),
+            )
+            for factor in _AMPLITUDES
+        ]
+        unit = model.units[0 if model.by_force else 1]
+        for frequency in _trial_frequencies_hz(model):
+            step = min(largest.step, 1.0 / (40.0 * frequency))
+            time = step * np.arange(min(_SAMPLES, int(_CYCLES / (frequency * step))))
+            for factor in (0.5, 1.0, 2.0):
+                amplitude = np.sqrt(2.0) * factor * size
+                drive = mean + amplitude * np.sin(2.0 * np.pi * frequency * time)
+                text = f"a steady sine of {frequency:.3g} Hz and amplitude {amplitude:.3g} {unit}"
+                trials.append(CandidateExperiment(text, partial(self._trial, drive, step)))
+        return trials
+
+    def _trial(
+        self, drive: FloatArray, step: float, effects: Effects, theta: FloatArray
+    ) -> ComparisonProblem | None:
+        """One record under a drive, its response that of a model; its first quarter settles."""
+        stepped = replace(self.model, substeps=self.model.scale.substeps(step))
+        counts = np.arange(drive.size) >= drive.size // 4
+
+        def record(response: FloatArray) -> ElementRecord:
+            return prepared_record(
+                ("trial", "trial"), step, drive, response, by_force=stepped.by_force, counts=counts
+            )
+
+        blank = record(np.linspace(0.0, stepped.scale.deflection, drive.size))
+        predicted = stepped.predicted(blank, effects, theta)
+        if not np.isfinite(predicted).all():
+            return None
+        return replace(
+            self, model=stepped, records=(record(predicted),), noise=self.noise[:1], table=None
+        )
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""
@@ -221,11 +283,10 @@ class ElementProblem(ComparisonProblem):
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
-        own = self.class_table
-        if own is None:
+        if self.class_table is None:
             return None
         return answer_of_table(
-            own,
+            self.class_table,
             self.model,
             self.noise_note,
             lambda table: partial(measured_shape, table, self.model.units),
@@ -240,29 +301,54 @@ class ElementProblem(ComparisonProblem):
         """Table of the classes; None where the records are too short for it."""
         if self.table is not None:
             return self.table
-        return element_table(self.model, self.records, self.noise, element_limits())
+        return element_table(self.model, self.records, self.noise, _LIMITS)
 
     @property
     def signal_square(self) -> float:
         """Sum of squares of the response about its mean, all runs."""
         responses = [record.response[record.counts] for record in self.records]
-        return float(sum(np.sum((own - own.mean()) ** 2) for own in responses))
+        return float(sum(np.sum((response - response.mean()) ** 2) for response in responses))
 
     @cached_property
     def has_one_frequency(self) -> bool:
         """Whether one and the same frequency drives all runs."""
-        return has_one_frequency([(own.drive[own.counts], own.step) for own in self.records])
+        return has_one_frequency(self.records)
 
     def discrepancy_shift(self, effects: Effects, theta: FloatArray) -> FloatArray:
-        """Shift of the parameters beside a discrepancy; zero without a table of the classes."""
+        """Shift of the parameters with a discrepancy; zero without a table of the classes."""
         parameters = self.parameters(effects)
-        if self.class_table is None:
+        table = self.class_table
+        if table is None:
             return np.zeros(len(parameters))
-        return parameter_shift(self.model, self.class_table, parameters, theta)
+        return parameter_shift(
+            self.model,
+            table.table,
+            table.bases.size,
+            parameters,
+            theta,
+            independent_samples=table.independent_samples,
+        )
 
     def delay_words(self, theta: FloatArray) -> str:
-        """What a delay of half a sample does to the damping at one frequency."""
-        return delay_words(self.model, self.records, theta) if self.has_one_frequency else ""
+        """What a delay of half a sample does to the damping at one frequency.
+
+        With ``D = K1 - m w² + i w C1``, force over deflection, and a deflection that is written tau
+        late, ``x e^(-i w tau)``, ``D e^(i w tau)`` fits the records as well as D does: in first
+        order ``C1' = C1 + tau (K1 - m w²)`` and ``K1' - m' w² = K1 - m w² - tau w² C1``.
+        """
+        if not self.has_one_frequency:
+            return ""
+        model = self.model
+        named = zip(model.parameters(()), theta, strict=False)
+        values = {"m": model.mass or 0.0} | {unknown.name: float(value) for unknown, value in named}
+        speed_ratio = model.scale.speed / model.scale.deflection
+        tau = 0.5 * max(record.step for record in self.records)
+        change = abs(tau * (values["K1"] - values["m"] * speed_ratio**2))
+        return (
+            "one frequency drives all runs: a delay between force and deflection reads as damping "
+            f"and shows in no record; half a sample ({1e3 * tau:.3g} ms) moves C1 by {change:.3g} "
+            f"{model.unit_of((1, -1, 1))}, tau (K1 - m w²)"
+        )
 
     @cached_property
     def _columns(self) -> tuple[Column, ...]:
@@ -292,10 +378,6 @@ class ElementProblem(ComparisonProblem):
         if not np.isfinite(residual).all():  # the motion diverged
             return np.where(record.block >= 0, np.inf, 0.0)
         return np.where(record.block >= 0, residual, 0.0)
-
-    def _with_record(self, model: ElementModel, record: ElementRecord) -> "ElementProblem":
-        """ComparisonProblem that measured one other record."""
-        return replace(self, model=model, records=(record,), noise=self.noise[:1], table=None)
 
 
 def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> ElementProblem:
@@ -327,7 +409,7 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     per_mass = drive in PER_MASS and mass is None
     units = _units(campaign, per_mass=per_mass)
     added = law_cards(measured_laws, units)
-    cards, laws = force_library(KIND, (*ELEMENT_CARDS, *added))
+    cards, laws = force_library(ELEMENT, (*ELEMENT_CARDS, *added))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     unscaled = ElementModel(
         by_force=drive in BY_FORCE,
@@ -349,11 +431,10 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     model = replace(
         unscaled, scale=scale, substeps=scale.substeps(max(record.step for record in records))
     )
-    carried = [carried_noise(model, record) for record in records]
-    noise = noise + np.array(carried)
+    noise = noise + np.array([carried_noise(model, record) for record in records])
     note, table = "", None
     if not measured:
-        noise, note, table = believable_noise(model, records, noise)
+        noise, note, table = _believable_noise(model, records, noise)
     return ElementProblem(
         model,
         records,
@@ -373,3 +454,59 @@ def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
         return (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
     input_unit = next(iter(campaign.input_units.values()))
     return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
+
+
+def _believable_noise(
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+) -> tuple[FloatArray, str, ElementTable | None]:
+    """Variance of the noise by run, raised to what no class learns where the plateau is absurd."""
+    table = element_table(model, records, noise, _LIMITS)
+    if table is None:
+        return noise, "", None
+    scores, floor = table.scores, float(table.table.floor.sum())
+    classes = [scores.of((name,)).total for name in table.table.classes]
+    least = min(scores.ceiling().total, *classes)
+    if least <= _BELIEVABLE * floor:
+        return noise, "", table
+    # After a low-pass filter the plateau of the spectrum is what the filter let through.
+    return np.asarray(noise * least / max(floor, 1e-300)), _FLOOR_NOTE, None
+
+
+def _trial_frequencies_hz(model: ElementModel) -> list[float]:
+    """Frequencies about the natural one, or about the mean frequency of the motion."""
+    scale = model.scale
+    is_resonant = scale.m > 0.0 and scale.K1 > 0.0
+    omega = np.sqrt(scale.K1 / scale.m) if is_resonant else scale.speed / scale.deflection
+    return [float(factor * omega / (2.0 * np.pi)) for factor in _FREQUENCIES]
+
+
+def element_beside_prediction(problem: ElementProblem, campaign: Campaign) -> ElementProblem:
+    """ComparisonProblem whose baseline is the prediction in the run files.
+
+    The inside of that simulator is unknown: mass, spring, damper and constant force are fitted to
+    what it predicts and fixed there. Effects act on them, and what they change is added to the
+    prediction; the gap without effects is exactly measured less predicted.
+    """
+    by_force = problem.model.by_force
+    name = campaign.channels[0].name
+    runs = [run_in_use(run) for run in campaign.runs]
+    predicted = [filled(run.predictions[name], run.time, even_time(run.time)) for run in runs]
+    simulated = tuple(
+        record.with_response(response) if by_force else record.with_force(response)
+        for record, response in zip(problem.records, predicted, strict=True)
+    )
+    # What the prediction contains already is no candidate.
+    contained = campaign.baseline.effects
+    cards = {name: card for name, card in problem.model.cards.items() if name not in contained}
+    linear = replace(problem.model, contained=(), cards=cards)
+    theta = fit_effects(replace(problem, model=linear, records=simulated, table=None), ()).theta
+    records = tuple(
+        replace(
+            record,
+            response=linear.predicted(record, (), theta) + record.response - response,
+            gap=record.response - response,
+        )
+        for record, response in zip(problem.records, predicted, strict=True)
+    )
+    model = replace(linear, fixed=tuple(float(value) for value in theta))
+    return replace(problem, model=model, records=records, table=None)

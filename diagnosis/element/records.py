@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,17 +25,17 @@ FloatArray = NDArray[np.float64]
 
 #: Blocks over all runs that the records are cut into, and samples a block holds at least.
 _PIECES = 24
-FEWEST_IN_BLOCK = 64
+_FEWEST_IN_BLOCK = 64
 #: Bands of frequency of the score.
 N_BANDS = 16
-#: Periods of the usable band's end that a derivative needs beside it, and the share of a record
-#: they may take at either end.
+#: Periods of the usable band's end that a derivative needs on either side, and the share of a
+#: record they may take at either end.
 _EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
-#: The same of a decay, which is largest where it begins; parts in which its band is sought, and
-#: samples of a part at least.
+#: The same of a decay, which is largest where it begins; stretches in which its band is sought,
+#: and samples of one at least.
 _RELEASED_PERIODS = 1.0
-_RELEASED_PARTS = 8
-_FEWEST_IN_PART = 64
+_RELEASED_STRETCHES = 8
+_FEWEST_IN_STRETCH = 64
 #: Square of a step over the variance of values spread evenly over it.
 _UNIFORM = 12.0
 
@@ -110,6 +111,16 @@ class ElementRecord:
             return forces
         return band_limited(forces, self.step, self.flat_hz)
 
+    def whole_periods(self, signal: NDArray[Any]) -> NDArray[Any] | None:
+        """Signal by period, shape (n_periods, period); None where the drive has fewer than two."""
+        if not self.period:
+            return None
+        first = int(np.argmax(self.counts))
+        n_periods = (signal.size - first) // self.period
+        if n_periods < 2:
+            return None
+        return signal[first : first + n_periods * self.period].reshape(n_periods, self.period)
+
     def within(self, trusted_hz: float) -> "ElementRecord":
         """Copy whose deflection under a force is trusted up to another frequency."""
         cutoff = band_end(trusted_hz, self.step)
@@ -158,9 +169,9 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
             run,
             campaign,
             n_blocks=n_blocks,
-            settle=max(0, settle - int(np.searchsorted(whole.time, run.time[0]))),
+            settle=max(0, settle - int(np.searchsorted(measured.time, run.time[0]))),
         )
-        for run, whole in zip(runs, campaign.runs, strict=True)
+        for run, measured in zip(runs, campaign.runs, strict=True)
     )
 
 
@@ -202,10 +213,10 @@ def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> Elem
     measured = np.isfinite(response) if even is run.time else np.ones(even.size, dtype=bool)
     known = replace(run, time=even).in_use
     counts = measured & known & (np.arange(even.size) >= settle)
-    if counts.sum() < 2 * FEWEST_IN_BLOCK:
+    if counts.sum() < 2 * _FEWEST_IN_BLOCK:
         raise ValueError(
             f"run {run.name}: {counts.sum()} measured samples after the first {settle} "
-            f"('settle_samples'); expected at least {2 * FEWEST_IN_BLOCK}"
+            f"('settle_samples'); expected at least {2 * _FEWEST_IN_BLOCK}"
         )
     record = prepared_record(
         (run.name, run.condition),
@@ -257,7 +268,7 @@ def prepared_record(
     """Record of evenly sampled signals.
 
     Fields as in :class:`ElementRecord`, `names` are run and condition; `known` are the samples in
-    the windows that count, all of them where it is left out.
+    the windows that count, all of them by default.
     """
     deflection, force = (response, drive) if by_force else (drive, response)
     spans = _spans(np.ones(counts.size, dtype=bool) if known is None else known)
@@ -300,21 +311,14 @@ def _spans(known: NDArray[np.bool_]) -> list[slice]:
 
 
 def _released_frequency(deflection: FloatArray, step: float) -> float:
-    """Frequency [Hz] up to which a decay stands clear of its noise in the largest of its parts.
-
-    Its harmonics stand in the beginning alone, where a window over all of it is small.
-    """
-    n_parts = max(1, min(_RELEASED_PARTS, deflection.size // _FEWEST_IN_PART))
-    parts = np.array_split(deflection, n_parts)
-    return trusted_frequency(max(parts, key=np.std), step, is_slow=True)
+    """Frequency [Hz] up to which a decay is clear of its noise in the largest of its stretches."""
+    n = max(1, min(_RELEASED_STRETCHES, deflection.size // _FEWEST_IN_STRETCH))
+    stretches = np.array_split(deflection, n)
+    return trusted_frequency(max(stretches, key=np.std), step, is_slow=True)
 
 
 def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np.bool_]:
-    """Samples of `n` that are far enough from the ends of a known span for their derivatives.
-
-    Beyond its ends a span is unknown: the acceleration there is a guess that is felt some periods
-    into the span. Where the deflection is predicted whole periods count more.
-    """
+    """Samples of `n` that are far enough from the ends of a known span for their derivatives."""
     inner = np.zeros(n, dtype=bool)
     for span in spans:
         length = span.stop - span.start
@@ -331,20 +335,17 @@ def _motion(
 
 
 def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArray[np.int64], int]:
-    """Cut from the first to the last sample that counts into blocks of like length.
-
-    Whole periods where there are as many.
-    """
+    """Cut from the first to the last sample that counts into blocks of like length."""
     counted = np.flatnonzero(counts)
     first, n = int(counted[0]), int(counted[-1] - counted[0]) + 1
-    n_blocks = max(1, min(wanted, n // FEWEST_IN_BLOCK))
+    n_blocks = max(1, min(wanted, n // _FEWEST_IN_BLOCK))
     length = -(-n // n_blocks)
     if period and n // period >= n_blocks:
         length = max(1, (n // period) // n_blocks) * period
         n_blocks = max(1, n // length)
-    place = np.minimum((counted - first) // length, n_blocks - 1)
+    position = np.minimum((counted - first) // length, n_blocks - 1)
     # A block that is missing throughout is no block.
-    present, number = np.unique(place, return_inverse=True)
+    present, number = np.unique(position, return_inverse=True)
     block = np.full(counts.size, -1)
     block[counted] = number
     return block, present.size

@@ -19,12 +19,6 @@ from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 
-#: Flexible residual force: powers of deflection and speed up to this degree, friction-like and
-#: hysteretic shapes.
-_DEGREE = 7
-_SOFT_SIGNS = (0.05, 0.3)
-_YIELD_SHARES = (0.1, 0.5)
-
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -37,28 +31,13 @@ class Column:
 
 
 def signature_columns(model: ElementModel) -> tuple[Column, ...]:
-    """Every variant of every candidate, one column for each amplitude.
-
-    Parameters
-    ----------
-    model : ElementModel
-        Its cards, contained effects left out.
-
-    Returns
-    -------
-    tuple of Column
-        In the order of the library.
-    """
+    """Every variant of every candidate, in the order of the library, by amplitude."""
     columns = []
     for name in model.cards:
         if name in model.contained:
             continue
-        own = {
-            parameter.name: parameter
-            for parameter in model.parameters((name,))
-            if parameter.effect == name
-        }
-        shapes = [parameter for parameter in own.values() if parameter.shape]
+        unknowns = [p for p in model.parameters((name,)) if p.effect == name]
+        shapes = [parameter for parameter in unknowns if parameter.shape]
         for share in shape_starts(ELEMENT_EFFECTS, name):
             values = {parameter.name: share * parameter.scale for parameter in shapes}
             if name == "elasto_plastic_friction":
@@ -66,11 +45,10 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
                 values = {"Fy": share * model.scale.deflection}
             if name == "backlash":
                 values = {"gap": share * model.scale.deflection}
-            amplitudes = [p.name for p in own.values() if not p.shape and p.name not in values] or [
-                "K1"
-            ]
+            amplitudes = [p.name for p in unknowns if not p.shape and p.name not in values]
             columns += [
-                Column(name, a, {**values, a: 1.0}, tuple(values.values())) for a in amplitudes
+                Column(name, a, {**values, a: 1.0}, tuple(values.values()))
+                for a in amplitudes or ["K1"]
             ]
     return tuple(columns)
 
@@ -83,9 +61,8 @@ def base_columns(model: ElementModel, record: ElementRecord) -> FloatArray:
     q, v, a = record.motion
     rows = [] if model.mass is not None else [a]
     rows += [q, v, np.ones(q.size)]
-    for column in contained_columns(model):
-        rows.append(column_values(model, record, column))
-    return np.array([rows[0], *rows[1:]])
+    rows += [column_values(model, record, column) for column in contained_columns(model)]
+    return np.array(rows)
 
 
 def contained_columns(model: ElementModel) -> tuple[Column, ...]:
@@ -118,7 +95,7 @@ def column_values(model: ElementModel, record: ElementRecord, column: Column) ->
 def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
     """Measured force less that of a given mass, in the usable band, shape (n,).
 
-    Beside another simulator's prediction it is the force that the prediction lacks.
+    With another simulator's prediction it is the force that the prediction lacks.
     """
     if record.gap is not None:
         return _lacking_force(model, record, record.gap)
@@ -138,38 +115,18 @@ def _lacking_force(model: ElementModel, record: ElementRecord, gap: FloatArray) 
     if not model.by_force:
         return e
     first = 0 if model.mass is not None else 1
-    K1, C1 = model.held[first : first + 2]
-    m = model.mass if model.mass is not None else model.held[0]
+    K1, C1 = model.fixed[first : first + 2]
+    m = model.mass if model.mass is not None else model.fixed[0]
     return -(m * e_2 + C1 * e_1 + K1 * e)
 
 
 def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures:
-    """Gram matrix of force space for all records.
-
-    Parameters
-    ----------
-    model : ElementModel
-        Library and scale.
-    records : sequence of ElementRecord
-        Runs.
-
-    Returns
-    -------
-    Signatures
-        Target, baseline and candidates.
-    """
+    """Gram matrix of force space for all records: target, baseline and candidates."""
     columns = signature_columns(model)
     gram = np.zeros(())
     for record in records:
         base = base_columns(model, record)
-        table = record.where_flat(
-            np.vstack(
-                [
-                    known_force(model, record),
-                    base,
-                    *[column_values(model, record, column) for column in columns],
-                ]
-            )
-        )
-        gram = gram + total_products(table, record.block)
+        candidates = [column_values(model, record, column) for column in columns]
+        rows = np.vstack([known_force(model, record), base, *candidates])
+        gram = gram + total_products(record.where_flat(rows), record.block)
     return Signatures(gram, len(base))

@@ -93,22 +93,7 @@ def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
 def score_cells(
     records: Sequence[MountingRecord], edges_hz: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Degrees of freedom and sum of squares of the noise by block and cell of the score.
-
-    Channels, each in every band.
-
-    Parameters
-    ----------
-    records : sequence of MountingRecord
-        Runs.
-    edges_hz : ndarray
-        Ends of the bands [Hz].
-
-    Returns
-    -------
-    tuple of ndarray, each of shape (n_segments, n_channels * n_bands)
-        Counts and squares [m²].
-    """
+    """Degrees of freedom and sum of squares of the noise by block and cell of the score."""
     counts = []
     noise = []
     for record in records:
@@ -131,24 +116,7 @@ def mounting_gap_cells(
     sensors: Sequence[str],
     channels: Sequence[str],
 ) -> Sequence[GapCell]:
-    """Gap map of a residual, largest cell first.
-
-    Power of every cell against that of the noise, ``power / noise ~ chi²``.
-
-    Parameters
-    ----------
-    records : sequence of MountingRecord
-        Runs.
-    residuals : sequence of ndarray, shape (n, n_channels)
-        Gap of every run, zero where nothing was measured.
-    sensors, channels : sequence of str
-        Sensor and name of every channel.
-
-    Returns
-    -------
-    tuple of GapCell
-        Mean squares are over all channels' samples of all runs, so that they add up.
-    """
+    """Gap map of a residual, largest cell first."""
     names, matrix = _pattern_matrix(sensors, channels)
     edges_hz = map_edges_hz(records)
     n_samples = sum(residual.size for residual in residuals)
@@ -241,13 +209,7 @@ def mounting_scalars(
     sensors: Sequence[str],
     channels: Sequence[str],
 ) -> tuple[Scalar, ...]:
-    """Mean and peak to peak of every motion by block, measured and predicted [m].
-
-    Parameters
-    ----------
-    records, residuals, sensors, channels
-        As for :func:`mounting_findings`.
-    """
+    """Mean and peak to peak of every motion by block, measured and predicted [m]."""
     names, matrix = _pattern_matrix(sensors, channels)
     measured: list[FloatArray] = []
     predicted: list[FloatArray] = []
@@ -277,34 +239,13 @@ def mounting_pictures(
     theta: FloatArray,
     choice: Choice,
 ) -> tuple[Picture, ...]:
-    """Measured less linear prediction over the measured motion, one run of each condition.
-
-    Largest gaps first.
-
-    Parameters
-    ----------
-    model : MountingModel
-        Parameters and simulator.
-    records : sequence of MountingRecord
-        Runs.
-    effects : tuple of str
-        Effects beside the baseline.
-    theta : ndarray, shape (p,)
-        Parameters of both.
-    choice : mapping of str to int
-        Channel of each effect of one sensor.
-
-    Returns
-    -------
-    tuple of Picture
-        One: the motion pattern with the largest gap; none where the motion leaves the model.
-    """
+    """Measured less linear prediction over the measured motion, one run of each condition."""
     names, matrix = _pattern_matrix(model.sensors, model.channels)
     base = theta[: len(model.parameters(()))]
     rows = []
     for record in records:
         before, after = (
-            model.predicted(record, *own, choice) for own in (((), base), (effects, theta))
+            model.predicted(record, *fitted, choice) for fitted in (((), base), (effects, theta))
         )
         if not (np.isfinite(before).all() and np.isfinite(after).all()):
             return ()
@@ -463,7 +404,7 @@ def _growth(
         np.concatenate([sizes[k] for sizes in blocks]) for k in range(4)
     )
     loads = np.concatenate([_block_loads(record) for record in records])
-    parts = []
+    growths = []
     for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
         is_clear = gap[:, k] > _CLEAR * noise[:, k]
         if not is_clear.any():
@@ -473,8 +414,8 @@ def _growth(
         of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: loads[is_clear, 1]}
         of_motion = {_DEFLECTION: deflection[is_clear, k], _SPEED: speed[is_clear, k]}
         both = exponents(size, error, of_loads) | exponents(size, error, of_motion)
-        parts.append(PartGrowth(names[k], float("nan"), "housing", both))
-    return tuple(parts)
+        growths.append(PartGrowth(names[k], float("nan"), "housing", both))
+    return tuple(growths)
 
 
 def _block_sizes(

@@ -80,8 +80,8 @@ class MountingModel:
         Names of the channels and the sensors they are.
     scale : MountingScale
         Sizes of everything.
-    held : tuple of float
-        Values at which K1 and C1 are held; empty where they are fitted.
+    fixed : tuple of float
+        Values of K1 and C1 where they are not fitted; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the sensors.
     measured : mapping of str to Law
@@ -95,14 +95,14 @@ class MountingModel:
     channels: tuple[str, ...]
     sensors: tuple[str, ...]
     scale: MountingScale
-    held: tuple[float, ...] = ()
+    fixed: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
     measured: Mapping[str, Law] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
         K, C = self.rig.bushing_radial_stiffness, self.scale.of((1, -1, 1))
-        own = [
+        unknowns = [
             Parameter(
                 "K1",
                 "N/m",
@@ -114,17 +114,17 @@ class MountingModel:
             # Half of what the simulator takes: differences step beyond a bound.
             Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
-        own = [self.known.prior(parameter, parameter.name) for parameter in own]
-        if self.held:
-            own = [
+        unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
+        if self.fixed:
+            unknowns = [
                 replace(one, lower=value, upper=value)
-                for one, value in zip(own, self.held, strict=True)
+                for one, value in zip(unknowns, self.fixed, strict=True)
             ]
         for effect in (*self.contained, *effects):
-            own += [
+            unknowns += [
                 self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
             ]
-        return tuple(own)
+        return tuple(unknowns)
 
     def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
         size = self.scale.of(parameter.powers) if parameter.powers else 1.0
@@ -228,8 +228,8 @@ class MountingModel:
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
         try:
-            found = simulate(rig, values, inputs, user_law=user_law, tables=tables)
-            signals = found.signals[::refined]
+            simulated = simulate(rig, values, inputs, user_law=user_law, tables=tables)
+            signals = simulated.signals[::refined]
         except ArithmeticError:
             return None
         return signals if np.isfinite(signals).all() else None
@@ -252,20 +252,7 @@ def _simulated_indices(effect: str, parameter: str) -> list[int]:
 
 
 def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> MountingScale:
-    """Static deflection of the starboard bushing under the measured loads, and its rate.
-
-    Parameters
-    ----------
-    rig : MountingRig
-        Nominal rig.
-    records : sequence of MountingRecord
-        Loads.
-
-    Returns
-    -------
-    MountingScale
-        RMS over all records.
-    """
+    """Static deflection of the starboard bushing under the measured loads, and its rate."""
     rows = [
         block.rows[0] @ np.linalg.solve(block.K, block.G)
         for block in mounting_blocks(rig, parameter_array(rig))

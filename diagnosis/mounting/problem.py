@@ -35,8 +35,9 @@ from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.gap_map import block_powers
 from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
-from carrierflex.diagnosis.mounting.classes.answer import answer_of_table, mounting_class_table
+from carrierflex.diagnosis.mounting.classes.answer import answer_of_table
 from carrierflex.diagnosis.mounting.classes.shapes import beyond_visited, law_cards
+from carrierflex.diagnosis.mounting.classes.table import mounting_table
 from carrierflex.diagnosis.mounting.experiments import mounting_experiments
 from carrierflex.diagnosis.mounting.gap import (
     map_edges_hz,
@@ -107,8 +108,8 @@ class MountingProblem(ComparisonProblem):
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
-        left_out = self.model.contained
-        return {name: card for name, card in self.model.cards.items() if name not in left_out}
+        contained = self.model.contained
+        return {name: card for name, card in self.model.cards.items() if name not in contained}
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
@@ -151,15 +152,16 @@ class MountingProblem(ComparisonProblem):
     ) -> Sequence[FloatArray]:
         """What is known with the new effects off, linear bushings alone, then linear solutions."""
         parameters = self.parameters(effects)
-        found = [values for values, _ in self._solutions(effects)]
-        values = [
-            {**{key: found[0][key] for key in self._known}, **known},
+        fitted = [values for values, _ in self._solutions(effects)]
+        starts = [
+            {**{key: fitted[0][key] for key in self._known}, **known},
             {**self._known, **known},
         ]
-        values += [{**own, **known} for own in found] + [{**known, **own} for own in found]
-        values += [{**found[0], **own, **known} for own, _ in self._contained_solutions]
+        starts += [{**values, **known} for values in fitted]
+        starts += [{**known, **values} for values in fitted]
+        starts += [{**fitted[0], **values, **known} for values, _ in self._contained_solutions]
         lower, upper = np.array([[p.lower, p.upper] for p in parameters]).T
-        return [np.clip(values_array(parameters, own), lower, upper) for own in values]
+        return [np.clip(values_array(parameters, values), lower, upper) for values in starts]
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums with derivatives by differences."""
@@ -242,12 +244,12 @@ class MountingProblem(ComparisonProblem):
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
-        table = mounting_class_table(self.model, self.records, self._bare[1])
+        table = mounting_table(self.model, self.records, self._bare[1])
         return None if table is None else answer_of_table(table)
 
     def gram_table(self) -> GramTable | None:
         """Products of classes and laws; None where the records are too short."""
-        table = mounting_class_table(self.model, self.records, self._bare[1])
+        table = mounting_table(self.model, self.records, self._bare[1])
         return None if table is None else table.table
 
     def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
@@ -259,7 +261,7 @@ class MountingProblem(ComparisonProblem):
 
         The contained ones' by themselves.
         """
-        wanted = {own for own in (*self.model.contained, *effects) if own in ONE_CHANNEL}
+        wanted = {name for name in (*self.model.contained, *effects) if name in ONE_CHANNEL}
         if not wanted:
             return {}
         return {
@@ -289,10 +291,9 @@ class MountingProblem(ComparisonProblem):
 
     @cached_property
     def _known(self) -> dict[tuple[str, str], float]:
-        own = self._bare[0].parameters(())
-        return {
-            (p.effect, p.name): float(value) for p, value in zip(own, self._bare[1], strict=True)
-        }
+        bare, theta = self._bare
+        parameters = bare.parameters(())
+        return {(p.effect, p.name): float(v) for p, v in zip(parameters, theta, strict=True)}
 
     @cached_property
     def _columns(self) -> tuple[Signatures, tuple[Column, ...]]:
@@ -303,21 +304,21 @@ class MountingProblem(ComparisonProblem):
 
     def bare_fit(self) -> FloatArray:
         """K1 and C1 of the linear bushings alone, shape (2,)."""
-        if self.model.held:
-            return np.array(self.model.held)
+        if self.model.fixed:
+            return np.array(self.model.fixed)
         rig = self.model.rig
         start = np.array([rig.bushing_radial_stiffness, rig.bushing_radial_damping])
         everything, free = np.ones(len(self.segments), dtype=bool), np.ones(2, dtype=bool)
         return minimised(self, (), start, chosen=everything, free=free, prior=Prior.none(2))[0]
 
     @cached_property
-    def _found(self) -> dict[Effects, list[Solution]]:
+    def _known_solutions(self) -> dict[Effects, list[Solution]]:
         return {}
 
     def _solutions(self, effects: Effects) -> list[Solution]:
-        if effects not in self._found:
-            self._found[effects] = solutions(*self._columns, effects, self._known)
-        return self._found[effects]
+        if effects not in self._known_solutions:
+            self._known_solutions[effects] = solutions(*self._columns, effects, self._known)
+        return self._known_solutions[effects]
 
     def differenced(self, effects: Effects) -> DifferencedResiduals[MountingRecord]:
         """Residuals of a set of effects as a function of its parameters."""
@@ -407,15 +408,20 @@ def mounting_beside_prediction(problem: MountingProblem, campaign: Campaign) -> 
         if name not in campaign.baseline.effects
     }
     linear = replace(problem.model, contained=(), cards=cards)
-    held = replace(problem, model=linear, records=simulated).bare_fit()
+    linear_fit = replace(problem, model=linear, records=simulated).bare_fit()
     records = tuple(
         replace(
-            record, measured=record.measured - own.measured + linear.predicted(record, (), held, {})
+            record,
+            measured=record.measured
+            - predicted.measured
+            + linear.predicted(record, (), linear_fit, {}),
         )
-        for record, own in zip(problem.records, simulated, strict=True)
+        for record, predicted in zip(problem.records, simulated, strict=True)
     )
     return replace(
-        problem, model=replace(linear, held=tuple(float(value) for value in held)), records=records
+        problem,
+        model=replace(linear, fixed=tuple(float(value) for value in linear_fit)),
+        records=records,
     )
 
 
@@ -435,13 +441,10 @@ class _Reading:
     ) -> Misreading:
         """What every declared error, and the zero of every run and channel, does to the gradient.
 
-        Parameters
-        ----------
-        records : sequence of MountingRecord
-            Runs.
-        slopes : iterable of tuple of ndarray
-            Residual, shape (n, C), and change of the prediction by every parameter, shape
-            (p, n, C), run by run.
+        The zero of a run is a mean over its first samples. The noise in it is in all blocks alike,
+        so that their scatter does not show it: it is an error of every run and channel. `slopes`
+        are residual, (n, C), and change of the prediction by every parameter, (p, n, C), run by
+        run.
         """
         errors = declared_errors(self.model.known)
         scores = np.zeros((len(errors), self.theta.size))

@@ -91,7 +91,7 @@ class MountingRecord:
 
 @dataclass(frozen=True)
 class _Noise:
-    """Noise of one channel."""
+    """Noise of one channel: variance of a sample [m²], correlation of neighbouring samples."""
 
     variance: float
     memory: float
@@ -130,7 +130,10 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
             "expected loads that change"
         )
     noise = _noise(campaign)
-    return tuple(_record(run, campaign, own) for run, own in zip(campaign.runs, noise, strict=True))
+    return tuple(
+        _record(run, campaign, of_channels)
+        for run, of_channels in zip(campaign.runs, noise, strict=True)
+    )
 
 
 def _check(run: Run, campaign: Campaign) -> None:
@@ -164,10 +167,10 @@ def _noise(campaign: Campaign) -> list[list[_Noise]]:
         for channel in campaign.channels
         if channel.noise_std is None
     }
-    found = dict(zip(signals, _difference_noise(tuple(signals.values())), strict=True))
+    estimated = dict(zip(signals, _difference_noise(tuple(signals.values())), strict=True))
     return [
         [
-            found[run.name, channel.name]
+            estimated[run.name, channel.name]
             if channel.noise_std is None
             else _Noise(channel.noise_std**2, 0.0)
             for channel in campaign.channels
@@ -193,8 +196,8 @@ def _record(run: Run, campaign: Campaign, noise: Sequence[_Noise]) -> MountingRe
         # A group with a missing sample is missing: the mean of its rest belongs to another instant.
         np.column_stack([_means(column, q) for column in signals.T]),
         _blocks(counts),
-        np.array([own.of_mean(q) for own in noise]),
-        _zero_noise(first, np.array([own.of_mean(len(first)) for own in noise])),
+        np.array([of_channel.of_mean(q) for of_channel in noise]),
+        _zero_noise(first, np.array([of_channel.of_mean(len(first)) for of_channel in noise])),
         max(1, round(zeroing / q)),
     )
 
@@ -238,14 +241,14 @@ def _zero_noise(first: FloatArray, error: FloatArray) -> FloatArray:
 def _difference_noise(signals: Sequence[FloatArray]) -> tuple[_Noise, ...]:
     """Noise of records of slow motion that one measuring chain took."""
     squares = [[_difference_square(signal, lag) for lag in _LAGS] for signal in signals]
-    if any(np.isnan(own[0]) for own in squares):
+    if any(np.isnan(of_signal[0]) for of_signal in squares):
         raise ValueError(
             "a channel without 'noise_std' has no six samples in a row; expected its 'noise_std'"
         )
-    told = [_memory_and_motion(own) for own in squares]
-    clean = [memory for memory, motion in told if motion < _MOST_MOTION]
+    memories = [_memory_and_motion(of_signal) for of_signal in squares]
+    clean = [memory for memory, motion in memories if motion < _MOST_MOTION]
     memory = float(np.median(clean)) if clean else 0.0
-    return tuple(_Noise(own[0] / _visible_share(memory), memory) for own in squares)
+    return tuple(_Noise(of_signal[0] / _visible_share(memory), memory) for of_signal in squares)
 
 
 def _memory_and_motion(squares: Sequence[float]) -> tuple[float, float]:

@@ -74,12 +74,12 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
     """Every variant of every effect, the contained ones among them."""
     bare, columns = replace(model, contained=()), []
     for name in model.cards:
-        own = bare.parameters((name,))[2:]
+        parameters = bare.parameters((name,))[2:]
         if name in model.laws or name in model.measured:
-            columns += _user_columns(name, own)
+            columns += _user_columns(name, parameters)
             continue
-        amplitude = next(p for p in own if not p.shape)
-        shape = next((p for p in own if p.shape), None)
+        amplitude = next(p for p in parameters if not p.shape)
+        shape = next((p for p in parameters if p.shape), None)
         size = _SIZE * amplitude.scale
         channels = range(len(model.channels)) if name in ONE_CHANNEL else (-1,)
         for share, channel in product(shape_starts(MOUNTING_EFFECTS, name), channels):
@@ -116,9 +116,9 @@ def column_values(
     """Change of the prediction by a column's effect, over its size; shape (n, n_channels)."""
     bare = replace(model, contained=())
     base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
-    own = {**column.shapes, column.amplitude: column.size}
+    values = {**column.shapes, column.amplitude: column.size}
     parameters = bare.parameters((column.effect,))[2:]
-    theta = np.array([*base, *(own.get(p.name, 0.0) for p in parameters)])
+    theta = np.array([*base, *(values.get(p.name, 0.0) for p in parameters)])
     choice = {column.effect: column.channel}
     change = bare.predicted(record, (column.effect,), theta, choice) - bare.predicted(
         record, (), base, {}
@@ -127,11 +127,8 @@ def column_values(
 
 
 def base_columns(model: MountingModel, record: MountingRecord, known: Known) -> list[FloatArray]:
-    """Derivatives of the prediction by K1 and C1 at the fitted baseline.
-
-    Zero where they are held.
-    """
-    if model.held:
+    """Derivatives of the prediction by K1 and C1 at the fitted baseline."""
+    if model.fixed:
         return [np.zeros(record.measured.shape)] * 2
     bare = replace(model, contained=())
     base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
@@ -150,24 +147,7 @@ def mounting_signatures(
     residuals: Sequence[FloatArray],
     known: Known,
 ) -> tuple[Signatures, tuple[Column, ...]]:
-    """Gram matrix of the baseline's residual, its derivatives and all signatures.
-
-    Parameters
-    ----------
-    model : MountingModel
-        Library.
-    records : sequence of MountingRecord
-        Runs.
-    residuals : sequence of ndarray, shape (n, n_channels)
-        What linear bushings leave, zero where nothing was measured.
-    known : mapping
-        Fitted linear bushings.
-
-    Returns
-    -------
-    tuple of (Signatures, tuple of Column)
-        Columns of candidates only are named; those of contained effects stand among the baseline's.
-    """
+    """Gram matrix of the baseline's residual, its derivatives and all signatures."""
     every = signature_columns(model)
     contained = [column for column in every if column.effect in model.contained]
     columns = [column for column in every if column.effect not in model.contained]
@@ -186,15 +166,15 @@ def solutions(
     """Least-squares values over the variants of the effects, best first, and their channels."""
     gram, first = signatures.gram, 1 + signatures.n_base
     groups = [_variants(columns, effect) for effect in effects]
-    found = []
+    fits = []
     for chosen in product(*groups):
-        own = [k for group in chosen for k in group]
-        left, values = _bounded_solution(
-            gram, [*range(1, first), *(first + k for k in own)], [columns[k] for k in own]
+        numbers = [k for group in chosen for k in group]
+        square, values = _bounded_solution(
+            gram, [*range(1, first), *(first + k for k in numbers)], [columns[k] for k in numbers]
         )
-        found.append((left, _named([columns[k] for k in own], values, first - 1, known)))
-    found.sort(key=lambda pair: pair[0])
-    return [own for _, own in found[:_MOST_STARTS]]
+        fits.append((square, _named([columns[k] for k in numbers], values, first - 1, known)))
+    fits.sort(key=lambda pair: pair[0])
+    return [numbers for _, numbers in fits[:_MOST_STARTS]]
 
 
 def _variants(columns: Sequence[Column], effect: str) -> list[list[int]]:
@@ -207,20 +187,14 @@ def _variants(columns: Sequence[Column], effect: str) -> list[list[int]]:
 
 
 def _bounded_solution(
-    gram: FloatArray, places: Sequence[int], columns: Sequence[Column]
+    gram: FloatArray, rows: Sequence[int], columns: Sequence[Column]
 ) -> tuple[float, FloatArray]:
-    """Residual sum of squares and least-squares values.
-
-    An amplitude that would leave its physical bounds stays at zero.
-
-    Without the bounds a larger set would choose the channel of a sensor's effect beside an effect
-    that cannot be.
-    """
-    values, active = np.zeros(len(places)), list(range(len(places)))
-    n_base = len(places) - len(columns)
+    """Residual sum of squares and least-squares values."""
+    values, active = np.zeros(len(rows)), list(range(len(rows)))
+    n_base = len(rows) - len(columns)
     while True:
-        own = [places[k] for k in active]
-        solution = normal_solution(gram[np.ix_(own, own)], gram[own, 0])
+        used = [rows[k] for k in active]
+        solution = normal_solution(gram[np.ix_(used, used)], gram[used, 0])
         outside = [
             k
             for k, value in zip(active, solution, strict=True)
@@ -229,7 +203,7 @@ def _bounded_solution(
         ]
         if not outside:
             values[active] = solution
-            return float(gram[0, 0] - solution @ gram[own, 0]), values
+            return float(gram[0, 0] - solution @ gram[used, 0]), values
         active = [k for k in active if k not in outside]
 
 
@@ -252,5 +226,5 @@ def values_array(parameters: Sequence[Parameter], values: Known) -> FloatArray:
     """Values in the order of the parameters; what is not known leaves the baseline as it is."""
     off = [p.scale if p.shape else 0.0 for p in parameters]
     return np.array(
-        [values.get((p.effect, p.name), own) for p, own in zip(parameters, off, strict=True)]
+        [values.get((p.effect, p.name), value) for p, value in zip(parameters, off, strict=True)]
     )

@@ -48,7 +48,7 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
     tuple of WiringRival
         Empty where nothing looks wrong, or the baseline is another simulator's.
     """
-    if problem.model.held:
+    if problem.model.fixed:
         return ()
     rivals = []
     nominal = _nominal(problem)
@@ -59,9 +59,9 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
     turned = [name for name, factor in zip(_LOADS, factors, strict=True) if factor < _TURNED]
     if turned:
         records = tuple(_with_loads(record, turned) for record in problem.records)
-        left = baseline_left(replace(problem, records=records))
+        mean_square = baseline_left(replace(problem, records=records))
         text = f"{', '.join(turned)} of the other sign"
-        rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, left, "run files"))
+        rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, mean_square, "run files"))
     # Exchanged sensors may look like a load of the other sign: both are tried.
     signs = np.where(factors < _TURNED, -1.0, 1.0)
     for sign in [np.ones(len(_LOADS))] + ([signs] if turned else []):
@@ -74,10 +74,7 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
 
 
 def _gain_rivals(problem: MountingProblem, measured: FloatArray) -> Iterator[WiringRival]:
-    """Baseline refitted with one load larger or smaller beside the others.
-
-    What all loads have in common goes into the bushings; their ratio is what the sensors show.
-    """
+    """Baseline refitted with one load larger or smaller beside the others."""
     theta = fit_effects(problem, ()).theta
     answers = [_answers(problem, record, theta) for record in problem.records]
     factors = _factors(measured, np.concatenate(answers, axis=1))
@@ -90,9 +87,9 @@ def _gain_rivals(problem: MountingProblem, measured: FloatArray) -> Iterator[Wir
         if abs(gain - 1.0) < _SMALLEST_GAIN:
             continue
         records = tuple(_with_loads(record, [name], gain) for record in problem.records)
-        left = baseline_left(replace(problem, records=records))
+        mean_square = baseline_left(replace(problem, records=records))
         text = f"{name} {gain:.3g} times as large beside the other loads"
-        yield WiringRival(INPUT_GAIN, name, text, left, "run files")
+        yield WiringRival(INPUT_GAIN, name, text, mean_square, "run files")
 
 
 def _exchanged(
@@ -108,9 +105,9 @@ def _exchanged(
     text = ", ".join(f"{names[signal]} as {names[k]}" for signal, k in moved)
     about = ", ".join(names[k] for _, k in moved)
     also = f" and {', '.join(turned)} of the other sign" if turned else ""
-    left = baseline_left(replace(problem, records=records))
+    mean_square = baseline_left(replace(problem, records=records))
     line = key_of("[[channels]]", "sensor")
-    return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", left, line)
+    return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", mean_square, line)
 
 
 def mounting_predictions(
@@ -144,7 +141,7 @@ def mounting_linear(problem: MountingProblem, theta: FloatArray) -> Iterator[Lin
     LinearRecord
         One a run; none of another simulator's prediction.
     """
-    if problem.model.held:
+    if problem.model.fixed:
         return
     slopes = problem.differenced(()).slopes(theta)
     for record, (residual, columns) in zip(problem.records, slopes, strict=True):
@@ -190,10 +187,10 @@ def _factors(measured: FloatArray, predicted: FloatArray) -> FloatArray:
 def _order(measured: FloatArray, predicted: FloatArray) -> Sequence[int] | None:
     """Signal for every place where another order fits far better; None otherwise."""
     known = np.isfinite(measured).all(axis=1)
-    signals, places = measured[known].T, predicted[known].T
-    if not np.isfinite(places).all():
+    signals, answers = measured[known].T, predicted[known].T
+    if not np.isfinite(answers).all():
         return None
-    square = ((places[:, None] - signals[None]) ** 2).sum(axis=2)
+    square = ((answers[:, None] - signals[None]) ** 2).sum(axis=2)
     _, order = linear_sum_assignment(square)
     best = float(square[np.arange(len(order)), order].sum())
     same = float(np.trace(square))

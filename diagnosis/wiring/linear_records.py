@@ -113,25 +113,13 @@ class ChannelGain:
 
 
 def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
-    """Clocks that drift, or, where none does, the delay of all signals; empty where neither.
-
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        All runs, met once.
-    """
+    """Clocks that drift, or, where none does, the delay of all signals; empty where neither."""
     sums = _summed(records)
     return sums.drifts() or sums.delays() if sums else ()
 
 
 def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | None:
-    """Clocks that drift, fitted together with the baseline; None where there is no record.
-
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        All runs, met once.
-    """
+    """Clocks that drift, fitted together with the baseline; None where there is no record."""
     sums = _summed(records)
     return sums.drifts() if sums else None
 
@@ -192,12 +180,12 @@ def _last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
     scaled, scale = _unit_columns(sums)
     others = slice(0, -2)
     absorbed = _inverse_of_unit_columns(scaled[others, others]) @ scaled[others, -2]
-    left = 1.0 - float(scaled[-2, others] @ absorbed)
-    if left < _LEFT:
+    remaining = 1.0 - float(scaled[-2, others] @ absorbed)
+    if remaining < _LEFT:
         return 0.0, np.inf
     along = float(scaled[-2, -1] - absorbed @ scaled[others, -1])
-    factor = along / left * float(scale[-1] / scale[-2])
-    return factor, float(np.sqrt(variance / left) / scale[-2])
+    factor = along / remaining * float(scale[-1] / scale[-2])
+    return factor, float(np.sqrt(variance / remaining) / scale[-2])
 
 
 def _residual_variance(square: float, residuals: Sequence[tuple[float, int]]) -> float:
@@ -232,28 +220,28 @@ class _LateSums:
     def drifts(self) -> tuple[Lateness, ...]:
         """Drift of every run that is beyond doubt."""
         n_baseline = len(self.total) - 3
-        told = []
-        for name, own in self.runs.items():
+        sure = []
+        for name, of_run in self.runs.items():
             # The baseline is common to all runs, delay and drift are this run's.
-            sums = own.copy()
+            sums = of_run.copy()
             sums[:n_baseline, :n_baseline] = self.total[:n_baseline, :n_baseline]
             sums[:n_baseline, -1] = sums[-1, :n_baseline] = self.total[:n_baseline, -1]
             explained = _explained(sums, n_baseline) / float(self.total[-1, -1])
-            seconds, std = _last_factor(sums, self._variance_beside(explained))
+            seconds, std = _last_factor(sums, self._unexplained_variance(explained))
             if abs(seconds) > _DRIFT * std:
-                told.append(Lateness(name, seconds, std, explained))
-        return tuple(told)
+                sure.append(Lateness(name, seconds, std, explained))
+        return tuple(sure)
 
     def delays(self) -> tuple[Lateness, ...]:
         """Delay of all runs where it is beyond doubt."""
         sums = np.delete(np.delete(self.total, -2, 0), -2, 1)
         explained = _explained(sums, len(sums) - 2) / float(self.total[-1, -1])
-        seconds, std = _last_factor(sums, self._variance_beside(explained))
+        seconds, std = _last_factor(sums, self._unexplained_variance(explained))
         if abs(seconds) <= _DELAY * std:
             return ()
         return (Lateness("", seconds, std, explained),)
 
-    def _variance_beside(self, explained: float) -> float:
+    def _unexplained_variance(self, explained: float) -> float:
         """Variance of what is left beside a lateness: its own slope is no scatter about it."""
         return self.variance * max(1.0 - explained, 0.0)
 
@@ -305,8 +293,8 @@ def _channel_gains(records: Iterable[LinearRecord]) -> tuple[ChannelGain, ...]:
     n_shared = len(total) - n_channels - 1
     gains = []
     for k in range(n_channels):
-        beside = [*range(n_shared), n_shared + k, len(total) - 1]
-        gains.append(ChannelGain(k, *_last_factor(total[np.ix_(beside, beside)], variance)))
+        rows = [*range(n_shared), n_shared + k, len(total) - 1]
+        gains.append(ChannelGain(k, *_last_factor(total[np.ix_(rows, rows)], variance)))
     return tuple(gains)
 
 
@@ -320,10 +308,10 @@ def _products(record: LinearRecord, scale: FloatArray) -> FloatArray:
         samples = known[:, k]
         predicted = record.predicted[samples, k] / scale[k]
         rows = np.array([*record.columns[:, samples, k], record.residual[samples, k]]) / scale[k]
-        place = n_columns + k
+        row = n_columns + k
         gram[np.ix_(of_baseline, of_baseline)] += rows @ rows.T
-        gram[place, of_baseline] = gram[of_baseline, place] = rows @ predicted
-        gram[place, place] = predicted @ predicted
+        gram[row, of_baseline] = gram[of_baseline, row] = rows @ predicted
+        gram[row, row] = predicted @ predicted
     return _shared_products(gram, record.n_of_run)
 
 

@@ -68,17 +68,17 @@ def drifting_clocks(
         Runs whose drift is beyond doubt.
     """
     runs = {run.name: run for run in campaign.runs}
-    found = []
+    drifts = []
     for record in records:
         drift = _drift(record)
         step = mean_step(record.time)
         if drift.sure > _SURE and abs(drift.growth) > SMALLEST_DRIFT * step:
-            found.append((drift.sure, record.run, _refined(record, drift)))
+            drifts.append((drift.sure, record.run, _refined(record, drift)))
     rivals = []
-    for _, name, drift in sorted(found, key=lambda entry: -entry[0])[:_MOST_RUNS]:
-        left = refitted(_put_back(campaign, ClockDrift(name, drift.delay, drift.growth)))
-        if np.isfinite(left):
-            rivals.append(clock_rival(name, drift.growth, left, runs[name].file))
+    for _, name, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
+        mean_square = refitted(_put_back(campaign, ClockDrift(name, drift.delay, drift.growth)))
+        if np.isfinite(mean_square):
+            rivals.append(clock_rival(name, drift.growth, mean_square, runs[name].file))
     return tuple(rivals)
 
 
@@ -107,12 +107,14 @@ def exchanged_runs(
     if {record.run for record in records} != {run.name for run in campaign.runs}:
         return ()
     tried = [(refitted(_exchanged(campaign, source)), source) for source in _sources(records)]
-    tried = [(left, source) for left, source in tried if np.isfinite(left)]
+    tried = [(mean_square, source) for mean_square, source in tried if np.isfinite(mean_square)]
     if not tried:
         return ()
-    left, source = min(tried, key=lambda pair: pair[0])
+    mean_square, source = min(tried, key=lambda pair: pair[0])
     text = ", ".join(f"the signals of {other} as those of {name}" for name, other in source.items())
-    return (WiringRival(RUN_ORDER, ", ".join(source), text, left, key_of("[[runs]]", "file")),)
+    return (
+        WiringRival(RUN_ORDER, ", ".join(source), text, mean_square, key_of("[[runs]]", "file")),
+    )
 
 
 def refitted_clock(
@@ -146,17 +148,17 @@ def refitted_clock(
     """
     tried: dict[float, float] = {}
 
-    def left(factor: float) -> float:
+    def mean_square_with(factor: float) -> float:
         """Mean square with the guess times a factor."""
         if factor not in tried:
             mean_square = refitted(_put_back(campaign, _times(guess, factor)))
             tried[factor] = mean_square if np.isfinite(mean_square) else np.inf
         return tried[factor]
 
-    if left(1.0) <= enough:
+    if mean_square_with(1.0) <= enough:
         return guess, tried[1.0]
     minimize_scalar(
-        lambda factor: left(float(factor)),
+        lambda factor: mean_square_with(float(factor)),
         bounds=_FACTORS,
         method="bounded",
         options={"xatol": _FACTOR_STEP, "maxiter": _MOST_REFITS},
@@ -166,15 +168,7 @@ def refitted_clock(
 
 
 def without_delay(campaign: Campaign, delay: float) -> Campaign:
-    """Campaign whose signals are put back by a delay of all of them.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    delay : float
-        Delay [s].
-    """
+    """Campaign whose signals are put back by a delay of all of them."""
     return _put_back(campaign, ClockDrift("", delay, 0.0))
 
 
@@ -222,23 +216,23 @@ def _drift(record: PredictedRecord) -> _Drift:
     length = float(record.time[-1] - record.time[0])
     delays = []
     weights = []
-    places = []
+    middles = []
     for rows in np.array_split(np.arange(n), _BLOCKS):
         lag, curvature = _delay(record, rows)
         if curvature > 0.0:
             delays.append(lag * length / (n - 1))
             weights.append(curvature)
-            places.append(float(rows.mean()) / (n - 1) - 0.5)
+            middles.append(float(rows.mean()) / (n - 1) - 0.5)
     if len(delays) < _BLOCKS // 2:
         return _Drift(0.0, 0.0, 0.0)
     tau = np.array(delays)
     weight = np.array(weights)
-    place = np.array(places)
-    middle = float(np.average(place, weights=weight))
-    spread = float(np.sum(weight * (place - middle) ** 2))
+    along = np.array(middles)
+    middle = float(np.average(along, weights=weight))
+    spread = float(np.sum(weight * (along - middle) ** 2))
     mean = float(np.average(tau, weights=weight))
-    growth = float(np.sum(weight * (place - middle) * tau)) / spread
-    scatter = tau - mean - growth * (place - middle)
+    growth = float(np.sum(weight * (along - middle) * tau)) / spread
+    scatter = tau - mean - growth * (along - middle)
     variance = float(np.sum(weight * scatter**2)) / (len(delays) - 2)
     error = float(np.sqrt(variance / spread))
     return _Drift(
@@ -299,18 +293,19 @@ def _run_put_back(run: Run, delay: float, growth: float) -> Run:
     """Run with the signals where the inputs were when they were read."""
     along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
     at = run.time + delay + growth * along
-    signals = {name: at_other_times(run.time, own, at) for name, own in run.signals.items()}
+    signals = {name: at_other_times(run.time, values, at) for name, values in run.signals.items()}
     return replace(run, signals=signals)
 
 
 def _exchanged(campaign: Campaign, source: Mapping[str, str]) -> Campaign:
     """Campaign with the signals of each run taken from its source."""
     runs = {run.name: run for run in campaign.runs}
-    own = [(run, runs[source.get(run.name, run.name)]) for run in campaign.runs]
+    pairs = [(run, runs[source.get(run.name, run.name)]) for run in campaign.runs]
     return replace(
         campaign,
         runs=tuple(
-            replace(run, signals=other.signals, predictions=other.predictions) for run, other in own
+            replace(run, signals=other.signals, predictions=other.predictions)
+            for run, other in pairs
         ),
     )
 
@@ -335,7 +330,9 @@ def _sources(records: Sequence[PredictedRecord]) -> list[dict[str, str]]:
             pairs.append((float(ratio[i, j]), {one: other, other: one}))
     nearly = sorted((pair for pair in pairs if pair[0] < _NEARLY_AS_GOOD), key=lambda pair: pair[0])
     sources = [best, *(source for _, source in nearly[:_MOST_PAIRS])]
-    return [own for k, own in enumerate(sources) if own and own not in sources[:k]]
+    return [
+        exchange for k, exchange in enumerate(sources) if exchange and exchange not in sources[:k]
+    ]
 
 
 def _square(inputs: PredictedRecord, signals: PredictedRecord) -> float:

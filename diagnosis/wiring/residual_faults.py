@@ -60,7 +60,7 @@ def residual_findings(
         residuals = {
             record.run: record.measured[:, c] - record.predicted[:, c] for record in records
         }
-        known = np.concatenate([own[np.isfinite(own)] for own in residuals.values()])
+        known = np.concatenate([values[np.isfinite(values)] for values in residuals.values()])
         above = float(np.sum(known**2)) - floor * known.size
         if above <= 0.0:
             continue
@@ -82,10 +82,10 @@ def _lone_samples(
     worst = ("", 0, 0.0)
     for run, residual in residuals.items():
         values = np.abs(np.where(np.isfinite(residual), residual, 0.0))
-        beside = np.maximum(values[:-2], values[2:])
+        neighbours = np.maximum(values[:-2], values[2:])
         middle = values[1:-1]
         typical = float(np.median(values[values > 0.0])) if values.any() else 0.0
-        alone = (middle > _FAR * typical) & (middle > _ALONE * beside)
+        alone = (middle > _FAR * typical) & (middle > _ALONE * neighbours)
         size += values.size
         count += int(alone.sum())
         square += float(np.sum(middle[alone] ** 2))
@@ -150,18 +150,15 @@ def _steady_tone(
 
 
 def _is_of_the_machine(run: Run, record: PredictedRecord, number: int, frequency: float) -> bool:
-    """Whether a line is an order of the shaft, or of a drive or its harmonics.
-
-    What a machine does may be as large at every load: dry friction, a tilted flange.
-    """
+    """Whether a line is an order of the shaft, or of a drive or its harmonics."""
     residual = record.measured[:, number] - record.predicted[:, number]
     known = np.isfinite(residual)
     time = run.time - run.time[0]
     level = np.interp(time, record.time[known] - record.time[0], residual[known])
     if "carrier_angle" in run.inputs and turns_with_the_shaft(run, level, frequency):
         return True
-    drives = [own for name, own in run.inputs.items() if name != "carrier_angle"]
-    return any(answers_few_lines(own, run.time, frequency) for own in drives)
+    drives = [drive for name, drive in run.inputs.items() if name != "carrier_angle"]
+    return any(answers_few_lines(drive, run.time, frequency) for drive in drives)
 
 
 def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
@@ -170,8 +167,8 @@ def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, floa
     if np.count_nonzero(present) < _FEWEST_SAMPLES:
         return 0.0, 0.0
     first, last = np.flatnonzero(present)[[0, -1]]
-    part = slice(int(first), int(last) + 1)
-    level = np.interp(time[part], time[present], residual[present])
+    span = slice(int(first), int(last) + 1)
+    level = np.interp(time[span], time[present], residual[present])
     window = np.hanning(level.size)
     power = np.abs(np.fft.rfft((level - level.mean()) * window)) ** 2
     surroundings = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
@@ -179,7 +176,7 @@ def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, floa
     k = int(np.argmax(power))
     if power[k] <= _STANDS_OUT * surroundings[k] or k == power.size - 1:
         return 0.0, 0.0
-    step = mean_step(time[part])
+    step = mean_step(time[span])
     # Power of a tone between two lines is in both of them; a Hann window has 1.5 lines.
     amplitude = float(np.sqrt(np.sum(power[k - 1 : k + 2]) / 1.5)) * 2.0 / float(window.sum())
     return float(np.fft.rfftfreq(level.size, step)[k]), amplitude

@@ -13,8 +13,8 @@ from carrierflex.blind_check.truth.element.families import (
     acceptable_laws,
     class_sets,
 )
-from carrierflex.diagnosis.element.classes import laws
-from carrierflex.diagnosis.element.classes.table import PRESLIDING
+from carrierflex.diagnosis.element import laws
+from carrierflex.diagnosis.element.table import PRESLIDING
 from carrierflex.workflows.diagnosis.score_page import score_page
 
 F = "restoring_force"

@@ -95,7 +95,7 @@ def test_a_law_outside_the_library_is_none_of_these():
     own = found(displacement_campaign(lambda q, v: 0.5 * np.cos(2.0 * np.pi * q / 2e-4), n=2000))
     assert own.verdict == "none_of_these"
     assert own.attribution.effects == ()
-    assert "is rejected" in own.reason
+    assert "are refused" in own.reason
 
 
 @pytest.mark.long

@@ -59,7 +59,7 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
         from carrierflex.workflows.diagnosis.examination import examined
 
         with stages.stage("records"):
-            own = examined(measured, curves)
+            examination = examined(measured, curves)
         with stages.stage("baseline and wiring"):
-            warnings = (*own.warnings, *own.baseline().warnings)
+            warnings = (*examination.warnings, *examination.baseline().warnings)
     return CampaignCheck(measured.name, measured.kind, warnings)

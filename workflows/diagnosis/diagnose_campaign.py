@@ -207,15 +207,15 @@ def _diagnosed(
     for note in measured.notes:
         stages.tell(note)
     with stages.stage("signals and noise floor"):
-        own = examined(measured, curves, laws)
+        examination = examined(measured, curves, laws)
     return_freed_memory()
-    beyond = law_findings(own.problem, laws)
+    beyond = law_findings(examination.problem, laws)
     for warning in beyond:
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
     progress = returning_freed_memory(stages.note)
     with stages.stage("which effect, and how far"):
-        return own.diagnosis(beyond, note=progress, executor=executor, seed=seed)
+        return examination.diagnosis(beyond, note=progress, executor=executor, seed=seed)
 
 
 def _write(

@@ -155,7 +155,7 @@ def _classify(campaign: Path, out: Path) -> None:
 
 def _verdict_keys(answer: ClassAnswer) -> dict[str, Any]:
     verdict = _VERDICT_OF_STATE[answer.state]
-    laws = [own.law for own in answer.classes if own.law_named and own.law]
+    laws = [named.law for named in answer.classes if named.law_named and named.law]
     return {
         "verdict": ALIASED if answer.ties else verdict,
         "incomplete": answer.state == LEADING_CLASS,

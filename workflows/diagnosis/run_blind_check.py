@@ -173,7 +173,9 @@ def main(
         labels = opened(sealed)
         result, rows = scored(labels, verdicts, sealed.published.digest)
         if references:
-            result = replace(result, beside=_beside(folder, labels, verdicts, result.digest))
+            result = replace(
+                result, beside=_reference_scores(folder, labels, verdicts, result.digest)
+            )
         flags = {"--classes-only": classes_only, "--references": references}
         command = _command(kinds, cases, request, flags)
         write_score(folder, result, rows, command=command)
@@ -233,7 +235,7 @@ def _plans(request: Mapping[str, Any]) -> list[CasePlan]:
     ]
 
 
-def _beside(
+def _reference_scores(
     folder: Path, labels: Mapping[str, Label], verdicts: Mapping[str, Verdict], digest: str
 ) -> dict[str, BlindCheck]:
     """Scores of the references, whose answers are written as any tool's are, ours with them."""
@@ -245,12 +247,12 @@ def _beside(
     answers = folder / "answers"
     answers.mkdir(exist_ok=True)
     write_answers(answers / "carrierflex.json", Answers(software_name(), verdicts))
-    found = {}
+    checks = {}
     for name in REFERENCES:
-        own = {case: reference_verdict(folder / "diagnoses" / case, name) for case in labels}
-        write_answers(answers / f"{name}.json", Answers(name, own))
-        found[name] = scored(labels, own, digest)[0]
-    return found
+        answered = {case: reference_verdict(folder / "diagnoses" / case, name) for case in labels}
+        write_answers(answers / f"{name}.json", Answers(name, answered))
+        checks[name] = scored(labels, answered, digest)[0]
+    return checks
 
 
 def _write_case(plan: CasePlan, folder: Path) -> Label:

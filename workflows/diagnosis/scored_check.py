@@ -71,14 +71,14 @@ def write_score(
     """
     date, software = f"{datetime.now():%Y-%m-%d}", software_name()
     head = {"format": "carrierflex-blind-check", "version": 2, "software": software, "date": date}
-    scores = [own for own in (result.score, result.class_score) if own is not None]
+    scores = [each for each in (result.score, result.class_score) if each is not None]
     figures: dict[str, Any] = {
         "met": result.met,
-        "figures": plain([figure for own in scores for figure in own.figures]),
-        "confusion": plain([row for own in scores for row in own.confusion]),
+        "figures": plain([figure for each in scores for figure in each.figures]),
+        "confusion": plain([row for each in scores for row in each.confusion]),
     }
     if result.beside:
-        figures["beside"] = {name: _shares(own) for name, own in result.beside.items()}
+        figures["beside"] = {name: _shares(check) for name, check in result.beside.items()}
     if result.class_score is not None:
         figures["by_change_of_form"] = plain(result.class_score.changes)
     save_json(
@@ -133,8 +133,8 @@ def _answer(verdict: Verdict) -> dict[str, Any]:
 
 def _shares(result: BlindCheck) -> list[Any]:
     """Figures of another tool's answers."""
-    scores = [own for own in (result.score, result.class_score) if own is not None]
-    return [plain(figure) for own in scores for figure in own.figures]
+    scores = [each for each in (result.score, result.class_score) if each is not None]
+    return [plain(figure) for each in scores for figure in each.figures]
 
 
 class BlindCase(TypedDict):

@@ -90,7 +90,7 @@ def main(
     prepared_folder(out)
     stages = Stages(2, quiet)
     brackets = {}
-    told: list[str] = []
+    warnings: list[str] = []
     given: GivenMesh
     for variant in ("flexible", "stiff"):
         with stages.stage(f"{variant} carrier with both couplings"):
@@ -98,7 +98,7 @@ def main(
             gear = stage.gear
             if files.given:
                 given = files.mesh(variant, edge)
-                told += mesh_warnings(given)
+                warnings += mesh_warnings(given)
                 soft, carrier = given_structure(variant, given, files.materials())
                 gear = replace(gear, centre_distance=carrier.centre_distance)
             else:
@@ -111,10 +111,10 @@ def main(
             curve_name = "delta_f" if variant == "flexible" else "delta_s"
             brackets[variant] = coupling_bracket(curve_name, given, soft, cases["both"])
     # One line for both variants where they warn alike.
-    for text in dict.fromkeys(told):
+    for text in dict.fromkeys(warnings):
         stages.tell(text)
     changes = {
-        bracket.curve_name: {part: bracket.curve_change(part) for part in bracket.all_curves}
+        bracket.curve_name: {rigid: bracket.curve_change(rigid) for rigid in bracket.all_curves}
         for bracket in brackets.values()
     }
     content = {

@@ -58,16 +58,16 @@ def write_certified_body(
     """
     certificate: Callable[[], Certificate]
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
-        kept, cut_off_hz = chosen_modes(structure, grounded, options), wanted_frequency(options)
+        rule, cut_off_hz = chosen_modes(structure, grounded, options), wanted_frequency(options)
         if options["interface"] == "free":
-            free = free_interface_reduction(structure, kept, body=grounded)
+            free = free_interface_reduction(structure, rule, body=grounded)
             model = replace(free.model, provenance=record(len(free.modes.omega)))
             free = replace(free, model=model)
             basis = free.basis
             certificate = partial(certify_free_interface, structure, free, cut_off_hz=cut_off_hz)
         else:
             loads = body_loads(structure) if options["residual_vectors"] else None
-            fixed = craig_bampton(structure, kept, residual_loads=loads, body=grounded)
+            fixed = craig_bampton(structure, rule, residual_loads=loads, body=grounded)
             model = replace(fixed.model, provenance=record(len(fixed.modes.omega)))
             fixed = replace(fixed, model=model)
             basis = fixed.basis

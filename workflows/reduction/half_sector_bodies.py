@@ -85,7 +85,7 @@ def refuse_whole_body_options(options: Mapping[str, object], *, files_given: boo
 
 
 def reduced_by_symmetry(
-    name: str, stage: StageParameters, size: float, kept: ModeRule, *, cut_off_hz: float | None
+    name: str, stage: StageParameters, size: float, rule: ModeRule, *, cut_off_hz: float | None
 ) -> tuple[SymmetricReduction, Certificate]:
     """Reduced carrier from its half sector, and the checks of its matrices in themselves.
 
@@ -93,7 +93,7 @@ def reduced_by_symmetry(
     docs/performance.md says how far the two paths agree.
     """
     half, sensors = half_sector_body(name, stage, size)
-    reduction = symmetric_craig_bampton(half, kept, sensors=sensors)
+    reduction = symmetric_craig_bampton(half, rule, sensors=sensors)
     if cut_off_hz is None:
         cut_off_hz = fixed_interface_cut_off(reduction.basis.omega)
     return reduction, Certificate(cut_off_hz, inner_checks(reduction.model, cut_off_hz))

@@ -87,8 +87,9 @@ def _gap(job: "Job") -> list[RenderableType]:
     table.add_row("noise floor", f"{of_paper.noise_floor * 1e6:.1f}", "", "")
     added = [step.added for step in steps[1:]]
     beyond = [plain_name(effect) for effect in added if effect not in of_paper.effects]
+    names = listed([plain_name(effect) for effect in of_paper.effects])
     alone = (
-        f"All that M1 and M2 hold ({listed([plain_name(own) for own in of_paper.effects])}) goes "
+        f"All that M1 and M2 hold ({names}) goes "
         f"from {of_paper.rms[0] * 1e6:.1f} to {of_paper.rms[-1] * 1e6:.1f} um"
     )
     why = f": {listed(beyond)} are in neither." if beyond else "."

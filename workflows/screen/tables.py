@@ -104,10 +104,10 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     table = _table(f"reduced body {model.name}", "figure", "value")
     mass = model.mass_properties
     table.add_row("coordinates", str(model.n_coordinates))
-    asked_for, kept = (model.provenance.get(key) for key in ("modes_asked_for", "modes"))
+    asked_for, n_modes = (model.provenance.get(key) for key in ("modes_asked_for", "modes"))
     if asked_for is not None:
         why = "modes of equal frequency are kept together"
-        table.add_row("modes", f"{kept}, {asked_for} asked for: {why}")
+        table.add_row("modes", f"{n_modes}, {asked_for} asked for: {why}")
     table.add_row("pilots", ", ".join(model.pilots))
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
@@ -291,9 +291,9 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
                 "complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows)
             )
         parts += [table, *estimates[-1].uncertainty.undetermined]
-        kept = [name for name in AXIAL if name not in estimates[-1].model.axial]
-        if kept:
-            parts.append(f"{' and '.join(kept)} of the bushings: no unknown here, the rig's value")
+        known = [name for name in AXIAL if name not in estimates[-1].model.axial]
+        if known:
+            parts.append(f"{' and '.join(known)} of the bushings: no unknown here, the rig's value")
     for run, rms in identified.motion_rms.items():
         table = _table(f"housing motion {run}, RMS", "", "measured", "left by the model", "unit")
         for name, measured, residual in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):

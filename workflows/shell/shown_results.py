@@ -69,9 +69,9 @@ def document(done: Done) -> dict[str, Any]:
     from carrierflex.files.versions import software_name
 
     written = sorted(str(path) for path in _written(done))
-    own = done.command.document and done.paths.get("out", Path()) / done.command.document
-    if own and str(own) in written:
-        result = json.loads(own.read_text(encoding="utf-8"))
+    file = done.command.document and done.paths.get("out", Path()) / done.command.document
+    if file and str(file) in written:
+        result = json.loads(file.read_text(encoding="utf-8"))
     else:
         result = figures(done.result)
     return {

@@ -70,7 +70,7 @@ def clearances(share: float = 1.0) -> dict[str, float]:
 
 def supports() -> tuple[Support, ...]:
     """Rows of the table."""
-    held = dict.fromkeys(("radial_stiffness", "axial_stiffness", "tilt_stiffness"), _HELD)
+    rigid = dict.fromkeys(("radial_stiffness", "axial_stiffness", "tilt_stiffness"), _HELD)
     equal = {"axial_stiffness": 20.2e6}
     centred = equal | {"x": 0.5}
     soft = {"upwind_radial": 1e8, "downwind_radial": 1e8}
@@ -102,13 +102,13 @@ def supports() -> tuple[Support, ...]:
             _stage(clearances(), centred | {"tilt_stiffness": 5e6}),
             1.2e-3,
         ),
-        Support("housing held", _stage({}, held)),
-        Support("housing held, bearings 1e8 N/m along y alone", _stage(sideways, held)),
+        Support("housing held", _stage({}, rigid)),
+        Support("housing held, bearings 1e8 N/m along y alone", _stage(sideways, rigid)),
         Support("housing held, one bearing with tilt 1e8 N m/rad",
-                _stage(one | {"upwind_tilt": 1e8}, held)),
-        Support("housing held, both bearings 1e8 N/m", _stage(soft, held)),
-        Support("housing held, bearing A alone", _stage(one, held)),
-        Support("housing held, bearing A alone, sun floating freely", _stage(floating, held)),
+                _stage(one | {"upwind_tilt": 1e8}, rigid)),
+        Support("housing held, both bearings 1e8 N/m", _stage(soft, rigid)),
+        Support("housing held, bearing A alone", _stage(one, rigid)),
+        Support("housing held, bearing A alone, sun floating freely", _stage(floating, rigid)),
         Support("sensors on the ground", reading=ReadingEffects(reference="ground")),
         Support("tilt of the face in place of the kink", phi_PLC=0.0,
                 reading=ReadingEffects(phi_face=PHI_PLC)),

@@ -317,8 +317,8 @@ def _write(
     content = {"rows": rows, "identified_tilt_rad": tilt, "inputs": inputs, "versions": versions()}
     save_json(folder / "table_5.json", content)
     with (
-        whole_file(folder / "table_5.csv") as part,
-        part.open("w", newline="", encoding="utf-8") as stream,
+        whole_file(folder / "table_5.csv") as temporary,
+        temporary.open("w", newline="", encoding="utf-8") as stream,
     ):
         writer = csv.DictWriter(stream, list(rows[0]))
         writer.writeheader()

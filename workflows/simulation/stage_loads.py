@@ -127,14 +127,14 @@ def loads_figure(run: str, columns: dict[str, NDArray[np.float64]]) -> "Figure":
         speeds.plot(turns, ripple, label=label, linewidth=0.9)
     for name in _ENERGIES:
         energies.plot(turns, columns[f"energy_{name}"] / 1e3, label=name, linewidth=0.9)
-    left = np.abs(columns["energy_imbalance"]).max()
+    imbalance = np.abs(columns["energy_imbalance"]).max()
     torque = columns["generator_torque"].mean()
     meshes.set(title="forces along the tooth normals", ylabel="kN")
     pins.set(title="tangential pin forces, against the rotation", ylabel="kN")
     sharing.set(title=f"load shares; sharing factor at most {factor:.4f}", ylabel="1")
     bearings.set(title="radial bearing loads", ylabel="kN")
     speeds.set(title=f"speeds less their means; generator torque {torque:.5g} N m", ylabel="%")
-    energies.set(title=f"energies since the start; {left:.1e} J left over", ylabel="kJ")
+    energies.set(title=f"energies since the start; {imbalance:.1e} J left over", ylabel="kJ")
     for panel in (meshes, pins, sharing, bearings, speeds, energies):
         panel.title.set_fontsize("medium")
         panel.margins(y=0.25)

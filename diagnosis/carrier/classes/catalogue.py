@@ -30,10 +30,10 @@ from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     uneven_waves,
 )
 
-GAIN = "channel/gain"
-ZERO = "channel/zero"
-ANGLE = "channel/angle"
-DELAY = "clock/delay"
+_GAIN = "channel/gain"
+_ZERO = "channel/zero"
+_ANGLE = "channel/angle"
+_DELAY = "clock/delay"
 UNDETERMINED = "undetermined"
 
 #: Frame and pattern of each law of the library, and what it follows.
@@ -54,18 +54,18 @@ LAWS = {
     "pin_clearance": (WAVES, (BY_TORQUE,)),
     "face_runout": (WAVES, (NONE,)),
     "unequal_load_sharing": (UNEVEN, (BY_TORQUE,)),
-    "sensor_gain": (GAIN, (NONE,)),
-    "sensor_zero": (ZERO, (NONE,)),
-    "sensor_angle": (ANGLE, (NONE,)),
-    "sensor_delay": (DELAY, (NONE,)),
+    "sensor_gain": (_GAIN, (NONE,)),
+    "sensor_zero": (_ZERO, (NONE,)),
+    "sensor_angle": (_ANGLE, (NONE,)),
+    "sensor_delay": (_DELAY, (NONE,)),
 }
 CLASS_OF_LAW = {law: shape for law, (shape, _) in LAWS.items()}
 #: Effects of the sensors, whose own signatures are the columns of their class.
 SENSOR_EFFECTS = {
-    "sensor_gain": GAIN,
-    "sensor_zero": ZERO,
-    "sensor_angle": ANGLE,
-    "sensor_delay": DELAY,
+    "sensor_gain": _GAIN,
+    "sensor_zero": _ZERO,
+    "sensor_angle": _ANGLE,
+    "sensor_delay": _DELAY,
 }
 _SETS_OF_HOUSING = (
     (NONE,),
@@ -144,7 +144,7 @@ def shapes() -> tuple[Shape, ...]:
     )
 
 
-def class_id(shape: str, dependences: Sequence[str], *, is_told: bool) -> str:
+def class_id(shape: str, dependences: Sequence[str], *, has_torques: bool) -> str:
     """Class of a shape that follows some loads.
 
     Parameters
@@ -153,17 +153,17 @@ def class_id(shape: str, dependences: Sequence[str], *, is_told: bool) -> str:
         ``frame/pattern``.
     dependences : sequence of str
         What it follows.
-    is_told : bool
-        Whether the records have torques enough to tell what it follows.
+    has_torques : bool
+        Whether the records have torques enough to determine what it follows.
     """
-    if not is_told:
+    if not has_torques:
         return f"{shape}/{UNDETERMINED}"
     words = [BY_TORQUE, BY_RADIAL_LOAD] if BY_BOTH in dependences else list(dependences)
     return f"{shape}/{'+'.join(words)}"
 
 
 def classes_of_laws(
-    classes_of_law: Mapping[str, Sequence[str]], *, is_told: bool
+    classes_of_law: Mapping[str, Sequence[str]], *, has_torques: bool
 ) -> dict[str, tuple[str, ...]]:
     """Classes that hold each law, that of its own way to follow the loads first.
 
@@ -171,23 +171,23 @@ def classes_of_laws(
     ----------
     classes_of_law : mapping of str to sequence of str
         Classes of a table by law.
-    is_told : bool
-        Whether the records tell what a class follows.
+    has_torques : bool
+        Whether the records have torques enough to determine what a class follows.
     """
     ordered = {}
     for law, classes in classes_of_law.items():
-        own = ""
+        first = ""
         if law in LAWS:
             shape, follows = LAWS[law]
-            is_plain = shape == OFFSET or law in SENSOR_EFFECTS
-            own = class_id(shape, follows, is_told=is_told or is_plain)
-        ordered[law] = tuple(sorted(classes, key=lambda name: name != own))
+            is_sensor = shape == OFFSET or law in SENSOR_EFFECTS
+            first = class_id(shape, follows, has_torques=has_torques or is_sensor)
+        ordered[law] = tuple(sorted(classes, key=lambda name: name != first))
     return ordered
 
 
 def classes_holding(laws: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Class of laws that are in no table: theirs by what they follow; none of a user's law."""
     return {
-        law: (class_id(LAWS[law][0], LAWS[law][1], is_told=True),) if law in LAWS else ()
+        law: (class_id(LAWS[law][0], LAWS[law][1], has_torques=True),) if law in LAWS else ()
         for law in laws
     }

@@ -46,7 +46,7 @@ _ONE_TORQUE = 0.05
 _POINTS = 512
 _AXIAL = "axial_displacement"
 #: Number of a wave times a load among the columns of the flexible model.
-Numbers = Mapping[tuple[int, bool, str], int]
+_Numbers = Mapping[tuple[int, bool, str], int]
 #: Penalty of amplitudes that do not turn with the load, beside that of a bend: as much. A third of
 #: it and three times as much name the same classes of development cases; at a tenth and at ten
 #: times a tilt that begins late is a tie with planet loads under six loads.
@@ -54,50 +54,24 @@ _LESS_SIMPLE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class LoadWeights:
-    """One function of the loads, linear within each run.
+class _LoadWeights:
+    """One function of the loads, linear within each run."""
 
-    Parameters
-    ----------
-    by_load : mapping of str to ndarray, shape (n_runs,)
-        Factor of the columns times each load.
-    means : mapping of str to ndarray, shape (n_runs,)
-        Mean of each load in each run.
-    """
-
-    by_load: Mapping[str, FloatArray]
-    means: Mapping[str, FloatArray]
+    by_load: Mapping[str, FloatArray]  # (n_runs,) factor of the columns times each load
+    means: Mapping[str, FloatArray]  # (n_runs,) mean of each load in each run
 
 
 @dataclass(frozen=True, eq=False)
-class LoadFunctions:
-    """Functions of one dependence.
+class _LoadFunctions:
+    """Functions of one dependence."""
 
-    Parameters
-    ----------
-    functions : tuple of callable
-        Functions of the loads, those of a vector first: along y, then along z, pair by pair.
-    penalty : ndarray, shape (n,)
-        How much each is penalised.
-    n_vectors : int
-        Pairs of functions along y and z.
-    """
-
-    functions: tuple[LoadFunction, ...]
-    penalty: FloatArray
-    n_vectors: int = 0
+    functions: tuple[LoadFunction, ...]  # functions of the loads, those of a vector first
+    penalty: FloatArray  # (n,) how much each is penalised
+    n_vectors: int = 0  # pairs of functions along y and z
 
 
-def load_weights(function: LoadFunction, means: FloatArray) -> LoadWeights:
-    """Function of the loads, linear about the mean loads of each run.
-
-    Parameters
-    ----------
-    function : callable
-        Of torque over nominal and radial load over the largest.
-    means : ndarray, shape (n_runs, 3)
-        Mean loads of each run in these units.
-    """
+def _load_weights(function: LoadFunction, means: FloatArray) -> _LoadWeights:
+    """Function of the loads, linear about the mean loads of each run."""
     t, y, z = means.T
     value = function(t, y, z)
     slopes = {
@@ -107,7 +81,7 @@ def load_weights(function: LoadFunction, means: FloatArray) -> LoadWeights:
     }
     by_mean = {TORQUE: t, FORCE_Y: y, FORCE_Z: z}
     constant = value - sum(slopes[load] * by_mean[load] for load in slopes)
-    return LoadWeights({CONSTANT: constant, **slopes}, {CONSTANT: np.ones_like(t), **by_mean})
+    return _LoadWeights({CONSTANT: constant, **slopes}, {CONSTANT: np.ones_like(t), **by_mean})
 
 
 def torque_levels(torque: FloatArray) -> int:
@@ -119,7 +93,7 @@ def torque_levels(torque: FloatArray) -> int:
     return len(levels)
 
 
-def load_functions(n_torques: int) -> dict[str, LoadFunctions]:
+def load_functions(n_torques: int) -> dict[str, _LoadFunctions]:
     """Functions of each dependence, and how much each is penalised.
 
     The constant for what follows nothing; powers of the torque, zero without torque, as many as the
@@ -132,7 +106,7 @@ def load_functions(n_torques: int) -> dict[str, LoadFunctions]:
 
     Returns
     -------
-    dict of str to LoadFunctions
+    dict of str to _LoadFunctions
         By dependence.
     """
     powers = tuple(_power(k) for k in range(1, max(min(n_torques - 1, 3), 1) + 1))
@@ -140,12 +114,12 @@ def load_functions(n_torques: int) -> dict[str, LoadFunctions]:
     linear = (lambda t, y, z: y, lambda t, y, z: z)
     even = (lambda t, y, z: y * z, lambda t, y, z: z * z, lambda t, y, z: y * y)
     return {
-        NONE: LoadFunctions((lambda t, y, z: np.ones_like(t),), np.zeros(1)),
-        BY_TORQUE: LoadFunctions(powers, np.array([0.0, *[1.0] * (len(powers) - 1)])),
-        BY_RADIAL_LOAD: LoadFunctions(
+        NONE: _LoadFunctions((lambda t, y, z: np.ones_like(t),), np.zeros(1)),
+        BY_TORQUE: _LoadFunctions(powers, np.array([0.0, *[1.0] * (len(powers) - 1)])),
+        BY_RADIAL_LOAD: _LoadFunctions(
             (*linear, *bends, *even), np.array([0.0] * 2 + [1.0] * 7), n_vectors=3
         ),
-        BY_BOTH: LoadFunctions(
+        BY_BOTH: _LoadFunctions(
             tuple(_times_torque(function) for function in (*linear, *bends)),
             np.array([0.0] * 2 + [1.0] * 4),
             n_vectors=3,
@@ -171,7 +145,7 @@ def _saturating(component: int, bend: float) -> LoadFunction:
     return function
 
 
-def pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray | None:
+def _pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray | None:
     """Weights of the columns of a pattern in what unequal pin loads can make of it.
 
     Parameters
@@ -228,10 +202,10 @@ def _of_excesses(lobes: np.ndarray, n_planets: int) -> np.ndarray:
     """
     rows = []
     for m in range(1, n_planets // 2 + 1):
-        is_own, is_other = lobes % n_planets == m, lobes % n_planets == n_planets - m
-        rows.append((is_own | is_other).astype(complex))
+        is_same, is_other = lobes % n_planets == m, lobes % n_planets == n_planets - m
+        rows.append((is_same | is_other).astype(complex))
         if 2 * m < n_planets:
-            rows.append(-1j * is_own + 1j * is_other)
+            rows.append(-1j * is_same + 1j * is_other)
     return np.array(rows)
 
 
@@ -245,43 +219,22 @@ def _of_turning_shares(step: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class SensorColumn:
-    """Column of a pattern at the sensors of a campaign.
+class _SensorColumn:
+    """Column of a pattern at the sensors of a campaign."""
 
-    Parameters
-    ----------
-    order : int
-        Order of the carrier angle.
-    cosine, sine : ndarray, shape (n_channels,)
-        Weights of its cosine and sine; zero at sensors of another quantity.
-    """
-
-    order: int
-    cosine: FloatArray
-    sine: FloatArray
+    order: int  # order of the carrier angle
+    cosine: FloatArray  # (n_channels,) weights of its cosine and sine
+    sine: FloatArray  # (n_channels,) weights of its cosine and sine
 
 
 @dataclass(frozen=True, eq=False)
-class RowGroup:
-    """Rows of one shape that follow the loads in one way: every function with every column.
+class _RowGroup:
+    """Rows of one shape that follow the loads in one way: every function with every column."""
 
-    Parameters
-    ----------
-    columns : sequence of SensorColumn
-        Columns of the pattern.
-    loads : sequence of LoadWeights
-        Functions of the loads.
-    penalty : ndarray, shape (n, n)
-        Penalty of the amplitudes, those of a function together.
-    weights : ndarray, shape (n_patterns, n_columns)
-        Sums of columns that the amplitudes are of; ones on its diagonal where every column has a
-        size of its own.
-    """
-
-    columns: Sequence[SensorColumn]
-    loads: Sequence[LoadWeights]
-    penalty: FloatArray
-    weights: FloatArray
+    columns: Sequence[_SensorColumn]  # columns of the pattern
+    loads: Sequence[_LoadWeights]  # functions of the loads
+    penalty: FloatArray  # (n, n) penalty of the amplitudes, those of a function together
+    weights: FloatArray  # (n_patterns, n_columns) sums of columns that the amplitudes are of
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,7 +243,7 @@ class ClassRows:
 
     Parameters
     ----------
-    groups : mapping of str to RowGroup
+    groups : mapping of str to _RowGroup
         By ``frame/pattern:dependence``.
     n_channels : int
         Channels.
@@ -300,22 +253,22 @@ class ClassRows:
         Number of a wave times a load among the columns of the flexible model.
     """
 
-    groups: Mapping[str, RowGroup]
+    groups: Mapping[str, _RowGroup]
     n_channels: int
     offset: FloatArray
-    numbers: Numbers
+    numbers: _Numbers
 
     @property
-    def places(self) -> dict[str, tuple[slice, FloatArray]]:
+    def rows_of_groups(self) -> dict[str, tuple[slice, FloatArray]]:
         """Rows of every group, and their penalty."""
-        found = {}
+        rows = {}
         first = 0
         for name, group in self.groups.items():
-            found[name] = (slice(first, first + len(group.penalty)), group.penalty)
+            rows[name] = (slice(first, first + len(group.penalty)), group.penalty)
             first += len(group.penalty)
         warming = slice(first, first + N_TIME_COLUMNS)
-        found[f"{OFFSET}:{TIME}"] = (warming, np.eye(N_TIME_COLUMNS))
-        return found
+        rows[f"{OFFSET}:{TIME}"] = (warming, np.eye(N_TIME_COLUMNS))
+        return rows
 
     @property
     def size(self) -> int:
@@ -335,8 +288,10 @@ class ClassRows:
         rows = []
         for group in self.groups.values():
             for loads in group.loads:
-                own = np.array([_row(column, loads, run, self.numbers) for column in group.columns])
-                rows.append(np.tensordot(group.weights, own, 1))
+                of_columns = np.array(
+                    [_row(column, loads, run, self.numbers) for column in group.columns]
+                )
+                rows.append(np.tensordot(group.weights, of_columns, 1))
         warming = np.zeros((N_TIME_COLUMNS, self.n_channels, self.n_features))
         for k in range(N_TIME_COLUMNS):
             warming[k, :, k] = 1.0
@@ -373,11 +328,11 @@ def class_rows(
         for dependence in shape.columns:
             loads = functions[dependence]
             columns = shape.columns[dependence](quantities, rig.n_planets)
-            in_proportion = pin_weights(shape.id, columns, rig)
+            in_proportion = _pin_weights(shape.id, columns, rig)
             weights = np.eye(len(columns)) if in_proportion is None else in_proportion
-            groups[f"{shape.id}:{dependence}"] = RowGroup(
+            groups[f"{shape.id}:{dependence}"] = _RowGroup(
                 [_at_sensors(column, channels) for column in columns],
-                [load_weights(load, means) for load in loads.functions],
+                [_load_weights(load, means) for load in loads.functions],
                 _penalty(loads, columns, weights),
                 weights,
             )
@@ -389,7 +344,7 @@ def class_rows(
     return ClassRows(groups, len(channels), np.array(is_axial), numbers)
 
 
-def _penalty(loads: LoadFunctions, columns: Columns, weights: FloatArray) -> FloatArray:
+def _penalty(loads: _LoadFunctions, columns: Columns, weights: FloatArray) -> FloatArray:
     """Penalty of the amplitudes of every function with every sum of columns.
 
     A pattern that turns with the radial load as a whole is the simplest that follows it: the
@@ -425,17 +380,17 @@ def _turning_pairs(columns: Columns) -> list[int]:
     ]
 
 
-def _at_sensors(column: PatternColumn, channels: Sequence[Channel]) -> SensorColumn:
+def _at_sensors(column: PatternColumn, channels: Sequence[Channel]) -> _SensorColumn:
     """Column of a pattern at every sensor."""
     angle = np.array([channel.angle for channel in channels], dtype=np.float64)
     shows = np.array(
         [channel.quantity == column.quantity for channel in channels], dtype=np.float64
     )
     cosine, sine = column.over(angle)
-    return SensorColumn(column.order, shows * cosine, shows * sine)
+    return _SensorColumn(column.order, shows * cosine, shows * sine)
 
 
-def _row(column: SensorColumn, loads: LoadWeights, run: int, numbers: Numbers) -> FloatArray:
+def _row(column: _SensorColumn, loads: _LoadWeights, run: int, numbers: _Numbers) -> FloatArray:
     """Weights of the flexible columns for one row in a run, shape (n_channels, n_features)."""
     row = np.zeros((column.cosine.size, N_TIME_COLUMNS + len(numbers)))
     for is_sine, over_channels in ((False, column.cosine), (True, column.sine)):

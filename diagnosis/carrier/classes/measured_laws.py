@@ -105,7 +105,7 @@ def effects_of_laws(laws: Sequence[Law], campaign: Campaign) -> tuple[Effect, ..
 
 
 def _effect_of(law: Law) -> Effect:
-    follows = " and ".join(own.replace("_", " ") for own in _followed(law))
+    follows = " and ".join(way.replace("_", " ") for way in _followed(law))
     return Effect(
         law.name,
         equation=f"size x measured tables of {law.effect_class}, which follows {follows}",
@@ -140,7 +140,7 @@ def beyond_visited(
         Names of the runs.
     """
     followed = {load for follows in _followed(law) for load in LOADS_OF[follows]}
-    found: list[tuple[float, CampaignWarning]] = []
+    warnings: list[tuple[float, CampaignWarning]] = []
     for column, (load, unit) in enumerate(_UNITS.items()):
         if load not in followed:
             continue
@@ -157,14 +157,14 @@ def beyond_visited(
                 unit=unit,
                 run=runs[int(records.run_of_revolution[np.argmax(away)])],
             )
-            found.append((share, warning))
-    return (max(found, key=lambda own: own[0])[1],) if found else ()
+            warnings.append((share, warning))
+    return (max(warnings, key=lambda entry: entry[0])[1],) if warnings else ()
 
 
 def _largest(law: Law, load: str) -> float:
     """Largest load of a kind in the records that gave a law."""
     alike = ("ntl_y", "ntl_z") if load != "torque" else ("torque",)
-    return max(abs(end) for own in alike for end in law.visited[own])
+    return max(abs(end) for name in alike for end in law.visited[name])
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +210,7 @@ class VisitedLoads:
 
 
 def law_of_carrier_class(
-    scores: ClassScores, name: str, held: HeldOutSquares, visited: VisitedLoads
+    scores: ClassScores, name: str, squares: HeldOutSquares, visited: VisitedLoads
 ) -> Law | None:
     """Measured shape of one class of an answer as a law, without name.
 
@@ -220,7 +220,7 @@ def law_of_carrier_class(
         Held-out squares of the table.
     name : str
         Class.
-    held : HeldOutSquares
+    squares : HeldOutSquares
         Result of the answer that it is part of, whose fit to all records gives the amplitudes.
     visited : VisitedLoads
         Loads of the records.
@@ -236,7 +236,7 @@ def law_of_carrier_class(
     if pattern not in known or way_of(name) == UNDETERMINED:
         return None
     waves: list[Wave] = []
-    for group, fitted in _fitted(scores, name, held).items():
+    for group, fitted in _fitted(scores, name, squares).items():
         dependence = group.rpartition(":")[2]
         if dependence == TIME:
             waves += _waves_in_time(fitted, visited)
@@ -244,7 +244,7 @@ def law_of_carrier_class(
         columns = known[pattern].columns[dependence](visited.quantities, visited.n_planets)
         functions = load_functions(visited.n_torques)[dependence].functions
         c = fitted.reshape(len(functions), -1) @ visited.weights[group]
-        waves += tabulated_waves(dependence, functions, c, columns, visited)
+        waves += _tabulated_waves(dependence, functions, c, columns, visited)
     largest = max((_size(wave) for wave in waves), default=0.0)
     shown = tuple(wave for wave in waves if _size(wave) > _ROUNDING * largest)
     if not shown:
@@ -253,37 +253,23 @@ def law_of_carrier_class(
     return Law("", CARRIER, pattern, ("N", "m"), shown, visited.ranges, rig)
 
 
-def _fitted(scores: ClassScores, name: str, held: HeldOutSquares) -> dict[str, FloatArray]:
+def _fitted(scores: ClassScores, name: str, squares: HeldOutSquares) -> dict[str, FloatArray]:
     """Coefficients of every group of a class in the fit of an answer to all records [m]."""
-    table, by_column = scores.table, scores.amplitudes(held)
+    table, by_column = scores.table, scores.amplitudes(squares)
     return {
         group: np.array([by_column[k] for k in table.groups[group].columns.tolist()])
         for group in table.classes[name]
     }
 
 
-def tabulated_waves(
+def _tabulated_waves(
     dependence: str,
     functions: Sequence[LoadFunction],
     c: FloatArray,
     columns: Columns,
     visited: VisitedLoads,
 ) -> list[Wave]:
-    """Waves of a law from the amplitudes of a pattern that follows the loads in one way.
-
-    Parameters
-    ----------
-    dependence : str
-        Way to follow the loads, but for that in time.
-    functions : sequence of callable
-        Its functions of the loads.
-    c : ndarray, shape (n_functions, n_columns)
-        Amplitudes of every function with every column [m].
-    columns : tuple of PatternColumn
-        Columns of the pattern.
-    visited : VisitedLoads
-        Loads of the records.
-    """
+    """Waves of a law from the amplitudes of a pattern that follows the loads in one way."""
     if dependence == NONE:
         return _waves(columns, c.T, NONE)
     torque, size = visited.scale[:2]
@@ -346,14 +332,14 @@ def _waves(
     along: str = "",
 ) -> list[Wave]:
     """Waves that some columns of a pattern are made of; amplitudes of each column over x."""
-    found: dict[tuple[str, int, int], FloatArray] = {}
-    for column, own in zip(columns, amplitudes, strict=True):
+    sizes: dict[tuple[str, int, int], FloatArray] = {}
+    for column, amplitude in zip(columns, amplitudes, strict=True):
         for wave in column.waves:
             key = (column.quantity, column.order, wave.lobes)
-            added = np.array([wave.cosine * own, wave.sine * own])
-            found[key] = found.get(key, 0.0) + added
+            added = np.array([wave.cosine * amplitude, wave.sine * amplitude])
+            sizes[key] = sizes.get(key, 0.0) + added
     x = np.empty(0) if x is None else x
-    return [Wave(*key, follows, cosine, sine, x, along) for key, (cosine, sine) in found.items()]
+    return [Wave(*key, follows, cosine, sine, x, along) for key, (cosine, sine) in sizes.items()]
 
 
 def _size(wave: Wave) -> float:

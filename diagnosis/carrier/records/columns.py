@@ -149,8 +149,8 @@ class ColumnSource:
                 continue
             if effect.n_shapes:
                 nodes = self.shape_nodes(effect).tolist()
-                for node, (part, value) in enumerate(product(_parts_of(effect), nodes)):
-                    signals = part(sensor, inputs, self.rig, value)
+                for node, (pattern, value) in enumerate(product(_patterns_of(effect), nodes)):
+                    signals = pattern(sensor, inputs, self.rig, value)
                     rows.update(_keyed(effect.id, SHAPE, node, signals))
                 continue
             rows.update(_keyed(effect.id, PLAIN, 0, effect.signals(sensor, inputs, self.rig)))
@@ -228,8 +228,8 @@ def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
     return tuple(terms)
 
 
-def _parts_of(effect: Effect) -> tuple[Pattern, ...]:
-    """Patterns of one shape each: an effect with one shape is its only part."""
+def _patterns_of(effect: Effect) -> tuple[Pattern, ...]:
+    """Patterns of one shape each: an effect with one shape is its only pattern."""
     return effect.shape_parts or (effect.signals,)
 
 
@@ -282,9 +282,9 @@ class BlockColumns:
     revolutions: Sequence[IntArray]
 
     def present(self, revolution: IntArray) -> IntArray:
-        """Places of the samples of a revolution in which no column is missing."""
-        places = np.searchsorted(self.samples, revolution)
-        return places[np.isfinite(self.rows[:, places]).all(axis=0)]
+        """Numbers in `samples` of those of a revolution in which no column is missing."""
+        numbers = np.searchsorted(self.samples, revolution)
+        return numbers[np.isfinite(self.rows[:, numbers]).all(axis=0)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,7 +391,7 @@ class RunColumns:
 
 
 @dataclass(frozen=True, eq=False)
-class SomeSamples:
+class _SomeSamples:
     """A few samples of every run, one after the other.
 
     Parameters
@@ -429,7 +429,7 @@ class SomeSamples:
         return np.concatenate([np.concatenate(predicted, axis=1), list(rows.values())])
 
 
-def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> SomeSamples:
+def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _SomeSamples:
     """A few samples of every run from its first to its last.
 
     With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is not
@@ -445,7 +445,7 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> S
         Evenly spaced samples of a run.
     """
     chosen = []
-    parts = []
+    inputs_by_run = []
     for run in runs:
         last = run.time.size - 1
         even = np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64)
@@ -453,18 +453,20 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> S
         samples = np.unique(np.concatenate([even, close, last - close]))
         columns = RunColumns(run, source)
         chosen.append(samples)
-        parts.append([inputs_at(own, samples) for own in (columns.inputs, *columns.delayed_inputs)])
-    inputs, *late = [_in_a_row(own) for own in zip(*parts, strict=True)]
-    return SomeSamples(runs, chosen, source, inputs, late)
+        inputs_by_run.append(
+            [inputs_at(inputs, samples) for inputs in (columns.inputs, *columns.delayed_inputs)]
+        )
+    inputs, *late = [_in_a_row(of_runs) for of_runs in zip(*inputs_by_run, strict=True)]
+    return _SomeSamples(runs, chosen, source, inputs, late)
 
 
-def _in_a_row(parts: Sequence[CarrierInputs]) -> CarrierInputs:
+def _in_a_row(inputs_of_runs: Sequence[CarrierInputs]) -> CarrierInputs:
     """Inputs of several runs one after the other, each run's time from 0 to 1."""
     rows = {
-        name: np.concatenate([getattr(part, name) for part in parts])
+        name: np.concatenate([getattr(inputs, name) for inputs in inputs_of_runs])
         for name in ("carrier_angle", "torque", "ntl_y", "ntl_z")
     }
-    time = [(part.time - part.start) / (part.end - part.start) for part in parts]
+    time = [(inputs.time - inputs.start) / (inputs.end - inputs.start) for inputs in inputs_of_runs]
     return CarrierInputs(time=np.concatenate(time), **rows, start=0.0, end=1.0)
 
 

@@ -1,4 +1,4 @@
-"""Signals beside the shaft's orders: what is left of a run once its orders are taken out."""
+"""Signals off the shaft's orders: what a run holds once its orders are taken out."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -36,8 +36,8 @@ _ALIKE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class BesideOrders:
-    """One run beside its orders, at the samples that every channel has.
+class RunOffOrders:
+    """One run without its orders, at the samples that every channel has.
 
     Parameters
     ----------
@@ -64,74 +64,61 @@ class BesideOrders:
         """Mean speed [turns/s]."""
         return float((self.turns[-1] - self.turns[0]) / (self.time[-1] - self.time[0]))
 
-    def beside(self, waves: FloatArray) -> FloatArray:
+    def without_orders(self, waves: FloatArray) -> FloatArray:
         """Waves, shape (n, k), without what the orders could make of them."""
         return np.asarray(waves - self.orders @ (self.orders.T @ waves), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
-class CampaignBesideOrders:
-    """Runs beside their orders: those that are searched are kept, the others made when asked for.
+class CampaignOffOrders:
+    """Runs without their orders: those that are searched, the others made when required.
 
     Parameters
     ----------
     campaign : Campaign
         All runs.
-    searched : tuple of BesideOrders
+    searched : tuple of RunOffOrders
         Runs that lines are looked for in, long enough, in their order.
-    shared : SharedOrders, optional
+    shared : _SharedOrders, optional
         What the orders make of the loads in every run alike.
     searches_all : bool
         Whether these are all runs.
     """
 
     campaign: Campaign
-    searched: tuple[BesideOrders, ...]
-    shared: "SharedOrders | None"
+    searched: tuple[RunOffOrders, ...]
+    shared: "_SharedOrders | None"
     searches_all: bool
 
-    def every(self) -> Iterator[BesideOrders]:
+    def every(self) -> Iterator[RunOffOrders]:
         """All runs that are long enough, one after the other."""
         if self.searches_all:
             yield from self.searched
             return
         for run in self.campaign.runs:
-            found = _beside_orders(
+            made = _run_off_orders(
                 run.within_use(), self.campaign.channels, _followed_orders(self.campaign)
             )
-            if found is not None:
-                own, loaded = found
-                yield self.shared.without(own, loaded) if self.shared else own
+            if made is not None:
+                yield self.shared.without(*made) if self.shared else made[0]
 
 
 @dataclass(frozen=True, eq=False)
-class SharedOrders:
-    """Sizes of what the orders make of the loads, the same in every run; k columns.
+class _SharedOrders:
+    """Sizes of what the orders make of the loads, the same in every run; k columns."""
 
-    Parameters
-    ----------
-    n_loads : int
-        Loads that the orders follow.
-    kept : ndarray of bool
-        Columns that count.
-    energy : ndarray, shape (k,)
-        Their lengths over the searched runs.
-    sizes : ndarray, shape (k, C)
-        Sizes in every channel.
-    """
+    n_loads: int  # loads that the orders follow
+    counts: NDArray[np.bool_]  # columns that count
+    energy: FloatArray  # (k,) their lengths over the searched runs
+    sizes: FloatArray  # (k, C) sizes in every channel
 
-    n_loads: int
-    kept: NDArray[np.bool_]
-    energy: FloatArray
-    sizes: FloatArray
-
-    def without(self, run: BesideOrders, loaded: Sequence[FloatArray]) -> BesideOrders:
+    def without(self, run: RunOffOrders, loaded: Sequence[FloatArray]) -> RunOffOrders:
         """Run without them; `loaded` are its orders times each load, shape (n, k)."""
-        columns = run.beside(np.hstack(loaded[: self.n_loads]))[:, self.kept]
+        columns = run.without_orders(np.hstack(loaded[: self.n_loads]))[:, self.counts]
         return replace(run, values=run.values - (columns / self.energy @ self.sizes).T)
 
 
-def beside_orders(campaign: Campaign) -> CampaignBesideOrders:
+def campaign_off_orders(campaign: Campaign) -> CampaignOffOrders:
     """Take the orders out of every run.
 
     Orders 0 to 12 of the measured angle, of three planets, each of them following torque, time,
@@ -148,21 +135,21 @@ def beside_orders(campaign: Campaign) -> CampaignBesideOrders:
 
     Returns
     -------
-    CampaignBesideOrders
+    CampaignOffOrders
         Runs that are long enough, in their order.
     """
     numbers = _searched(campaign)
     followed = _followed_orders(campaign)
-    own = [
-        _beside_orders(campaign.runs[r].within_use(), campaign.channels, followed) for r in numbers
-    ]
-    found = [entry for entry in own if entry is not None]
-    runs = tuple(run for run, _ in found)
-    loaded = [loads for _, loads in found]
+    made = (
+        _run_off_orders(campaign.runs[r].within_use(), campaign.channels, followed) for r in numbers
+    )
+    searched = [entry for entry in made if entry is not None]
+    runs = tuple(run for run, _ in searched)
+    loaded = [loads for _, loads in searched]
     shared = _shared_orders(runs, loaded)
     if shared is not None:
-        runs = tuple(shared.without(run, own) for run, own in zip(runs, loaded, strict=True))
-    return CampaignBesideOrders(campaign, runs, shared, len(numbers) == len(campaign.runs))
+        runs = tuple(shared.without(run, loads) for run, loads in zip(runs, loaded, strict=True))
+    return CampaignOffOrders(campaign, runs, shared, len(numbers) == len(campaign.runs))
 
 
 def _followed_orders(campaign: Campaign) -> int:
@@ -174,49 +161,44 @@ def _searched(campaign: Campaign) -> list[int]:
     """Numbers of the runs that are searched: all, or as many of them as may be kept."""
     n_runs = len(campaign.runs)
     samples = sum(min(run.time.size, _MOST_SAMPLES) for run in campaign.runs)
-    kept = _MOST_NUMBERS / (samples * (len(campaign.channels) + _USUAL_BASIS))
-    if kept >= 1.0:
+    share = _MOST_NUMBERS / (samples * (len(campaign.channels) + _USUAL_BASIS))
+    if share >= 1.0:
         return list(range(n_runs))
     # Every tenth run may be of one condition.
-    drawn = np.random.default_rng(0).permutation(n_runs)[: max(int(kept * n_runs), 1)]
+    drawn = np.random.default_rng(0).permutation(n_runs)[: max(int(share * n_runs), 1)]
     return np.sort(drawn).tolist()
 
 
 def _shared_orders(
-    runs: Sequence[BesideOrders], loaded: Sequence[Sequence[FloatArray]]
-) -> SharedOrders | None:
+    runs: Sequence[RunOffOrders], loaded: Sequence[Sequence[FloatArray]]
+) -> _SharedOrders | None:
     """What the orders make of the loads with the same sizes in every run; None where nothing.
 
     A torque that ripples makes lines beside every order that follows it. A run too short to tell
     how its orders follow the loads leaves them beside the orders; all runs together tell it, as
     the size per newton metre is one.
-
-    Parameters
-    ----------
-    runs : sequence of BesideOrders
-        Runs without their own orders.
-    loaded : sequence of sequence of ndarray
-        Orders times each load, by run, shape (n, k); the same loads in every run.
     """
     n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
     n_loads = int(n_turns / _TURNS_A_QUANTITY) - 1
     if not runs or n_loads < 1:
         return None
-    followed = [np.hstack(own[:n_loads]) for own in loaded]
-    table = np.vstack([run.beside(own) for run, own in zip(runs, followed, strict=True)])
+    followed = [np.hstack(loads[:n_loads]) for loads in loaded]
+    table = np.vstack(
+        [run.without_orders(loads) for run, loads in zip(runs, followed, strict=True)]
+    )
     energy = np.sqrt((table**2).sum(axis=0))
     # What every run follows by itself is rounding here.
-    kept = energy > _CHANGES * np.sqrt((np.vstack(followed) ** 2).sum(axis=0))
-    if not kept.any():
+    counts = energy > _CHANGES * np.sqrt((np.vstack(followed) ** 2).sum(axis=0))
+    if not counts.any():
         return None
     values = np.hstack([run.values for run in runs]).T
-    sizes = np.linalg.lstsq(table[:, kept] / energy[kept], values, rcond=_ALIKE)[0]
-    return SharedOrders(n_loads, kept, energy[kept], np.asarray(sizes, dtype=np.float64))
+    sizes = np.linalg.lstsq(table[:, counts] / energy[counts], values, rcond=_ALIKE)[0]
+    return _SharedOrders(n_loads, counts, energy[counts], np.asarray(sizes, dtype=np.float64))
 
 
-def _beside_orders(
+def _run_off_orders(
     run: Run, channels: tuple[Channel, ...], followed_orders: int
-) -> tuple[BesideOrders, list[FloatArray]] | None:
+) -> tuple[RunOffOrders, list[FloatArray]] | None:
     """One run, and its orders times each load that all runs share; None where it is too short.
 
     Orders up to `followed_orders` follow the loads.
@@ -246,9 +228,9 @@ def _beside_orders(
     design = np.hstack([*steady, *(waves * row[:, None] for row in followed[: int(fewest)])])
     basis = np.linalg.qr(design)[0]
     values = np.array([_averaged(row[present], group) for row in gap])
-    own = BesideOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
+    off_orders = RunOffOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
     shared = _waves(phase_angle, followed_orders)
-    return own, [shared * load[:, None] for load in _loads(run, present, group)]
+    return off_orders, [shared * load[:, None] for load in _loads(run, present, group)]
 
 
 def _waves(angle: FloatArray, highest: int) -> FloatArray:
@@ -266,8 +248,8 @@ def _loads(run: Run, present: NDArray[np.bool_], group: int) -> list[FloatArray]
 
 def _averaged(values: FloatArray, group: int) -> FloatArray:
     """Means of groups of neighbours."""
-    whole = values[: values.size // group * group]
-    return np.asarray(whole.reshape(-1, group).mean(axis=1), dtype=np.float64)
+    groups = values[: values.size // group * group]
+    return np.asarray(groups.reshape(-1, group).mean(axis=1), dtype=np.float64)
 
 
 def _gap(run: Run, channel: str) -> FloatArray:

@@ -9,7 +9,7 @@ one constant, in every run alike. The products are of those.
 """
 
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -39,7 +39,7 @@ from carrierflex.identification.campaign.revolutions import whole_revolutions
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-#: Part of a column of unit length that must lie off the others for it to be one of its own: those
+#: Length of a column of unit length that must lie off the others for it to be in the basis: those
 #: that stand far off first, so that the weights of the rest are small. What is a combination misses
 #: by rounding, 1e-13.
 _OFF_THE_OTHERS = (1e-2, 1e-4, 1e-6, 1e-8)
@@ -61,36 +61,27 @@ _MOST_MEMORY = 8_000_000_000
 #: Bytes of the program itself, and of what works on records and products: an estimate.
 _PROGRAM = 300_000_000
 _AT_WORK = 800_000_000
-#: Bytes of products up to which they are kept in memory, beyond on disk.
+#: Bytes of products up to which they stay in memory, beyond on disk.
 _IN_MEMORY = 150_000_000
 #: Bytes of products that are unpacked at once.
 _AT_ONCE = 50_000_000
 #: Every which sample is looked at for whether the basis holds.
 _CHECKED = 25
-#: Bytes of products of columns in a part, for a usual set of so many columns, and of those that are
-#: kept. Weights of a part, their derivatives and what works on them are some four times as large.
-_PART_BYTES = 50_000_000
+#: Bytes of products of columns in a slice of the runs, for a usual set of so many columns, and of
+#: those that are stored. Weights of a slice, their derivatives and what works on them are some four
+#: times as large.
+_SLICE_BYTES = 50_000_000
 _USUAL_COLUMNS = 40
-_KEPT_BYTES = 100_000_000
+_STORED_BYTES = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class ColumnBasis:
-    """Basis of the columns of every sensor, the target left out; C channels, k - 1 columns.
-
-    Parameters
-    ----------
-    members : sequence of ndarray of int
-        Numbers of the columns in the basis of every channel, counted without the target.
-    weights : ndarray, shape (C, k - 1, b)
-        Every column by those of the basis; zero beyond a channel's own.
-    largest : ndarray, shape (C, k - 1)
-        Largest size of every column where it was looked at.
-    """
+class _ColumnBasis:
+    """Basis of the columns of every sensor, the target left out; C channels, k - 1 columns."""
 
     members: tuple[IntArray, ...]
-    weights: FloatArray
-    largest: FloatArray
+    weights: FloatArray  # (C, k - 1, b) every column by those of the basis
+    largest: FloatArray  # (C, k - 1) largest size of every column where it was looked at
 
     @property
     def size(self) -> int:
@@ -107,32 +98,17 @@ class ColumnBasis:
         return bool((np.abs(missed).max(axis=1, initial=0.0) <= limit).all())
 
 
-def every_column(n_columns: int, n_channels: int) -> ColumnBasis:
+def _every_column(n_columns: int, n_channels: int) -> _ColumnBasis:
     """Basis of all columns."""
     members = np.arange(n_columns)
     weights = np.broadcast_to(np.eye(n_columns), (n_channels, n_columns, n_columns))
-    return ColumnBasis((members,) * n_channels, weights, np.zeros((n_channels, n_columns)))
+    return _ColumnBasis((members,) * n_channels, weights, np.zeros((n_channels, n_columns)))
 
 
-def column_basis(
+def _column_basis(
     runs: Sequence[Run], channels: Sequence[Channel], source: ColumnSource
-) -> ColumnBasis:
-    """Basis of the columns of every sensor at some samples of all runs.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        Records within their windows of use.
-    channels : sequence of Channel
-        Sensors.
-    source : ColumnSource
-        Columns.
-
-    Returns
-    -------
-    ColumnBasis
-        Earlier columns before later ones.
-    """
+) -> _ColumnBasis:
+    """Basis of the columns of every sensor at some samples of all runs."""
     n_samples = max(_FEWEST, _SAMPLES // len(runs))
     members = []
     of_channels = []
@@ -142,15 +118,15 @@ def column_basis(
     for channel in channels:
         table = some.rows(channel)
         table = table[:, np.isfinite(table).all(axis=0)]
-        chosen, own = _combinations(table)
+        chosen, combinations = _combinations(table)
         members.append(chosen)
-        of_channels.append(own)
+        of_channels.append(combinations)
         largest.append(np.abs(table).max(axis=1, initial=0.0))
     size = max(chosen.size for chosen in members)
     weights = np.zeros((len(channels), len(largest[0]), size))
-    for c, own in enumerate(of_channels):
-        weights[c, :, : own.shape[1]] = own
-    return ColumnBasis(tuple(members), weights, np.array(largest))
+    for c, combinations in enumerate(of_channels):
+        weights[c, :, : combinations.shape[1]] = combinations
+    return _ColumnBasis(tuple(members), weights, np.array(largest))
 
 
 def _combinations(rows: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -192,7 +168,7 @@ class CarrierSums:
         Number of the run of every segment.
     target : ndarray, shape (P, C, k)
         Products of the target with every column, itself first.
-    basis : ColumnBasis
+    basis : _ColumnBasis
         Columns of every channel that the others are combinations of; b of them.
     products : Rows, shape (P, C, b (b + 1) / 2)
         Products of the columns of the basis with each other: the upper triangle, row by row. Those
@@ -214,7 +190,7 @@ class CarrierSums:
     segments: tuple[Segment, ...]
     run_of_segment: IntArray
     target: FloatArray
-    basis: ColumnBasis
+    basis: _ColumnBasis
     products: Rows
     counts: IntArray
     orders: ComplexArray
@@ -232,17 +208,17 @@ class CarrierSums:
         weights = self.basis.weights[:, columns[1:] - 1]
         used = np.flatnonzero(weights.any(axis=(0, 1)))
         weights = weights[..., used]
-        places = self.places(used[:, None], used)
+        triangle = self.triangle(used[:, None], used)
         first = segments.indices(len(self.target))[0]
         target = self.target[segments]
         result = np.empty((*target.shape[:2], columns.size, columns.size))
         result[..., 0, :] = result[..., 0] = target[..., columns]
-        stored = self.products.shape[2]
-        step = max(1, _AT_ONCE // (8 * len(weights) * max(used.size**2, stored)))
+        n_stored = self.products.shape[2]
+        step = max(1, _AT_ONCE // (8 * len(weights) * max(used.size**2, n_stored)))
         for p in range(0, len(result), step):
             some = slice(p, min(p + step, len(result)))
-            kept = self.products[first + some.start : first + some.stop]
-            products = weights @ kept[..., places]
+            stored = self.products[first + some.start : first + some.stop]
+            products = weights @ stored[..., triangle]
             result[some, :, 1:, 1:] = products @ np.swapaxes(weights, 1, 2)
         return result
 
@@ -257,20 +233,20 @@ class CarrierSums:
             Weight of each of them by run and channel; zero for the target.
         """
         every = np.arange(self.basis.size)
-        places = self.places(every[:, None], every)
+        triangle = self.triangle(every[:, None], every)
         of_columns = self.basis.weights[:, columns[1:] - 1]
         target = np.empty_like(self.target)
         for p, run in enumerate(self.run_of_segment):
             combined = np.einsum("cub,cu->cb", of_columns, weights[run, :, 1:])
-            with_basis = np.einsum("cab,cb->ca", self.products[p : p + 1][0][:, places], combined)
+            with_basis = np.einsum("cab,cb->ca", self.products[p : p + 1][0][:, triangle], combined)
             target[p, :, 0] = np.einsum("ca,ca->c", with_basis, combined)
             target[p, :, 1:] = np.einsum("cka,ca->ck", self.basis.weights, with_basis)
         # The orders are those of the signals that were replaced.
         no_orders = np.broadcast_to(np.complex128(np.nan), self.orders.shape)
         return replace(self, target=target, orders=no_orders)
 
-    def places(self, rows: IntArray, columns: IntArray) -> IntArray:
-        """Where the products of columns of the basis stand in the triangle."""
+    def triangle(self, rows: IntArray, columns: IntArray) -> IntArray:
+        """Numbers of the products of columns of the basis in their triangle."""
         first, second = np.minimum(rows, columns), np.maximum(rows, columns)
         size = self.basis.size
         return np.asarray(first * size - first * (first - 1) // 2 + second - first)
@@ -299,11 +275,11 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
     runs = campaign.within_use().runs
     index = columns_of_campaign(runs[0], campaign.channels[0], source)
     n_channels = len(campaign.channels)
-    basis = column_basis(runs, campaign.channels, source)
+    basis = _column_basis(runs, campaign.channels, source)
     sums = _filled(campaign, source, index, basis)
     if sums is None:
         # Columns that were combinations where they were looked at, and are none elsewhere.
-        sums = _filled(campaign, source, index, every_column(index.size - 1, n_channels))
+        sums = _filled(campaign, source, index, _every_column(index.size - 1, n_channels))
     assert sums is not None
     segments = []
     for p, r in enumerate(sums.run_of_segment.tolist()):
@@ -314,7 +290,7 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
 
 
 def _filled(
-    campaign: Campaign, source: ColumnSource, index: ColumnIndex, basis: ColumnBasis
+    campaign: Campaign, source: ColumnSource, index: ColumnIndex, basis: _ColumnBasis
 ) -> CarrierSums | None:
     """Sums without their segments; None where the basis does not hold."""
     n_blocks = _blocks_a_run(campaign, index.size, basis.size)
@@ -345,9 +321,23 @@ def _filled(
     return sums
 
 
-def blocks_of_run(records: CarrierSums, run: int, columns: RunColumns) -> list[IntArray]:
-    """Numbers of the revolutions of every segment of a run, as the sums have them."""
-    return columns.blocks(int(np.count_nonzero(records.run_of_segment == run)))
+def segments_of(
+    campaign: Campaign,
+    source: ColumnSource,
+    records: CarrierSums,
+    owners: Collection[str] | None = None,
+) -> Iterator[tuple[int, int, int, BlockColumns]]:
+    """Run, channel, segment and columns of every segment and channel, from a pass over the records.
+
+    The columns are those of all effects or of some `owners`, as of :meth:`RunColumns.of`.
+    """
+    for r, run in enumerate(campaign.within_use().runs):
+        columns = RunColumns(run, source)
+        blocks = columns.blocks(int(np.count_nonzero(records.run_of_segment == r)))
+        first = int(np.argmax(records.run_of_segment == r))
+        for c, channel in enumerate(campaign.channels):
+            for p, block in enumerate(columns.of(channel, blocks, owners), start=first):
+                yield r, c, p, block
 
 
 def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
@@ -359,7 +349,7 @@ def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
         Where one block a run does not fit.
     """
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
-    needed = needed_memory(campaign, n_columns, n_basis)
+    needed = _needed_memory(campaign, n_columns, n_basis)
     if needed > _MOST_MEMORY:
         raise ValueError(
             f"{n_runs} runs of {n_channels} channels: a diagnosis takes {needed / 1e9:.1f} GB of "
@@ -371,21 +361,13 @@ def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
     return int(np.clip(_USUAL_MEMORY // every, 1, _MOST_BLOCKS))
 
 
-def needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
-    """Bytes that a diagnosis takes at most: program, records, products, and what works on them.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    n_columns, n_basis : int
-        Columns of a sensor, and those that are different.
-    """
+def _needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
+    """Bytes that a diagnosis takes at most: program, records, products, and what works on them."""
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
     records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
-    n_kept = n_basis * (n_basis + 1) // 2 + n_columns
+    n_stored = n_basis * (n_basis + 1) // 2 + n_columns
     # Lines beside the orders are taken out of a copy of the records.
-    return _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_kept + _AT_WORK
+    return _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_stored + _AT_WORK
 
 
 def _fill(
@@ -403,7 +385,7 @@ def _fill(
     for c, channel in enumerate(campaign.channels):
         members = sums.basis.members[c]
         upper = np.triu_indices(members.size)
-        places = sums.places(*upper)
+        triangle = sums.triangle(*upper)
         turn = first_turn
         for p, block in enumerate(columns.of(channel, blocks), start=first_segment):
             if not sums.basis.holds(c, block.rows[1:, ::_CHECKED]):
@@ -413,7 +395,7 @@ def _fill(
                 block, 1 + members, sums.orders[turn:end, c], sums.within[turn:end, c]
             )
             sums.target[p, c] = target
-            products[p - first_segment, c, places] = gram[upper]
+            products[p - first_segment, c, triangle] = gram[upper]
             sums.counts[p, c] = sum(block.present(rows).size for rows in block.revolutions)
             turn = end
     sums.products[first_segment : first_segment + len(blocks)] = products
@@ -434,8 +416,8 @@ def _add_block(
         present = block.present(rows)
         columns = block.rows[:, present]
         target += columns @ columns[0]
-        own = columns[members]
-        gram += own @ own.T
+        basis = columns[members]
+        gram += basis @ basis.T
         theta = block.inputs.carrier_angle[present]
         if not too_sparse(theta, highest):
             amplitudes, within[r] = order_amplitudes(columns[:1], theta, highest)
@@ -449,37 +431,35 @@ def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
     return np.maximum(squares, 0.0)
 
 
-class _KeptProducts:
-    """Products by name, columns and part, the last used of them up to a limit of bytes."""
+class _StoredProducts:
+    """Products by name, columns and first run, the last used of them up to a limit of bytes."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[tuple[str, tuple[int, ...], int], FloatArray] = OrderedDict()
+        self._products: OrderedDict[tuple[str, tuple[int, ...], int], FloatArray] = OrderedDict()
         self._n_bytes = 0
 
     def of(
-        self, name: str, columns: IntArray, part: slice, make: Callable[[], FloatArray]
+        self, name: str, columns: IntArray, runs: slice, make: Callable[[], FloatArray]
     ) -> FloatArray:
-        """Products that are kept, or made and kept."""
-        key = (name, tuple(columns.tolist()), int(part.start))
-        if key in self._kept:
-            self._kept.move_to_end(key)
-            return self._kept[key]
+        """Products that are stored, or made and stored."""
+        key = (name, tuple(columns.tolist()), int(runs.start))
+        if key in self._products:
+            self._products.move_to_end(key)
+            return self._products[key]
         made = make()
-        self._kept[key] = made
+        self._products[key] = made
         self._n_bytes += made.nbytes
-        while self._n_bytes > _KEPT_BYTES and len(self._kept) > 1:
-            self._n_bytes -= self._kept.popitem(last=False)[1].nbytes
+        while self._n_bytes > _STORED_BYTES and len(self._products) > 1:
+            self._n_bytes -= self._products.popitem(last=False)[1].nbytes
         return made
-
-    def let_go(self) -> None:
-        """Keep none of them."""
-        self._kept.clear()
-        self._n_bytes = 0
 
 
 @dataclass(frozen=True, eq=False)
-class RunParts:
-    """Parts of the runs.
+class RunSlices:
+    """Slices of the runs whose weights and products are in memory at once, P segments each.
+
+    A usual campaign is one slice. Products are stored for the next step of a fit as long as they
+    fit.
 
     Parameters
     ----------
@@ -494,57 +474,51 @@ class RunParts:
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
-        """Runs of every part."""
+        """Runs of every slice."""
         usual_bytes = 8 * self.records.counts.size * _USUAL_COLUMNS**2
-        n_parts = min(-(-usual_bytes // _PART_BYTES), self.n_runs)
-        edges = np.linspace(0, self.n_runs, n_parts + 1).astype(int).tolist()
+        n_slices = min(-(-usual_bytes // _SLICE_BYTES), self.n_runs)
+        edges = np.linspace(0, self.n_runs, n_slices + 1).astype(int).tolist()
         return tuple(slice(first, end) for first, end in pairwise(edges))
 
-    def segments(self, part: slice) -> slice:
-        """Segments of the runs of a part."""
-        first, end = np.searchsorted(self.records.run_of_segment, [part.start, part.stop])
+    def segments(self, runs: slice) -> slice:
+        """Segments of the runs of a slice."""
+        first, end = np.searchsorted(self.records.run_of_segment, [runs.start, runs.stop])
         return slice(int(first), int(end))
 
-    def runs(self, part: slice) -> IntArray:
-        """Number of the run of every segment of a part, counted in the part."""
-        return self.records.run_of_segment[self.segments(part)] - part.start
+    def run_of_segment(self, runs: slice) -> IntArray:
+        """Number of the run of every segment of a slice, counted in the slice."""
+        return self.records.run_of_segment[self.segments(runs)] - runs.start
 
-    def gram(self, columns: IntArray, part: slice) -> FloatArray:
-        """Products of some columns by segment of a part and channel, shape (P, C, u, u)."""
-        return self._kept.of(
-            "segments", columns, part, lambda: self.records.gram(columns, self.segments(part))
+    def gram(self, columns: IntArray, runs: slice) -> FloatArray:
+        """Products of some columns by segment of a slice and channel, shape (P, C, u, u)."""
+        return self._stored.of(
+            "segments", columns, runs, lambda: self.records.gram(columns, self.segments(runs))
         )
 
-    def gram_of_runs(self, columns: IntArray, part: slice) -> FloatArray:
-        """Products of some columns by run of a part and channel."""
-        first = np.searchsorted(self.runs(part), np.arange(part.stop - part.start))
-        if first.size == self.runs(part).size:
-            return self.gram(columns, part)
-        return self._kept.of(
-            "runs", columns, part, lambda: np.add.reduceat(self.gram(columns, part), first, axis=0)
+    def gram_of_runs(self, columns: IntArray, runs: slice) -> FloatArray:
+        """Products of some columns by run of a slice and channel."""
+        run_of_segment = self.run_of_segment(runs)
+        first = np.searchsorted(run_of_segment, np.arange(runs.stop - runs.start))
+        if first.size == run_of_segment.size:
+            return self.gram(columns, runs)
+        return self._stored.of(
+            "runs", columns, runs, lambda: np.add.reduceat(self.gram(columns, runs), first, axis=0)
         )
-
-    def let_go(self) -> None:
-        """Keep no products, before those of another problem are made: they are made again."""
-        self._kept.let_go()
 
     def values(
         self, weights_in: Callable[[slice], tuple[IntArray, FloatArray]]
     ) -> tuple[IntArray, FloatArray]:
         """Numbers of the columns in use and their weights in all runs, shape (n_runs, C, u).
 
-        Parameters
-        ----------
-        weights_in : callable
-            The same for the runs of a part.
+        `weights_in` gives the same for the runs of a slice.
         """
-        found = [(part, *weights_in(part)) for part in self.slices]
-        columns = np.unique(np.concatenate([used for _, used, _ in found]))
+        tables = [(runs, *weights_in(runs)) for runs in self.slices]
+        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
         values = np.zeros((self.n_runs, self.records.counts.shape[1], columns.size))
-        for part, used, of_part in found:
-            values[part, :, np.searchsorted(columns, used)] = of_part
+        for runs, used, of_slice in tables:
+            values[runs, :, np.searchsorted(columns, used)] = of_slice
         return columns, values
 
     @cached_property
-    def _kept(self) -> _KeptProducts:
-        return _KeptProducts()
+    def _stored(self) -> _StoredProducts:
+        return _StoredProducts()

@@ -137,10 +137,10 @@ def campaign_plan(
 def _order(ranked: RankedAddition) -> tuple[float, ...]:
     """Sufficient ones by cost; of the others those that come nearest to parting all pairs first."""
     # Of like ones the first in the order of the additions, not the larger by a hair.
-    mean_left = -float(f"{ranked.mean_left:.3g}")
+    mean_remaining = -float(f"{ranked.mean_left:.3g}")
     if ranked.is_sufficient:
-        return (0.0, ranked.addition.cost, mean_left)
-    return (1.0, -float(len(ranked.parted)), mean_left, ranked.addition.cost)
+        return (0.0, ranked.addition.cost, mean_remaining)
+    return (1.0, -float(len(ranked.parted)), mean_remaining, ranked.addition.cost)
 
 
 def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> VisibleSize:
@@ -150,14 +150,14 @@ def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> V
     shares = []
     numbers = []
     for signature in table.of(effect):
-        own = list(signature.columns)
-        whole = float(measured.square[own].sum())
-        if whole == 0.0:
+        columns = list(signature.columns)
+        square = float(measured.square[columns].sum())
+        if square == 0.0:
             continue
-        seen = max(float(measured.projected[own, own].sum()), 0.0)
-        energies.append(seen / len(own))
-        shares.append(np.sqrt(seen / whole))
-        numbers.append(len(own))
+        remaining = max(float(measured.projected[columns, columns].sum()), 0.0)
+        energies.append(remaining / len(columns))
+        shares.append(np.sqrt(remaining / square))
+        numbers.append(len(columns))
     least = Thresholds().surviving_share
     surviving = float(np.median(shares)) if shares else 0.0
     sigmas = _visible_multiple(max(numbers, default=1))
@@ -200,37 +200,38 @@ def _planned_cases(
 
 
 def _survives(measured: MeasuredGram, signature: Signature) -> bool:
-    own = list(signature.columns)
-    whole, seen = measured.square[own].sum(), measured.projected[own, own].sum()
-    return bool(seen > Thresholds().surviving_share ** 2 * whole)
+    columns = list(signature.columns)
+    square, remaining = measured.square[columns].sum(), measured.projected[columns, columns].sum()
+    return bool(remaining > Thresholds().surviving_share ** 2 * square)
 
 
 def _measured_cases(table: PlannedTable, measured: MeasuredGram) -> dict[str, list[_Case]] | None:
     """Fitted amplitudes of every effect that the records do not rule out."""
-    whole = float(measured.projected[0, 0])
+    square = float(measured.projected[0, 0])
     fits: dict[str, list[tuple[float, _Case]]] = {}
     for signature in table.signatures:
-        own = list(signature.columns)
+        columns = list(signature.columns)
         if not _survives(measured, signature):
             continue
-        length = np.sqrt(np.maximum(measured.square[own], np.finfo(float).tiny))
-        gram = measured.projected[np.ix_(own, own)] / np.outer(length, length)
-        right = measured.projected[own, 0] / length
+        length = np.sqrt(np.maximum(measured.square[columns], np.finfo(float).tiny))
+        gram = measured.projected[np.ix_(columns, columns)] / np.outer(length, length)
+        right = measured.projected[columns, 0] / length
         amplitudes = np.linalg.pinv(gram, rcond=_DEPENDENT, hermitian=True) @ right
-        left = whole - float(amplitudes @ right)
+        remaining = square - float(amplitudes @ right)
         case = _Case(signature, (amplitudes / length)[None], True)
-        fits.setdefault(signature.effect, []).append((left, case))
-    best = min((left for own in fits.values() for left, _ in own), default=whole)
-    if best > (1.0 - _EXPLAINS) * whole:
+        fits.setdefault(signature.effect, []).append((remaining, case))
+    best = min((remaining for columns in fits.values() for remaining, _ in columns), default=square)
+    if best > (1.0 - _EXPLAINS) * square:
         return None
     most = best + measured.n_samples * Thresholds().exchange_ratio ** 2
-    most = min(most, (1.0 - _EXPLAINS) * whole + _EXPLAINS * best)
+    most = min(most, (1.0 - _EXPLAINS) * square + _EXPLAINS * best)
     # Every shape that the records allow: one torque says nothing of the torque at which a
     # clearance closes.
     consistent = {
-        effect: [case for left, case in own if left <= most] for effect, own in fits.items()
+        effect: [case for remaining, case in columns if remaining <= most]
+        for effect, columns in fits.items()
     }
-    return {effect: own for effect, own in consistent.items() if own}
+    return {effect: columns for effect, columns in consistent.items() if columns}
 
 
 def _remaining_energy(
@@ -256,12 +257,14 @@ def _pair(
 ) -> CausePair:
     measured, everything = grams
     cause, rival = pair
-    left = np.sqrt(_remaining_energy(table, measured, cases[cause], rival) / measured.n_samples)
-    own = _gap_of(measured, cases[cause])
-    sine = min(1.0, left / own) if own > 0.0 else 0.0
+    remaining = np.sqrt(
+        _remaining_energy(table, measured, cases[cause], rival) / measured.n_samples
+    )
+    size = _gap_of(measured, cases[cause])
+    sine = min(1.0, remaining / size) if size > 0.0 else 0.0
     wanted = Thresholds().exchange_ratio
     state = PARTED
-    if left < wanted:
+    if remaining < wanted:
         most = np.sqrt(
             _remaining_energy(table, everything, cases[cause], rival) / everything.n_samples
         )
@@ -270,7 +273,7 @@ def _pair(
         cause,
         rival,
         float(np.rad2deg(np.arcsin(sine))),
-        float(left),
+        float(remaining),
         float(wanted / sine) if sine > 1e-3 else np.inf,
         state,
     )
@@ -280,8 +283,8 @@ def _gap_of(measured: MeasuredGram, cases: Sequence[_Case]) -> float:
     """RMS that a cause leaves as planned, in floors."""
     energies = []
     for case in cases:
-        own = list(case.signature.columns)
-        gram = measured.projected[np.ix_(own, own)]
+        columns = list(case.signature.columns)
+        gram = measured.projected[np.ix_(columns, columns)]
         energies.append(float(case.directions[0] @ gram @ case.directions[0]))
     return float(np.sqrt(np.median(energies) / measured.n_samples))
 
@@ -298,30 +301,27 @@ def _ranked(
         (pair.cause, pair.rival): _remaining_energy(table, enlarged, cases[pair.cause], pair.rival)
         for pair in alike
     }
-    left = {pair: float(np.sqrt(own / enlarged.n_samples)) for pair, own in energies.items()}
-    parted = tuple(pair for pair, own in left.items() if own >= wanted)
+    remaining = {
+        pair: float(np.sqrt(energy_of / enlarged.n_samples)) for pair, energy_of in energies.items()
+    }
+    parted = tuple(pair for pair, energy_of in remaining.items() if energy_of >= wanted)
     energy = min(energies.values())
     tiny = np.finfo(float).tiny
-    mean_left = float(np.exp(np.mean(np.log(np.maximum(list(left.values()), tiny)))))
+    mean_remaining = float(np.exp(np.mean(np.log(np.maximum(list(remaining.values()), tiny)))))
     return RankedAddition(
         addition,
-        min(left.values()),
-        mean_left,
+        min(remaining.values()),
+        mean_remaining,
         float(np.sqrt(energy)),
         0.5 * energy,
         0.5 * energy / addition.cost,
         parted,
-        len(parted) == len(left),
+        len(parted) == len(remaining),
     )
 
 
 def _visible_multiple(n_parameters: int) -> float:
-    """Root n of the energy from which a cause of q amplitudes shrinks the held-out gap.
-
-    Of K folds each is predicted by amplitudes from the others: a signal of energy E gains
-    ``E - q K / (K - 1)`` noise variances, with a variance of ``4 E + 2 q``. The diagnosis requires
-    a gain in 97.5 % of its draws: ``n² - q K / (K - 1) = 1.96 sqrt(4 n² + 2 q)``.
-    """
+    """Root n of the energy from which a cause of q amplitudes shrinks the held-out gap."""
     lost = n_parameters * _FOLDS / (_FOLDS - 1.0)
     # E² - (2 lost + 4 z²) E + lost² - 2 q z² = 0; the larger root has a positive gain.
     half = lost + 2.0 * _DEVIATIONS**2
@@ -336,9 +336,9 @@ def _named_gap(thresholds: Thresholds) -> float:
 
 def _visible_directions(measured: MeasuredGram, signature: Signature) -> FloatArray:
     """Amplitudes that leave one noise variance each, at right angles to each other."""
-    own = list(signature.columns)
-    values, vectors = np.linalg.eigh(measured.projected[np.ix_(own, own)])
-    floor = _UNSEEN * max(float(measured.square[own].max()), np.finfo(float).tiny)
+    columns = list(signature.columns)
+    values, vectors = np.linalg.eigh(measured.projected[np.ix_(columns, columns)])
+    floor = _UNSEEN * max(float(measured.square[columns].max()), np.finfo(float).tiny)
     keep = values > max(_UNSEEN * values.max(), floor)
     return np.asarray((vectors[:, keep] / np.sqrt(values[keep])).T)
 
@@ -347,24 +347,24 @@ def _remainders(
     measured: MeasuredGram, cause: Signature, rivals: tuple[Signature, ...]
 ) -> FloatArray:
     """Products of what the rival's best-fitting variant leaves of a cause, one matrix a variant."""
-    own, projected = list(cause.columns), measured.projected
-    left = []
+    of_cause, projected = list(cause.columns), measured.projected
+    products = []
     for rival in rivals:
         columns = list(rival.columns)
         length = np.sqrt(np.maximum(measured.square[columns], np.finfo(float).tiny))
         gram = projected[np.ix_(columns, columns)] / np.outer(length, length)
-        mixed = projected[np.ix_(own, columns)] / length
+        mixed = projected[np.ix_(of_cause, columns)] / length
         inverse = np.linalg.pinv(gram, rcond=_UNSEEN, hermitian=True)
-        left.append(projected[np.ix_(own, own)] - mixed @ inverse @ mixed.T)
-    return np.array(left)
+        products.append(projected[np.ix_(of_cause, of_cause)] - mixed @ inverse @ mixed.T)
+    return np.array(products)
 
 
 def _least_energy(
     measured: MeasuredGram, cause: Signature, amplitudes: FloatArray, rivals: tuple[Signature, ...]
 ) -> float:
     """Energy that a refitted rival leaves of given amplitudes, its best variant taken."""
-    left = _remainders(measured, cause, rivals)
-    return max(0.0, float(np.einsum("i,vij,j->v", amplitudes, left, amplitudes).min()))
+    products = _remainders(measured, cause, rivals)
+    return max(0.0, float(np.einsum("i,vij,j->v", amplitudes, products, amplitudes).min()))
 
 
 def _least_energy_of_any(
@@ -376,5 +376,5 @@ def _least_energy_of_any(
     """Energy that a refitted rival leaves of the amplitudes it imitates best."""
     if directions.size == 0:
         return 0.0
-    left = directions @ _remainders(measured, cause, rivals) @ directions.T
-    return max(0.0, float(np.linalg.eigvalsh(left)[:, 0].min()))
+    products = directions @ _remainders(measured, cause, rivals) @ directions.T
+    return max(0.0, float(np.linalg.eigvalsh(products)[:, 0].min()))

@@ -28,14 +28,14 @@ def _pair_words(pairs: tuple[CausePair, ...]) -> str:
     rivals: dict[str, list[str]] = {}
     for pair in pairs:
         rivals.setdefault(pair.cause, []).append(plain_name(pair.rival))
-    named = [f"{plain_name(own)} (as {' or '.join(others)})" for own, others in rivals.items()]
+    named = [f"{plain_name(cause)} (as {' or '.join(others)})" for cause, others in rivals.items()]
     more = f" and {len(named) - _MOST} more" if len(named) > _MOST else ""
     return ", ".join(named[:_MOST]) + more
 
 
 def first_sentences(plan: CampaignPlan) -> str:
     """What cannot be seen, what looks alike, what to add."""
-    unseen = [plain_name(own.effect) for own in plan.sizes if own.gap_seen == float("inf")]
+    unseen = [plain_name(cause.effect) for cause in plan.sizes if cause.gap_seen == float("inf")]
     sentences = []
     if unseen:
         sentences.append(f"Not to be seen beside the baseline: {', '.join(unseen)}.")
@@ -104,23 +104,23 @@ def plan_figure(plan: CampaignPlan) -> "Figure":
 
 
 def _draw_sizes(axes: "Axes", plan: CampaignPlan) -> None:
-    names = [plain_name(own.effect) for own in plan.sizes]
-    place = np.arange(len(names))
-    seen = np.array([own.seen_from / own.noticeable for own in plan.sizes])
-    named = np.array([own.named_from / own.noticeable for own in plan.sizes])
-    there = np.isfinite(seen)
+    names = [plain_name(size.effect) for size in plan.sizes]
+    rows = np.arange(len(names))
+    visible = np.array([size.seen_from / size.noticeable for size in plan.sizes])
+    named = np.array([size.named_from / size.noticeable for size in plan.sizes])
+    there = np.isfinite(visible)
     if there.any():
-        least = 0.3 * seen[there].min()
-        axes.barh(place[there], named[there] - least, left=least, color="#c9d8e8", label="named")
-        axes.barh(place[there], seen[there] - least, left=least, color="#3f74a8", label="seen")
+        least = 0.3 * visible[there].min()
+        axes.barh(rows[there], named[there] - least, left=least, color="#c9d8e8", label="named")
+        axes.barh(rows[there], visible[there] - least, left=least, color="#3f74a8", label="seen")
         axes.set_xscale("log")
         axes.set_xlim(left=least)
         axes.axvline(1.0, color="0.4", linewidth=0.8, linestyle="--")
         axes.legend(loc="lower right", fontsize=8)
-    for k in place[~there]:
+    for k in rows[~there]:
         axes.text(0.02, k, "not seen", va="center", fontsize=8, color="0.4",
                   transform=axes.get_yaxis_transform())  # fmt: skip
-    axes.set_yticks(place, names, fontsize=8)
+    axes.set_yticks(rows, names, fontsize=8)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_xlabel("size from which it is seen, and named, over the size worth noticing")
 
@@ -144,7 +144,7 @@ def _draw_pairs(axes: "Axes", plan: CampaignPlan) -> None:
             axes.text(column, row, f"{value:.0f}", ha="center", va="center", fontsize=7,
                       color="white" if value > 0.6 * _APART else "black",
                       fontweight="bold" if (cause, rival) in alike else "normal")  # fmt: skip
-    names = [plain_name(own) for own in causes]
+    names = [plain_name(name) for name in causes]
     axes.set_xticks(range(len(names)), names, rotation=55, ha="right", fontsize=8)
     axes.set_yticks(range(len(names)), names, fontsize=8)
     axes.set_xlabel(f"effect that is fitted (bold: passes for the cause at {plan.gap:.3g} floors)")

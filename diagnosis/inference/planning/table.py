@@ -88,11 +88,11 @@ class PlannedTable:
     @property
     def effects(self) -> tuple[str, ...]:
         """Effects, in the order of the table."""
-        return tuple(dict.fromkeys(own.effect for own in self.signatures))
+        return tuple(dict.fromkeys(signature.effect for signature in self.signatures))
 
     def of(self, effect: str) -> tuple[Signature, ...]:
         """Signatures of one effect."""
-        return tuple(own for own in self.signatures if own.effect == effect)
+        return tuple(signature for signature in self.signatures if signature.effect == effect)
 
     def weights(
         self,
@@ -126,13 +126,13 @@ class PlannedTable:
             How often every part is measured.
         """
         some = np.flatnonzero(weights)
-        whole = np.einsum("p,pij->ij", weights[some], self.gram[some])
+        products = np.einsum("p,pij->ij", weights[some], self.gram[some])
         base = np.arange(1, 1 + self.n_base)
-        whole[base, base] += self.known
-        acts = [k for k in base.tolist() if whole[k, k] > _ABSENT * np.max(whole[base, base])]
+        products[base, base] += self.known
+        acts = [k for k in base.tolist() if products[k, k] > _ABSENT * np.max(products[base, base])]
         return MeasuredGram(
-            _projected(whole, acts),
-            np.diag(whole).copy(),
+            _projected(products, acts),
+            np.diag(products).copy(),
             float(weights @ self.n_samples),
         )
 

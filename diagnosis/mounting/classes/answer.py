@@ -3,7 +3,7 @@
 What of a class it is goes into the note of the answer.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
@@ -11,13 +11,11 @@ from itertools import combinations
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import answer_of
-from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shape_decision import (
-    FURTHER_CAUSE,
     decide_by_shape,
     is_no_clear_gain,
     rivals_of,
@@ -27,7 +25,6 @@ from carrierflex.diagnosis.classes.shape_decision import (
     way_of,
 )
 from carrierflex.diagnosis.classes.shares import Shares
-from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import (
     CHANGE,
     DELAY,
@@ -44,14 +41,8 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
 )
 from carrierflex.diagnosis.mounting.classes.motion import N_FREE
 from carrierflex.diagnosis.mounting.classes.shapes import measured_shape
-from carrierflex.diagnosis.mounting.classes.table import MountingTable, mounting_table
-from carrierflex.diagnosis.mounting.model import MountingModel
-from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.mounting.classes.table import MountingTable
 
-#: Share of the floor that is added to what a class leaves: errors of the sensors' gains, which
-#: every rig has, leave up to a third of the floor's amplitude, and a map of many columns learns
-#: them.
-_FLOOR_ERROR = 0.15
 #: Loads in words, and the share of the largest load's motion below which one is absent.
 _LOADS = ("a torque", "a sideways load", "a vertical load")
 _ABSENT = 0.1
@@ -86,63 +77,40 @@ _WORDS = {
 }
 
 
-def mounting_class_table(
-    model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
-) -> MountingTable | None:
-    """Table of classes and laws.
-
-    Parameters
-    ----------
-    model : MountingModel
-        Baseline and library.
-    records : sequence of MountingRecord
-        Runs.
-    linear : ndarray, shape (2,)
-        K1 and C1 of the linear bushings that fit the records best.
-
-    Returns
-    -------
-    MountingTable or None
-        None where the records are too short or do not show the motion.
-    """
-    constants = ClassConstants(floor_error=_FLOOR_ERROR, second_cause=FURTHER_CAUSE)
-    return mounting_table(model, records, linear, constants)
-
-
-def answer_of_table(own: MountingTable) -> ClassAnswer:
+def answer_of_table(table: MountingTable) -> ClassAnswer:
     """Answer by class of a table."""
-    scores = own.scores
-    shares = Shares(scores.of(()).squares, own.table.floor, scores.constants)
-    decision = decide_by_shape(scores, shares, own.sizes, as_good=is_no_clear_gain)
+    scores = table.scores
+    shares = Shares(scores.of(()).squares, table.table.floor, scores.constants)
+    decision = decide_by_shape(scores, shares, table.sizes, as_good=is_no_clear_gain)
     decision = _with_unequal_stiffness(scores, shares, decision)
-    decision = _with_sparse_maps(scores, shares, decision, own.sizes)
-    decision = _with_fewest_columns(scores, shares, decision, own.sizes)
+    decision = _with_sparse_maps(scores, shares, decision, table.sizes)
+    decision = _with_fewest_columns(scores, shares, decision, table.sizes)
     answer = answer_of(
         scores,
         shares,
         decision,
-        rivals_of(scores, decision, own.sizes),
-        shape_of=partial(measured_shape, own, shares, decision.classes),
-        note=_separating_load(own, decision),
+        rivals_of(scores, decision, table.sizes),
+        shape_of=partial(measured_shape, table, shares, decision.classes),
+        note=_separating_load(table, decision),
     )
-    laws = law_sets(scores, shares, (decision.classes, *decision.ties), own.model.cards)
+    laws = law_sets(scores, shares, (decision.classes, *decision.ties), table.model.cards)
     return _in_contract_ids(replace(answer, same_scores=True, law_sets=laws))
 
 
-def _separating_load(own: MountingTable, decision: Decision) -> str:
+def _separating_load(table: MountingTable, decision: Decision) -> str:
     """Load that parts tied linear maps; empty where none are tied."""
     tied = {shape_of(name) for names in decision.ties for name in names} & set(LINEAR_MAPS)
     if not tied or not {shape_of(name) for name in decision.classes} & set(LINEAR_MAPS):
         return ""
-    body = own.body
+    body = table.body
     stiffness = np.diag(body.K)[:N_FREE]
     static = body.free_output @ (body.G[:N_FREE] / stiffness[:, None])
     moved = np.zeros(len(_LOADS))
-    for motion in own.motions:
+    for motion in table.motions:
         loads = motion.loads - motion.loads[0]
         moved += np.square(loads).mean(axis=0) * np.square(static).sum(axis=0)
-    parts = zip(_LOADS, moved, strict=True)
-    absent = [words for words, part in parts if part < _ABSENT**2 * moved.max()]
+    by_load = zip(_LOADS, moved, strict=True)
+    absent = [words for words, square in by_load if square < _ABSENT**2 * moved.max()]
     lowest = float(np.sqrt(np.min(stiffness / np.diag(body.M)[:N_FREE])) / (2.0 * np.pi))
     load = (
         f"{absent[0]} beside the others"
@@ -164,11 +132,11 @@ def _with_unequal_stiffness(scores: ClassScores, shares: Shares, decision: Decis
         if shape_of(member) not in FORCE_GROUPS or way_of(member) != EACH:
             continue
         others = tuple(name for name in decision.classes if name != member)
-        parts = (f"{shape_of(member)}/{SAME}", f"{STIFFNESS}/{UNEQUAL}")
-        held = scores.of((*others, *parts))
-        takes_half = shares.is_clear_gain(decision.held, held, 0.0)
-        if not takes_half and _both_pay(scores, shares, others, parts):
-            return _replaced(scores, decision, (*others, *parts))
+        pair = (f"{shape_of(member)}/{SAME}", f"{STIFFNESS}/{UNEQUAL}")
+        scored = scores.of((*others, *pair))
+        takes_half = shares.is_clear_gain(decision.held, scored, 0.0)
+        if not takes_half and _both_pay(scores, shares, others, pair):
+            return _replaced(scores, decision, (*others, *pair))
     return decision
 
 
@@ -193,18 +161,18 @@ def _with_sparse_maps(
         if not pairs:
             continue
         best = min(pairs, key=lambda pair: scores.of((*others, *pair)).total)
-        held = scores.of((*others, *best))
-        is_as_good = held.total < decision.held.total or shares.are_equal(held, decision.held)
+        scored = scores.of((*others, *best))
+        is_as_good = scored.total < decision.held.total or shares.are_equal(scored, decision.held)
         is_two = shape_of(best[0]) != shape_of(best[1])
         if is_two and is_as_good and _both_pay(scores, shares, others, best):
             return _replaced(scores, decision, (*others, *best))
     return decision
 
 
-def _both_pay(scores: ClassScores, shares: Shares, others: Classes, parts: tuple[str, str]) -> bool:
+def _both_pay(scores: ClassScores, shares: Shares, others: Classes, pair: tuple[str, str]) -> bool:
     """Whether two classes beside others gain what a second cause has to, either over the other."""
-    held = scores.of((*others, *parts))
-    return not any(is_no_clear_gain(shares, scores.of((*others, own)), held) for own in parts)
+    scored = scores.of((*others, *pair))
+    return not any(is_no_clear_gain(shares, scores.of((*others, name)), scored) for name in pair)
 
 
 def _replaced(scores: ClassScores, decision: Decision, classes: Classes) -> Decision:
@@ -219,7 +187,7 @@ def _with_fewest_columns(
     """Decision whose members are the classes of fewest columns among those that leave as much."""
     if decision.state == NOTHING:
         return decision
-    answer, held = decision.classes, decision.held
+    answer, scored = decision.classes, decision.held
     for member in decision.classes:
         others = tuple(name for name in answer if name != member)
         taken = {shape_of(name) for name in others}
@@ -232,7 +200,7 @@ def _with_fewest_columns(
         ]
         for name in rivals:
             rival = tuple(sorted((*others, name)))
-            if _stands(shares, scores.of(rival), held, name, member, sizes[name]):
+            if _stands(shares, scores.of(rival), scored, name, member, sizes[name]):
                 answer = simplest(scores, shares, rival, sizes, is_no_clear_gain)
                 break
     ties = [*ties_of(scores, shares, answer, sizes), *_tied_maps(scores, shares, answer, sizes)]
@@ -241,27 +209,27 @@ def _with_fewest_columns(
         # A force of the bushings that leaves as much is another cause, not the same map in more
         # columns.
         ties.append(decision.classes)
-    kept = tuple(dict.fromkeys(ties))
-    return replace(decision, classes=answer, held=scores.of(answer), ties=kept)
+    ties = list(dict.fromkeys(ties))
+    return replace(decision, classes=answer, held=scores.of(answer), ties=tuple(ties))
 
 
 def _stands(
-    shares: Shares, rival: HeldOutSquares, held: HeldOutSquares, name: str, member: str, size: int
+    shares: Shares, rival: HeldOutSquares, scored: HeldOutSquares, name: str, member: str, size: int
 ) -> bool:
     """Whether a class of fewer columns takes the place of a member."""
     is_map = {shape_of(name), shape_of(member)} <= set(LINEAR_MAPS)
     if is_map and size == 1:
-        return is_no_clear_gain(shares, rival, held)
-    return shares.are_equal(rival, held)
+        return is_no_clear_gain(shares, rival, scored)
+    return shares.are_equal(rival, scored)
 
 
 def _tied_maps(
     scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
 ) -> list[Classes]:
     """Other full maps that leave as much as one in the answer."""
-    held = scores.of(answer)
+    scored = scores.of(answer)
     taken = {shape_of(name) for name in answer}
-    found = []
+    ties = []
     for member in answer:
         if shape_of(member) not in LINEAR_MAPS or sizes[member] == 1:
             continue
@@ -270,9 +238,9 @@ def _tied_maps(
             is_map = shape_of(name) in LINEAR_MAPS and way_of(name) in (FULL, EACH)
             if is_map and shape_of(name) not in taken:
                 rival = tuple(sorted((*others, name)))
-                if shares.are_equal(scores.of(rival), held):
-                    found.append(rival)
-    return found
+                if shares.are_equal(scores.of(rival), scored):
+                    ties.append(rival)
+    return ties
 
 
 def contract_id(name: str) -> str:
@@ -285,9 +253,9 @@ def contract_id(name: str) -> str:
 def _in_contract_ids(answer: ClassAnswer) -> ClassAnswer:
     """Answer whose classes have the ids of the contract."""
     findings: dict[str, ClassFinding] = {}
-    for own in answer.classes:
-        name = contract_id(own.id)
-        findings[name] = _joined(findings.get(name), replace(own, id=name))
+    for finding in answer.classes:
+        name = contract_id(finding.id)
+        findings[name] = _joined(findings.get(name), replace(finding, id=name))
     ids = tuple(findings)
     ties = dict.fromkeys(_ids(names) for names in answer.ties)
     rivals: dict[str, float] = {}
@@ -295,7 +263,7 @@ def _in_contract_ids(answer: ClassAnswer) -> ClassAnswer:
         name = contract_id(rival)
         if name not in ids:
             rivals[name] = max(share, rivals.get(name, -1.0))
-    words = [_detail(own.id) for own in answer.classes]
+    words = [_detail(finding.id) for finding in answer.classes]
     note = "; ".join(text for text in (*words, answer.note) if text)
     return replace(
         answer,

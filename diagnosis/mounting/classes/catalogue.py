@@ -64,32 +64,22 @@ SHAPES_OF_USER = (FORCE, DISSIPATION, COUPLED)
 def class_groups(
     channels: Sequence[str], contained: Sequence[str], known: Container[str]
 ) -> dict[str, tuple[str, ...]]:
-    """Groups of columns of every class, the simplest way of a shape first.
-
-    Parameters
-    ----------
-    channels : sequence of str
-        Names of the channels.
-    contained : sequence of str
-        Effects of the baseline: what a map of them holds already is no class.
-    known : container of str
-        Groups that these records have.
-    """
-    found: dict[str, tuple[str, ...]] = {}
+    """Groups of columns of every class, the simplest way of a shape first."""
+    classes: dict[str, tuple[str, ...]] = {}
     for shape, groups in FORCE_GROUPS.items():
-        found[f"{shape}/{SAME}"] = groups
-        found[f"{shape}/{EACH}"] = tuple(
+        classes[f"{shape}/{SAME}"] = groups
+        classes[f"{shape}/{EACH}"] = tuple(
             f"{group}:{side}" for group in groups for side in ("starboard", "port")
         )
     for shape, ways in ((STIFFNESS, STIFFNESS_WAYS), (LOADS, LOAD_WAYS), (DELAY, DELAY_WAYS)):
         for way in ways:
             if f"{shape}:{way}" in known:
-                found[f"{shape}/{way}"] = (f"{shape}:{way}",)
+                classes[f"{shape}/{way}"] = (f"{shape}:{way}",)
     for shape in (GAIN, ZERO):
-        own = [channel for channel in channels if f"{shape}:{channel}" in known]
-        for channel in own:
-            found[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
-        if own:
-            found[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in own)
-    held = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
-    return {name: own for name, own in found.items() if name.rpartition("/")[0] not in held}
+        measured = [channel for channel in channels if f"{shape}:{channel}" in known]
+        for channel in measured:
+            classes[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
+        if measured:
+            classes[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in measured)
+    taken = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
+    return {name: of for name, of in classes.items() if name.rpartition("/")[0] not in taken}

@@ -126,11 +126,11 @@ class BushingSize:
 
 def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
     """Sizes over all runs."""
-    u = np.concatenate([own.u.reshape(4, -1) for own in motions], axis=1)
-    v = np.concatenate([own.v.reshape(4, -1) for own in motions], axis=1)
-    radius = np.concatenate([np.hypot(own.u[:, 0], own.u[:, 1]).ravel() for own in motions])
-    length = max(own.time[-1] + own.step for own in motions)
-    step = min(own.step for own in motions)
+    u = np.concatenate([run.u.reshape(4, -1) for run in motions], axis=1)
+    v = np.concatenate([run.v.reshape(4, -1) for run in motions], axis=1)
+    radius = np.concatenate([np.hypot(run.u[:, 0], run.u[:, 1]).ravel() for run in motions])
+    length = max(run.time[-1] + run.step for run in motions)
+    step = min(run.step for run in motions)
     return BushingSize(
         deflection=float(np.abs(u).max()),
         radius=float(radius.max()),
@@ -144,43 +144,37 @@ def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
 
 
 def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
-    """Every group of forces.
-
-    Parameters
-    ----------
-    size : BushingSize
-        Sizes and splines.
-    """
+    """Every group of forces."""
     of_deflection = (
-        ForceGroup("f", lambda own: _static_force(size, own.u), difference_penalty(_N_FORCE, 2)),
-        ForceGroup("radial_f", lambda own: _radial_force(size, own), _second(_N_RADIAL)),
-        ForceGroup("time", lambda own: _in_time(size, own), difference_penalty(_N_TIME, 1)),
+        ForceGroup("f", lambda run: _static_force(size, run.u), difference_penalty(_N_FORCE, 2)),
+        ForceGroup("radial_f", lambda run: _radial_force(size, run), _second(_N_RADIAL)),
+        ForceGroup("time", lambda run: _in_time(size, run), difference_penalty(_N_TIME, 1)),
     )
     of_speed = (
-        ForceGroup("g", lambda own: _speed_force(size, own.v), _with_step(_second(_N_SPEED), 2)),
-        ForceGroup("radial_g", lambda own: _radial_speed(size, own), _radial_speed_penalty()),
-        ForceGroup("h", lambda own: _coupled_force(size, own.u, own.v), _second(_N_COUPLED)),
-        ForceGroup("radial_h", lambda own: _radial_coupled(size, own), _second(_N_COUPLED)),
+        ForceGroup("g", lambda run: _speed_force(size, run.v), _with_step(_second(_N_SPEED), 2)),
+        ForceGroup("radial_g", lambda run: _radial_speed(size, run), _radial_speed_penalty()),
+        ForceGroup("h", lambda run: _coupled_force(size, run.u, run.v), _second(_N_COUPLED)),
+        ForceGroup("radial_h", lambda run: _radial_coupled(size, run), _second(_N_COUPLED)),
     )
     with_memory = (
         ForceGroup(
-            "stops", lambda own: _stops_apart(size, own), np.zeros((_N_YIELDS, _N_YIELDS)), True
+            "stops", lambda run: _stops_apart(size, run), np.zeros((_N_YIELDS, _N_YIELDS)), True
         ),
         ForceGroup(
             "radial_stops",
-            lambda own: _radial_stops(size, own),
+            lambda run: _radial_stops(size, run),
             np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS)),
             True,
         ),
         ForceGroup(
             "smooth_stops",
-            lambda own: _smooth_stops(size, own),
+            lambda run: _smooth_stops(size, run),
             np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS)),
             True,
         ),
         ForceGroup(
             "prony",
-            lambda own: _branches(own, size.taus),
+            lambda run: _branches(run, size.taus),
             np.zeros((_N_PRONY, _N_PRONY)),
             True,
         ),
@@ -195,9 +189,9 @@ def _second(n: int) -> FloatArray:
 def _with_step(penalty: FloatArray, n_free: int) -> FloatArray:
     """Penalty with columns behind it that are free."""
     n = len(penalty)
-    found = np.zeros((n + n_free, n + n_free))
-    found[:n, :n] = penalty
-    return found
+    wider = np.zeros((n + n_free, n + n_free))
+    wider[:n, :n] = penalty
+    return wider
 
 
 def _radial_speed_penalty() -> FloatArray:
@@ -231,77 +225,77 @@ def _radius(u: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(u[:, 0], u[:, 1]))
 
 
-def _radial_force(size: BushingSize, own: BushingMotion) -> FloatArray:
+def _radial_force(size: BushingSize, run: BushingMotion) -> FloatArray:
     """k(r) along the deflection."""
     basis = basis_over(np.array([0.0, size.radius]), _N_RADIAL)
-    return _splined(basis, _radius(own.u))[:, :, None] * own.u
+    return _splined(basis, _radius(run.u))[:, :, None] * run.u
 
 
-def _radial_speed(size: BushingSize, own: BushingMotion) -> FloatArray:
+def _radial_speed(size: BushingSize, run: BushingMotion) -> FloatArray:
     """c(|v|) along the speed, and dry friction against it."""
-    speed = _radius(own.v)
+    speed = _radius(run.v)
     basis = basis_over(np.array([0.0, np.sqrt(2.0) * size.fastest]), _N_RADIAL_SPEED)
     friction = np.tanh(speed / size.rest_speed) / np.maximum(speed, 1e-3 * size.rest_speed)
     factors = np.concatenate([_splined(basis, speed), friction[None]])
-    return factors[:, :, None] * own.v
+    return factors[:, :, None] * run.v
 
 
-def _radial_coupled(size: BushingSize, own: BushingMotion) -> FloatArray:
+def _radial_coupled(size: BushingSize, run: BushingMotion) -> FloatArray:
     """h(r) along the speed."""
     basis = basis_over(np.array([0.0, size.radius]), _N_COUPLED)
-    return _splined(basis, _radius(own.u))[:, :, None] * own.v
+    return _splined(basis, _radius(run.u))[:, :, None] * run.v
 
 
-def _in_time(size: BushingSize, own: BushingMotion) -> FloatArray:
+def _in_time(size: BushingSize, run: BushingMotion) -> FloatArray:
     """Stiffness that changes slowly with time."""
-    splines = size.time_splines()(own.time)
-    return splines[:, None, None] * own.u
+    splines = size.time_splines()(run.time)
+    return splines[:, None, None] * run.u
 
 
 def _along_each(
     u: FloatArray, n_columns: int, along: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
     """Columns of every direction of every bushing, shape (n_columns, 2, 2, n)."""
-    found = np.empty((n_columns, *u.shape))
+    columns = np.empty((n_columns, *u.shape))
     for bushing in range(2):
         for direction in range(2):
             if bushing and np.array_equal(u[0, direction], u[1, direction]):
-                found[:, 1, direction] = found[:, 0, direction]
+                columns[:, 1, direction] = columns[:, 0, direction]
                 continue
-            found[:, bushing, direction] = along(u[bushing, direction])
-    return found
+            columns[:, bushing, direction] = along(u[bushing, direction])
+    return columns
 
 
-def _stop_forces(own: BushingMotion, yields: FloatArray) -> FloatArray:
+def _stop_forces(run: BushingMotion, yields: FloatArray) -> FloatArray:
     """Sliders in y and in z apart, within -1 and 1, shape (n_yields, 2, 2, n)."""
-    return _along_each(own.u, yields.size, lambda x: stops(x, yields, from_rest=True))
+    return _along_each(run.u, yields.size, lambda x: stops(x, yields, from_rest=True))
 
 
-def _branches(own: BushingMotion, taus: FloatArray) -> FloatArray:
+def _branches(run: BushingMotion, taus: FloatArray) -> FloatArray:
     """Relaxing branches, shape (n_taus, 2, 2, n)."""
     return _along_each(
-        own.u, taus.size, lambda x: relaxing_branches(x, taus, own.step, from_rest=True)
+        run.u, taus.size, lambda x: relaxing_branches(x, taus, run.step, from_rest=True)
     )
 
 
-def _stops_apart(size: BushingSize, own: BushingMotion) -> FloatArray:
-    return _stop_forces(own, size.yields)
+def _stops_apart(size: BushingSize, run: BushingMotion) -> FloatArray:
+    return _stop_forces(run, size.yields)
 
 
-def _radial_stops(size: BushingSize, own: BushingMotion) -> FloatArray:
+def _radial_stops(size: BushingSize, run: BushingMotion) -> FloatArray:
     """Sliders that yield in the direction of their deflection."""
     yields = size.radial_yields
-    found = np.empty((yields.size, *own.u.shape))
+    forces = np.empty((yields.size, *run.u.shape))
     for bushing in range(2):
-        found[:, bushing] = _returned(np.ascontiguousarray(own.u[bushing]), yields)
-    return found / yields[:, None, None, None]
+        forces[:, bushing] = _returned(np.ascontiguousarray(run.u[bushing]), yields)
+    return forces / yields[:, None, None, None]
 
 
 @njit(cache=True)
 def _returned(u, yields):  # type: ignore[no-untyped-def]
     """Deflection of sliders in a plane: beyond the yield it returns along its own direction."""
     n = u.shape[1]
-    found = np.zeros((yields.size, 2, n))
+    z = np.zeros((yields.size, 2, n))
     state = np.zeros((yields.size, 2))
     for k in range(n):
         for i in range(yields.size):
@@ -310,123 +304,120 @@ def _returned(u, yields):  # type: ignore[no-untyped-def]
             size = np.hypot(state[i, 0], state[i, 1])
             if size > yields[i]:
                 state[i] *= yields[i] / size
-            found[i, :, k] = state[i]
-    return found
+            z[i, :, k] = state[i]
+    return z
 
 
-def _smooth_stops(size: BushingSize, own: BushingMotion) -> FloatArray:
+def _smooth_stops(size: BushingSize, run: BushingMotion) -> FloatArray:
     """Sliders that give way along their path: what small loops left, they lose in the next ones."""
     yields = size.radial_yields
-    found = np.empty((yields.size, *own.u.shape))
+    forces = np.empty((yields.size, *run.u.shape))
     for bushing in range(2):
-        found[:, bushing] = _given_way(np.ascontiguousarray(own.u[bushing]), yields)
-    return found
+        forces[:, bushing] = _given_way(np.ascontiguousarray(run.u[bushing]), yields)
+    return forces
 
 
 @njit(cache=True)
 def _given_way(u, yields):  # type: ignore[no-untyped-def]
     """Share of the force at slip: ``dz = (du - |du| z) / yield`` on a straight way (Dahl, 1968)."""
     n = u.shape[1]
-    found = np.zeros((yields.size, 2, n))
+    z = np.zeros((yields.size, 2, n))
     for i in range(yields.size):
         for k in range(1, n):
             way = np.hypot(u[0, k] - u[0, k - 1], u[1, k] - u[1, k - 1])
-            kept = np.exp(-way / yields[i])
+            decay = np.exp(-way / yields[i])
             for d in range(2):
                 along = (u[d, k] - u[d, k - 1]) / way if way > 0.0 else 0.0
-                found[i, d, k] = kept * found[i, d, k - 1] + (1.0 - kept) * along
-    return found
+                z[i, d, k] = decay * z[i, d, k - 1] + (1.0 - decay) * along
+    return z
 
 
-def signals_of(body: RigidBody, own: BushingMotion, p: FloatArray) -> FloatArray:
+def signals_of(body: RigidBody, run: BushingMotion, p: FloatArray) -> FloatArray:
     """Signals that generalised forces on the free coordinates make, shape (m, n_channels, n)."""
-    moved = body.response(p, own.step)
-    return np.asarray(body.free_output @ own.zeroed(moved))
+    moved = body.response(p, run.step)
+    return np.asarray(body.free_output @ run.zeroed(moved))
 
 
-def _guide_forces(body: RigidBody, own: BushingMotion) -> FloatArray:
+def _guide_forces(body: RigidBody, run: BushingMotion) -> FloatArray:
     """Forces that bearing and axial guide must bear, shape (3, n): p of the coordinates held."""
-    acceleration = np.gradient(own.rate, own.step, axis=1)
-    free, held = slice(0, N_FREE), slice(N_FREE, None)
+    acceleration = np.gradient(run.rate, run.step, axis=1)
+    free, guided = slice(0, N_FREE), slice(N_FREE, None)
     return np.asarray(
-        body.G[held] @ own.loads.T
-        - body.M[held, free] @ acceleration
-        - body.C[held, free] @ own.rate
-        - body.K[held, free] @ own.q
+        body.G[guided] @ run.loads.T
+        - body.M[guided, free] @ acceleration
+        - body.C[guided, free] @ run.rate
+        - body.K[guided, free] @ run.q
     )
 
 
-def _guide_motions(body: RigidBody, own: BushingMotion, b: FloatArray) -> FloatArray:
+def _guide_motions(body: RigidBody, run: BushingMotion, b: FloatArray) -> FloatArray:
     """Signals of motions of what the baseline holds, shape (m, n_channels, n)."""
-    rate = np.gradient(b, own.step, axis=-1)
-    acceleration = np.gradient(rate, own.step, axis=-1)
-    free, held = slice(0, N_FREE), slice(N_FREE, None)
-    p = -(body.M[free, held] @ acceleration + body.C[free, held] @ rate + body.K[free, held] @ b)
-    seen = body.output[:, held] @ own.zeroed(b)
-    return np.asarray(seen + signals_of(body, own, p))
+    rate = np.gradient(b, run.step, axis=-1)
+    acceleration = np.gradient(rate, run.step, axis=-1)
+    free, guided = slice(0, N_FREE), slice(N_FREE, None)
+    p = -(
+        body.M[free, guided] @ acceleration + body.C[free, guided] @ rate + body.K[free, guided] @ b
+    )
+    direct = body.output[:, guided] @ run.zeroed(b)
+    return np.asarray(direct + signals_of(body, run, p))
 
 
-def bearing_column(body: RigidBody, own: BushingMotion) -> FloatArray:
+def bearing_column(body: RigidBody, run: BushingMotion) -> FloatArray:
     """Bearing that gives way alike in y and in z, shape (1, n_channels, n)."""
-    b = _guide_forces(body, own)
+    b = _guide_forces(body, run)
     b[2] = 0.0
-    return _guide_motions(body, own, b[None])
+    return _guide_motions(body, run, b[None])
 
 
-def axial_column(body: RigidBody, own: BushingMotion) -> FloatArray:
+def axial_column(body: RigidBody, run: BushingMotion) -> FloatArray:
     """Axial stiffness of the bushings: a moment against yaw, shape (1, n_channels, n)."""
-    return signals_of(body, own, _on_free(own, 2, -own.q[2])[None])
+    return signals_of(body, run, _on_free(run, 2, -run.q[2])[None])
 
 
-def unequal_column(body: RigidBody, own: BushingMotion) -> FloatArray:
+def unequal_column(body: RigidBody, run: BushingMotion) -> FloatArray:
     """Forces of the starboard bushing larger, of the port one smaller, shape (1, n_channels, n)."""
-    force = body.stiffness * own.u + body.damping * own.v
+    force = body.stiffness * run.u + body.damping * run.v
     sides = np.array([1.0, -1.0])[:, None, None]
-    return signals_of(body, own, body.on_coordinates((force * sides)[None]))
+    return signals_of(body, run, body.on_coordinates((force * sides)[None]))
 
 
-def full_stiffness(body: RigidBody, own: BushingMotion) -> FloatArray:
-    """Symmetric map of six motions, shape (n_columns, n_channels, n).
-
-    Stiffness between the free coordinates (6), compliance of bearing and guide (6, of which those
-    of the guide are zero without axial forces), and one flexibility between every free and every
-    held coordinate (9).
-    """
+def full_stiffness(body: RigidBody, run: BushingMotion) -> FloatArray:
+    """Symmetric map of six motions, shape (n_columns, n_channels, n)."""
     stiff = []
     for i in range(N_FREE):
         for j in range(i, N_FREE):
-            p = _on_free(own, i, -own.q[j])
+            p = _on_free(run, i, -run.q[j])
             if i != j:
-                p += _on_free(own, j, -own.q[i])
+                p += _on_free(run, j, -run.q[i])
             stiff.append(p)
-    held = _guide_forces(body, own)
-    free = body.K[:N_FREE, :N_FREE] @ own.q
+    forces = _guide_forces(body, run)
+    free = body.K[:N_FREE, :N_FREE] @ run.q
     moves = []
     for i in range(2):
         for j in range(i, 2):
-            b = np.zeros_like(held)
-            b[i] += held[j]
+            b = np.zeros_like(forces)
+            b[i] += forces[j]
             if i != j:
-                b[j] += held[i]
+                b[j] += forces[i]
             moves.append(b)
     for i in range(N_FREE):
         for j in range(N_FREE):
-            b = np.zeros_like(held)
+            b = np.zeros_like(forces)
             b[j] = free[i] / body.K[i, i]
             moves.append(b)
     return np.concatenate(
-        [signals_of(body, own, np.array(stiff)), _guide_motions(body, own, np.array(moves))]
+        [signals_of(body, run, np.array(stiff)), _guide_motions(body, run, np.array(moves))]
     )
 
 
-def _on_free(own: BushingMotion, place: int, values: FloatArray) -> FloatArray:
+def _on_free(run: BushingMotion, coordinate: int, values: FloatArray) -> FloatArray:
     """Generalised force on one free coordinate, shape (3, n)."""
-    p = np.zeros((N_FREE, own.loads.shape[0]))
-    p[place] = values
+    p = np.zeros((N_FREE, run.loads.shape[0]))
+    p[coordinate] = values
     return p
 
 
-def load_columns(body: RigidBody, own: BushingMotion, way: str) -> FloatArray:
+def load_columns(body: RigidBody, run: BushingMotion, way: str) -> FloatArray:
     """Map of the loads in one of its ways, shape (n_columns, n_channels, n).
 
     ``torque_from_load``: roll by F_y, by F_z; ``direction``: the radial load turned about the axis;
@@ -434,18 +425,18 @@ def load_columns(body: RigidBody, own: BushingMotion, way: str) -> FloatArray:
     load but those that act there anyway. A load's own size is no column of the others: with free
     stiffness it would be the measured motion, whatever moves it.
     """
-    F = own.loads.T
+    F = run.loads.T
     free = body.G[:N_FREE]
     if way == "torque_from_load":
-        return signals_of(body, own, np.array([_on_free(own, 0, row) for row in F[1:]]))
+        return signals_of(body, run, np.array([_on_free(run, 0, row) for row in F[1:]]))
     if way == "direction":
         turned = np.array([np.zeros_like(F[0]), -F[2], F[1]])
-        return signals_of(body, own, (free @ turned)[None])
+        return signals_of(body, run, (free @ turned)[None])
     if way == "gain":
         radial = np.array([np.zeros_like(F[0]), F[1], F[2]])
-        return signals_of(body, own, (free @ radial)[None])
+        return signals_of(body, run, (free @ radial)[None])
     others = [
-        _on_free(own, i, row)
+        _on_free(run, i, row)
         for i in range(N_FREE)
         for k, row in enumerate(F)
         if abs(free[i, k]) == 0.0
@@ -455,120 +446,86 @@ def load_columns(body: RigidBody, own: BushingMotion, way: str) -> FloatArray:
     for j in range(3):
         for k, row in enumerate(F):
             b[len(F) * j + k, j] = row / size[k]
-    return np.concatenate([signals_of(body, own, np.array(others)), _guide_motions(body, own, b)])
+    return np.concatenate([signals_of(body, run, np.array(others)), _guide_motions(body, run, b)])
 
 
 def tells_load_gain(body: RigidBody, motions: Sequence[BushingMotion]) -> bool:
-    """Whether torque and radial load both move the housing.
-
-    Else the size of the only load is that of the stiffness.
-    """
-    parts = np.zeros(2)
-    for own in motions:
+    """Whether torque and radial load both move the housing."""
+    squares = np.zeros(2)
+    for run in motions:
         for k, columns in enumerate(((0,), (1, 2))):
-            p = body.G[:N_FREE, columns] @ own.loads[:, columns].T
-            moved = signals_of(body, own, p[None])
-            parts[k] += float(np.sum(moved**2))
-    return bool(parts.min() >= _LEAST_PART**2 * parts.sum())
+            p = body.G[:N_FREE, columns] @ run.loads[:, columns].T
+            moved = signals_of(body, run, p[None])
+            squares[k] += float(np.sum(moved**2))
+    return bool(squares.min() >= _LEAST_PART**2 * squares.sum())
 
 
 def delay_columns(
-    body: RigidBody, own: BushingMotion, way: str, delays: Sequence[float] | FloatArray
+    body: RigidBody, run: BushingMotion, way: str, delays: Sequence[float] | FloatArray
 ) -> FloatArray:
-    """Loads that act later by each delay, less those that act at once.
-
-    Shape (n_delays, n_channels, n). Signals that come later are the same: the motion does not know
-    the time.
-    """
-    added = np.zeros((len(delays), *own.loads.shape))
+    """Loads that act later by each delay, less those that act at once."""
+    added = np.zeros((len(delays), *run.loads.shape))
     for late, delay in zip(added, delays, strict=True):
         for k in _LOADS[way]:
-            moved = np.interp(own.time - delay, own.time, own.loads[:, k])
-            late[:, k] = moved - own.loads[:, k]
-    return signals_of(body, own, body.G[:N_FREE] @ added.transpose(0, 2, 1))
+            moved = np.interp(run.time - delay, run.time, run.loads[:, k])
+            late[:, k] = moved - run.loads[:, k]
+    return signals_of(body, run, body.G[:N_FREE] @ added.transpose(0, 2, 1))
 
 
-def gain_column(own: BushingMotion, channel: int) -> FloatArray:
-    """One channel's own signal, shape (1, n_channels, n).
-
-    As measured: of what the baseline predicts, gains of all channels at minus one would leave the
-    measured motion, which free stiffness returns whatever moves it.
-    """
-    found = np.zeros((1, *own.signals.shape))
-    found[0, channel] = own.signals[channel]
-    return found
+def gain_column(run: BushingMotion, channel: int) -> FloatArray:
+    """One channel's own signal, shape (1, n_channels, n)."""
+    column = np.zeros((1, *run.signals.shape))
+    column[0, channel] = run.signals[channel]
+    return column
 
 
 def gain_channels(motions: Sequence[BushingMotion]) -> list[int]:
-    """Channels whose gain may be wrong: the baseline moves them, and more than they are off.
-
-    A channel that the baseline leaves at rest would explain itself.
-    """
+    """Channels whose gain may be wrong: the baseline moves them, and more than they are off."""
     squares = [
-        np.sum([np.sum(np.square(values(own)), axis=1) for own in motions], axis=0)
-        for values in (lambda own: own.zeroed(own.predicted), lambda own: np.nan_to_num(own.gap))
+        np.sum([np.sum(np.square(values(run)), axis=1) for run in motions], axis=0)
+        for values in (lambda run: run.zeroed(run.predicted), lambda run: np.nan_to_num(run.gap))
     ]
     return np.flatnonzero(squares[0] > _LEAST_MOVED**2 * squares[1]).tolist()
 
 
-def zero_column(own: BushingMotion, channel: int) -> FloatArray:
+def zero_column(run: BushingMotion, channel: int) -> FloatArray:
     """A constant in one channel, shape (1, n_channels, n)."""
-    found = np.zeros((1, *own.signals.shape))
-    found[0, channel] = 1.0
-    return found
+    column = np.zeros((1, *run.signals.shape))
+    column[0, channel] = 1.0
+    return column
 
 
 def law_signals(
-    body: RigidBody, model: MountingModel, size: BushingSize, own: BushingMotion, law: str
+    body: RigidBody, model: MountingModel, size: BushingSize, run: BushingMotion, law: str
 ) -> FloatArray:
-    """Signals of a law for unit amplitude, shape (n_shapes, n_columns, n_channels, n).
-
-    Parameters
-    ----------
-    body : RigidBody
-        Housing on the fitted linear bushings.
-    model : MountingModel
-        Library, with users' laws.
-    size : BushingSize
-        Sizes over all runs, so that shapes are the same in each.
-    own : BushingMotion
-        Run.
-    law : str
-        Effect.
-    """
+    """Signals of a law for unit amplitude, shape (n_shapes, n_columns, n_channels, n)."""
     channels = range(len(model.channels))
     if law == "sensor_gain":
-        return np.array([gain_column(own, k) for k in channels])
+        return np.array([gain_column(run, k) for k in channels])
     if law == "sensor_zero":
-        return np.array([zero_column(own, k) for k in channels])
+        return np.array([zero_column(run, k) for k in channels])
     if law == "sensor_delay":
         delays = np.concatenate([DELAYS, -DELAYS])
-        return delay_columns(body, own, "all", delays)[:, None]
+        return delay_columns(body, run, "all", delays)[:, None]
     if law == "parasitic_torque":
-        return load_columns(body, own, "torque_from_load")[None, 1:]
+        return load_columns(body, run, "torque_from_load")[None, 1:]
     if law == "ntl_direction":
-        return load_columns(body, own, "direction")[None, :1]
+        return load_columns(body, run, "direction")[None, :1]
     if law == "axial_bushing_stiffness":
-        return axial_column(body, own)[None]
+        return axial_column(body, run)[None]
     if law == "main_bearing_compliance":
-        return bearing_column(body, own)[None]
+        return bearing_column(body, run)[None]
     if law == "unequal_bushings":
-        return unequal_column(body, own)[None]
-    forces = law_forces(model, size, own, law)
+        return unequal_column(body, run)[None]
+    forces = law_forces(model, size, run, law)
     n_shapes, n_columns = forces.shape[:2]
     p = body.on_coordinates(forces.reshape(-1, *forces.shape[2:]))
-    return signals_of(body, own, p).reshape(n_shapes, n_columns, *own.signals.shape)
+    return signals_of(body, run, p).reshape(n_shapes, n_columns, *run.signals.shape)
 
 
-def law_forces(model: MountingModel, size: BushingSize, own: BushingMotion, law: str) -> FloatArray:
-    """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n).
-
-    Parameters
-    ----------
-    model, size, own, law
-        As for :func:`law_signals`; `law` is a force of the bushings.
-    """
-    u, v = own.u, own.v
+def law_forces(model: MountingModel, size: BushingSize, run: BushingMotion, law: str) -> FloatArray:
+    """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n)."""
+    u, v = run.u, run.v
     simple: Mapping[str, FloatArray] = {
         "cubic_stiffness": u**3,
         "quintic_stiffness": u**5,
@@ -577,21 +534,21 @@ def law_forces(model: MountingModel, size: BushingSize, own: BushingMotion, law:
     if law in simple:
         return simple[law][None, None]
     if law == "fluid_branch":
-        return _branches(own, _LAW_TAUS * own.step)[:, None]
+        return _branches(run, _LAW_TAUS * run.step)[:, None]
     if law == "elasto_plastic_friction":
-        return _stop_forces(own, _LAW_YIELDS * size.deflection)[:, None]
+        return _stop_forces(run, _LAW_YIELDS * size.deflection)[:, None]
     if law in model.measured:
         laws = packed_laws([(model.measured[law], 1.0)])
-        return bushing_forces(laws, u, v, own.step)[None, None]
-    return _user_forces(model, model.laws[law], own, law)
+        return bushing_forces(laws, u, v, run.step)[None, None]
+    return _user_forces(model, model.laws[law], run, law)
 
 
-def _user_forces(model: MountingModel, law: Force, own: BushingMotion, name: str) -> FloatArray:
+def _user_forces(model: MountingModel, law: Force, run: BushingMotion, name: str) -> FloatArray:
     """Forces of a user's law at multiples of the scales of its shapes, amplitude by amplitude."""
     parameters = [p for p in model.parameters((name,)) if p.effect == name]
     amplitudes = [k for k, p in enumerate(parameters) if not p.shape]
     shares = _USER_SHARES if len(amplitudes) < len(parameters) else (1.0,)
-    found = []
+    forces = []
     for share in shares:
         rows = []
         for amplitude in amplitudes:
@@ -602,9 +559,9 @@ def _user_forces(model: MountingModel, law: Force, own: BushingMotion, name: str
                 ]
             )
             values[amplitude] = 1.0
-            rows.append(_along_samples(law, own.u, own.v, values))
-        found.append(rows)
-    return np.array(found)
+            rows.append(_along_samples(law, run.u, run.v, values))
+        forces.append(rows)
+    return np.array(forces)
 
 
 def _along_samples(law: Force, u: FloatArray, v: FloatArray, values: FloatArray) -> FloatArray:

@@ -125,13 +125,13 @@ class RigidBody:
         ndarray, shape (..., 3, n)
             Motion [rad].
         """
-        found = np.empty(p.shape)
+        motion = np.empty(p.shape)
         for i in range(N_FREE):
-            own = p[..., i, :]
+            force = p[..., i, :]
             numerator, denominator = _oscillator(self.M[i, i], self.C[i, i], self.K[i, i], step)
-            moved = lfilter(numerator, denominator, own - own[..., :1], axis=-1)
-            found[..., i, :] = moved + own[..., :1] / self.K[i, i]
-        return found
+            moved = lfilter(numerator, denominator, force - force[..., :1], axis=-1)
+            motion[..., i, :] = moved + force[..., :1] / self.K[i, i]
+        return motion
 
 
 @lru_cache(maxsize=64)
@@ -144,41 +144,31 @@ def _oscillator(M: float, C: float, K: float, step: float) -> tuple[FloatArray, 
 def rigid_body(
     rig: MountingRig, sensors: tuple[str, ...], stiffness: float, damping: float
 ) -> RigidBody:
-    """Housing on linear bushings.
-
-    Parameters
-    ----------
-    rig : MountingRig
-        Geometry and masses.
-    sensors : tuple of str
-        Sensor of every channel.
-    stiffness, damping : float
-        Radial stiffness and damping of each bushing.
-    """
+    """Housing on linear bushings."""
     every = replace(rig, axial_motion=True)
     values = parameter_array(
         every, {"K1": stiffness, "C1": damping, "main_bearing_compliance": _ANY_COMPLIANCE}
     )
-    held = values.copy()
-    held[INDEX["main_bearing_compliance"]] = _ANY_COMPLIANCE
-    vertical, horizontal = mounting_blocks(every, held)
-    places = ((vertical, (0, 1, 3)), (horizontal, (2, 4, 5)))
+    with_bearing = values.copy()
+    with_bearing[INDEX["main_bearing_compliance"]] = _ANY_COMPLIANCE
+    vertical, horizontal = mounting_blocks(every, with_bearing)
+    blocks = ((vertical, (0, 1, 3)), (horizontal, (2, 4, 5)))
     M = np.zeros((6, 6))
     C = np.zeros((6, 6))
     K = np.zeros((6, 6))
     G, output = np.zeros((6, 3)), np.zeros((6, 6))
-    for block, own in places:
-        index = np.ix_(own, own)
+    for block, coordinates in blocks:
+        index = np.ix_(coordinates, coordinates)
         M[index] = block.M
         C[index] = block.C
         K[index] = block.K
-        G[list(own)] = block.G
-        output[:, own] = block.output
-    for held_place in (3, 4):
-        K[held_place, held_place] -= 1.0 / _ANY_COMPLIANCE
+        G[list(coordinates)] = block.G
+        output[:, coordinates] = block.output
+    for guided in (3, 4):
+        K[guided, guided] -= 1.0 / _ANY_COMPLIANCE
     rows = np.zeros((2, 2, 6))
-    rows[:, 0, places[1][1]] = horizontal.rows[0]
-    rows[:, 1, places[0][1]] = vertical.rows
+    rows[:, 0, blocks[1][1]] = horizontal.rows[0]
+    rows[:, 1, blocks[0][1]] = vertical.rows
     numbers = [SENSORS.index(sensor) for sensor in sensors]
     return RigidBody(M, C, K, G, rows, output[numbers], stiffness, damping)
 
@@ -232,35 +222,25 @@ class BushingMotion:
 def bushing_motions(
     body: RigidBody, records: Sequence[MountingRecord], predicted: Sequence[FloatArray]
 ) -> tuple[BushingMotion, ...]:
-    """Every run with the motion of its bushings.
-
-    Parameters
-    ----------
-    body : RigidBody
-        Housing on the fitted linear bushings.
-    records : sequence of MountingRecord
-        Runs.
-    predicted : sequence of ndarray, shape (n, n_channels)
-        What the linear bushings alone predict.
-    """
+    """Every run with the motion of its bushings."""
     gaps = [
-        _on_grid(record, record.measured - own)
-        for record, own in zip(records, predicted, strict=True)
+        _on_grid(record, record.measured - of_channel)
+        for record, of_channel in zip(records, predicted, strict=True)
     ]
     filled = [_filled(gap) for gap in gaps]
-    found = []
+    motions = []
     for number, record in enumerate(records):
         near = np.empty(filled[number].shape)
         for channel in range(len(near)):
-            own = [
+            of_channel = [
                 (gap[channel], other.inputs.step)
                 for gap, other in zip(filled, records, strict=True)
             ]
             noise = float(np.mean([other.noise[channel] for other in records]))
-            near[channel] = _nearest(own, number, noise)
+            near[channel] = _nearest(of_channel, number, noise)
         base = _on_grid(record, predicted[number])
-        found.append(_motion(body, record, gaps[number], base, near))
-    return tuple(found)
+        motions.append(_motion(body, record, gaps[number], base, near))
+    return tuple(motions)
 
 
 def _motion(
@@ -277,7 +257,7 @@ def _motion(
     rest = body.G[:N_FREE] @ loads[:zeroing].mean(axis=0)
     q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
     rate = np.gradient(q, step, axis=1)
-    u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], own) for own in (q, rate))
+    u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], values) for values in (q, rate))
     return BushingMotion(record, step, loads, gap, predicted, signals, q, rate, u, v, zeroing)
 
 
@@ -291,12 +271,12 @@ def _on_grid(record: MountingRecord, values: FloatArray) -> FloatArray:
 
 def _filled(gap: FloatArray) -> FloatArray:
     """Gap with missing samples on straight lines between their neighbours."""
-    found = gap.copy()
-    places = np.arange(gap.shape[1])
-    for row in found:
+    complete = gap.copy()
+    samples = np.arange(gap.shape[1])
+    for row in complete:
         known = np.isfinite(row)
-        row[~known] = np.interp(places[~known], places[known], row[known])
-    return found
+        row[~known] = np.interp(samples[~known], samples[known], row[known])
+    return complete
 
 
 def _nearest(gaps: Sequence[tuple[FloatArray, float]], number: int, noise: float) -> FloatArray:
@@ -324,5 +304,5 @@ def _nearest(gaps: Sequence[tuple[FloatArray, float]], number: int, noise: float
         """Share of the gap that is no noise."""
         return np.asarray(np.interp(frequency, fine, share, right=0.0))
 
-    kept = with_gain(ends, step, gain, reach=round(_REACH / step))
-    return np.asarray(kept + share[0] * np.linspace(ends[0], ends[-1], gap.size))
+    filtered = with_gain(ends, step, gain, reach=round(_REACH / step))
+    return np.asarray(filtered + share[0] * np.linspace(ends[0], ends[-1], gap.size))

@@ -99,71 +99,50 @@ _FRICTION = 0.05
 
 
 def measured_shape(
-    own: MountingTable,
+    table: MountingTable,
     shares: Shares,
     classes: Classes,
     scores: ClassScores,
     name: str,
-    held: HeldOutSquares,
+    scored: HeldOutSquares,
     law: NearestLaw,
 ) -> ShapeAndLaw:
-    """Curve of one class of an answer, and the law without a name that it makes.
-
-    Parameters
-    ----------
-    own : MountingTable
-        Table, sizes and motions.
-    shares : Shares
-        Gap and floor.
-    classes : tuple of str
-        Classes of the answer.
-    scores : ClassScores
-        Held-out squares.
-    name : str
-        Class.
-    held : HeldOutSquares
-        The answer it is part of.
-    law : NearestLaw
-        Law to be drawn over the curve.
-
-    Returns
-    -------
-    tuple of (MeasuredShape or None, Law or None)
-        None for a class that is no force of the bushings, and for one that no file holds.
-    """
+    """Curve of one class of an answer, and the law without a name that it makes."""
     if shape_of(name) not in FORCE_GROUPS:
         return None, None
-    fit = _fit(shares, classes, scores, name, held)
-    groups = {group.id: group for group in force_groups(own.size)}
-    curves = {side: _side_curve(own, fit, groups, side) for side in fit.sides}
+    fit = _fit(shares, classes, scores, name, scored)
+    groups = {group.id: group for group in force_groups(table.size)}
+    curves = {side: _side_curve(table, fit, groups, side) for side in fit.sides}
     taken = np.mean([_straight(fit.shape, x, draws) for x, draws in curves.values()], axis=0)
-    found = {side: (x, _without(fit.shape, x, draws, taken)) for side, (x, draws) in curves.items()}
-    first, *others = sorted(found, key=lambda side: -float(np.ptp(found[side][1][0])))
+    reduced = {
+        side: (x, _without(fit.shape, x, draws, taken)) for side, (x, draws) in curves.items()
+    }
+    first, *others = sorted(reduced, key=lambda side: -float(np.ptp(reduced[side][1][0])))
     labels, units = _AXES[fit.shape]
-    x, draws = found[first]
+    x, draws = reduced[first]
     band = band_of(draws[0], draws[1:])
     words = [_words(fit, x, draws[0], band, units), fit.words]
-    words += [_beside_words(first, side, draws[0], found[side][1][0]) for side in others]
-    parts, steps = _tables(own, fit, groups)
+    words += [_size_words(first, side, draws[0], reduced[side][1][0]) for side in others]
+    elements, steps = _tables(table, fit, groups)
     shape = MeasuredShape(
         x,
         draws[0],
         band,
-        _law_curve(own, fit.shape, law, x, draws[0]),
+        _law_curve(table, fit.shape, law, x, draws[0]),
         labels,
         units,
         ", ".join(text for text in words if text),
         draws[0],
         steps,
-        tuple(_beside(side, *found[side]) for side in others),
+        tuple(_other_curve(side, *reduced[side]) for side in others),
     )
     effect_class = fit.shape.rpartition("/")[2]
     if fit.shape in (HYSTERESIS, MEMORY):
-        u, _ = own.counted((0, 1))
+        u, _ = table.counted((0, 1))
         visited = {"deflection": (0.0, float(np.hypot(u[0], u[1]).max()))}
-        parts = _parts_with_memory(own, fit)
-        return shape, Law("", MOUNTING, effect_class, ("N", "m"), parts, visited)
-    return shape, Law("", MOUNTING, effect_class, ("N", "m"), parts) if parts else None
+        elements = _elements(table, fit)
+        return shape, Law("", MOUNTING, effect_class, ("N", "m"), elements, visited)
+    return shape, Law("", MOUNTING, effect_class, ("N", "m"), elements) if elements else None
 
 
 def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
@@ -218,19 +197,7 @@ def beyond_visited(
     records: Sequence[MountingRecord],
     linear: FloatArray,
 ) -> tuple[CampaignWarning, ...]:
-    """Warning where records leave the range in which a law was measured; empty where none does.
-
-    Parameters
-    ----------
-    law : Law
-        Law.
-    model : MountingModel
-        Baseline and library.
-    records : sequence of MountingRecord
-        Runs.
-    linear : ndarray, shape (2,)
-        K1 and C1 of the linear bushings that fit the records best.
-    """
+    """Warning where records leave the range in which a law was measured; empty where none does."""
     body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
     if not body.shows_motion:
         return ()
@@ -242,7 +209,7 @@ def beyond_visited(
     )
     along_speed = law.effect_class == _NAMES[DISSIPATION]
     reached = [
-        [_reached_by(table, own, along_speed=along_speed) for own in motions] for table in tables
+        [_reached_by(table, run, along_speed=along_speed) for run in motions] for table in tables
     ]
     shares = np.array(
         [
@@ -250,7 +217,7 @@ def beyond_visited(
             for table, of_table in zip(tables, reached, strict=True)
         ]
     )
-    sizes = np.array([own.u.shape[2] for own in motions])
+    sizes = np.array([run.u.shape[2] for run in motions])
     by_table = shares @ sizes / sizes.sum()
     worst = int(np.argmax(by_table))
     share = float(by_table[worst])
@@ -274,11 +241,12 @@ class _Fit:
     shape: str
     sides: tuple[str, ...]
     acts: tuple[str, ...]
+    #: Coefficients by side and way, (n_draws, n_columns): of all blocks first, then of every draw.
     drawn: Mapping[tuple[str, str], FloatArray]
     words: str
 
 
-def _beside(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
+def _other_curve(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
     return BesideCurve(f"{side} bushing", x, draws[0], band_of(draws[0], draws[1:]))
 
 
@@ -296,7 +264,7 @@ def _words(
 
 
 def _fit(
-    shares: Shares, classes: Classes, scores: ClassScores, name: str, held: HeldOutSquares
+    shares: Shares, classes: Classes, scores: ClassScores, name: str, scored: HeldOutSquares
 ) -> _Fit:
     """The class in the one of its ways that leaves as much, in both where neither does."""
     shape, way = shape_of(name), way_of(name)
@@ -310,7 +278,7 @@ def _fit(
             scores.table,
             classes={
                 **scores.table.classes,
-                **{f"{name}:{act}": own for act, own in variants.items()},
+                **{f"{name}:{act}": members for act, members in variants.items()},
             },
         )
         scores = ClassScores(table, scores.constants)
@@ -319,11 +287,11 @@ def _fit(
         as_good = [
             act
             for act, result in results.items()
-            if result.total <= held.total or shares.are_equal(result, held)
+            if result.total <= scored.total or shares.are_equal(result, scored)
         ]
         if as_good:
             best = min(as_good, key=lambda act: results[act].total)
-            held, acts = results[best], (best,)
+            scored, acts = results[best], (best,)
             words = _IN_WORDS[best]
             if len(as_good) > 1:
                 as_well = " or ".join(_IN_WORDS[act] for act in as_good if act != best)
@@ -333,11 +301,11 @@ def _fit(
     named = {
         (side, act): _named(groups[_ACTS.index(act)], (side,))[0] for side in sides for act in acts
     }
-    places = [scores.table.groups[group].columns for group in named.values()]
-    drawn = drawn_coefficients(scores, held, np.concatenate(places))
-    ends = np.cumsum([own.size for own in places])[:-1]
-    parts = dict(zip(named, np.split(drawn, ends, axis=1), strict=True))
-    return _Fit(shape, sides, acts, parts, words)
+    columns = [scores.table.groups[group].columns for group in named.values()]
+    drawn = drawn_coefficients(scores, scored, np.concatenate(columns))
+    ends = np.cumsum([members.size for members in columns])[:-1]
+    coefficients = dict(zip(named, np.split(drawn, ends, axis=1), strict=True))
+    return _Fit(shape, sides, acts, coefficients, words)
 
 
 def _named(group: str, sides: Sequence[str]) -> tuple[str, ...]:
@@ -345,39 +313,39 @@ def _named(group: str, sides: Sequence[str]) -> tuple[str, ...]:
     return tuple(group if side == BOTH else f"{group}:{side}" for side in sides)
 
 
-def _abscissa(own: MountingTable, fit: _Fit, side: str) -> FloatArray:
+def _abscissa(table: MountingTable, fit: _Fit, side: str) -> FloatArray:
     """Values along which the curve is drawn, over what counted samples visit."""
     if fit.shape == CHANGE:
-        return np.linspace(0.0, own.size.length, POINTS)
+        return np.linspace(0.0, table.size.length, POINTS)
     if fit.shape == MEMORY:
-        return np.geomspace(own.size.taus[0] / 3.0, 3.0 * own.size.taus[-1], POINTS)
+        return np.geomspace(table.size.taus[0] / 3.0, 3.0 * table.size.taus[-1], POINTS)
     if fit.shape == HYSTERESIS:
         turns = np.sin(np.linspace(0.0, 4.5 * np.pi, 9 * POINTS))
-        return np.asarray(own.size.deflection * turns)
-    return _range(own, fit.shape, fit.acts[0], side)
+        return np.asarray(table.size.deflection * turns)
+    return _range(table, fit.shape, fit.acts[0], side)
 
 
-def _range(own: MountingTable, shape: str, act: str, side: str) -> FloatArray:
+def _range(table: MountingTable, shape: str, act: str, side: str) -> FloatArray:
     """Visited range of one way of a force that is kept as a table."""
-    u, v = own.counted(_BUSHINGS[side])
+    u, v = table.counted(_BUSHINGS[side])
     if shape == DISSIPATION:
         ends = np.array([v.min(), v.max()])
         if act == RADIAL:
             ends = np.array([0.0, np.hypot(v[0], v[1]).max()])
-        low, high = own.size.curved_speed(ends).tolist()
-        return own.size.straight_speed(np.linspace(low, high, 2 * POINTS))
+        low, high = table.size.curved_speed(ends).tolist()
+        return table.size.straight_speed(np.linspace(low, high, 2 * POINTS))
     if act == RADIAL:
         return np.linspace(0.0, float(np.hypot(u[0], u[1]).max()), POINTS)
     return np.linspace(float(u.min()), float(u.max()), POINTS)
 
 
 def _side_curve(
-    own: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup], side: str
+    table: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup], side: str
 ) -> tuple[FloatArray, FloatArray]:
     """Abscissa of a bushing, and its force as all ways add up; shape (n_draws, n)."""
-    x = _abscissa(own, fit, side)
+    x = _abscissa(table, fit, side)
     rows = [
-        fit.drawn[side, act] @ _along(own, fit.shape, groups[_group(fit.shape, act)], x)
+        fit.drawn[side, act] @ _along(table, fit.shape, groups[_group(fit.shape, act)], x)
         for act in fit.acts
     ]
     shown = slice(5 * POINTS, None) if fit.shape == HYSTERESIS else slice(None)
@@ -388,16 +356,16 @@ def _group(shape: str, act: str) -> str:
     return FORCE_GROUPS[shape][_ACTS.index(act)]
 
 
-def _along(own: MountingTable, shape: str, group: ForceGroup, x: FloatArray) -> FloatArray:
+def _along(table: MountingTable, shape: str, group: ForceGroup, x: FloatArray) -> FloatArray:
     """Columns of a group along a straight motion of the bushings, shape (n_columns, n)."""
     if shape == MEMORY:
-        return np.asarray(np.exp(-x[None] / own.size.taus[:, None]))
+        return np.asarray(np.exp(-x[None] / table.size.taus[:, None]))
     if shape == CHANGE:
-        return own.size.time_splines()(x)
-    return group.columns(_motion(own, shape, x))[:, 0, 1]
+        return table.size.time_splines()(x)
+    return group.columns(_motion(table, shape, x))[:, 0, 1]
 
 
-def _motion(own: MountingTable, shape: str, x: FloatArray) -> BushingMotion:
+def _motion(table: MountingTable, shape: str, x: FloatArray) -> BushingMotion:
     """Motion of the bushings in z alone, x their speed or deflection; damping at unit speed."""
     u = np.zeros((2, 2, x.size))
     v = np.zeros((2, 2, x.size))
@@ -407,7 +375,7 @@ def _motion(own: MountingTable, shape: str, x: FloatArray) -> BushingMotion:
         u[:, 1] = x
     if shape == COUPLED:
         v[:, 1] = 1.0
-    return replace(own.motions[0], loads=np.zeros((x.size, 3)), u=u, v=v)
+    return replace(table.motions[0], loads=np.zeros((x.size, 3)), u=u, v=v)
 
 
 def _straight(shape: str, x: FloatArray, draws: FloatArray) -> FloatArray:
@@ -431,7 +399,7 @@ def _without(shape: str, x: FloatArray, draws: FloatArray, taken: FloatArray) ->
 
 
 def _tables(
-    own: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
+    table: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
 ) -> tuple[tuple[Part, ...], tuple[float, float]]:
     """Tables of the law, and its largest steps at rest, which no table holds."""
     if fit.shape not in _KEPT:
@@ -440,47 +408,47 @@ def _tables(
     steps = (0.0, 0.0)
     for act in fit.acts:
         alone = replace(fit, acts=(act,))
-        curves = {side: _side_curve(own, alone, groups, side) for side in fit.sides}
+        curves = {side: _side_curve(table, alone, groups, side) for side in fit.sides}
         taken = np.mean(
             [_straight(fit.shape, x, draws[:1]) for x, draws in curves.values()], axis=0
         )
         for side, (x, draws) in curves.items():
             y = _without(fit.shape, x, draws[:1], taken)[0]
             if fit.shape == DISSIPATION:
-                y, risen = without_steps(x, y, own.size.rest_speed)
+                y, risen = without_steps(x, y, table.size.rest_speed)
                 steps = (max(steps[0], risen[0]), max(steps[1], risen[1]))
             tables.append(Table(side, x, y, act))
     return tuple(tables), steps
 
 
-def _parts_with_memory(own: MountingTable, fit: _Fit) -> tuple[Part, ...]:
+def _elements(table: MountingTable, fit: _Fit) -> tuple[Part, ...]:
     """Stops or branches of the fit."""
-    parts: list[Part] = []
+    elements: list[Part] = []
     for (side, act), drawn in fit.drawn.items():
         weights = drawn[0].tolist()
         if fit.shape == MEMORY:
-            taus = zip(own.size.taus.tolist(), weights, strict=True)
-            parts += [Branch(side, tau, weight) for tau, weight in taus if weight > 0.0]
+            taus = zip(table.size.taus.tolist(), weights, strict=True)
+            elements += [Branch(side, tau, weight) for tau, weight in taus if weight > 0.0]
             continue
-        yields = own.size.yields if act == APART else own.size.radial_yields
+        yields = table.size.yields if act == APART else table.size.radial_yields
         slips = zip(yields.tolist(), weights, strict=True)
-        parts += [Stop(side, slip, weight, act) for slip, weight in slips if weight > 0.0]
-    return tuple(parts)
+        elements += [Stop(side, slip, weight, act) for slip, weight in slips if weight > 0.0]
+    return tuple(elements)
 
 
-def _beside_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:
+def _size_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:
     """Size of the other bushing's curve beside that of the first."""
     share = float(np.ptp(other)) / max(float(np.ptp(y)), 1e-300)
     return f"{first} bushing; {side} bushing {share:.0%} of it".replace("%", " %")
 
 
 def _law_curve(
-    own: MountingTable, shape: str, law: NearestLaw, x: FloatArray, y: FloatArray
+    table: MountingTable, shape: str, law: NearestLaw, x: FloatArray, y: FloatArray
 ) -> FloatArray:
     """Law of the class fitted to its curve with a straight line; empty where none can be drawn."""
     if not law.id or shape not in _KEPT:
         return np.empty(0)
-    shapes = law_forces(own.model, own.size, _motion(own, shape, x), law.id)[:, :, 0, 1]
+    shapes = law_forces(table.model, table.size, _motion(table, shape, x), law.id)[:, :, 0, 1]
     fits = [fitted_law(columns, x, y) for columns in shapes]
     return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
 
@@ -500,9 +468,9 @@ def _refusal(name: str, finding: ClassFinding) -> str:
     )
 
 
-def _reached_by(table: Table, own: BushingMotion, *, along_speed: bool) -> FloatArray:
+def _reached_by(table: Table, run: BushingMotion, *, along_speed: bool) -> FloatArray:
     """Deflection or speed of the bushings of a table, shape (m, n)."""
-    motion = own.v if along_speed else own.u
+    motion = run.v if along_speed else run.u
     chosen = {STARBOARD: motion[:1], PORT: motion[1:]}.get(table.acts_on, motion)
     if table.plane == RADIAL:
         return np.asarray(np.hypot(chosen[:, 0], chosen[:, 1]))

@@ -14,7 +14,7 @@ import numpy as np
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.shape_decision import shape_of
+from carrierflex.diagnosis.classes.shape_decision import FURTHER_CAUSE, shape_of
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import (
@@ -62,6 +62,10 @@ from carrierflex.diagnosis.mounting.classes.motion import (
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 
+#: Share of the floor that is added to what a class leaves: errors of the sensors' gains, which
+#: every rig has, leave up to a third of the floor's amplitude, and a map of many columns learns
+#: them.
+_FLOOR_ERROR = 0.15
 #: Folds that a deflection must be visited by for its samples to count.
 _VISITED = 2
 #: Noise of a channel is never taken as less than this share of its signal: a rounding.
@@ -121,10 +125,10 @@ class MountingTable:
             In y and in z, [m] and [m/s].
         """
         u, v = [], []
-        for own in self.motions:
-            chosen = _counting(own, self.reach)
-            u += [own.u[bushing][:, chosen] for bushing in bushings]
-            v += [own.v[bushing][:, chosen] for bushing in bushings]
+        for run in self.motions:
+            chosen = _counting(run, self.reach)
+            u += [run.u[bushing][:, chosen] for bushing in bushings]
+            v += [run.v[bushing][:, chosen] for bushing in bushings]
         return np.concatenate(u, axis=1), np.concatenate(v, axis=1)
 
 
@@ -132,6 +136,7 @@ class MountingTable:
 class _Layout:
     """Rows of the table: target and baseline, groups, laws."""
 
+    #: Columns, penalty and sign of each group; columns of each shape of a law.
     groups: dict[str, tuple[slice, FloatArray, bool]]
     laws: dict[str, tuple[IntArray, ...]]
 
@@ -154,26 +159,9 @@ def mounting_table(
     model: MountingModel,
     records: Sequence[MountingRecord],
     linear: FloatArray,
-    constants: ClassConstants,
 ) -> MountingTable | None:
-    """Table of all classes and laws.
-
-    Parameters
-    ----------
-    model : MountingModel
-        Baseline and library.
-    records : sequence of MountingRecord
-        Runs.
-    linear : ndarray, shape (2,)
-        K1 and C1 of the linear bushings that fit the records best.
-    constants : ClassConstants
-        Number of folds.
-
-    Returns
-    -------
-    MountingTable or None
-        None where the channels do not show the motion, or the blocks are too few.
-    """
+    """Table of all classes and laws."""
+    constants = ClassConstants(floor_error=_FLOOR_ERROR, second_cause=FURTHER_CAUSE)
     body = rigid_body(model.rig, model.sensors, float(linear[0]), float(linear[1]))
     n_blocks = sum(record.n_blocks for record in records)
     if not body.shows_motion or n_blocks < constants.fewest_blocks:
@@ -202,12 +190,12 @@ def mounting_table(
     floors = []
     folds = []
     layout = _Layout({}, {})
-    for number, own in enumerate(motions):
-        rows, layout = _rows(columns, own, turn * weights)
-        counts = _counting(own, limit)
-        block = _block_of_grid(own)
-        noise = float(np.sum((own.record.noise + own.record.zero_noise) * weights**2))
-        for b in range(own.record.n_blocks):
+    for number, run in enumerate(motions):
+        rows, layout = _rows(columns, run, turn * weights)
+        counts = _counting(run, limit)
+        block = _block_of_grid(run)
+        noise = float(np.sum((run.record.noise + run.record.zero_noise) * weights**2))
+        for b in range(run.record.n_blocks):
             chosen = counts & (block == b)
             if not chosen.any():
                 continue
@@ -221,25 +209,25 @@ def mounting_table(
     return MountingTable(table, body, size, motions, model, limit, scores, _class_sizes(table))
 
 
-def _counting(own: BushingMotion, reach: float) -> BoolArray:
+def _counting(run: BushingMotion, reach: float) -> BoolArray:
     """Samples that count: all channels measured, no bushing farther than two folds visit."""
-    return np.asarray(np.isfinite(own.gap).all(axis=0) & (np.abs(own.u).max(axis=(0, 1)) <= reach))
+    return np.asarray(np.isfinite(run.gap).all(axis=0) & (np.abs(run.u).max(axis=(0, 1)) <= reach))
 
 
 def _samples(chosen: BoolArray) -> slice | IntArray:
     """Samples that are chosen; as a slice where they follow one another, which copies nothing."""
-    places = np.flatnonzero(chosen)
-    first, last = int(places[0]), int(places[-1])
-    return slice(first, last + 1) if places.size == last + 1 - first else places
+    samples = np.flatnonzero(chosen)
+    first, last = int(samples[0]), int(samples[-1])
+    return slice(first, last + 1) if samples.size == last + 1 - first else samples
 
 
-def _block_of_grid(own: BushingMotion) -> IntArray:
+def _block_of_grid(run: BushingMotion) -> IntArray:
     """Block of every sample of the even grid."""
-    inputs = own.record.inputs
+    inputs = run.record.inputs
     if inputs.uniform:
-        return own.record.block
-    places = np.clip(np.searchsorted(inputs.time, inputs.grid), 0, inputs.time.size - 1)
-    return np.asarray(own.record.block[places])
+        return run.record.block
+    samples = np.clip(np.searchsorted(inputs.time, inputs.grid), 0, inputs.time.size - 1)
+    return np.asarray(run.record.block[samples])
 
 
 def _channel_space(
@@ -247,51 +235,51 @@ def _channel_space(
 ) -> tuple[FloatArray, FloatArray]:
     """Rotation of the channels over their noise, and one over the noise of each."""
     noise = np.mean([record.noise for record in records], axis=0)
-    signal = np.mean([np.square(own.signals).mean(axis=1) for own in motions], axis=0)
+    signal = np.mean([np.square(run.signals).mean(axis=1) for run in motions], axis=0)
     least = np.maximum(_LEAST_NOISE**2 * signal.max(), 1e-300)
     weights = 1.0 / np.sqrt(np.maximum(noise, least))
     turn, _ = np.linalg.qr(weights[:, None] * body.free_output, mode="complete")
     return turn.T, weights
 
 
-def _products(rows: Sequence[FloatArray], places: slice | IntArray) -> FloatArray:
+def _products(rows: Sequence[FloatArray], samples: slice | IntArray) -> FloatArray:
     """Products of rows of rotated channels over some samples, shape (n_rows, n_rows)."""
-    free, held = (
-        np.concatenate([own[:, channels, places] for own in rows])
+    free, guided = (
+        np.concatenate([columns[:, channels, samples] for columns in rows])
         for channels in (slice(N_FREE), slice(N_FREE, None))
     )
     free = free.reshape(len(free), -1)
     gram = free @ free.T
-    held = held.reshape(len(held), -1)
-    is_wide = np.square(held).sum(axis=1) > _ROUNDING * np.diag(gram)
+    guided = guided.reshape(len(guided), -1)
+    is_wide = np.square(guided).sum(axis=1) > _ROUNDING * np.diag(gram)
     wide = np.flatnonzero(is_wide)
-    gram[np.ix_(wide, wide)] += held[wide] @ held[wide].T
+    gram[np.ix_(wide, wide)] += guided[wide] @ guided[wide].T
     return np.asarray(gram)
 
 
 def _visited(motions: Sequence[BushingMotion], n_folds: int) -> float:
     """Deflection that the blocks of two folds reach: beyond it all scores extrapolate."""
     largest = np.zeros(n_folds)
-    for number, own in enumerate(motions):
-        fold = (_block_of_grid(own) + number) % n_folds
-        deflection = np.abs(own.u).max(axis=(0, 1))
+    for number, run in enumerate(motions):
+        fold = (_block_of_grid(run) + number) % n_folds
+        deflection = np.abs(run.u).max(axis=(0, 1))
         for f in range(n_folds):
             largest[f] = max(largest[f], deflection[fold == f].max(initial=0.0))
     return float(np.sort(largest)[-_VISITED])
 
 
-def _base_rows(body: RigidBody, own: BushingMotion) -> FloatArray:
+def _base_rows(body: RigidBody, run: BushingMotion) -> FloatArray:
     """What stiffer and more damped bushings add, shape (2, n_channels, n)."""
-    return signals_of(body, own, body.on_coordinates(np.array([own.u, own.v])))
+    return signals_of(body, run, body.on_coordinates(np.array([run.u, run.v])))
 
 
 def _rows(
-    columns: _Columns, own: BushingMotion, rotation: FloatArray
+    columns: _Columns, run: BushingMotion, rotation: FloatArray
 ) -> tuple[list[FloatArray], _Layout]:
     """Target, baseline, groups and laws along a run in rotated channels."""
     model, body = columns.model, columns.body
-    n_base = 0 if model.held else 2
-    rows = [rotation @ np.nan_to_num(own.gap)[None], rotation @ _base_rows(body, own)[:n_base]]
+    n_base = 0 if model.fixed else 2
+    rows = [rotation @ np.nan_to_num(run.gap)[None], rotation @ _base_rows(body, run)[:n_base]]
     first = 1 + n_base
     layout = _Layout({}, {})
 
@@ -302,78 +290,79 @@ def _rows(
         first += len(values)
 
     for group in columns.groups:
-        forces = group.columns(own)
-        same = _of_sides(body, own, forces)
+        forces = group.columns(run)
+        same = _of_sides(body, run, forces)
         put(group.id, same[0] + same[1], group.penalty, positive=group.is_nonnegative)
         for name, side in zip(("starboard", "port"), same, strict=True):
             put(f"{group.id}:{name}", side, group.penalty, positive=group.is_nonnegative)
-    for name, values in _map_columns(columns, own).items():
+    for name, values in _map_columns(columns, run).items():
         put(name, values, np.eye(len(values)), positive=False)
     for law in columns.laws:
-        values = law_signals(body, model, columns.size, own, law)
+        values = law_signals(body, model, columns.size, run, law)
         n_shapes, n_columns = values.shape[:2]
         rows.append(rotation @ values.reshape(-1, *values.shape[2:]))
-        places = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
-        layout.laws[law] = tuple(places)
+        numbers = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
+        layout.laws[law] = tuple(numbers)
         first += n_shapes * n_columns
     return rows, layout
 
 
-def _of_sides(body: RigidBody, own: BushingMotion, forces: FloatArray) -> list[FloatArray]:
+def _of_sides(body: RigidBody, run: BushingMotion, forces: FloatArray) -> list[FloatArray]:
     """Signals of the forces of the starboard and of the port bushing."""
-    found = []
+    signals = []
     for side in range(2):
-        found.append(signals_of(body, own, body.of_side(forces[:, side], side)))
-    return found
+        signals.append(signals_of(body, run, body.of_side(forces[:, side], side)))
+    return signals
 
 
-def _map_columns(columns: _Columns, own: BushingMotion) -> dict[str, FloatArray]:
+def _map_columns(columns: _Columns, run: BushingMotion) -> dict[str, FloatArray]:
     """Columns of the maps by group."""
     body = columns.body
-    found = {
-        f"{STIFFNESS}:axial": axial_column(body, own),
-        f"{STIFFNESS}:main_bearing": bearing_column(body, own),
-        f"{STIFFNESS}:{UNEQUAL}": unequal_column(body, own),
-        f"{STIFFNESS}:{FULL}": full_stiffness(body, own),
+    maps = {
+        f"{STIFFNESS}:axial": axial_column(body, run),
+        f"{STIFFNESS}:main_bearing": bearing_column(body, run),
+        f"{STIFFNESS}:{UNEQUAL}": unequal_column(body, run),
+        f"{STIFFNESS}:{FULL}": full_stiffness(body, run),
     }
     for way in columns.load_ways:
-        found[f"{LOADS}:{way}"] = load_columns(body, own, way)
+        maps[f"{LOADS}:{way}"] = load_columns(body, run, way)
     for way, delay in columns.delays.items():
-        found[f"{DELAY}:{way}"] = delay_columns(body, own, way, [delay])
+        maps[f"{DELAY}:{way}"] = delay_columns(body, run, way, [delay])
     for k, channel in enumerate(columns.model.channels):
         if k in columns.with_gain:
-            found[f"{GAIN}:{channel}"] = gain_column(own, k)
-        found[f"{ZERO}:{channel}"] = zero_column(own, k)
-    return found
+            maps[f"{GAIN}:{channel}"] = gain_column(run, k)
+        maps[f"{ZERO}:{channel}"] = zero_column(run, k)
+    return maps
 
 
 def _assembled(
     model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout
 ) -> GramTable:
     """Table of unit energies, each group scaled as one; contained laws join the baseline."""
-    n_base = 0 if model.held else 2
+    n_base = 0 if model.fixed else 2
     gram, layout, n_base = _with_contained(model, gram, layout, n_base)
     energy = np.diag(gram.sum(axis=0)).copy()
-    for name, (place, _, _) in layout.groups.items():
+    for name, (columns, _, _) in layout.groups.items():
         if not name.startswith((STIFFNESS, LOADS)):
-            energy[place] = energy[place].mean()
+            energy[columns] = energy[columns].mean()
     scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
     groups = {
-        name: ColumnGroup(np.arange(place.start, place.stop), penalty, positive)
-        for name, (place, penalty, positive) in layout.groups.items()
+        name: ColumnGroup(np.arange(columns.start, columns.stop), penalty, positive)
+        for name, (columns, penalty, positive) in layout.groups.items()
     }
     classes = {
-        name: own for name, own in class_groups(model.channels, model.contained, groups).items()
+        name: members
+        for name, members in class_groups(model.channels, model.contained, groups).items()
     }
     laws = {
         name: tuple(
-            LawColumns(law, places, len(model.cards[law].parameters))
-            for law, places in layout.laws.items()
+            LawColumns(law, variants, len(model.cards[law].parameters))
+            for law, variants in layout.laws.items()
             if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)
         )
         for name in classes
     }
-    every = [*(group for own in FORCE_GROUPS.values() for group in own)]
+    every = [*(group for members in FORCE_GROUPS.values() for group in members)]
     every += [f"{STIFFNESS}:{FULL}", f"{LOADS}:{FULL}", f"{DELAY}:all"]
     every += [name for name in groups if name.startswith((f"{GAIN}:", f"{ZERO}:"))]
     return GramTable(
@@ -407,8 +396,8 @@ def _with_contained(
         variants = layout.laws.get(law, ())
         if not variants:
             continue
-        left = [_remaining_square(total, [*base, *own.tolist()]) for own in variants]
-        base += variants[int(np.argmin(left))].tolist()
+        squares = [_remaining_square(total, [*base, *variant.tolist()]) for variant in variants]
+        base += variants[int(np.argmin(squares))].tolist()
     added = base[n_base:]
     if not added:
         return gram, layout, n_base
@@ -416,24 +405,27 @@ def _with_contained(
     order = np.concatenate([[0], base, rest]).astype(int)
     shift = len(added)
     groups = {
-        name: (slice(place.start + shift, place.stop + shift), penalty, positive)
-        for name, (place, penalty, positive) in layout.groups.items()
+        name: (slice(columns.start + shift, columns.stop + shift), penalty, positive)
+        for name, (columns, penalty, positive) in layout.groups.items()
     }
-    laws = {law: tuple(own + shift for own in places) for law, places in layout.laws.items()}
+    laws = {
+        law: tuple(variant + shift for variant in of_shapes)
+        for law, of_shapes in layout.laws.items()
+    }
     return gram[:, order[:, None], order[None]], _Layout(groups, laws), n_base + shift
 
 
-def _remaining_square(total: FloatArray, places: list[int]) -> float:
+def _remaining_square(total: FloatArray, columns: list[int]) -> float:
     """Square that some columns leave of the target."""
-    A, b = total[np.ix_(places, places)], total[places, 0]
+    A, b = total[np.ix_(columns, columns)], total[columns, 0]
     return float(total[0, 0] - b @ np.linalg.pinv(A, hermitian=True) @ b)
 
 
 def _class_sizes(table: GramTable) -> dict[str, int]:
     """Columns of each class."""
     return {
-        name: sum(table.groups[group].columns.size for group in own)
-        for name, own in table.classes.items()
+        name: sum(table.groups[group].columns.size for group in members)
+        for name, members in table.classes.items()
     }
 
 
@@ -471,61 +463,61 @@ def _nearest_delays(
     dict
         Delay [s] by way.
     """
-    places: Mapping[str, IntArray] = {}
+    numbers: Mapping[str, IntArray] = {}
     gram = np.zeros((0, 0))
     floor = 0.0
-    for own in motions:
-        rows, places = _delay_rows(body, own, groups, channels)
+    for run in motions:
+        rows, numbers = _delay_rows(body, run, groups, channels)
         products = rows @ rows.T
         gram = gram + products if gram.size else products
-        floor += float(len(channels) * np.isfinite(own.gap).all(axis=0).sum())
+        floor += float(len(channels) * np.isfinite(run.gap).all(axis=0).sum())
     shares = Shares(gram[:1, 0], np.array([floor]), constants)
     sets = [(), *FORCE_GROUPS.values()]
-    columns = [np.concatenate([places[name] for name in ("base", *own)]) for own in sets]
-    found = {}
+    columns = [np.concatenate([numbers[name] for name in ("base", *run)]) for run in sets]
+    delays = {}
     for way in DELAY_WAYS:
-        alone, *beside = [_remaining_squares(gram, own, places[way]) for own in columns]
-        best = min(beside, key=np.min)
+        alone, *with_forces = [_remaining_squares(gram, run, numbers[way]) for run in columns]
+        best = min(with_forces, key=np.min)
         chosen = best if _takes_half(shares, float(best.min()), float(alone.min())) else alone
-        found[way] = float(_CANDIDATES[np.argmin(chosen)])
-    return found
+        delays[way] = float(_CANDIDATES[np.argmin(chosen)])
+    return delays
 
 
-def _takes_half(shares: Shares, beside: float, alone: float) -> bool:
+def _takes_half(shares: Shares, forced: float, alone: float) -> bool:
     """Whether a force takes so much of what a delay leaves alone that it is missing with it."""
-    with_force, without = (HeldOutSquares(np.array([x]), (), ()) for x in (beside, alone))
+    with_force, without = (HeldOutSquares(np.array([x]), (), ()) for x in (forced, alone))
     return shares.is_clear_gain(with_force, without, 0.0)
 
 
 def _delay_rows(
-    body: RigidBody, own: BushingMotion, groups: Sequence[ForceGroup], channels: FloatArray
+    body: RigidBody, run: BushingMotion, groups: Sequence[ForceGroup], channels: FloatArray
 ) -> tuple[FloatArray, Mapping[str, IntArray]]:
     """Gap, linear bushings, forces alike in both bushings and delays along a run; their places."""
-    forces = {"base": np.array([own.u, own.v])}
-    forces |= {group.id: group.columns(own) for group in groups}
-    rows = {name: signals_of(body, own, body.on_coordinates(u)) for name, u in forces.items()}
+    forces = {"base": np.array([run.u, run.v])}
+    forces |= {group.id: group.columns(run) for group in groups}
+    rows = {name: signals_of(body, run, body.on_coordinates(u)) for name, u in forces.items()}
     for way in DELAY_WAYS:
-        rows[way] = delay_columns(body, own, way, _CANDIDATES)
+        rows[way] = delay_columns(body, run, way, _CANDIDATES)
     first = 1
-    places = {}
+    numbers = {}
     for name, values in rows.items():
-        places[name] = np.arange(first, first + len(values))
+        numbers[name] = np.arange(first, first + len(values))
         first += len(values)
-    signals = [np.nan_to_num(own.gap)[None], *rows.values()]
+    signals = [np.nan_to_num(run.gap)[None], *rows.values()]
     weighted = np.concatenate([channels @ values for values in signals])
-    return weighted.reshape(len(weighted), -1), places
+    return weighted.reshape(len(weighted), -1), numbers
 
 
-def _remaining_squares(gram: FloatArray, beside: IntArray, delays: IntArray) -> FloatArray:
+def _remaining_squares(gram: FloatArray, base: IntArray, delays: IntArray) -> FloatArray:
     """Square that each delay leaves of the gap beside some columns, shape (n_delays,)."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram)[beside], np.finfo(float).tiny))
-    products = gram[np.ix_(beside, beside)] * np.outer(scale, scale)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram)[base], np.finfo(float).tiny))
+    products = gram[np.ix_(base, base)] * np.outer(scale, scale)
     inverse = np.linalg.pinv(products, rcond=_DELAY_ROUNDING, hermitian=True) * np.outer(
         scale, scale
     )
-    taken = gram[delays][:, beside] @ inverse
-    square = np.diag(gram)[delays] - np.sum(taken * gram[delays][:, beside], axis=1)
-    product = gram[delays, 0] - taken @ gram[beside, 0]
-    left = gram[0, 0] - gram[0, beside] @ inverse @ gram[beside, 0]
+    taken = gram[delays][:, base] @ inverse
+    square = np.diag(gram)[delays] - np.sum(taken * gram[delays][:, base], axis=1)
+    product = gram[delays, 0] - taken @ gram[base, 0]
+    remaining = gram[0, 0] - gram[0, base] @ inverse @ gram[base, 0]
     is_new = square > _DELAY_ROUNDING * np.diag(gram)[delays]
-    return np.asarray(left - np.where(is_new, product**2 / np.where(is_new, square, 1.0), 0.0))
+    return np.asarray(remaining - np.where(is_new, product**2 / np.where(is_new, square, 1.0), 0.0))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.classes.answer import carrier_table
+from carrierflex.diagnosis.carrier.classes.answer import carrier_class_table
 from carrierflex.diagnosis.carrier.classes.catalogue import shapes
 from carrierflex.diagnosis.carrier.classes.class_rows import (
     class_rows,
@@ -174,7 +174,7 @@ def test_of_more_runs_than_blocks_those_of_a_condition_share_one(monkeypatch):
     def table():
         candidates = ("flange_warp",)
         base = problem.starts((), {})[-1]
-        return carrier_table(
+        return carrier_class_table(
             problem.model, problem.campaign, problem.records, problem.noise, candidates, base
         ).table
 

@@ -7,7 +7,11 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.records import sums
 from carrierflex.diagnosis.carrier.records.columns import some_samples
-from carrierflex.diagnosis.carrier.records.sums import accumulated_sums, column_basis, every_column
+from carrierflex.diagnosis.carrier.records.sums import (
+    _column_basis,
+    _every_column,
+    accumulated_sums,
+)
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign, twin_problem
 
 
@@ -17,9 +21,9 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
     assert problem.records.basis.size < 0.6 * every.size
 
     def no_basis(runs, channels, source):
-        return every_column(every.size - 1, len(channels))
+        return _every_column(every.size - 1, len(channels))
 
-    monkeypatch.setattr(sums, "column_basis", no_basis)
+    monkeypatch.setattr(sums, "_column_basis", no_basis)
     plain = accumulated_sums(problem.campaign, problem.model.source)
     assert plain.nbytes > 2 * problem.records.nbytes
     found, expected = problem.records.gram(every), plain.gram(every)
@@ -35,7 +39,7 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
 def test_records_that_leave_the_basis_are_taken_with_all_columns():
     campaign = twin_campaign(loads=LOADS[:2], turns=3, channels=CHANNELS[:1])
     source = twin_problem(loads=LOADS[:2], turns=3, channels=CHANNELS[:1]).model.source
-    basis = column_basis(campaign.runs, campaign.channels, source)
+    basis = _column_basis(campaign.runs, campaign.channels, source)
     run = campaign.runs[0]
     # Without a radial load its columns are zero; with one they are not.
     pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})

@@ -8,7 +8,7 @@ import pytest
 
 from carrierflex.diagnosis.carrier.library import carrier_library
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
-from carrierflex.diagnosis.carrier.records.sums import column_basis
+from carrierflex.diagnosis.carrier.records.sums import _column_basis
 from carrierflex.simulation.carrier.rim import CarrierRig
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import curve_set
@@ -26,7 +26,7 @@ def test_memory_of_the_basis_is_that_of_one_sensor():
 
     def peak(n_sensors):
         tracemalloc.start()
-        column_basis(campaign.runs, sensors[:n_sensors], source)
+        _column_basis(campaign.runs, sensors[:n_sensors], source)
         size = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return size

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.gap_components import frame_of, gap_parts
-from carrierflex.diagnosis.carrier.gap_findings import carrier_gap_cells
+from carrierflex.diagnosis.carrier.gap_components import _components, _frame_of
+from carrierflex.diagnosis.carrier.gap_findings import _gap_cells
 from carrierflex.diagnosis.report.gap_words import further_words, place_words
 from carrierflex.diagnosis.report.words import joined
 from carrierflex.identification.campaign.declarations import Channel
@@ -98,8 +98,8 @@ def test_without_a_gap_the_sentence_says_so():
 
 
 def parts_of(problem):
-    parts = gap_parts(problem.gap_cells((), problem.starts((), {})[-1]))
-    return {(part.pattern, part.order): frame_of(part, parts, 3) for part in parts if part.runs}
+    parts = _components(problem.gap_cells((), problem.starts((), {})[-1]))
+    return {(part.pattern, part.order): _frame_of(part, parts, 3) for part in parts if part.runs}
 
 
 def test_what_pulsates_in_the_housing_is_told_from_what_turns_with_the_carrier():
@@ -158,7 +158,7 @@ def test_one_revolution_is_tested_against_the_declared_noise():
         p_values.append(
             [
                 c.p_value
-                for c in carrier_gap_cells(
+                for c in _gap_cells(
                     CHANNELS, revolution[None], ["R"], np.zeros(1, dtype=int), noise
                 )
             ]
@@ -192,7 +192,7 @@ def test_the_map_of_many_runs_takes_memory_for_its_cells_and_not_for_their_revol
         orders = random_orders(rng, (20 * turns, len(channels), MAX_ORDER + 1))
         names = [f"R{k}" for k in range(20)]
         tracemalloc.start()
-        carrier_gap_cells(channels, orders, names, np.repeat(np.arange(20), turns), np.ones(20))
+        _gap_cells(channels, orders, names, np.repeat(np.arange(20), turns), np.ones(20))
         size = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return size

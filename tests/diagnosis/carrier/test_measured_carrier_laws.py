@@ -11,8 +11,8 @@ from carrierflex.diagnosis.carrier.classes.catalogue import shapes
 from carrierflex.diagnosis.carrier.classes.class_rows import class_rows, load_functions
 from carrierflex.diagnosis.carrier.classes.measured_laws import (
     VisitedLoads,
+    _tabulated_waves,
     carrier_law_of_answer,
-    tabulated_waves,
 )
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource
@@ -267,7 +267,7 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
             columns = columns_of(quantities, n_planets)
             own = functions[dependence].functions
             c = rng.uniform(-1.0, 1.0, (len(own), len(weights[group])))
-            waves = tabulated_waves(dependence, own, c @ weights[group], columns, visited)
+            waves = _tabulated_waves(dependence, own, c @ weights[group], columns, visited)
             law = tilt_law(effect_class=shape.id, parts=tuple(waves))
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.misread import rigs_of_curve_errors
+from carrierflex.diagnosis.carrier.misread import _rigs_of_curve_errors
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import _misread_moves, published_values
@@ -131,7 +131,7 @@ def test_waves_of_a_curve_that_are_off_move_the_fit_as_a_fit_with_such_curves_do
     misreading = carrier_problem(campaign, CURVES).misreading(("ring_pass",), fit.theta)
     assert not misreading.errors
     changes = []
-    for rig in rigs_of_curve_errors(CARRIER_RIG):
+    for rig in _rigs_of_curve_errors(CARRIER_RIG):
         again = fit_effects(carrier_problem(campaign, rig.curves), ("ring_pass",))
         changes.append((again.theta - fit.theta) / scale)
     shown = [change for change in changes if np.abs(change).max() > 1e-5]
@@ -147,7 +147,7 @@ def test_waves_of_a_curve_that_are_off_move_the_fit_as_a_fit_with_such_curves_do
 
 
 def test_a_curve_that_is_too_small_as_a_whole_is_no_error():
-    for rig in rigs_of_curve_errors(CARRIER_RIG):
+    for rig in _rigs_of_curve_errors(CARRIER_RIG):
         changed = [name for name in CURVES if rig.curves[name] is not CURVES[name]]
         for name in changed:
             before, after = (own.axial_order_content() for own in (CURVES[name], rig.curves[name]))

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.carrier.gap_findings import off_order_tables
+from carrierflex.diagnosis.carrier.gap_findings import _off_order_tables
 from carrierflex.diagnosis.carrier.off_order_lines import off_orders
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.carrier.records.off_orders import beside_orders
+from carrierflex.diagnosis.carrier.records.off_orders import campaign_off_orders
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.gap_map import gap_cells
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
@@ -137,7 +137,7 @@ def test_missing_samples_and_another_simulator_do_not_hide_a_line():
 
 def test_cells_of_a_line_have_its_frequency_and_channel():
     found = off_orders(twin_campaign(extra=at_one_sensor))
-    cells = gap_cells(tuple(off_order_tables(found)))
+    cells = gap_cells(tuple(_off_order_tables(found)))
     assert {cell.channel_pattern for cell in cells} == {"s137"}
     assert {cell.run for cell in cells} == {run.name for run in found.campaign.runs}
     for cell in cells:
@@ -186,7 +186,7 @@ def test_a_line_found_in_some_runs_is_taken_out_of_all(monkeypatch):
     samples = sum(run.time.size for run in campaign.runs)
     monkeypatch.setattr(numbers, samples * (len(campaign.channels) + 100) * 11 // 12)
     few = off_orders(campaign)
-    assert len(beside_orders(campaign).searched) == len(campaign.runs) - 1
+    assert len(campaign_off_orders(campaign).searched) == len(campaign.runs) - 1
     assert list(few.speeds) == [run.name for run in campaign.runs]
     assert few.lines[0].position == pytest.approx(usual.lines[0].position, rel=1e-3)
     for run, cleaned in zip(campaign.runs, few.campaign.runs, strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.classes.class_rows import pin_weights
+from carrierflex.diagnosis.carrier.classes.class_rows import _pin_weights
 from carrierflex.simulation.carrier.effects.deflection import LOAD_SHARING_NTL, load_sharing_of
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     MODULATED,
@@ -71,7 +71,7 @@ def left_of(target, patterns):
 def test_uneven_pins_are_met_by_one_pattern_less_than_planets(n_planets, pin_angle, curve):
     rig = rig_of(n_planets, pin_angle, curve)
     columns = uneven_waves(QUANTITIES, n_planets)
-    weights = pin_weights(UNEVEN, columns, rig)
+    weights = _pin_weights(UNEVEN, columns, rig)
     assert weights.shape == (2 * (n_planets - 1), len(columns))
     for signal in law_signals(load_sharing_of(n_planets), rig):
         # What is left is waves beyond the orders of the pattern.
@@ -84,7 +84,7 @@ def test_uneven_pins_are_met_by_one_pattern_less_than_planets(n_planets, pin_ang
 def test_shares_that_change_once_a_turn_are_met_by_two_patterns(n_planets, pin_angle, curve):
     rig = rig_of(n_planets, pin_angle, curve)
     columns = modulated_waves(QUANTITIES, n_planets)
-    weights = pin_weights(MODULATED, columns, rig)
+    weights = _pin_weights(MODULATED, columns, rig)
     assert weights.shape == (4, len(columns))
     for signal in law_signals(LOAD_SHARING_NTL, rig, ntl_y=5e4, ntl_z=-8e4):
         assert left_of(signal, pattern_signals(columns, weights)) < 5e-4
@@ -93,7 +93,7 @@ def test_shares_that_change_once_a_turn_are_met_by_two_patterns(n_planets, pin_a
 def test_a_wave_with_a_size_of_its_own_is_no_unequal_load():
     """What a bump on the face leaves beside its first order."""
     columns = uneven_waves(QUANTITIES, 3)
-    weights = pin_weights(UNEVEN, columns, CARRIER_RIG)
+    weights = _pin_weights(UNEVEN, columns, CARRIER_RIG)
     bump = np.array([axial * np.cos(2.0 * (v - ANGLE)) for v, axial in SENSORS])
     assert left_of(bump, pattern_signals(columns, np.eye(len(columns)))) < 1e-12
     assert left_of(bump, pattern_signals(columns, weights)) > 0.9
@@ -101,12 +101,12 @@ def test_a_wave_with_a_size_of_its_own_is_no_unequal_load():
 
 def test_other_patterns_and_rigs_without_the_curve_keep_their_columns():
     columns = uneven_waves(QUANTITIES, 3)
-    assert pin_weights(UNEVEN, columns, replace(CARRIER_RIG, curves={})) is None
-    assert pin_weights(TILT, tilt(QUANTITIES), CARRIER_RIG) is None
-    assert pin_weights(WAVES, columns, CARRIER_RIG) is None
+    assert _pin_weights(UNEVEN, columns, replace(CARRIER_RIG, curves={})) is None
+    assert _pin_weights(TILT, tilt(QUANTITIES), CARRIER_RIG) is None
+    assert _pin_weights(WAVES, columns, CARRIER_RIG) is None
 
 
 def test_weights_are_of_the_order_of_one():
-    weights = pin_weights(UNEVEN, uneven_waves(QUANTITIES, 3), CARRIER_RIG)
+    weights = _pin_weights(UNEVEN, uneven_waves(QUANTITIES, 3), CARRIER_RIG)
     by_quantity = np.abs(weights).reshape(2, -1)
     assert_allclose(by_quantity.max(axis=1), 1.0)

@@ -16,8 +16,7 @@ from carrierflex.diagnosis.comparison.effect_cards import (
     force_library,
 )
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.element.cards import ELEMENT_CARDS
-from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.problem import ELEMENT_CARDS, element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.identification.campaign.campaign_kinds import ELEMENT_BY_DRIVE

@@ -7,14 +7,14 @@ import pytest
 
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS
-from carrierflex.diagnosis.element.classes import answer as answers
-from carrierflex.diagnosis.element.classes.answer import (
+from carrierflex.diagnosis.element import answer as answers
+from carrierflex.diagnosis.element.answer import (
     _drive_of,
+    _has_one_level,
     answer_of_table,
-    has_one_level,
     is_one_curve,
 )
-from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS
+from carrierflex.diagnosis.element.table import CLASS_GROUPS
 from tests.diagnosis.element.toy_element import (
     LAG,
     decay,
@@ -80,8 +80,8 @@ def loops(monkeypatch):
             np.full(own.table.floor.size, floors / own.table.floor.size), (), ()
         ), None
 
-    monkeypatch.setattr(answers, "left_by_loop", left_by_loop)
-    monkeypatch.setattr(answers, "with_loop", lambda model, own, loop: own)
+    monkeypatch.setattr(answers, "_left_by_loop", left_by_loop)
+    monkeypatch.setattr(answers, "_with_loop", lambda model, own, loop: own)
     return known
 
 
@@ -157,9 +157,9 @@ def test_one_frequency_at_one_level_is_one_curve_of_deflection_and_speed():
     assert not is_curve(ONE_FREQUENCY)
     assert not is_curve([multisine(seed=1), multisine(seed=2)])
     # Levels that are meant to differ do so by a quarter and more.
-    assert has_one_level(toy_element(ONE_LEVEL, {}, {}))
-    assert not has_one_level(toy_element([line(1.0), line(1.25)], {}, {}))
-    assert not has_one_level(toy_element([line(1.25), line(1.0)], {}, {}))
+    assert _has_one_level(toy_element(ONE_LEVEL, {}, {}))
+    assert not _has_one_level(toy_element([line(1.0), line(1.25)], {}, {}))
+    assert not _has_one_level(toy_element([line(1.25), line(1.0)], {}, {}))
 
 
 def test_two_causes_are_named_where_many_frequencies_drive():
@@ -321,7 +321,7 @@ def test_a_class_that_falls_short_is_held_against_a_smooth_loop_of_which_the_sha
     loops[""] = (1.0, 99.0)
     drawn = []
     looped = toy_element(WIDE_BAND, {"spring": 100.0}, LOOP)
-    monkeypatch.setattr(answers, "with_loop", lambda model, own, loop: looped)
+    monkeypatch.setattr(answers, "_with_loop", lambda model, own, loop: looped)
 
     def shape_of(table):
         drawn.append(table)

@@ -12,15 +12,15 @@ from scipy.signal import lfilter
 from carrierflex.diagnosis.classes.columns import dahl_friction, relaxing_branches, stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shapes import shape_words
-from carrierflex.diagnosis.element.classes.motion.force_records import (
+from carrierflex.diagnosis.element.force_records import (
     fold_of,
     force_records,
     where_folds_overlap,
     while_sliding,
 )
-from carrierflex.diagnosis.element.classes.motion.nearest_motion import with_all_lines
-from carrierflex.diagnosis.element.classes.starting_states import is_switched_on
+from carrierflex.diagnosis.element.motion import with_all_lines
 from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.table import _is_switched_on
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     MASS,
@@ -107,13 +107,13 @@ def test_sliders_and_branches_from_rest_are_relaxed_at_the_first_sample():
 def test_a_run_is_switched_on_where_its_drive_grows_from_rest():
     problem = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=2000))
     record = force_records(problem.model, problem.records, problem.noise)[0]
-    assert not is_switched_on(record)
+    assert not _is_switched_on(record)
     t = np.linspace(0.0, 1.0, record.x.size)
     grown = replace(record.record, drive=record.record.drive * np.clip(8.0 * t, 0.0, 1.0) ** 3)
-    assert is_switched_on(replace(record, record=grown))
+    assert _is_switched_on(replace(record, record=grown))
     # Of one sample nothing is known.
     single = np.where(np.arange(record.x.size) == 1000, 0, -1)
-    assert not is_switched_on(replace(record, record=grown, block=single))
+    assert not _is_switched_on(replace(record, record=grown, block=single))
 
 
 def test_a_slider_with_a_spring_that_hardens_is_a_hysteresis():

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
-from carrierflex.diagnosis.element.classes import answer
+from carrierflex.diagnosis.element import answer
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.identification.campaign.signals import change_over
 from tests.diagnosis.element.element_campaigns import (

@@ -8,7 +8,7 @@ import pytest
 
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOT_VISIBLE
-from carrierflex.diagnosis.element.classes.answer import answer_of_table
+from carrierflex.diagnosis.element.answer import answer_of_table
 from tests.diagnosis.classes.toy_table import N_KNOWN
 from tests.diagnosis.element.toy_element import ToyScores, decay, multisine, toy_element
 

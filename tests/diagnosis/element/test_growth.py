@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.element.growth import growth_exponent
+from carrierflex.diagnosis.element.gap import _block_forces, _growth_exponent
 from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 
@@ -11,7 +11,7 @@ AMPLITUDES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 
 def exponent(campaign):
     problem = element_problem(campaign)
-    return growth_exponent(problem.model, problem.records, problem.noise)
+    return _growth_exponent(_block_forces(problem.model, problem.records, problem.noise))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from carrierflex.blind_check.labels import SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
-from carrierflex.diagnosis.element.classes.measured.measured_laws import (
+from carrierflex.diagnosis.element.measured_laws import (
     beyond_visited,
     law_cards,
     law_of_answer,

@@ -9,10 +9,10 @@ from scipy.signal import cont2discrete, lfilter
 
 from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.diagnosis.element import linear
-from carrierflex.diagnosis.element.linear import linear_element
+from carrierflex.diagnosis.element import starts
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
+from carrierflex.diagnosis.element.starts import _linear_element
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
 from carrierflex.diagnosis.kinds import problem_of
 from tests.diagnosis.element.element_campaigns import (
@@ -34,7 +34,7 @@ def noisy_records():
 
 def test_noise_in_the_deflection_does_not_bias_the_element(noisy_records):
     poor = (0.05 * MASS, 0.5 * STIFFNESS, DAMPING, 0.0)
-    m, K1, C1, f0 = linear_element(noisy_records, poor, mass=None)
+    m, K1, C1, f0 = _linear_element(noisy_records, poor, mass=None)
     assert_allclose([m, K1], [MASS, STIFFNESS], rtol=0.05)
     # From draw to draw of the noise the damping scatters by 5 %.
     assert_allclose(C1, DAMPING, rtol=0.1)
@@ -42,7 +42,7 @@ def test_noise_in_the_deflection_does_not_bias_the_element(noisy_records):
 
 
 def test_a_given_mass_stays(noisy_records):
-    m, K1, _, _ = linear_element(noisy_records, (MASS, 0.5 * STIFFNESS, DAMPING, 0.0), mass=MASS)
+    m, K1, _, _ = _linear_element(noisy_records, (MASS, 0.5 * STIFFNESS, DAMPING, 0.0), mass=MASS)
     assert m == MASS
     assert_allclose(K1, STIFFNESS, rtol=0.03)
 
@@ -50,7 +50,7 @@ def test_a_given_mass_stays(noisy_records):
 def test_an_estimate_that_predicts_better_stays(noisy_records):
     # No noise could be fitted better than by the element behind the record and its neighbours.
     exact = (MASS, STIFFNESS, DAMPING, 0.0)
-    found = linear_element(noisy_records, exact, mass=None)
+    found = _linear_element(noisy_records, exact, mass=None)
     assert_allclose(found[:2], exact[:2], rtol=0.02)
 
 
@@ -91,9 +91,9 @@ def test_a_long_gap_in_a_record_leaves_the_other_blocks():
 def test_where_no_round_gives_an_element_resonances_are_tried(monkeypatch):
     """Mass and spring of zero, on which every simulation runs away, are no start."""
     exact = element_records(force_campaign(no_law, amplitudes=(2.0, 2.0), noise=1e-6))
-    monkeypatch.setattr(linear, "_instrumental", lambda records, instrument, mass: None)
+    monkeypatch.setattr(starts, "_instrumental", lambda records, instrument, mass: None)
     for mass in (None, MASS):
-        m, K1, C1, _ = linear_element(exact, (0.0, 0.0, DAMPING, 0.0), mass=mass)
+        m, K1, C1, _ = _linear_element(exact, (0.0, 0.0, DAMPING, 0.0), mass=mass)
         # Resonances are tried at steps of 21 %.
         assert_allclose([m, K1], [MASS, STIFFNESS], rtol=0.4)
         assert C1 > 0.0
@@ -133,7 +133,7 @@ def test_the_response_is_exact_for_straight_lines_between_samples(damping_ratio:
     """A ramp's closed form: ``q = r/K1 (t - C1/K1 + decaying)``, from rest."""
     m, K1, step = 8.0, 2e3, 0.05
     C1 = 2.0 * damping_ratio * np.sqrt(K1 * m)
-    numerator, denominator = linear._difference_equation(m, K1, C1, step)
+    numerator, denominator = starts._difference_equation(m, K1, C1, step)
     t = step * np.arange(400)
     ramp = lfilter(numerator, denominator, t)
     poles = np.roots([m, C1, K1]).astype(complex)

@@ -10,7 +10,7 @@ from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS
 from carrierflex.diagnosis.classes.shares import PairedShares
-from carrierflex.diagnosis.element.classes import answer as answers
+from carrierflex.diagnosis.element import answer as answers
 
 N_BLOCKS = 12
 BEFORE = np.full(N_BLOCKS, 100.0)
@@ -45,8 +45,8 @@ def decided(
     def left_by_loop(own, beside, is_curve=False):
         return left(loops[beside][is_curve]), f"loop beside {beside}"
 
-    monkeypatch.setattr(answers, "left_by_loop", left_by_loop)
-    monkeypatch.setattr(answers, "with_loop", lambda model, own, loop: loop)
+    monkeypatch.setattr(answers, "_left_by_loop", left_by_loop)
+    monkeypatch.setattr(answers, "_with_loop", lambda model, own, loop: loop)
     own = SimpleNamespace(
         table=SimpleNamespace(surface=SURFACE, is_in_surface=lambda name: name != "memory"),
         scores=SimpleNamespace(

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING, ClassAnswer, ClassFinding
-from carrierflex.diagnosis.element.classes.measured.measured_laws import (
+from carrierflex.diagnosis.element.measured_laws import (
     beyond_visited,
     law_cards,
     law_of_answer,

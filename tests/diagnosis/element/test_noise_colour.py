@@ -8,13 +8,13 @@ from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.element.classes.noise_colour import (
+from carrierflex.diagnosis.element.noise import (
+    _noise_density,
     noise_correlation_time,
-    noise_density,
 )
-from carrierflex.diagnosis.element.classes.table import element_table
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
+from carrierflex.diagnosis.element.table import element_table
 from tests.diagnosis.element.element_campaigns import force_campaign, no_law
 
 STD = 2e-6
@@ -47,10 +47,10 @@ def memory_found(campaign, std):
 def test_density_of_noise_with_a_memory_keeps_its_variance_and_is_white_without_one():
     step = 0.01
     frequency = np.linspace(0.0, 50.0, 20001)
-    density = noise_density(frequency, step, -step / np.log(0.7))
+    density = _noise_density(frequency, step, -step / np.log(0.7))
     assert_allclose(np.trapezoid(density, frequency) / 50.0, 1.0, rtol=1e-6)
     assert_allclose(density[[0, -1]], [1.7 / 0.3, 0.3 / 1.7], rtol=1e-9)
-    assert_allclose(noise_density(frequency, step, 0.0), 1.0)
+    assert_allclose(_noise_density(frequency, step, 0.0), 1.0)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.3, 0.7])
@@ -63,7 +63,7 @@ def test_a_wrong_variance_does_not_raise_the_density_of_white_noise(clean, facto
     records = element_records(with_noise(clean, 0.0))
     time = noise_correlation_time(records, [(factor * STD) ** 2] * len(records))
     # Of a variance too large the fall alone is left, to which the end of the motion adds.
-    assert noise_density(np.zeros(1), records[0].step, time)[0] < 1.5
+    assert _noise_density(np.zeros(1), records[0].step, time)[0] < 1.5
 
 
 def test_a_motion_beyond_its_band_makes_no_memory_of_white_noise(clean):

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
-from carrierflex.diagnosis.element.channel_noise import carried_noise
+from carrierflex.diagnosis.element.noise import carried_noise
 from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.element import test_drives
 from tests.diagnosis.element.element_campaigns import (

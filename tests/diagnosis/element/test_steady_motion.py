@@ -8,13 +8,13 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from carrierflex.diagnosis.element.classes.motion.force_records import (
+from carrierflex.diagnosis.element.force_records import (
     force_records,
     with_noise_of,
 )
-from carrierflex.diagnosis.element.classes.motion.steady_motion import (
-    frequency_of_line,
-    steady_motion,
+from carrierflex.diagnosis.element.motion import (
+    _frequency_of_line,
+    _steady_motion,
 )
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.identification.campaign.campaign import Campaign
@@ -71,13 +71,13 @@ def test_the_frequency_of_a_line_is_found_between_the_lines_of_a_spectrum():
     for hertz, error in ((0.9, 5e-5), (6.1313, 1e-6), (40.03, 1e-6)):
         omega = 2.0 * np.pi * hertz
         drive = 3.0 + 5.0 * np.sin(omega * t + 1.0) + 0.5 * np.sin(3.0 * omega * t)
-        assert frequency_of_line(drive, STEP) == pytest.approx(omega, rel=error)
+        assert _frequency_of_line(drive, STEP) == pytest.approx(omega, rel=error)
 
 
 def test_harmonics_are_known_to_the_noise_of_all_samples_together(hardening):
     record = hardening.records[3]
     _, _, q = settled(cubic, 8.0)
-    steady = steady_motion(record)
+    steady = _steady_motion(record)
     counted = record.block >= 0
     error = (steady.motion[0] - q)[counted]
     # Three harmonics and a constant are 19 coefficients of 1365 samples: 0.118 of the noise.
@@ -91,7 +91,7 @@ def test_harmonics_are_known_to_the_noise_of_all_samples_together(hardening):
 def test_no_harmonic_is_found_in_noise():
     plain = element_problem(sines(lambda q, v: 0.0 * q))
     for record in plain.records:
-        steady = steady_motion(record)
+        steady = _steady_motion(record)
         counted = record.block >= 0
         spectrum = np.abs(np.fft.rfft(steady.motion[0][counted] * np.hanning(counted.sum())))
         lines = np.fft.rfftfreq(int(counted.sum()), STEP)

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.blind_check.labels import SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS
-from carrierflex.diagnosis.element.classes.measured.measured_laws import (
+from carrierflex.diagnosis.element.measured_laws import (
     beyond_visited,
     law_of_answer,
 )

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.element.classes.fitted_force import force_derivatives
-from carrierflex.diagnosis.element.classes.laws import law_columns, shapes_of
+from carrierflex.diagnosis.element.laws import _force_derivatives, _shapes_of, law_columns
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import _named_values, published_values
@@ -120,10 +119,10 @@ def test_a_shape_between_those_of_the_table_is_the_law_itself():
     own = problem.class_table
     size, record = own.bases.size, own.records[-1]
     effect = "stribeck_friction"
-    v_s = np.sqrt(np.prod(shapes_of(effect, size)[3:5]))
+    v_s = np.sqrt(np.prod(_shapes_of(effect, size)[3:5]))
     parameters = problem.parameters((effect,))
     theta = np.array([MASS, STIFFNESS, DAMPING, 0.0, 1.0, 2.0, v_s])
-    J = force_derivatives(problem.model, own.table, size, parameters, theta)
+    J = _force_derivatives(problem.model, own.table, size, parameters, theta)
     J = J * (own.table.scale / own.table.scale[0])[:, None]  # of the columns as they are
     (law,) = (law for law in own.table.laws["dissipation"] if law.id == effect)
     columns = law_columns(problem.model, record, effect, size)

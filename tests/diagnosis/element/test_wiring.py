@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.element.wiring.clocks import element_clocks
+from carrierflex.diagnosis.element.wiring import element_clocks
 from tests.diagnosis.element.element_campaigns import (
     displacement_campaign,
     force_campaign,

@@ -7,8 +7,8 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.element.classes.laws import DELAY, FORCE_SURFACE
-from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS
+from carrierflex.diagnosis.element.laws import DELAY, FORCE_SURFACE
+from carrierflex.diagnosis.element.table import CLASS_GROUPS
 from tests.diagnosis.classes.toy_table import N_KNOWN, known_scores
 
 STEP, N_SAMPLES = 5e-3, 2000
@@ -27,6 +27,10 @@ class ToyRun:
     v: np.ndarray
     lag: float = 0.0
     step: float = STEP
+
+    @property
+    def drive(self):
+        return self.record.drive
 
     @property
     def counts(self):

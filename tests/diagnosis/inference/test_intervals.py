@@ -10,7 +10,7 @@ from scipy.stats import t as student_t
 
 from carrierflex.diagnosis.comparison.known_physics import _TAKEN_AS_EXACT, DeclaredGains
 from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
-from carrierflex.diagnosis.element.channel_noise import declared_gains
+from carrierflex.diagnosis.element.noise import declared_gains
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
 from carrierflex.diagnosis.inference.named_values import (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from carrierflex.diagnosis.element.classes.laws import CLASSES_OF_LAW
+from carrierflex.diagnosis.element.laws import CLASSES_OF_LAW
 from carrierflex.diagnosis.report.verdict_words import _share_words, class_sentence
 from tests.diagnosis.class_answers import one_class
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.pictures import carrier_polar, mean_turns, pins_passing
+from carrierflex.diagnosis.carrier.pictures import _carrier_polar, _pins_passing, mean_turns
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -160,19 +160,19 @@ def test_polar_plots_leave_out_what_is_small_and_are_none_without_a_revolution()
         "passing": ({}, {"1": 0.4, "2": 2.5, "3": 4.6}, {}),
         "highest": 12,
     }
-    picture, *others = carrier_polar(gap, 0.0 * gap, (), **names)
+    picture, *others = _carrier_polar(gap, 0.0 * gap, (), **names)
     assert picture.panels[0].marks == {"1": 0.4, "2": 2.5, "3": 4.6}
     assert "orders 0 to 12; " in picture.caption
     assert "flexible pins have three lobes" in picture.caption
     assert [panel.title for panel in picture.panels] == ["sensor b", "sensor c"]
     assert "1 sensor with a smaller gap is not drawn" in picture.caption
     assert others == []
-    assert carrier_polar(np.nan * gap, gap, (), **names) == ()
+    assert _carrier_polar(np.nan * gap, gap, (), **names) == ()
 
 
 def test_a_pin_is_marked_where_the_sensor_reads_its_bore():
     # At that carrier angle the curve under the sensor is the curve at the pin.
-    for pin, theta in pins_passing(np.deg2rad(47.0), 3).items():
+    for pin, theta in _pins_passing(np.deg2rad(47.0), 3).items():
         assert_allclose(rem(np.deg2rad(47.0) - theta), rem(np.deg2rad(120.0 * (int(pin) - 1))))
 
 

@@ -27,11 +27,11 @@ from scipy.optimize import least_squares
 
 from carrierflex.diagnosis.classes.columns import GroupColumns, along
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.laws import MotionSize
-from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
-from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
+from carrierflex.diagnosis.element.force_records import ForceRecord
+from carrierflex.diagnosis.element.laws import MotionSize
+from carrierflex.diagnosis.element.noise import NoiseWeight
 from carrierflex.simulation.element.loop_kernels import loop_states
-from carrierflex.simulation.element.memory_laws import N_STIFFNESS
+from carrierflex.simulation.laws import N_STIFFNESS
 
 #: Stiffnesses at -1, 0 and 1 from which the fit begins, linear between: of sliders, and of a loop
 #: that hardens and turns back at twice its stiffness.
@@ -82,69 +82,44 @@ class SmoothLoop:
 
 
 def fitted_loop(
-    own: Sequence[ForceRecord],
+    runs: Sequence[ForceRecord],
     weights: Sequence[NoiseWeight],
     size: MotionSize,
-    beside: Sequence[GroupColumns[ForceRecord]] = (),
+    others: Sequence[GroupColumns[ForceRecord]] = (),
     *,
     is_curve: bool = False,
 ) -> SmoothLoop:
     """Smooth loop that leaves least of the force beside the baseline.
 
-    Parameters
-    ----------
-    own, weights : sequence
-        Runs and their filters.
-    size : MotionSize
-        Sizes of the motion.
-    beside : sequence of GroupColumns
-        Columns of a class beside it, which share the force with it.
-    is_curve : bool
-        Whether the state goes back as it came.
-
-    Returns
-    -------
-    SmoothLoop
-        Best of the fits from each start.
+    `others` are columns of a class that shares the force with it; where `is_curve` the state goes
+    back as it came. Best of the fits from each start.
     """
     spread = np.eye(N_STIFFNESS)
     if is_curve:
         half = N_STIFFNESS // 2
         spread = (spread + spread[::-1])[:, : half + 1]
         spread[half, half] = 1.0
-    problem = _problem(own, weights, size, beside, spread)
+    problem = _problem(runs, weights, size, others, spread)
     fits = []
     for stiffness in (_OF_SLIDERS, _OF_HARDENING):
         start = np.interp(np.linspace(-1.0, 1.0, N_STIFFNESS), (-1.0, 0.0, 1.0), stiffness)
-        found = least_squares(
+        fit = least_squares(
             problem.residual,
             np.linalg.lstsq(spread, np.log(start), rcond=None)[0],
             jac=problem.jacobian,
             ftol=_SETTLED,
             max_nfev=_MOST_STEPS,
         )
-        fits.append((float(found.cost), found.x))
+        fits.append((float(fit.cost), fit.x))
     best = min(fits, key=lambda fit: fit[0])[1]
     return problem.loop(best)
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """Least squares of a smooth loop.
+    """Least squares of a smooth loop."""
 
-    Parameters
-    ----------
-    own, weights, size
-        As of :func:`fitted_loop`.
-    target : ndarray, shape (n,)
-        Filtered force without what the baseline explains, over its norm.
-    base : ndarray, shape (n, n_base)
-        Orthonormal columns of the baseline, and of the class beside it.
-    spread : ndarray, shape (9, n_unknowns)
-        log c as a function of the unknowns.
-    """
-
-    own: Sequence[ForceRecord]
+    runs: Sequence[ForceRecord]
     weights: Sequence[NoiseWeight]
     size: MotionSize
     target: FloatArray
@@ -159,8 +134,8 @@ class _Problem:
     def residual(self, unknowns: FloatArray) -> FloatArray:
         """What the loop leaves of the force, and the curvature of log c."""
         column = self._columns([unknowns])[0]
-        left = self.target - self._size(column) * column
-        return np.concatenate([left, self._bends @ unknowns])
+        remainder = self.target - self._size(column) * column
+        return np.concatenate([remainder, self._bends @ unknowns])
 
     def jacobian(self, unknowns: FloatArray) -> FloatArray:
         """Derivatives of the residual, shape (n + n_bends, n_unknowns)."""
@@ -181,37 +156,37 @@ class _Problem:
 
     def _columns(self, unknowns: Sequence[FloatArray]) -> list[FloatArray]:
         """Filtered states of loops without what the baseline explains."""
-        loops = [self.loop(own) for own in unknowns]
+        loops = [self.loop(values) for values in unknowns]
         pieces = []
-        for record, weight in zip(self.own, self.weights, strict=True):
-            states = [loop.along(record.x, from_rest=record.from_rest) for loop in loops]
-            pieces.append(weight.filtered(np.array(states))[:, record.counts])
+        for run, weight in zip(self.runs, self.weights, strict=True):
+            states = [loop.along(run.x, from_rest=run.from_rest) for loop in loops]
+            pieces.append(weight.filtered(np.array(states))[:, run.counts])
         columns = np.concatenate(pieces, axis=1)
         return list(columns - (columns @ self.base) @ self.base.T)
 
 
 def _problem(
-    own: Sequence[ForceRecord],
+    runs: Sequence[ForceRecord],
     weights: Sequence[NoiseWeight],
     size: MotionSize,
-    beside: Sequence[GroupColumns[ForceRecord]],
+    others: Sequence[GroupColumns[ForceRecord]],
     spread: FloatArray,
 ) -> _Problem:
     pieces = []
-    for record, weight in zip(own, weights, strict=True):
-        columns = [group.columns(record) for group in beside]
-        raw = np.concatenate([record.target[None], record.base, *columns])
-        pieces.append(weight.filtered(raw)[:, record.counts])
+    for run, weight in zip(runs, weights, strict=True):
+        columns = [group.columns(run) for group in others]
+        raw = np.concatenate([run.target[None], run.base, *columns])
+        pieces.append(weight.filtered(raw)[:, run.counts])
     rows = np.concatenate(pieces, axis=1)
     base = _span(rows[1:])
     target = rows[0] - base @ (base.T @ rows[0])
-    return _Problem(own, weights, size, target / np.linalg.norm(target), base, spread)
+    return _Problem(runs, weights, size, target / np.linalg.norm(target), base, spread)
 
 
 def _span(rows: FloatArray) -> FloatArray:
     """Orthonormal columns of what some rows span, shape (n, rank)."""
     size = np.maximum(np.linalg.norm(rows, axis=1), np.finfo(float).tiny)
     values, vectors = np.linalg.eigh((rows @ rows.T) / np.outer(size, size))
-    held = values > _SPANNED * values[-1]
-    own: FloatArray = (rows / size[:, None]).T @ vectors[:, held]
-    return own / np.sqrt(values[held])
+    spanned = values > _SPANNED * values[-1]
+    columns: FloatArray = (rows / size[:, None]).T @ vectors[:, spanned]
+    return columns / np.sqrt(values[spanned])

@@ -8,13 +8,13 @@ from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shapes import SIZE, law_of_class, visited_range_warning
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.cards import KIND
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.law_forces import element_law
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
+    ELEMENT,
     FORCE_SURFACE,
     HYSTERESIS,
     MEMORY,
@@ -57,7 +57,7 @@ def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None)
     ValueError
         Where no class is named or leading, the answer has not the wanted one, or it has no law.
     """
-    return law_of_class(answer, campaign, {own: own for own in _EQUATIONS}, wanted, _refusal)
+    return law_of_class(answer, campaign, {name: name for name in _EQUATIONS}, wanted, _refusal)
 
 
 def _refusal(name: str, finding: ClassFinding) -> str:
@@ -73,13 +73,6 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, ...]:
     """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
 
-    Parameters
-    ----------
-    laws : sequence of Law
-        Laws.
-    units : tuple of str
-        Units of force and deflection of the records.
-
     Raises
     ------
     ValueError
@@ -94,7 +87,7 @@ def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, 
     return tuple(
         EffectCard(
             law.name,
-            KIND,
+            ELEMENT,
             f"size x {_EQUATIONS[law.effect_class]} as it was measured",
             (SIZE,),
             "that of its shape",
@@ -107,12 +100,7 @@ def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, 
 def beyond_visited(law: Law, records: Sequence[ElementRecord]) -> tuple[CampaignWarning, ...]:
     """Warnings where records leave the range in which a law was measured; empty where none does.
 
-    Parameters
-    ----------
-    law : Law
-        Law; of a surface deflection and speed are looked at.
-    records : sequence of ElementRecord
-        Runs.
+    Of a surface, deflection and speed are looked at.
     """
     is_dissipation = law.effect_class == DISSIPATION
     ranges = [(np.array(ends), False) for ends in law.visited.values()]
@@ -127,12 +115,14 @@ def _beyond(
     law: Law, records: Sequence[ElementRecord], table: FloatArray, *, along_speed: bool
 ) -> CampaignWarning | None:
     """Warning where deflection or speed of the records leaves a table."""
-    own = [_abscissa(record, along_speed=along_speed) for record in records]
-    values = np.concatenate(own)
+    motion = 1 if along_speed else 0
+    # Where samples count: the measured motion may hold a run-in.
+    runs = [record.motion[motion][record.block >= 0] for record in records]
+    values = np.concatenate(runs)
     outside = (values < table[0]) | (values > table[-1])
     if not outside.any():
         return None
-    farthest = int(np.argmax([max(table[0] - one.min(), one.max() - table[-1]) for one in own]))
+    farthest = int(np.argmax([max(table[0] - x.min(), x.max() - table[-1]) for x in runs]))
     return visited_range_warning(
         law,
         share=float(np.mean(outside)),
@@ -141,9 +131,3 @@ def _beyond(
         unit=f"{law.units[1]}/s" if along_speed else law.units[1],
         run=records[farthest].name,
     )
-
-
-def _abscissa(record: ElementRecord, *, along_speed: bool) -> FloatArray:
-    """Deflection or speed where samples count; the measured motion may hold a run-in."""
-    motion = record.motion[1 if along_speed else 0]
-    return np.asarray(motion[record.block >= 0], dtype=np.float64)

@@ -1,6 +1,6 @@
 """Columns of every class along a run."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,11 +16,16 @@ from carrierflex.diagnosis.classes.columns import (
     stops,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
-from carrierflex.diagnosis.element.classes.laws import MotionSize, change_by_delay, yields
-from carrierflex.diagnosis.element.classes.memory_parts import parts_of_stops
-from carrierflex.diagnosis.element.classes.motion.force_records import ForceRecord
-from carrierflex.simulation.element.memory_laws import OUTSIDE, MemoryParts
+from carrierflex.diagnosis.element.force_records import ForceRecord, time_basis
+from carrierflex.diagnosis.element.laws import MotionSize, change_by_delay, yields
+from carrierflex.simulation.element.memory_laws import (
+    AT,
+    FIRST_FORCE,
+    NO_PARTS,
+    OUTSIDE,
+    MemoryParts,
+    StopPlaces,
+)
 
 #: Splines of f(x), g(v), h(x), of each side of f(x, v), of time and of the drive side. h is as
 #: curved as f: eight of a damping that rises over a fifth of the range left 3 % of its gap.
@@ -74,14 +79,14 @@ class ElementBases:
         return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.size.speed)), dtype=np.float64)
 
 
-def element_bases(own: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
+def element_bases(runs: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
     """Splines over what the runs visit."""
-    x = np.concatenate([record.x[record.counts] for record in own])
-    v = np.concatenate([record.v[record.counts] for record in own])
-    side = np.concatenate([record.side[record.counts] for record in own])
+    x = np.concatenate([run.x[run.counts] for run in runs])
+    v = np.concatenate([run.v[run.counts] for run in runs])
+    side = np.concatenate([run.side[run.counts] for run in runs])
     curved = np.arcsinh(v / (_SPEED_SCALE * size.speed))
-    longest = max(record.x.size * record.step for record in own)
-    step = min(record.step for record in own)
+    longest = max(run.x.size * run.step for run in runs)
+    step = min(run.step for run in runs)
     return ElementBases(
         size=size,
         force=basis_over(x, _N_FORCE),
@@ -89,7 +94,7 @@ def element_bases(own: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
         coupled=basis_over(x, _N_COUPLED),
         surface_x=basis_over(x, _N_SURFACE),
         surface_v=basis_over(v / size.speed, _N_SURFACE),
-        time=time_basis(own),
+        time=time_basis(runs),
         side=basis_over(side, _N_SIDE),
         taus=np.geomspace(_TAU_STEPS * step, _TAU_SHARE * longest, _N_PRONY),
     )
@@ -100,62 +105,54 @@ def group_columns(
 ) -> tuple[GroupColumns[ForceRecord], ...]:
     """Every group of columns.
 
-    Parameters
-    ----------
-    bases : ElementBases
-        Splines and sizes.
-    side_line : ndarray, shape (2, n_side)
-        Constant and slope of every spline of the drive side on the drive, which are projected out.
-
-    Returns
-    -------
-    tuple of GroupColumns
-        Names: f, g, jump, presliding, stops, prony, curved_prony, delay, h, dry_by_place,
-        quadratic_by_place, surface, time, side.
+    `side_line`, shape (2, n_side), is constant and slope of every spline of the drive side on the
+    drive, which are projected out.
     """
     size = bases.size
     n_plain = yields(size).size
     n_varying = len(_BY_PLACE) * yields(size)[_COUPLED_YIELDS].size
     n_curved = len(_BY_SPRING) * yields(size)[_CURVED_YIELDS].size
 
-    def in_time(own: ForceRecord) -> FloatArray:
-        splines = bases.time(own.step * np.arange(own.x.size, dtype=np.float64))
-        rows = (own.x / size.half_range, own.v / size.speed, np.ones(own.x.size))
+    def in_time(run: ForceRecord) -> FloatArray:
+        splines = bases.time(run.step * np.arange(run.x.size, dtype=np.float64))
+        rows = (run.x / size.half_range, run.v / size.speed, np.ones(run.x.size))
         return np.concatenate([splines * row for row in rows])
 
-    def side(own: ForceRecord) -> FloatArray:
-        return bases.side(own.side) - side_line[0][:, None] - np.outer(side_line[1], own.side)
+    def side(run: ForceRecord) -> FloatArray:
+        return bases.side(run.side) - side_line[0][:, None] - np.outer(side_line[1], run.side)
 
+    # The same penalty for deflection, speed and constant.
+    three_times: FloatArray = np.kron(np.eye(3), difference_penalty(bases.time.n, 1)).astype(
+        np.float64
+    )
     return (
-        GroupColumns("f", lambda own: bases.force(own.x), difference_penalty(_N_FORCE, 2)),
+        GroupColumns("f", lambda run: bases.force(run.x), difference_penalty(_N_FORCE, 2)),
         GroupColumns(
-            "g",
-            lambda own: bases.speed(bases.curved_speed(own.v)),
-            difference_penalty(_N_SPEED, 2),
+            "g", lambda run: bases.speed(bases.curved_speed(run.v)), difference_penalty(_N_SPEED, 2)
         ),
-        GroupColumns("jump", lambda own: step_at_rest(own.v, size), np.zeros((2, 2))),
+        GroupColumns("jump", lambda run: step_at_rest(run.v, size), np.zeros((2, 2))),
         GroupColumns(
             "presliding",
-            lambda own: dahl_friction(own.x, size.presliding, from_rest=own.from_rest),
+            lambda run: dahl_friction(run.x, size.presliding, from_rest=run.from_rest),
             np.zeros((size.presliding.size,) * 2),
             is_nonnegative=True,
         ),
         GroupColumns(
             "stops",
-            lambda own: stops_columns(own.x, size, from_rest=own.from_rest),
+            lambda run: stops_columns(run.x, size, from_rest=run.from_rest),
             np.zeros((n_plain + n_varying + n_curved,) * 2),
             is_nonnegative=True,
         ),
-        GroupColumns("prony", partial(branches, bases), np.zeros((_N_PRONY,) * 2), True),
-        GroupColumns("curved_prony", partial(curved_branches, bases), np.eye(2 * _N_PRONY)),
-        GroupColumns("delay", lambda own: change_by_delay(own)[None], np.zeros((1, 1))),
+        GroupColumns("prony", partial(_branches, bases), np.zeros((_N_PRONY,) * 2), True),
+        GroupColumns("curved_prony", partial(_curved_branches, bases), np.eye(2 * _N_PRONY)),
+        GroupColumns("delay", lambda run: change_by_delay(run)[None], np.zeros((1, 1))),
         *_by_place(bases),
         GroupColumns(
             "surface",
-            lambda own: surface_products(bases, own.x, own.v),
+            lambda run: surface_products(bases, run.x, run.v),
             np.eye(_N_SURFACE * (_N_SURFACE + 2)),
         ),
-        GroupColumns("time", in_time, _three_times(difference_penalty(bases.time.n, 1))),
+        GroupColumns("time", in_time, three_times),
         GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
     )
 
@@ -169,8 +166,8 @@ def _by_place(bases: ElementBases) -> tuple[GroupColumns[ForceRecord], ...]:
         "quadratic_by_place": lambda v: v * np.abs(v),
     }
 
-    def along(own: ForceRecord, power: Callable[[FloatArray], FloatArray]) -> FloatArray:
-        return bases.coupled(own.x) * power(own.v)
+    def along(run: ForceRecord, power: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        return bases.coupled(run.x) * power(run.v)
 
     penalty = difference_penalty(_N_COUPLED, 2)
     return tuple(
@@ -191,25 +188,20 @@ def surface_products(bases: ElementBases, x: FloatArray, v: FloatArray) -> Float
     return (along_x[:, None] * along_v[None]).reshape(-1, x.size)
 
 
-def _three_times(penalty: FloatArray) -> FloatArray:
-    """The same penalty for deflection, speed and constant."""
-    return np.asarray(np.kron(np.eye(3), penalty), dtype=np.float64)
-
-
-def branches(bases: ElementBases, own: ForceRecord) -> FloatArray:
+def _branches(bases: ElementBases, run: ForceRecord) -> FloatArray:
     """Relaxing branches along a run, shape (n_taus, n)."""
-    return relaxing_branches(own.x, bases.taus, own.step, from_rest=own.from_rest)
+    return relaxing_branches(run.x, bases.taus, run.step, from_rest=run.from_rest)
 
 
-def curved_branches(bases: ElementBases, own: ForceRecord) -> FloatArray:
+def _curved_branches(bases: ElementBases, run: ForceRecord) -> FloatArray:
     """What branches z gain where their springs are curved, shape (2 n_taus, n).
 
     First order in p of a spring ``z + p z^k`` in series with a dashpot, for k of 2 and 3: z^k,
     relaxed like z.
     """
-    z = branches(bases, own) / bases.size.half_range
+    z = _branches(bases, run) / bases.size.half_range
     rows = [
-        relaxing_branches(branch**power, tau, own.step, from_rest=own.from_rest)
+        relaxing_branches(branch**power, tau, run.step, from_rest=run.from_rest)
         for branch, tau in zip(z, bases.taus[:, None], strict=True)
         for power in (2, 3)
     ]
@@ -227,16 +219,16 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
     """
     z = stops(x, yields(size), from_rest=from_rest)
     middle = 0.5 * (size.low + size.high)
-    place = np.clip((x - middle) / size.half_range, -1.0, 1.0)
+    at = np.clip((x - middle) / size.half_range, -1.0, 1.0)
     varying = z[_COUPLED_YIELDS]
     curved = z[_CURVED_YIELDS]
     return np.concatenate(
         [
             z,
-            varying * (1.0 - np.abs(place)),
-            varying * np.maximum(place, 0.0),
-            varying * np.maximum(-place, 0.0),
-            varying * np.minimum(OUTSIDE * np.abs(place), 1.0),
+            varying * (1.0 - np.abs(at)),
+            varying * np.maximum(at, 0.0),
+            varying * np.maximum(-at, 0.0),
+            varying * np.minimum(OUTSIDE * np.abs(at), 1.0),
             np.clip(curved, -0.5, 0.5),
             np.maximum(curved - 0.5, 0.0),
             np.minimum(curved + 0.5, 0.0),
@@ -245,20 +237,35 @@ def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -
 
 
 def stops_of(weights: FloatArray, size: MotionSize) -> MemoryParts:
-    """Stops whose forces have these weights of the columns of :func:`stops_columns`.
-
-    Parameters
-    ----------
-    weights : ndarray, shape (n,)
-        One of each column.
-    size : MotionSize
-        Sizes of the motion.
-    """
+    """Stops whose forces have these weights of the columns of :func:`stops_columns`."""
     plain = yields(size)
     varying, curved = plain[_COUPLED_YIELDS], plain[_CURVED_YIELDS]
     names = {"slip": plain} | dict.fromkeys(_BY_PLACE, varying)
     names |= dict.fromkeys(_BY_SPRING, curved)
-    ends = np.cumsum([own.size for own in names.values()])
-    parts = np.split(weights, ends[:-1])
-    forces = {name: (own, part) for (name, own), part in zip(names.items(), parts, strict=True)}
+    ends = np.cumsum([deflections.size for deflections in names.values()])
+    shares = np.split(weights, ends[:-1])
+    forces = {
+        name: (deflections, share)
+        for (name, deflections), share in zip(names.items(), shares, strict=True)
+    }
     return parts_of_stops(forces, 0.5 * (size.low + size.high), size.half_range)
+
+
+def parts_of_stops(
+    forces: Mapping[str, tuple[FloatArray, FloatArray]], middle: float, half: float
+) -> MemoryParts:
+    """Stops by what their columns were fitted to; none where all weights are zero.
+
+    `forces` are yield deflections and weights of the columns of each force of a stop, by its name
+    among :class:`carrierflex.simulation.element.memory_laws.StopPlaces`; `middle` and `half` of the
+    range of the deflection.
+    """
+    every = np.unique(np.concatenate([deflections for deflections, _ in forces.values()]))
+    rows = np.zeros((every.size, len(AT)))
+    rows[:, AT.yield_deflection] = every
+    rows[:, AT.middle] = middle
+    rows[:, AT.half_range] = half
+    for name, (deflections, weights) in forces.items():
+        column = StopPlaces._fields.index(name)
+        rows[np.searchsorted(every, deflections), column] = np.maximum(weights, 0.0)
+    return MemoryParts(rows[rows[:, FIRST_FORCE:].any(axis=1)], NO_PARTS.branches, NO_PARTS.levels)

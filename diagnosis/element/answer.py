@@ -1,0 +1,405 @@
+"""Class of the missing effect of an element: what the drive can show, decision, shapes."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.answer import (
+    ShapeOf,
+    class_answer,
+    class_decision,
+    nearest_law,
+    without_classes,
+)
+from carrierflex.diagnosis.classes.columns import GroupColumns
+from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
+from carrierflex.diagnosis.classes.gram_table import GramTable
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.law_sets import law_sets
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    NO_CLASS,
+    NOT_VISIBLE,
+    ClassAnswer,
+)
+from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.element.force_records import (
+    ForceRecord,
+    has_one_frequency,
+    is_separable_from_time,
+)
+from carrierflex.diagnosis.element.laws import (
+    DELAY,
+    DISSIPATION,
+    DRIVE_SIDE,
+    HYSTERESIS,
+    MEMORY,
+    TIME_VARIATION,
+)
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.smooth_loops import SmoothLoop, fitted_loop
+from carrierflex.diagnosis.element.table import (
+    CLASS_GROUPS,
+    PRESLIDING,
+    ElementTable,
+    group_columns_along,
+    products_by_block,
+    table_of,
+)
+from carrierflex.simulation.laws import COUPLED_DAMPING, RESTORING_FORCE
+
+_DRIVE_NOTE = (
+    "the drive itself changes with time: a slow change with time is not separable from it in these "
+    "records"
+)
+_ONE_FREQUENCY_NOTE = (
+    "one frequency drives all runs: a slow change with time is not separable from what it leaves "
+    "in these records"
+)
+_MORE_FREQUENCIES = (
+    "drive at many frequencies, at the same levels (a multisine, noise or a sweep): under one "
+    "frequency two causes share out what one makes"
+)
+_CAUSES_APART = (
+    "record small and large deflections, slow and fast motion, in runs of their own: more than two "
+    "effects are at work, or one that no class holds whole"
+)
+_STEADY = (
+    "drive as hard and at the same frequencies throughout every run (noise or a multisine): a slow "
+    "change with time shows beside a drive that does not change"
+)
+_SHORT_NOTE = (
+    "all classes together explain more than the best answer by what a further cause would: none is "
+    "named"
+)
+_NO_ELEMENT = (
+    "the motion is not that of a mass, a spring and a damper under this drive (a mass that sticks, "
+    "a sensor that does not see it, drive and motion of different runs): on held-out records the "
+    "baseline's force leaves more than no force at all"
+)
+#: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
+_SAME_LEVEL = 1.1
+#: Passes from the first order of a delay to the delay itself.
+_LAG_PASSES = 2
+#: Group of the column of a smooth loop.
+LOOP = "loop"
+_WITH_LOOP = (*CLASS_GROUPS[HYSTERESIS], LOOP)
+
+
+def answer_of_table(
+    table: ElementTable,
+    model: ElementModel,
+    noise_note: str,
+    shape_of: Callable[[ElementTable], ShapeOf],
+) -> ClassAnswer:
+    """Class of the missing effect from the table.
+
+    `noise_note` is what the records cannot say of their noise; `shape_of` gives, for a table, the
+    measured shape of a class.
+    """
+    drive = _drive_of(table, model)
+    if not _shows_element(table, drive):
+        scores = table.scores
+        shares = Shares(scores.of(()).squares, table.table.floor, scores.constants)
+        laws = law_sets(scores, shares, (), model.cards)
+        return replace(without_classes(NOT_VISIBLE, table.table, _NO_ELEMENT), law_sets=laws)
+    floor_is_known = not noise_note
+    drive_note = "; ".join(text for text in (noise_note, drive.note) if text)
+
+    def decided(table: ElementTable) -> tuple[Shares, Decision]:
+        return class_decision(
+            table.scores,
+            drive.candidates,
+            floor_is_known=floor_is_known,
+            inseparable=drive.inseparable,
+            # The band holds one line and its harmonics: two causes share out what one makes.
+            shows_two_causes=not drive.is_one_line,
+            shows_small_causes=not drive.is_one_frequency,
+            drive_note=drive_note,
+        )
+
+    shares, decision = decided(table)
+    for _ in range(_LAG_PASSES):
+        if DELAY not in decision.classes:
+            break
+        # Its first order alone leaves what looks like another cause beside a delay.
+        table = _with_lag(model, table, decision.held)
+        shares, decision = decided(table)
+
+    def falls_short(table: ElementTable, decision: Decision) -> bool:
+        # Records that were filtered before follow no law and tell no floor: what all classes learn
+        # beyond the cause is the filter's.
+        return floor_is_known and is_short(table.scores, shares, decision)
+
+    table, decision = _as_smooth_loop(
+        table,
+        model,
+        shares,
+        decision,
+        drive=drive,
+        falls_short=falls_short(table, decision),
+        drive_note=drive_note,
+    )
+    decision = _or_friction(table, shares, decision)
+    is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(table, decision)
+    if is_cut:
+        decision = _unnamed(decision)
+    answer = class_answer(
+        table.scores,
+        shares,
+        decision,
+        drive.candidates,
+        shape_of=shape_of(table),
+        shows_laws=not (drive.is_one_line and _has_one_level(table)),
+    )
+    laws = law_sets(table.scores, shares, (decision.classes, *decision.ties), model.cards)
+    answer = replace(answer, law_sets=laws)
+    experiment = _CAUSES_APART if is_cut and not drive.is_one_frequency else drive.experiment
+    return replace(answer, experiment=experiment) if decision.is_inseparable else answer
+
+
+def _shows_element(table: ElementTable, drive: "_Drive") -> bool:
+    """Whether the baseline explains anything of the force on held-out records."""
+    # The gap of another simulator is not its baseline's to explain.
+    if any(run.record.gap is not None for run in table.records):
+        return True
+    scores = table.scores
+    # A mass that sticks, or a sensor that sees something else, leaves a motion of noise alone.
+    if scores.of(()).total < float(table.table.total[0, 0]):
+        return True
+    if DRIVE_SIDE not in drive.candidates:
+        return False
+    # Where little of the drive arrives (a wide dead band) the baseline explains nothing of all of
+    # it, and takes half of what a function of the drive leaves.
+    arriving, still = (each.of((DRIVE_SIDE,)) for each in (scores, scores.without_baseline))
+    return arriving.total < (1.0 - scores.constants.gain_of_left) * still.total
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """What the drive of the records can show."""
+
+    candidates: tuple[str, ...]
+    inseparable: tuple[str, ...]
+    is_one_frequency: bool
+    is_one_line: bool
+    note: str
+    experiment: str
+
+
+def _drive_of(table: ElementTable, model: ElementModel) -> _Drive:
+    is_steady = is_separable_from_time(table.records, table.scores.constants.separable_from_drive)
+    is_one_frequency = is_steady and has_one_frequency(table.records)
+    inseparable = {TIME_VARIATION} if is_one_frequency or not is_steady else set()
+    is_one_line = is_one_frequency and model.by_force
+    if is_one_line:
+        # The drive is one line in each run: spring and damper take up what is linear at it.
+        inseparable |= {DELAY, MEMORY}
+        if _has_one_level(table):
+            # A function of the drive is any height of that line, and of its harmonics.
+            inseparable |= {DRIVE_SIDE}
+    excluded = set()
+    if model.states:
+        # After a release a delay is a shift of the clock, and nothing is applied.
+        excluded |= {DELAY, DRIVE_SIDE}
+        # A decay is one line, to which a relaxing branch is one spring and one damper.
+        inseparable |= {MEMORY}
+    return _Drive(
+        candidates=tuple(name for name in CLASS_GROUPS if name not in excluded | inseparable),
+        inseparable=tuple(sorted(inseparable)),
+        is_one_frequency=is_one_frequency,
+        is_one_line=is_one_line,
+        note=_DRIVE_NOTE if not is_steady else _ONE_FREQUENCY_NOTE if is_one_frequency else "",
+        experiment=_MORE_FREQUENCIES if is_one_frequency or model.states else _STEADY,
+    )
+
+
+def _with_lag(model: ElementModel, table: ElementTable, squares: HeldOutSquares) -> ElementTable:
+    """Table whose column of a delay is exact at the delay that a result finds."""
+    column = int(table.table.groups["delay"].columns[0])
+    lag = table.scores.amplitudes(squares)[column]
+    records = tuple(replace(run, lag=lag) for run in table.records)
+    return table_of(model, replace(table.runs, records=records), table.scores.constants)
+
+
+def _as_smooth_loop(
+    table: ElementTable,
+    model: ElementModel,
+    shares: Shares,
+    decision: Decision,
+    *,
+    drive: _Drive,
+    falls_short: bool,
+    drive_note: str,
+) -> tuple[ElementTable, Decision]:
+    """Table and decision, hysteresis in it where a smooth loop leaves far less than the answer."""
+    surface = table.table.surface
+    is_one = len(decision.classes) == 1 and decision.classes != (surface,)
+    is_settled = is_one and decision.state == NAMED_CLASS and not falls_short
+    may_be_loop = {HYSTERESIS, RESTORING_FORCE, MEMORY, surface}.intersection(decision.classes)
+    if is_settled or not may_be_loop:
+        return table, decision
+    # A class that the drive mixes with others is not named, and may be the cause all the same.
+    mixed = [table.scores.of((name,)) for name in drive.inseparable]
+    least = min([decision.held, *mixed], key=lambda squares: squares.total)
+    # One cause that explains the gap better than any two, or than the coupled class, is the simpler
+    # answer and the better one; so are two in place of two others.
+    alone, loop = _left_by_loop(table, "")
+    best = None
+    if _is_answer(shares, alone, least, _without_memory(table, drive, "")):
+        best = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
+        least = alone
+    pairs = []
+    for other in _partners(decision, surface) if not (drive.is_one_line or is_one) else ():
+        both, loop = _left_by_loop(table, other)
+        is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
+        if is_cause and _is_answer(shares, both, least, _without_memory(table, drive, other)):
+            pair: Classes = tuple(sorted((HYSTERESIS, other)))
+            pairs.append((loop, _answered(decision, pair, both, drive_note)))
+    best = min(pairs, key=lambda entry: entry[1].held.total, default=best)
+    return (_with_loop(model, table, best[0]), best[1]) if best else (table, decision)
+
+
+def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[HeldOutSquares]:
+    """What causes leave that are no loop, with a class and fitted to all blocks as a loop is."""
+    yield _left_by_loop(table, other, is_curve=True)[0]
+    # Any force of deflection and speed holds the springs that a spline held out draws badly at
+    # their ends; under one frequency such a force draws every loop.
+    if not drive.is_one_frequency:
+        others = () if not other or table.table.is_in_surface(other) else (other,)
+        yield table.scores.fitted((table.table.surface, *others))
+
+
+def _partners(decision: Decision, surface: str) -> list[str]:
+    """Classes that may go with a smooth loop in place of two answered ones.
+
+    Of a surface one of the dampings that it holds: with a loop that damps it takes both.
+    """
+    if HYSTERESIS in decision.classes:
+        return []
+    others = [name for name in decision.classes if name != surface]
+    dampings = [DISSIPATION, COUPLED_DAMPING] if surface in decision.classes else []
+    return others + dampings
+
+
+def _is_answer(
+    shares: Shares, squares: HeldOutSquares, least: HeldOutSquares, others: Iterable[HeldOutSquares]
+) -> bool:
+    """Whether a smooth loop explains the gap, far better than another answer and each of others."""
+    return (
+        state_of(shares, squares) == NAMED_CLASS
+        and shares.leaves_far_less(squares, least)
+        and all(shares.leaves_far_less(squares, other) for other in others)
+    )
+
+
+def _answered(decision: Decision, classes: Classes, squares: HeldOutSquares, note: str) -> Decision:
+    """Decision for other classes, which are named."""
+    return replace(
+        decision,
+        state=NAMED_CLASS,
+        classes=classes,
+        ties=(),
+        held=squares,
+        note=note,
+        is_inseparable=False,
+    )
+
+
+def _or_friction(table: ElementTable, shares: Shares, decision: Decision) -> Decision:
+    """Decision with dry friction as a tie of hysteresis where one friction explains more.
+
+    Friction that turns over a length (Dahl) is a loop, and is dry friction. Where dry friction is
+    no answer, its length is a loop's.
+    """
+    if HYSTERESIS not in decision.classes or DISSIPATION in decision.classes:
+        return decision
+    others = tuple(name for name in decision.classes if name != HYSTERESIS)
+    law = nearest_law(table.scores, shares, HYSTERESIS, others)
+    if law.id != PRESLIDING or law.held is None or law.held.total >= decision.held.total:
+        return decision
+    tied: Classes = tuple(sorted((DISSIPATION, *others)))
+    if state_of(shares, table.scores.of(tied)) != NAMED_CLASS:
+        return decision
+    return replace(decision, ties=tuple(dict.fromkeys((*decision.ties, tied))))
+
+
+def _unnamed(decision: Decision) -> Decision:
+    """Decision that names no class, since what it explains is short of what all explain."""
+    note = "; ".join(text for text in (decision.note, _SHORT_NOTE) if text)
+    return replace(decision, state=NO_CLASS, note=note, is_inseparable=True)
+
+
+def is_one_curve(table: ElementTable) -> bool:
+    """Whether all runs go round one curve of deflection and speed: one frequency at one level."""
+    return has_one_frequency(table.records) and _has_one_level(table)
+
+
+def _has_one_level(table: ElementTable) -> bool:
+    """Whether every run is driven as hard: a law is then a curve through one point."""
+    sizes = [float(run.drive[run.counts].std()) for run in table.records]
+    return max(sizes) <= _SAME_LEVEL * min(sizes)
+
+
+def _left_by_loop(
+    table: ElementTable, other: str, *, is_curve: bool = False
+) -> tuple[HeldOutSquares, SmoothLoop]:
+    """What hysteresis with a smooth loop leaves, alone or with one class, and that loop."""
+    # Nine values fitted to some thousand samples: what a held-out block gains of itself in them is
+    # far below the ratios at which results are equal.
+    key = (other, is_curve)
+    if key not in table.loops:
+        size = table.bases.size
+        shared = _groups_of(table, other)
+        loop = fitted_loop(table.records, table.weights, size, shared, is_curve=is_curve)
+        groups = (*_groups_of(table, HYSTERESIS), _column(loop), *shared)
+        products = products_by_block(
+            table.records,
+            table.weights,
+            lambda run: group_columns_along(run, groups),
+            table.scores.constants.n_folds,
+        )
+        table.loops[key] = loop, products
+    loop, products = table.loops[key]
+    classes = {HYSTERESIS: _WITH_LOOP, other: CLASS_GROUPS.get(other, ())}
+    gram_table = GramTable(
+        gram=products.gram,
+        n_base=products.layout.n_base,
+        groups=products.layout.column_groups(),
+        classes=classes,
+        surface="",
+        ceiling=(),
+        laws={},
+        floor=products.floor,
+        folds=products.folds,
+        scale=products.scale,
+    )
+    scores = ClassScores(gram_table, table.scores.constants)
+    return scores.of([name for name in (HYSTERESIS, other) if name]), loop
+
+
+def _with_loop(model: ElementModel, table: ElementTable, loop: SmoothLoop) -> ElementTable:
+    """Table of all classes in which that of hysteresis holds a smooth loop too."""
+    constants = table.scores.constants
+    looped = table_of(model, table.runs, constants, (_column(loop),))
+    gram_table = replace(
+        looped.table,
+        classes={**CLASS_GROUPS, HYSTERESIS: _WITH_LOOP},
+        ceiling=(*looped.table.ceiling, LOOP),
+    )
+    return replace(looped, table=gram_table, loop=loop, scores=ClassScores(gram_table, constants))
+
+
+def _groups_of(table: ElementTable, name: str) -> list[GroupColumns[ForceRecord]]:
+    return [group for group in table.groups if group.id in CLASS_GROUPS.get(name, ())]
+
+
+def _column(loop: SmoothLoop) -> GroupColumns[ForceRecord]:
+    return GroupColumns(
+        LOOP,
+        lambda run: loop.along(run.x, from_rest=run.from_rest)[None],
+        np.zeros((1, 1)),
+        is_nonnegative=True,
+    )

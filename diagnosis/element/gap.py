@@ -1,0 +1,485 @@
+"""The gap of an element: its map, the cells of its score, and findings about it.
+
+Where it lies, by block in time, what does not repeat from period to period, how the unexplained
+force grows with the deflection, scalars.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import chi2
+from scipy.stats import f as fisher_f
+from scipy.stats import t as student_t
+
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import N_BANDS, ElementRecord
+from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.diagnosis.gap.findings import (
+    BAND,
+    EVEN,
+    LINES,
+    NO_ODD_DRIVE,
+    NO_PERIODIC_DRIVE,
+    ODD,
+    ODD_AND_EVEN,
+    Exponent,
+    Finding,
+    GapFindings,
+    GapMoment,
+    PartGrowth,
+    Scalar,
+    exponents,
+)
+from carrierflex.diagnosis.gap.gap_map import (
+    N_DRAWS,
+    CellTable,
+    band_amplitudes,
+    band_edges_hz,
+    block_counts,
+    block_powers,
+    gap_cells,
+    largest_cells,
+    significant,
+)
+from carrierflex.diagnosis.gap.in_time import (
+    DriftTable,
+    ScatterTable,
+    block_rms,
+    repeatability,
+    scatter_p_values,
+    significant_drifts,
+    significant_non_synchronous,
+    trend,
+)
+from carrierflex.identification.estimation.resampling import multinomial_counts
+from carrierflex.identification.estimation.scaled_least_squares import design_solution
+
+_SCATTER_BANDS = 12
+#: Unexplained force in blocks where it is this many times the noise shows its growth with speed.
+_CLEAR = 2.0
+#: Even (or odd) lines count as not driven below this share of the drive's power.
+_NOT_DRIVEN = 0.01
+#: The gap counts as odd, or even, from this share on lines of that parity.
+_PURE = 0.9
+DEFLECTION, SPEED = "deflection", "speed"
+#: Share of the blocks, those of the lowest amplitude, that the linear element is fitted to.
+_LOW_AMPLITUDE = 1.0 / 8.0
+#: Growth is determined where the deflection of the blocks spans at least this factor.
+_SPAN = 2.0
+_FEWEST_POINTS = 5
+#: Exponents that the search starts from, and their bounds.
+_STARTS = (0.3, 1.5, 2.5, 4.0)
+_LOW = -1.0
+_HIGH = 8.0
+_NOISE_SEED = 5
+_MAP_BANDS = 24
+_DRAWS_SEED = 1
+
+
+@dataclass(frozen=True, eq=False)
+class _BlockForces:
+    """RMS by block of all records."""
+
+    deflection: FloatArray
+    speed: FloatArray
+    residual: FloatArray
+    noise: FloatArray
+    low_deflection: float
+
+
+@dataclass(frozen=True, eq=False)
+class ScoreCells:
+    """Bands of the score.
+
+    Parameters
+    ----------
+    edges_hz : ndarray, shape (n_bands + 1,)
+        Ends of the bands [Hz].
+    counts, noise_square : ndarray, shape (n_segments, n_bands)
+        Degrees of freedom, and the sum of squares of the noise.
+    """
+
+    edges_hz: FloatArray
+    counts: FloatArray
+    noise_square: FloatArray
+
+
+def element_findings(
+    model: ElementModel,
+    records: Sequence[ElementRecord],
+    residuals: Sequence[FloatArray],
+    cells: Sequence[GapCell],
+    *,
+    noise: FloatArray,
+    is_declared: bool,
+    channel: str,
+) -> GapFindings:
+    """Where the gap lies, in time, what does not repeat, growth and parity of an element.
+
+    `residuals` are the gap of every run, `cells` its map, `noise` the variance by run. Noise of
+    repeats, not declared, says nothing of their scatter.
+    """
+    moments: list[GapMoment] = []
+    trends: list[DriftTable] = []
+    scattered: list[ScatterTable] = []
+    for record, residual, variance in zip(records, residuals, noise, strict=True):
+        time = record.step * np.arange(residual.size, dtype=np.float64)
+        is_measured = np.ones((residual.size, 1), dtype=bool)
+        moments += block_rms(record.name, time, record.block, residual[:, None], is_measured)
+        trends.append(_drifts(record, residual, channel))
+        scattered += _scatter(
+            record, residual, channel, float(variance) if is_declared else float("nan")
+        )
+    rows = significant_non_synchronous(scattered)
+    blocks = _block_forces(model, records, noise)
+    exponent = _growth_exponent(blocks)
+    conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
+    return GapFindings(
+        where=_where(cells, "deflection" if model.by_force else "force", exponent),
+        numbered_by=LINES,
+        in_time=tuple(moments),
+        drifts=significant_drifts(trends),
+        non_synchronous=rows,
+        repeatability=repeatability(rows, sum(cell.coherent for cell in cells), "period"),
+        growth=(PartGrowth(channel, float("nan"), "", conditions),),
+        parity=_parity(cells, records),
+    )
+
+
+def _where(cells: Sequence[GapCell], quantity: str, growth: Exponent) -> tuple[Finding, ...]:
+    """Band and runs that hold most of the gap; empty where no cell is significant."""
+    largest = largest_cells(significant(cells))
+    if not largest:
+        return ()
+    bands_hz = [cell.frequency_hz for cell in largest if cell.frequency_hz]
+    runs = {cell.run for cell in largest}
+    finding = Finding(
+        kind=BAND,
+        patterns=(quantity,),
+        share=sum(cell.share for cell in largest),
+        runs=tuple(sorted(runs)),
+        is_in_every_run=runs == {cell.run for cell in cells},
+        band_hz=(min(low for low, _ in bands_hz), max(high for _, high in bands_hz)),
+        exponents={DEFLECTION: growth},
+    )
+    return (finding,)
+
+
+def _parity(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
+    """Parity of the missing law, or why the lines do not tell it."""
+    if not all(record.period for record in records):
+        return NO_PERIODIC_DRIVE
+    beyond = significant(cells)
+    first = int(np.argmax(records[0].counts))
+    period = records[0].drive[first : first + records[0].period]
+    power = np.abs(np.fft.rfft(period)[1:]) ** 2
+    is_odd_drive = power[0::2].sum() / power.sum() >= 1.0 - _NOT_DRIVEN
+    if not beyond or not is_odd_drive:
+        return NO_ODD_DRIVE
+    odd = sum(cell.coherent for cell in beyond if cell.order >= 1 and int(cell.order) % 2)
+    every = sum(cell.coherent for cell in beyond if cell.order >= 1)
+    share = odd / max(every, np.finfo(float).tiny)
+    if share >= _PURE:
+        return ODD
+    return EVEN if share <= 1.0 - _PURE else ODD_AND_EVEN
+
+
+def element_scalars(
+    records: Sequence[ElementRecord], residuals: Sequence[FloatArray], unit: str
+) -> tuple[Scalar, ...]:
+    """Peak to peak and RMS of the channel by block, measured and predicted."""
+    measured = []
+    predicted = []
+    for record, residual in zip(records, residuals, strict=True):
+        for block in range(record.n_blocks):
+            is_inside = record.block == block
+            measured.append(record.response[is_inside])
+            predicted.append(record.response[is_inside] - residual[is_inside])
+    scalars = []
+    for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
+        sizes = np.array([float(size(values)) for values in measured])
+        predicted_sizes = np.array([float(size(values)) for values in predicted])
+        scalars.append(Scalar(name, unit, sizes, predicted_sizes))
+    return tuple(scalars)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftTable:
+    """Trends of the lines over the periods."""
+    periods = record.whole_periods(residual)
+    if periods is not None:
+        amplitudes = _line_amplitudes(periods)
+    else:
+        means = [residual[record.block == block].mean() for block in range(record.n_blocks)]
+        amplitudes = np.array(means, dtype=np.complex128)[:, None]
+    over_run = trend(np.arange(len(amplitudes), dtype=np.float64), amplitudes)
+    mean_square = float(np.mean(residual[record.block >= 0] ** 2))
+    half = np.where(np.arange(over_run.change.size) == 0, 1.0, 0.5)
+    share = half * over_run.mean_square / (mean_square or np.inf)
+    return DriftTable(
+        run=record.name,
+        patterns=(channel,),
+        orders=np.arange(over_run.change.size, dtype=np.float64),
+        change=over_run.change[None],
+        share=share[None],
+        p_value=over_run.p_value[None],
+        used=np.ones((1, over_run.change.size), dtype=bool),
+    )
+
+
+def _scatter(
+    record: ElementRecord, residual: FloatArray, channel: str, variance: float
+) -> list[ScatterTable]:
+    """Scatter of the lines over the periods, by band of lines."""
+    periods = record.whole_periods(residual)
+    measured = record.whole_periods(record.response)
+    if periods is None or measured is None:
+        return []
+    n, size = periods.shape
+    n_lines = (size + 1) // 2 - 1
+    edges = np.unique(np.geomspace(1, n_lines + 1, _SCATTER_BANDS + 1).round().astype(int))
+    counts = np.diff(edges)
+
+    def scatter(signals: FloatArray) -> FloatArray:
+        """Power of the scatter between periods, by band, shape (1, n_bands)."""
+        by_line = 0.5 * _line_amplitudes(signals).var(axis=0, ddof=1)
+        return np.add.reduceat(by_line[: edges[-1]], edges[:-1])[None]
+
+    gap = scatter(periods)
+    noise = (2.0 * variance / size * counts)[None]
+    p_value = np.full(gap.shape, np.nan)
+    if np.isfinite(variance):
+        p_value = scatter_p_values(gap, noise, (2.0 * counts * (n - 1))[None])
+    table = ScatterTable(
+        run=record.name,
+        patterns=(channel,),
+        orders=0.5 * (edges[:-1] + edges[1:] - 1),
+        measured=scatter(measured),
+        simulated=scatter(measured - periods),
+        gap=gap,
+        noise=noise,
+        p_value=p_value,
+    )
+    return [table]
+
+
+def _speed_exponent(blocks: _BlockForces) -> Exponent:
+    """Exponent with speed at equal deflection, where the blocks tell the two apart."""
+    is_clear = blocks.residual > _CLEAR * blocks.noise
+    size = np.sqrt(np.maximum(blocks.residual**2 - blocks.noise**2, 0.0))
+    conditions = {DEFLECTION: blocks.deflection[is_clear], SPEED: blocks.speed[is_clear]}
+    return exponents(size[is_clear], blocks.noise[is_clear], conditions)[SPEED]
+
+
+def _growth_exponent(blocks: _BlockForces) -> Exponent:
+    """Exponent p of ``unexplained force ~ deflection^p`` over the blocks.
+
+    The baseline is fitted to the low-amplitude blocks, of deflection g. It takes up what a linear
+    element can of the law there, so that the residual of a block of deflection q is ``r² =
+    f² + c² (s q^2p + (1 - s)(q^p - g^(p-1) q)²)``: a floor f between the noise and the residual of
+    the low-amplitude blocks, the share s that no linear element takes up, and what the linear share
+    has grown since. c, s, p and f are fitted to log r.
+    """
+    if np.count_nonzero(blocks.residual > _CLEAR * blocks.noise) < _FEWEST_POINTS:
+        return _undetermined(blocks, "no unexplained force is above the noise")
+    if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
+        return _undetermined(blocks, "deflection does not vary")
+    return _fitted(blocks)
+
+
+def _block_forces(
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+) -> _BlockForces:
+    """Unexplained force of every block."""
+    blocks = [
+        (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
+    ]
+    columns = [record.where_flat(base_columns(model, record)) for record in records]
+    force = [record.where_flat(known_force(model, record)) for record in records]
+    deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
+    speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
+    low = np.argsort(deflection)[: _n_low(len(blocks))]
+    design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
+    target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
+    law = design_solution(design.T, target)
+    residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
+    floor = [_force_noise(model, record, law, float(noise[r])) for r, record in enumerate(records)]
+    return _BlockForces(
+        deflection=deflection,
+        speed=speed,
+        residual=np.array([np.sqrt(np.mean(residuals[r][samples] ** 2)) for r, samples in blocks]),
+        noise=np.array([floor[r] for r, _ in blocks]),
+        low_deflection=float(np.sqrt(np.mean(deflection[low] ** 2))),
+    )
+
+
+def _n_low(n_blocks: int) -> int:
+    """Number of low-amplitude blocks."""
+    return max(2, round(_LOW_AMPLITUDE * n_blocks))
+
+
+def _force_noise(
+    model: ElementModel, record: ElementRecord, law: FloatArray, variance: float
+) -> float:
+    """RMS of the channel's noise, brought to force space by the fitted element."""
+    if not model.by_force:
+        return float(np.sqrt(variance * min(2.0 * record.flat_hz * record.step, 1.0)))
+    white = np.sqrt(variance) * np.random.default_rng(_NOISE_SEED).standard_normal(
+        record.response.size
+    )
+    q, v, a = record.with_response(white).motion
+    rows = [q, v] if model.mass is not None else [a, q, v]
+    force = (model.mass or 0.0) * a + law[: len(rows)] @ np.array(rows)
+    return float(np.std(record.where_flat(force)))
+
+
+def _fitted(blocks: _BlockForces) -> Exponent:
+    """Exponent that fits the residuals of the blocks best, with its interval."""
+    n = len(blocks.residual)
+    q = blocks.deflection / blocks.low_deflection
+    size = float(np.median(blocks.residual))
+    noise = (blocks.noise / size) ** 2
+    target = np.log(np.maximum(blocks.residual / size, 1e-12))
+    lowest = (np.sort(blocks.residual)[: _n_low(n)].max() / size) ** 2
+
+    def misfit(unknown: FloatArray) -> FloatArray:
+        """Logarithm of the law over the measured gap, by amplitude."""
+        log_c, share, p, raised = unknown
+        law = share * q ** (2.0 * p) + (1.0 - share) * (q**p - q) ** 2
+        floor = noise + raised * max(lowest - float(noise.min()), 0.0)
+        fitted = 0.5 * np.log(floor + np.exp(2.0 * log_c) * law + 1e-12)
+        return np.asarray(fitted - target, dtype=np.float64)
+
+    bounds = ([-40.0, 1e-4, _LOW, 0.0], [40.0, 1.0, _HIGH, 1.0])
+    fits = []
+    for p in _STARTS:
+        level = float(np.median(target) - p * np.log(np.median(q)))
+        start = [np.clip(level, -39.0, 39.0), 0.4, p, 0.1]
+        fits.append(least_squares(misfit, start, bounds=bounds, loss="soft_l1", f_scale=0.2))
+    best = min(fits, key=lambda fit: float(fit.cost))
+    covariance = np.linalg.pinv(best.jac.T @ best.jac)
+    degrees = n - best.x.size
+    std = float(np.sqrt(covariance[2, 2] * np.sum(misfit(best.x) ** 2) / degrees))
+    value = float(best.x[2])
+    half = float(student_t(degrees).ppf(0.975)) * std
+    p_value = float(2.0 * student_t(degrees).sf(abs(value) / std)) if std > 0.0 else 0.0
+    return Exponent(value, (value - half, value + half), p_value, n)
+
+
+def _undetermined(blocks: _BlockForces, reason: str) -> Exponent:
+    nan = float("nan")
+    return Exponent(nan, (nan, nan), nan, len(blocks.residual), reason)
+
+
+def element_gap_cells(
+    records: Sequence[ElementRecord],
+    residuals: Sequence[FloatArray],
+    noise: FloatArray,
+    *,
+    channel: str,
+) -> Sequence[GapCell]:
+    """Gap map of a residual, largest cell first.
+
+    Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods and
+    their scatter s², coherent part ``|mean|²/2 - s²/2R``, test ``R |mean|²/s² ~ F(2, 2R - 2)``.
+    Otherwise by band of frequency against the noise floor, ``power / noise ~ chi²``.
+    """
+    tables = []
+    for record, residual, variance in zip(records, residuals, noise, strict=True):
+        periods = record.whole_periods(residual)
+        if periods is None:
+            tables.append(_band_table(record, residual, float(variance), channel))
+        else:
+            tables.append(_line_table(record, periods, channel))
+    return gap_cells(tables)
+
+
+def _line_amplitudes(periods: FloatArray) -> NDArray[np.complex128]:
+    """Amplitudes of the lines 0, 1, ... of every period, shape (n_periods, n_lines)."""
+    size = periods.shape[1]
+    amplitudes = np.fft.rfft(periods, axis=1)[:, : (size + 1) // 2] * (2.0 / size)
+    amplitudes[:, 0] *= 0.5
+    return amplitudes
+
+
+def _line_table(record: ElementRecord, periods: FloatArray, channel: str) -> CellTable:
+    """Lines of one run; the mean square of line 0 is its square, of the others half of it."""
+    n = len(periods)
+    amplitudes = _line_amplitudes(periods)
+    amplitudes[:, 0] *= np.sqrt(2.0)
+    lines = np.arange(amplitudes.shape[1])
+    mean = amplitudes.mean(axis=0)
+    scatter = amplitudes.var(axis=0, ddof=1)
+    degrees = np.where(lines == 0, 1.0, 2.0)
+    ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
+    weights = multinomial_counts(n, N_DRAWS, seed=_DRAWS_SEED) / n
+    noise = scatter / (2.0 * n)
+    mean_square = np.abs(mean) ** 2 / 2.0
+    line_hz = lines / (record.period * record.step)
+    return CellTable(
+        runs=(record.name,),
+        patterns=(channel,),
+        orders=lines.astype(np.float64),
+        mean_square=mean_square[None, None],
+        coherent=(mean_square - noise)[None, None],
+        p_value=fisher_f.sf(ratio, degrees, degrees * (n - 1))[None, None],
+        draws=lambda: (np.abs(weights @ amplitudes) ** 2 / 2.0 - noise)[:, None, None],
+        bands_hz=np.column_stack([line_hz, line_hz]),
+    )
+
+
+def _band_table(
+    record: ElementRecord, residual: FloatArray, variance: float, channel: str
+) -> CellTable:
+    """Bands of one run; order is the number of the band's middle in steps of the lowest line."""
+    length = int((record.block == 0).sum())
+    edges_hz = band_edges_hz(length * record.step, 0.5001 / record.step, _MAP_BANDS)
+    per_block = band_amplitudes(length, record.step, edges_hz)
+    is_filled = per_block.any(axis=1)
+    # Two amplitudes a line: the mean and half the sampling frequency count like the others.
+    lines = 2.0 * (per_block > 0.0).sum(axis=1)[is_filled] * record.n_blocks
+    squares = segment_squares(record, residual, edges_hz)[:, is_filled]
+    n_samples = max(int((record.block >= 0).sum()), 1)
+    power = squares.sum(axis=0)
+    noise = variance * lines
+    counts = multinomial_counts(record.n_blocks, N_DRAWS, seed=_DRAWS_SEED)
+    bands_hz = np.column_stack([edges_hz[:-1], edges_hz[1:]])[is_filled]
+    return CellTable(
+        runs=(record.name,),
+        patterns=(channel,),
+        orders=bands_hz.mean(axis=1) * length * record.step,
+        mean_square=power[None, None] / n_samples,
+        coherent=(power - noise)[None, None] / n_samples,
+        p_value=chi2.sf(power / max(variance, np.finfo(float).tiny), lines)[None, None],
+        draws=lambda: ((counts @ squares - noise) / n_samples)[:, None, None],
+        bands_hz=bands_hz,
+    )
+
+
+def score_cells(records: Sequence[ElementRecord], noise: FloatArray) -> ScoreCells:
+    """Bands common to all records, evenly wide on a logarithmic axis; `noise` by run."""
+    longest = max((record.block == 0).sum() * record.step for record in records)
+    highest_hz = max(0.5 / record.step for record in records)
+    edges_hz = band_edges_hz(longest, 1.001 * highest_hz, N_BANDS)
+    counts = np.concatenate(
+        [
+            block_counts((record.block >= 0)[:, None], record.block, record.step, edges_hz)[:, 0]
+            for record in records
+        ]
+    )
+    variance = np.repeat(noise, [record.n_blocks for record in records])
+    return ScoreCells(edges_hz, counts, counts * variance[:, None])
+
+
+def segment_squares(
+    record: ElementRecord, residual: FloatArray, edges_hz: FloatArray
+) -> FloatArray:
+    """Sum of squares of a residual by block and band, shape (n_blocks, n_bands)."""
+    return block_powers(residual[:, None], record.block, record.step, edges_hz)[:, 0]

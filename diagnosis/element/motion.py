@@ -1,0 +1,291 @@
+"""The motion of a run nearest to the true one, and the band that it is known in.
+
+A force of one frequency moves the element at multiples of it, whose heights change slowly. Least
+squares over all of a record know each of them to the noise of thousands of samples, where a filter
+lets the noise of all lines of its band through: of the harmonics that curved columns turn on it
+leaves the largest alone, and the acceleration of the noise between them makes the mass too small.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from math import comb
+
+import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import detrend
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.campaign.signals import pass_gain, trusted_frequency, with_gain
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+
+Motion = tuple[FloatArray, FloatArray, FloatArray]
+
+#: Lines of a spectrum that one sine takes at most: two through the Hann window, two more for what
+#: grows at its beginning. Multisines and sweeps take a hundred.
+_ONE_LINE = 10.0
+#: Power of a line over the median of the noise's that noise alone reaches in one of a thousand
+#: records of a thousand lines: powers are exponential, ``ln(1e6) / ln 2``.
+_CLEAR_OF_NOISE = 20.0
+#: Neighbouring lines over which the power of a motion is averaged.
+_SMOOTHED_LINES = 9
+#: Periods of the band's end by which records are continued before filtering.
+_REACH = 20.0
+_SMALLEST = np.finfo(float).tiny
+#: Harmonics that are sought at most, and the share of half the sampling frequency below which.
+_HARMONICS, _WIDEST = 12, 0.9
+#: Heights of harmonics: polynomials of time of so many terms.
+_TERMS = 3
+#: Samples for each coefficient at least.
+_SAMPLES_EACH = 8
+#: Square of a harmonic over that of the noise in as many coefficients, from which it is taken:
+#: noise reaches it once in two thousand harmonics (chi-squared of six degrees of freedom).
+_CLEAR = 4.0
+#: Square of what the harmonics leave, over that of the noise, up to which it is noise; beyond it
+#: the frequencies that stand so many times above the noise are motion too.
+_IS_NOISE, _BESIDE_HARMONICS = 1.15, 3.0
+#: Samples that are worked on at once: a long record is never all columns.
+_AT_ONCE = 65_536
+#: Corrections of the frequency by the turn of its phase between the halves of a record.
+_PASSES = 4
+
+
+def with_all_lines(model: ElementModel, record: ElementRecord) -> ElementRecord:
+    """Run whose motion under a force holds every line that noise alone does not make.
+
+    Noise that the inertia multiplies is weighted down with the force it lies in; a line of the
+    motion that is left out is a force that no function of the rest can hold. A motion of one
+    line keeps its lines: its mass follows from the harmonics alone, and noise makes it too small.
+    Its band ends at the last of them, which the roll-off would take away: it is moved beyond, where
+    there is nothing up to the next.
+    """
+    if not model.by_force or record.is_released or record.gap is not None:
+        return record
+    if _is_one_line(record):
+        return record.within(record.cutoff_hz)
+    trusted = trusted_frequency(record.response, record.step, above_plateau=_CLEAR_OF_NOISE)
+    return record if trusted <= record.flat_hz else record.within(trusted)
+
+
+def nearest_motion(
+    model: ElementModel, record: ElementRecord, variance: float, *, clear: float = 1.0
+) -> tuple[Motion, float]:
+    """Deflection, speed and acceleration nearest to the true ones, and the error of the speed.
+
+    Curved columns bend the noise of the motion with it, which no weight takes out again. Each
+    frequency is taken by the share of the motion in the power that was measured there.
+
+    A driven deflection and a release are taken as they are. Parameters: `variance` of the channel's
+    noise; `clear`, the power over that of the noise below which a frequency holds no motion.
+
+    References
+    ----------
+    .. [1] N. Wiener, "Extrapolation, Interpolation, and Smoothing of Stationary Time Series"
+       (1949).
+    """
+    if not model.by_force:
+        return record.motion, 0.0
+    if record.is_released or record.gap is not None:
+        return record.motion, speed_noise(variance, record.flat_hz, record.step)
+    q, step = record.response, record.step
+    window = np.hanning(q.size)
+    power = np.abs(np.fft.rfft(detrend(q) * window)) ** 2 / np.square(window).sum()
+    smooth = np.maximum(uniform_filter1d(power, _SMOOTHED_LINES, mode="nearest"), _SMALLEST)
+    lines = np.asarray(np.fft.rfftfreq(q.size, step), dtype=np.float64)
+    share = np.where(smooth > clear * variance, 1.0 - variance / smooth, 0.0)
+
+    def gain(frequency_hz: FloatArray) -> FloatArray:
+        """Share of the motion within its band."""
+        return pass_gain(frequency_hz, record.cutoff_hz) * np.interp(frequency_hz, lines, share)
+
+    def derivative(frequency_hz: FloatArray, order: int) -> NDArray[np.complex128]:
+        """Gain of the derivative of an order."""
+        return np.asarray(gain(frequency_hz) * (2j * np.pi * frequency_hz) ** order)
+
+    reach = int(_REACH / (record.cutoff_hz * step)) + 10
+    slope = (q[-1] - q[0]) / (q.size - 1)
+    # The straight line between the ends is taken out before the transform and put back.
+    trend = (slope * np.arange(q.size), slope / step * np.ones(q.size), np.zeros(q.size))
+    x, v, a = (
+        with_gain(q, step, partial(derivative, order=order), reach=reach) + trend[order]
+        for order in range(3)
+    )
+    error = variance * np.mean(gain(lines) * (2.0 * np.pi * lines) ** 2)
+    return (x, v, a), float(np.sqrt(error))
+
+
+def _is_one_line(record: ElementRecord) -> bool:
+    """Whether one line of the spectrum holds the energy of a run's motion."""
+    return participation(record)[0] < _ONE_LINE
+
+
+def participation(record: ElementRecord) -> tuple[float, float]:
+    """Lines that hold the energy of a motion, through the Hann window, and their distance [Hz]."""
+    q = record.motion[0][record.block >= 0]
+    power = np.abs(np.fft.rfft((q - q.mean()) * np.hanning(q.size))) ** 2
+    lines = power.sum() ** 2 / np.square(power).sum()
+    return float(lines), 1.0 / (q.size * record.step)
+
+
+def speed_noise(variance: float, band_hz: float, step: float) -> float:
+    """Standard deviation of noise of the deflection, differentiated in its band."""
+    inside = min(2.0 * band_hz * step, 1.0) / 3.0
+    return float(np.sqrt(variance * inside) * 2.0 * np.pi * band_hz)
+
+
+@dataclass(frozen=True, eq=False)
+class _SteadyMotion:
+    """Harmonics of a run."""
+
+    motion: Motion
+    inside: NDArray[np.bool_]
+
+
+def with_harmonics(
+    model: ElementModel, record: ElementRecord, nearest: Motion, variance: float
+) -> tuple[ElementRecord, Motion, Motion | None]:
+    """Run whose motion is that of its harmonics where a force of one line drives it.
+
+    Gives the run, the motion nearest to the true one, and what was measured besides; run and
+    `nearest` as they are, and None, under any other drive. Where the harmonics leave more than
+    noise (a transient, a subharmonic) what stands clear of the noise is motion as well.
+    """
+    is_driven = model.by_force and not record.is_released and record.gap is None
+    steady = _steady_motion(record) if is_driven and _is_one_line(record) else None
+    if steady is None:
+        return record, nearest, None
+    remainder = np.where(steady.inside, record.response - steady.motion[0], 0.0)
+    moved = _inside(steady, steady.motion, nearest)
+    if np.mean(remainder[record.block >= 0] ** 2) > _IS_NOISE * variance:
+        others, _ = nearest_motion(
+            model, replace(record, response=remainder), variance, clear=_BESIDE_HARMONICS
+        )
+        x, v, a = (value + other for value, other in zip(moved, others, strict=True))
+        moved = x, v, a
+    motion = _inside(steady, moved, record.motion)
+    x, v, a = (measured - value for measured, value in zip(record.motion, motion, strict=True))
+    return replace(record, motion=motion), moved, (x, v, a)
+
+
+def _inside(steady: _SteadyMotion, values: Motion, others: Motion) -> Motion:
+    """Values inside the span of the harmonics, others outside it."""
+    x, v, a = (
+        np.where(steady.inside, value, other) for value, other in zip(values, others, strict=True)
+    )
+    return x, v, a
+
+
+def _steady_motion(record: ElementRecord) -> _SteadyMotion | None:
+    """Harmonics of the line that drives a run, by least squares over the samples that count."""
+    counted = np.flatnonzero(record.block >= 0)
+    span = slice(int(counted[0]), int(counted[-1]) + 1)
+    omega = _frequency_of_line(record.drive[span], record.step)
+    highest = min(
+        int(_WIDEST * np.pi / (record.step * omega)),
+        counted.size // (2 * _TERMS * _SAMPLES_EACH),
+        _HARMONICS,
+    )
+    if highest < 1:
+        return None
+    basis = _Basis(omega, record.step, float(counted[0]), float(counted[-1]), highest)
+    q = record.response
+    gram, right = basis.products(q, counted)
+    c = normal_solution(gram, right)
+    noise = basis.square_left(q, counted, c) / counted.size
+    is_clear = np.ones(right.size, dtype=bool)
+    for columns in basis.harmonics():
+        square = float(c[columns] @ gram[columns, columns] @ c[columns])
+        is_clear[columns] = square > _CLEAR * noise * (columns.stop - columns.start)
+    clear = np.zeros(right.size)
+    clear[is_clear] = normal_solution(gram[np.ix_(is_clear, is_clear)], right[is_clear])
+    inside = np.zeros(q.size, dtype=bool)
+    inside[span] = True
+    return _SteadyMotion(basis.motion(q.size, clear), inside)
+
+
+def _frequency_of_line(drive: FloatArray, step: float) -> float:
+    """Frequency [rad/s] of the strongest line of a drive."""
+    n = drive.size
+    level = drive - drive.mean()
+    spectrum = np.abs(np.fft.rfft(level * np.hanning(n), 2 * n))
+    omega = 2.0 * np.pi * int(np.argmax(spectrum[1:]) + 1) / (2 * n * step)
+    half = n // 2
+    time = step * np.arange(n)
+    window = np.hanning(half)
+    apart = step * (n - half)
+    for _ in range(_PASSES):
+        turning = level * np.exp(-1j * omega * time)
+        first, second = window @ turning[:half], window @ turning[-half:]
+        omega += float(np.angle(second * np.conj(first))) / apart
+    return omega
+
+
+@dataclass(frozen=True)
+class _Basis:
+    """A constant and harmonics times powers of time from -1 to 1 over the samples that count."""
+
+    omega: float
+    step: float
+    first: float
+    last: float
+    highest: int
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        return 1 + 2 * _TERMS * self.highest
+
+    def harmonics(self) -> list[slice]:
+        """Columns of each harmonic."""
+        width = 2 * _TERMS
+        return [slice(1 + k * width, 1 + (k + 1) * width) for k in range(self.highest)]
+
+    def columns(self, samples: NDArray[np.int64], order: int = 0) -> FloatArray:
+        """Derivative of some order of every column at some samples, shape (n_columns, n)."""
+        half = 0.5 * (self.last - self.first)
+        u = (samples - 0.5 * (self.first + self.last)) / half
+        rate = 1.0 / (half * self.step)
+        P = [
+            polyval(u, polyder(np.eye(_TERMS), derivative)) * rate**derivative
+            for derivative in range(order + 1)
+        ]
+        rows = np.empty((self.size, u.size))
+        rows[0] = 1.0 if order == 0 else 0.0
+        for k, columns in enumerate(self.harmonics(), start=1):
+            turn = 1j * k * self.omega
+            # Product rule: (P e)'' = P'' e + 2 P' e' + P e''.
+            heights = sum(comb(order, j) * P[j] * turn ** (order - j) for j in range(order + 1))
+            wave = heights * np.exp(turn * self.step * samples)
+            rows[columns] = np.concatenate([wave.real, wave.imag])
+        return rows
+
+    def products(self, q: FloatArray, counted: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+        """Products of the columns with each other and with a signal, over what counts."""
+        gram, right = np.zeros((self.size, self.size)), np.zeros(self.size)
+        for samples in _pieces(counted):
+            rows = self.columns(samples)
+            gram += rows @ rows.T
+            right += rows @ q[samples]
+        return gram, right
+
+    def square_left(self, q: FloatArray, counted: NDArray[np.int64], c: FloatArray) -> float:
+        """Square of a signal less its columns, over the samples that count."""
+        return sum(
+            float(np.sum((q[samples] - c @ self.columns(samples)) ** 2))
+            for samples in _pieces(counted)
+        )
+
+    def motion(self, n: int, c: FloatArray) -> Motion:
+        """Deflection, speed and acceleration at n samples."""
+        values = np.empty((3, n))
+        for samples in _pieces(np.arange(n)):
+            for order in range(3):
+                values[order, samples] = c @ self.columns(samples, order)
+        return values[0], values[1], values[2]
+
+
+def _pieces(samples: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    return [samples[k : k + _AT_ONCE] for k in range(0, samples.size, _AT_ONCE)]

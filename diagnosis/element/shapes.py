@@ -1,0 +1,374 @@
+"""The measured shape of a class: its curve over the visited range with a band over the blocks."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import gamma
+
+from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
+from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
+from carrierflex.diagnosis.classes.shapes import (
+    CERTAIN_SIGN,
+    POINTS,
+    band_of,
+    drawn_coefficients,
+    fitted_law,
+    length_words,
+    shape_words,
+    slope_beside_rest,
+    straight_part,
+    surface_words,
+    without_steps,
+)
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
+from carrierflex.diagnosis.element.columns import (
+    ElementBases,
+    parts_of_stops,
+    step_at_rest,
+    stops_columns,
+    stops_of,
+    surface_products,
+)
+from carrierflex.diagnosis.element.laws import (
+    DISSIPATION,
+    DRIVE_SIDE,
+    HYSTERESIS,
+    MEMORY,
+    TIME_VARIATION,
+    static_law,
+)
+from carrierflex.diagnosis.element.table import ElementTable
+from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_parts
+from carrierflex.simulation.laws import (
+    COUPLED_DAMPING,
+    ELEMENT,
+    FORCE_SURFACE,
+    RESTORING_FORCE,
+    TABULATED,
+    WITH_MEMORY,
+    Friction,
+    Law,
+    Part,
+    Surface,
+    Table,
+)
+
+#: Groups whose columns make the curve of a class.
+_GROUPS: dict[str, tuple[str, ...]] = {
+    RESTORING_FORCE: ("f",),
+    DISSIPATION: ("g", "jump"),
+    COUPLED_DAMPING: ("h",),
+    HYSTERESIS: ("stops",),
+    MEMORY: ("prony",),
+    TIME_VARIATION: ("time",),
+    DRIVE_SIDE: ("side",),
+}
+#: Turns after which a loop is drawn: smooth ones drift to where they close.
+_SETTLING = 12
+#: Groups whose columns make the surface, dry friction with a memory last.
+_SURFACE_GROUPS = ("f", "g", "jump", "h", "surface")
+_PRESLIDING = "presliding"
+#: Points of the table over deflection, and half of those over speed.
+_POINTS = 33
+#: Where in the range of the deflection the curves are drawn.
+_DRAWN_AT = (0.25, 0.75)
+#: Stops in place of one bristle: its curve to 2.4 % of the friction.
+_STOPS_OF_BRISTLE = 8
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """Rows of a curve: abscissa, values of each column along it, names of both axes."""
+
+    x: FloatArray
+    rows: FloatArray
+    labels: tuple[str, str]
+    units: tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Points of a surface and its columns there, shape (n_columns, n_x * n_v)."""
+
+    x: FloatArray
+    v: FloatArray
+    columns: FloatArray
+
+    def values(self, weights: FloatArray) -> FloatArray:
+        """Force at the points, shape (n_x, n_v)."""
+        return np.reshape(weights @ self.columns, (self.x.size, self.v.size))
+
+
+def measured_shape(
+    table: ElementTable,
+    units: tuple[str, str],
+    scores: ClassScores,
+    name: str,
+    squares: HeldOutSquares,
+    law: NearestLaw,
+) -> ShapeAndLaw:
+    """Curve of one class of an answer, and the law without a name that it makes.
+
+    `squares` are those of the answer; `law` is drawn over the curve. None for a class without a
+    curve, and for one that no file holds.
+    """
+    if name == FORCE_SURFACE:
+        shape, measured_law = _surface_shape(table.bases, units, scores, squares)
+        # Off the one curve that the records go round a surface is anything.
+        return shape, None if is_one_curve(table) else measured_law
+    if name not in _GROUPS:
+        return None, None
+    curve = _curve(table, name, units)
+    has_loop = name == HYSTERESIS and table.loop is not None
+    groups = (*_GROUPS[name], LOOP) if has_loop else _GROUPS[name]
+    columns = np.concatenate([scores.table.groups[group].columns for group in groups])
+    draws = drawn_coefficients(scores, squares, columns)
+    y, *others = [values - _baseline_share(curve.x, values, name) for values in draws @ curve.rows]
+    band = band_of(y, np.array(others))
+    smooth, steps = y, (0.0, 0.0)
+    if name == DISSIPATION:
+        smooth, steps = without_steps(curve.x, y, table.bases.size.rest_speed)
+    shape = MeasuredShape(
+        curve.x,
+        y,
+        band,
+        _law_curve(table, curve, name, law, y),
+        curve.labels,
+        curve.units,
+        shape_words(name, curve.x, y, band, curve.units),
+        smooth,
+        steps,
+    )
+    return shape, _law(table, name, shape, draws[0], units)
+
+
+def _law(
+    table: ElementTable,
+    name: str,
+    shape: MeasuredShape,
+    weights: FloatArray,
+    units: tuple[str, str],
+) -> Law | None:
+    """Law of a curve, without name; None of a class that no file holds."""
+    if name in TABULATED:
+        parts: list[Part] = [Table(ELEMENT, shape.x, shape.smooth)]
+        if any(shape.steps):
+            parts.append(Friction(ELEMENT, *shape.steps))
+        return Law("", ELEMENT, name, units, tuple(parts))
+    if name not in WITH_MEMORY:
+        return None
+    size = table.bases.size
+    rows = _rows_with_memory(table, name, weights)
+    return Law("", ELEMENT, name, units, law_parts(rows), {"deflection": (size.low, size.high)})
+
+
+def _rows_with_memory(table: ElementTable, name: str, weights: FloatArray) -> MemoryParts:
+    """Branches of a memory; stops and smooth loop of a hysteresis."""
+    if name == MEMORY:
+        rows = np.column_stack([table.bases.taus, np.maximum(weights, 0.0)])
+        return replace(NO_PARTS, branches=rows[rows[:, STIFFNESS] > 0.0])
+    if table.loop is None:
+        return stops_of(weights, table.bases.size)
+    stops = stops_of(weights[:-1], table.bases.size).stops
+    return replace(NO_PARTS, stops=stops, loops=table.loop.row(weights[-1])[None])
+
+
+def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
+    """Columns of a class along its abscissa."""
+    force, length = units
+    bases, size = table.bases, table.bases.size
+    x = np.linspace(size.low, size.high, POINTS)
+    if name == RESTORING_FORCE:
+        return _Curve(x, bases.force(x), ("deflection", "restoring force"), (length, force))
+    if name == COUPLED_DAMPING:
+        return _Curve(
+            x, bases.coupled(x), ("deflection", "damping"), (length, f"{force} s/{length}")
+        )
+    if name == DISSIPATION:
+        curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
+        v = 0.1 * size.speed * np.sinh(curved)
+        sign = np.tanh(v / size.rest_speed)
+        rows = np.vstack([bases.speed(curved), np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
+        return _Curve(v, rows, ("speed", "dissipative force"), (f"{length}/s", force))
+    if name == HYSTERESIS:
+        middle = 0.5 * (size.low + size.high)
+        angle = np.linspace(0.0, (2.0 * _SETTLING + 0.5) * np.pi, (4 * _SETTLING + 1) * POINTS)
+        turns = middle + size.half_range * np.sin(angle)
+        rows = stops_columns(turns, size)
+        if table.loop is not None:
+            rows = np.vstack([rows, table.loop.along(turns)])
+        turn = slice(-4 * POINTS, None)
+        return _Curve(
+            turns[turn], rows[:, turn], ("deflection", "hysteretic force"), (length, force)
+        )
+    if name == MEMORY:
+        t = np.geomspace(bases.taus[0] / 3.0, 3.0 * bases.taus[-1], POINTS)
+        rows = np.exp(-t[None] / bases.taus[:, None])
+        return _Curve(
+            t, rows, ("time after a step", "relaxing stiffness"), ("s", f"{force}/{length}")
+        )
+    if name == TIME_VARIATION:
+        t = np.linspace(bases.time.low, bases.time.high, POINTS)
+        splines = bases.time(t) / size.half_range
+        rows = np.vstack([splines, np.zeros((2 * len(splines), t.size))])
+        return _Curve(t, rows, ("time", "stiffness"), ("s", f"{force}/{length}"))
+    u = np.linspace(bases.side.low, bases.side.high, POINTS)
+    return _Curve(u, bases.side(u), ("drive", "force"), (force, force))
+
+
+def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
+    """Straight line that the baseline can take up, shape (n,).
+
+    Of f(x) that through the straightest quarter of the range nearest to rest, of g(v) the slope at
+    rest; of h(x) and of a change with time the mean.
+    """
+    if name in (COUPLED_DAMPING, TIME_VARIATION):
+        return np.full(x.size, y.mean())
+    if name not in (RESTORING_FORCE, DISSIPATION, DRIVE_SIDE):
+        return np.zeros(x.size)
+    if name == DISSIPATION:
+        slope = slope_beside_rest(x, y)
+        return np.asarray(np.interp(0.0, x, y) + slope * x, dtype=np.float64)
+    return np.asarray(np.polyval(straight_part(x, y), x))
+
+
+def _law_curve(
+    table: ElementTable, curve: _Curve, name: str, law: NearestLaw, y: FloatArray
+) -> FloatArray:
+    """Law of the class fitted to its curve with a straight line; empty where none can be drawn."""
+    if not law.id or name not in (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING):
+        return np.empty(0)
+    still = np.zeros(curve.x.size)
+    is_speed = name == DISSIPATION
+    q, v = (still, curve.x) if is_speed else (curve.x, still + 1.0)
+    shapes = static_law(law.id, q, v, table.bases.size)
+    if shapes is None:
+        return np.empty(0)
+    fits = [fitted_law(columns, curve.x, y) for columns in shapes]
+    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))
+
+
+def _surface_shape(
+    bases: ElementBases, units: tuple[str, str], scores: ClassScores, squares: HeldOutSquares
+) -> tuple[MeasuredShape, Law]:
+    """Force over the speed at two deflections, and the surface as a law without a name."""
+    force, length = units
+    groups = scores.table.groups
+    columns = np.concatenate([groups[name].columns for name in (*_SURFACE_GROUPS, _PRESLIDING)])
+    draws = drawn_coefficients(scores, squares, columns)
+    n_slips = groups[_PRESLIDING].columns.size
+    smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
+    grid, size = _grid(bases), bases.size
+    law = _surface_law(grid, bases, smooth[0], slips[0], units)
+    deflections = [size.low + share * (size.high - size.low) for share in _DRAWN_AT]
+    friction = np.sum(np.maximum(slips, 0.0), axis=1)[:, None]
+    at_rest = friction * np.tanh(grid.v / size.rest_speed)
+    along_v = [_columns(bases, np.full(grid.v.size, x), grid.v) for x in deflections]
+    drawn = _without_lines(grid.v, smooth @ np.array(along_v) + at_rest, size.rest_speed)
+    curves = []
+    for x, values in zip(deflections, drawn, strict=True):
+        name = f"at {length_words(x, length)}"
+        curves.append(BesideCurve(name, grid.v, values[0], band_of(values[0], values[1:])))
+    lower, upper = curves
+    shape = MeasuredShape(
+        lower.x,
+        lower.y,
+        lower.band,
+        np.empty(0),
+        ("speed", "force beyond that at rest"),
+        (f"{length}/s", force),
+        surface_words(lower, upper, (f"{length}/s", force)),
+        lower.y,
+        (0.0, 0.0),
+        beside=(upper,),
+        name=lower.name,
+    )
+    return shape, law
+
+
+def _without_lines(v: FloatArray, values: FloatArray, rest_speed: float) -> FloatArray:
+    """Curves over the speed, shape (n_curves, n_draws, n), without what the baseline takes up."""
+    slopes = np.array([[slope_beside_rest(v, row) for row in curve] for curve in values])
+    values = values - slopes.mean(axis=0)[:, None] * v
+    ends = _edges_of_rest(v, rest_speed)
+    middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in values]
+    return np.asarray(values - np.array(middles)[..., None])
+
+
+def _edges_of_rest(v: FloatArray, rest_speed: float) -> FloatArray:
+    """Speeds on both sides of rest from which the sign of the speed is certain, shape (2,)."""
+    certain = CERTAIN_SIGN * rest_speed
+    return np.array([max(-certain, v[0]), min(certain, v[-1])])
+
+
+def _columns(bases: ElementBases, x: FloatArray, v: FloatArray) -> FloatArray:
+    """Columns of the surface's groups at some points, shape (n_columns, n)."""
+    return np.concatenate(
+        [
+            bases.force(x),
+            bases.speed(bases.curved_speed(v)),
+            step_at_rest(v, bases.size),
+            bases.coupled(x) * v,
+            surface_products(bases, x, v),
+        ]
+    )
+
+
+def _grid(bases: ElementBases) -> _Grid:
+    """Points over what the runs visit, those of the speed dense beside rest."""
+    size = bases.size
+    x = np.linspace(size.low, size.high, _POINTS)
+    curved = np.linspace(bases.speed.low, bases.speed.high, 2 * _POINTS)
+    v = 0.1 * size.speed * np.sinh(curved)
+    at_x, at_v = (axis.ravel() for axis in np.meshgrid(x, v, indexing="ij"))
+    return _Grid(x, v, _columns(bases, at_x, at_v))
+
+
+def _surface_law(
+    grid: _Grid, bases: ElementBases, weights: FloatArray, slips: FloatArray, units: tuple[str, str]
+) -> Law:
+    """Surface without its steps at rest, dry friction beside it."""
+    size = bases.size
+    edges = _edges_of_rest(grid.v, size.rest_speed)
+    inner = (grid.v > edges[0]) & (grid.v < edges[1])
+    rows, levels = [], []
+    for values in grid.values(weights):
+        # The step is read where the sign of the speed is certain, less what grows with the speed.
+        # Half of it is dry friction; the middle of it is a force of the deflection.
+        slope = slope_beside_rest(grid.v, values)
+        lower, upper = np.interp(edges, grid.v, values - slope * grid.v)
+        level = max(0.5 * (upper - lower), 0.0)
+        row = values - level * np.sign(grid.v)
+        row[inner] = np.interp(grid.v[inner], edges, np.interp(edges, grid.v, row))
+        rows.append(row)
+        levels.append(level)
+    y, middle = np.array(rows), rows[_POINTS // 2]
+    slope, constant = straight_part(grid.x, np.array([np.interp(0.0, grid.v, row) for row in y]))
+    damping = slope_beside_rest(grid.v, middle)
+    y -= slope * grid.x[:, None] + constant + damping * grid.v
+    bristles = _stops_of_bristles(size.presliding, slips)
+    turning = parts_of_stops({"slip": bristles}, 0.0, size.half_range)
+    friction = np.column_stack([grid.x, levels])
+    parts = law_parts(replace(turning, levels=friction) if any(levels) else turning)
+    surface = Surface(ELEMENT, grid.x, grid.v, y)
+    return Law("", ELEMENT, FORCE_SURFACE, units, (surface, *parts))
+
+
+def _stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Yield deflections and weights of stops that turn as bristles of some lengths do.
+
+    After a reversal friction of Dahl's law turns as ``2 exp(-d / L) - 1``. So do stops of all yield
+    deflections y whose weights have the density ``4 y / L² exp(-2 y / L)`` (a gamma
+    distribution); a few of equal weight stand for it, in the middle of equal shares of it.
+
+    References
+    ----------
+    .. [1] W. D. Iwan, "A distributed-element model for hysteresis", J. Appl. Mech. 33 (1966) 893:
+       the density is ``-d f''(d)`` of the curve f of first loading.
+    """
+    shares = (np.arange(_STOPS_OF_BRISTLE) + 0.5) / _STOPS_OF_BRISTLE
+    deflections = np.outer(lengths, gamma.ppf(shares, 2.0, scale=0.5))
+    divided = np.repeat(weights / _STOPS_OF_BRISTLE, _STOPS_OF_BRISTLE)
+    return deflections.ravel(), divided

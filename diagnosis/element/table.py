@@ -1,0 +1,545 @@
+"""The Gram table of kind element: all columns through one filter, products by block."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.columns import GroupColumns, relaxing_branches
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.held_out import (
+    ClassModel,
+    ClassScores,
+    coefficients,
+    squares_left,
+)
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.columns import (
+    ElementBases,
+    element_bases,
+    group_columns,
+    stops_columns,
+)
+from carrierflex.diagnosis.element.force_records import (
+    IN_TIME,
+    ForceRecord,
+    fold_of,
+    force_records,
+    is_separable_from_time,
+    where_folds_overlap,
+    while_sliding,
+    with_noise_of,
+)
+from carrierflex.diagnosis.element.laws import (
+    DELAY,
+    DISSIPATION,
+    DRIVE_SIDE,
+    HYSTERESIS,
+    MEMORY,
+    TIME_VARIATION,
+    MotionSize,
+    classes_of,
+    law_columns,
+    presliding_columns,
+    yields,
+)
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.motion import with_all_lines
+from carrierflex.diagnosis.element.noise import (
+    MotionNoise,
+    NoiseWeight,
+    carried_noise,
+    noise_correlation_time,
+)
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.smooth_loops import SmoothLoop
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+from carrierflex.simulation.laws import COUPLED_DAMPING, FORCE_SURFACE, RESTORING_FORCE
+
+_SURFACE = ("f", "g", "jump", "presliding", "h", "surface")
+#: Groups of columns of each class.
+CLASS_GROUPS: dict[str, tuple[str, ...]] = {
+    RESTORING_FORCE: ("f",),
+    DISSIPATION: ("g", "jump", "presliding"),
+    HYSTERESIS: ("stops",),
+    MEMORY: ("prony",),
+    DELAY: ("delay",),
+    COUPLED_DAMPING: ("h",),
+    FORCE_SURFACE: _SURFACE,
+    TIME_VARIATION: ("time",),
+    DRIVE_SIDE: ("side",),
+}
+#: Damping ``h(x) g(v)``, dry and quadratic, alone and beside a damping of the speed.
+_PRODUCT_GROUPS: dict[str, tuple[str, ...]] = {
+    "dry": ("dry_by_place",),
+    "quadratic": ("quadratic_by_place",),
+    "dry and g(v)": (*CLASS_GROUPS[DISSIPATION], "dry_by_place"),
+    "quadratic and g(v)": (*CLASS_GROUPS[DISSIPATION], "quadratic_by_place"),
+}
+#: Hysteresis of one strength and one straight spring: sliders alike in both directions (Masing).
+_PLAIN_GROUPS: dict[str, tuple[str, ...]] = {HYSTERESIS: ("plain_stops",)}
+#: Speed below which the sign is uncertain: this share of the RMS at least, at most.
+_REST_SPEED = (0.01, 0.3)
+#: The sign of a speed with a normal error rises over this many of its standard deviations: the
+#: slope of ``erf(v / (sqrt(2) sigma))`` at rest.
+_BLURRED_SIGN = float(np.sqrt(0.5 * np.pi))
+#: Standard deviations of noise that a yield deflection stands above.
+_CLEAR = 3.0
+#: Passes of baseline and weight.
+_PASSES = 2
+PRESLIDING = "dahl_friction"
+#: Columns filtered together, to bound the memory.
+_CHUNK = 32
+#: RMS of the first quarter of a period of a drive that is switched on, over that of all of it: of a
+#: record cut from a longer one it is 0.6 at least where one sine drives it.
+_STILL = 0.1
+#: Ridge on columns of unit energy: keeps those singular that a run does not move.
+_ROUNDING = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """Which rows of the table are what."""
+
+    n_base: int
+    groups: tuple[tuple[GroupColumns[ForceRecord], slice], ...]
+    laws: tuple[LawColumns, ...]
+
+    def scale(self, energy: FloatArray) -> FloatArray:
+        """Factor of each column: target, regressors and laws of unit energy, each group as one."""
+        shared = energy.copy()
+        for _, columns in self.groups:
+            shared[columns] = shared[columns].mean()
+        return np.asarray(1.0 / np.sqrt(np.maximum(shared, 1e-300)))
+
+    def column_groups(self) -> dict[str, ColumnGroup]:
+        """Groups as the table has them."""
+        return {
+            group.id: ColumnGroup(
+                np.arange(columns.start, columns.stop), group.penalty, group.is_nonnegative
+            )
+            for group, columns in self.groups
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class BlockProducts:
+    """Products of the filtered columns of all runs, block by block.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n_blocks, n, n)
+        Products, scaled: target, regressors and laws of unit energy, each group as one.
+    floor : ndarray, shape (n_blocks,)
+        Sum of squares that noise alone leaves.
+    folds : ndarray of int, shape (n_blocks,)
+        Fold in which each block is held out.
+    scale : ndarray, shape (n,)
+        Factor that each column was multiplied by.
+    layout : _Layout
+        Which column is what.
+    """
+
+    gram: FloatArray
+    floor: FloatArray
+    folds: IntArray
+    scale: FloatArray
+    layout: _Layout
+
+
+@dataclass(frozen=True, eq=False)
+class ElementTable:
+    """Gram table with what its columns are.
+
+    Parameters
+    ----------
+    table : GramTable
+        Products.
+    bases : ElementBases
+        Splines and sizes.
+    groups : tuple of GroupColumns
+        Groups in the order of the table.
+    records : tuple of ForceRecord
+        Runs.
+    weights : tuple of NoiseWeight
+        Filter of each run.
+    scores : ClassScores
+        Held-out squares of the table, each made once.
+    loop : SmoothLoop, optional
+        Smooth loop among the columns of hysteresis.
+    loops : dict
+        Smooth loops once they were fitted, with the products of their columns, by the class beside
+        them and whether they are curves; copies under other limits share them.
+    """
+
+    table: GramTable
+    bases: ElementBases
+    groups: tuple[GroupColumns[ForceRecord], ...]
+    records: tuple[ForceRecord, ...]
+    weights: tuple[NoiseWeight, ...]
+    scores: ClassScores
+    loop: SmoothLoop | None = None
+    loops: dict[tuple[str, bool], tuple[SmoothLoop, BlockProducts]] = field(default_factory=dict)
+
+    @property
+    def independent_samples(self) -> float:
+        """Samples of all runs that are independent in their bands."""
+        return sum(
+            np.count_nonzero(run.counts) * min(1.0, 2.0 * run.band_hz * run.step)
+            for run in self.records
+        )
+
+    @property
+    def runs(self) -> "ElementRuns":
+        """What its columns are made of."""
+        return ElementRuns(self.records, self.weights, self.bases)
+
+
+@dataclass(frozen=True, eq=False)
+class ElementRuns:
+    """What the columns of a table are made of: runs, the filter of each, splines and sizes."""
+
+    records: tuple[ForceRecord, ...]
+    weights: tuple[NoiseWeight, ...]
+    bases: ElementBases
+
+
+def element_table(
+    model: ElementModel,
+    records: Sequence[ElementRecord],
+    noise: FloatArray,
+    constants: ClassConstants,
+) -> ElementTable | None:
+    """Gram table of all classes and laws; None where the records are too short.
+
+    `noise`, shape (n_runs,), is the variance of the channel's noise by run.
+    """
+    records = [with_all_lines(model, record) for record in records]
+    runs = force_records(model, records, noise)
+    if not runs:
+        return None
+    if not is_separable_from_time(runs, constants.separable_from_drive):
+        runs = force_records(model, records, noise, finer=IN_TIME)
+    size = _motion_size(model, runs, _variances(runs, records, noise))
+    if model.by_force:
+        sliding = [while_sliding(run, size.rest_speed) for run in runs]
+        runs = tuple(run for run in sliding if run is not None)
+    n_blocks = sum(int(run.block.max()) + 1 for run in runs)
+    if n_blocks < constants.fewest_blocks:
+        return None
+    runs = where_folds_overlap(runs, constants.n_folds)
+    weights = _weights_of(model, runs, _variances(runs, records, noise))
+    runs = tuple(
+        with_noise_of(run, weight.element) for run, weight in zip(runs, weights, strict=True)
+    )
+    bases = element_bases(runs, size)
+    runs = _with_starting_states(runs, weights, bases)
+    return table_of(model, ElementRuns(runs, weights, bases), constants)
+
+
+def table_of(
+    model: ElementModel,
+    runs: ElementRuns,
+    constants: ClassConstants,
+    more: Sequence[GroupColumns[ForceRecord]] = (),
+) -> ElementTable:
+    """Products of all columns along some runs, `more` groups beside those of all classes."""
+    bases = runs.bases
+    groups = (*group_columns(bases, _side_line(bases, runs.records)), *more)
+    products = products_by_block(
+        runs.records,
+        runs.weights,
+        lambda run: _columns_along(model, run, groups, bases.size),
+        constants.n_folds,
+    )
+    table = _gram_table(products, model, n_plain=yields(bases.size).size)
+    return ElementTable(
+        table, bases, groups, runs.records, runs.weights, ClassScores(table, constants)
+    )
+
+
+def _variances(
+    runs: Sequence[ForceRecord], records: Sequence[ElementRecord], noise: FloatArray
+) -> list[float]:
+    """Variance of the channel's noise in each of some runs."""
+    by_name = {record.name: float(value) for record, value in zip(records, noise, strict=True)}
+    return [by_name[run.record.name] for run in runs]
+
+
+def _motion_size(
+    model: ElementModel, runs: Sequence[ForceRecord], variance: Sequence[float]
+) -> MotionSize:
+    """Sizes of the motion over all runs."""
+    x, v, a = (np.concatenate([getattr(run, name)[run.counts] for run in runs]) for name in "xva")
+    speed, acceleration = float(np.sqrt(np.mean(v**2))), float(np.sqrt(np.mean(a**2)))
+    step = max(run.step for run in runs)
+    sigma = _CLEAR * float(np.sqrt(np.mean(variance))) if model.by_force else 0.0
+    sigma_v = max(run.speed_error for run in runs)
+    rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, _BLURRED_SIGN * sigma_v)
+    return MotionSize(
+        low=float(x.min()),
+        high=float(x.max()),
+        speed=speed,
+        rest_speed=min(rest, _REST_SPEED[1] * speed),
+        least_yield=sigma,
+    )
+
+
+def _weights_of(
+    model: ElementModel, runs: Sequence[ForceRecord], variance: Sequence[float]
+) -> tuple[NoiseWeight, ...]:
+    """Filter of each run; under a force its element follows from the weighted baseline."""
+    scale = model.scale
+    known = (scale.m, scale.C1, scale.K1)
+    element = known if model.by_force else None
+    carried = [carried_noise(model, run.record) for run in runs]
+    of_channel = [max(value - more, 0.0) for value, more in zip(variance, carried, strict=True)]
+    correlation_time = noise_correlation_time([run.record for run in runs], of_channel)
+    weights = [
+        NoiseWeight(
+            run.step,
+            run.band_hz,
+            element,
+            value if model.by_force else channel,
+            float(run.target[run.counts].std()),
+            None
+            if model.by_force
+            else MotionNoise(run.record.drive_noise, known, run.record.cutoff_hz),
+            correlation_time,
+        )
+        for run, value, channel in zip(runs, variance, of_channel, strict=True)
+    ]
+    # At one frequency mass and spring are one unknown: regressors without noise leave the two to
+    # rounding, and the element's scale keeps what lies within physical bounds.
+    if model.by_force and not any(run.noise_motion for run in runs):
+        for _ in range(_PASSES):
+            element = _weighted_baseline(model, runs, weights) or element
+            weights = [replace(weight, element=element) for weight in weights]
+    return tuple(weights)
+
+
+def _side_line(bases: ElementBases, runs: Sequence[ForceRecord]) -> FloatArray:
+    """Straight line of every spline of the drive side on the drive, shape (2, n_side)."""
+    side = np.concatenate([run.side[run.counts] for run in runs])
+    design = np.array([np.ones(side.size), side])
+    return np.linalg.lstsq(design.T, bases.side(side).T, rcond=None)[0]
+
+
+def _gram_table(products: BlockProducts, model: ElementModel, *, n_plain: int) -> GramTable:
+    """Table of all classes; its first sliders, which do not bend, are a group too."""
+    groups = products.layout.column_groups()
+    groups["plain_stops"] = ColumnGroup(
+        groups["stops"].columns[:n_plain], np.zeros((n_plain, n_plain)), is_nonnegative=True
+    )
+    ceiling: tuple[str, ...] = (*_SURFACE, "stops", "prony", "delay", "time", "side")
+    if model.states:
+        # The rate of the force after a release holds the acceleration, which is the target.
+        ceiling = (*_SURFACE, "stops")
+    return GramTable(
+        gram=products.gram,
+        n_base=products.layout.n_base,
+        groups=groups,
+        classes=CLASS_GROUPS,
+        surface=FORCE_SURFACE,
+        ceiling=ceiling,
+        laws=_laws_by_class(products.layout, model),
+        floor=products.floor,
+        folds=products.folds,
+        scale=products.scale,
+        beyond_laws={MEMORY: "curved_prony"},
+        coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
+        uncoupled_part=DISSIPATION,
+        products=_PRODUCT_GROUPS,
+        plain=_PLAIN_GROUPS,
+    )
+
+
+def _laws_by_class(layout: _Layout, model: ElementModel) -> dict[str, tuple[LawColumns, ...]]:
+    """Laws that lie in each class."""
+    return {
+        name: tuple(law for law in layout.laws if name in _classes_of(law.id, model))
+        for name in CLASS_GROUPS
+    }
+
+
+def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:
+    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law, model.measured)
+
+
+def _weighted_baseline(
+    model: ElementModel, runs: Sequence[ForceRecord], weights: Sequence[NoiseWeight]
+) -> tuple[float, float, float] | None:
+    """m, C1, K1 by least squares through the filter; None where they are no element."""
+    n = len(runs[0].base) + 1
+    gram = np.zeros((n, n))
+    for run, weight in zip(runs, weights, strict=True):
+        rows = weight.filtered(np.vstack([run.target, run.base]))[:, run.counts]
+        gram += rows @ rows.T
+    c = normal_solution(gram[1:, 1:], gram[1:, 0])
+    m, first = (model.mass, 0) if model.mass is not None else (float(c[0]), 1)
+    K1, C1 = float(c[first]), float(c[first + 1])
+    # A drive that acts backwards turns the sign of all of them, and not the size of the stiffness.
+    return (abs(m), max(float(C1 * np.sign(m)), 0.0), abs(K1)) if m * K1 > 0.0 else None
+
+
+def _columns_along(
+    model: ElementModel,
+    run: ForceRecord,
+    groups: Sequence[GroupColumns[ForceRecord]],
+    size: MotionSize,
+) -> tuple[list[FloatArray], _Layout]:
+    """Target, baseline, groups and laws along a run, and where they stand."""
+    rows, layout = group_columns_along(run, groups)
+    first = sum(map(len, rows))
+    known = []
+    for law in model.cards:
+        if law not in model.contained:
+            shapes = law_columns(model, run, law, size)
+            known.append(_law(rows, first, law, shapes, model))
+            first += len(rows[-1])
+    shapes = presliding_columns(run, size)[:, None]
+    known.append(_law(rows, first, PRESLIDING, shapes, model))
+    return rows, replace(layout, laws=tuple(known))
+
+
+def group_columns_along(
+    run: ForceRecord, groups: Sequence[GroupColumns[ForceRecord]]
+) -> tuple[list[FloatArray], _Layout]:
+    """Target, baseline and groups along a run, without laws."""
+    rows = [run.target[None], run.base]
+    first = 1 + len(run.base)
+    layout = []
+    for group in groups:
+        rows.append(group.columns(run))
+        layout.append((group, slice(first, first + len(rows[-1]))))
+        first += len(rows[-1])
+    return rows, _Layout(len(run.base), tuple(layout), ())
+
+
+def products_by_block(
+    runs: Sequence[ForceRecord],
+    weights: Sequence[NoiseWeight],
+    columns: Callable[[ForceRecord], tuple[list[FloatArray], _Layout]],
+    n_folds: int,
+) -> BlockProducts:
+    """Products of columns along some runs, by block; `columns` gives those of a run."""
+    n_blocks = sum(np.unique(run.block[run.counts]).size for run in runs)
+    gram = np.empty(0)
+    floors: list[float] = []
+    folds: list[int] = []
+    layout = None
+    for number, (run, weight) in enumerate(zip(runs, weights, strict=True)):
+        pieces, layout = columns(run)
+        raw = np.concatenate(pieces)
+        if not gram.size:
+            gram = np.empty((n_blocks, len(raw), len(raw)))
+        rows = _filtered_columns(raw, weight)
+        fold = fold_of(run, number, n_folds)
+        floor = weight.floor()
+        for block in np.unique(run.block[run.counts]):
+            chosen = run.block == block
+            inside = rows[:, chosen]
+            np.matmul(inside, inside.T, out=gram[len(floors)])
+            floors.append(floor * inside.shape[1])
+            folds.append(int(fold[chosen][0]))
+    assert layout is not None
+    scale = layout.scale(np.diag(gram.sum(axis=0)))
+    # In place: a table takes tens of megabytes, and a copy as long as its products.
+    gram *= np.outer(scale, scale)
+    return BlockProducts(gram, np.array(floors) * scale[0] ** 2, np.array(folds), scale, layout)
+
+
+def _law(
+    rows: list[FloatArray], first: int, law: str, shapes: FloatArray, model: ElementModel
+) -> LawColumns:
+    """Place of a law's columns, which are appended to the rows."""
+    n_shapes, n_columns, n = shapes.shape
+    rows.append(shapes.reshape(-1, n))
+    columns = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
+    card = model.cards.get(law)
+    return LawColumns(law, tuple(columns), len(card.parameters) if card else 2)
+
+
+def _filtered_columns(raw: FloatArray, weight: NoiseWeight) -> FloatArray:
+    """Columns through the filter of their run, shape (n_columns, n)."""
+    return np.concatenate(
+        [weight.filtered(raw[k : k + _CHUNK]) for k in range(0, len(raw), _CHUNK)]
+    )
+
+
+def _with_starting_states(
+    runs: Sequence[ForceRecord], weights: Sequence[NoiseWeight], bases: ElementBases
+) -> tuple[ForceRecord, ...]:
+    """Runs, each with the start of its sliders and branches that leaves less of the force."""
+    # Sliders and branches are those of all runs together: a run by itself, in which few of them
+    # slip, shares its force out among the others whichever way it began.
+    may_be_relaxed = [_is_switched_on(run) for run in runs]
+    if not any(may_be_relaxed):
+        return tuple(runs)
+    starts = [
+        [_products(run, weight, bases, from_rest=start) for start in (False, True)[: 1 + may_be]]
+        for run, weight, may_be in zip(runs, weights, may_be_relaxed, strict=True)
+    ]
+    relaxed = _best_starts(starts, len(runs[0].base))
+    return tuple(replace(run, from_rest=start) for run, start in zip(runs, relaxed, strict=True))
+
+
+def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bool]:
+    """Whether each run begins relaxed: all that may or none, then one by one while it gains."""
+    may_be = [len(products) > 1 for products in starts]
+    best = min(
+        (may_be, [False] * len(starts)),
+        key=lambda relaxed: _square_left(_total(starts, relaxed), n_base),
+    )
+    square = _square_left(_total(starts, best), n_base)
+    for number in np.flatnonzero(may_be).tolist():
+        # Summed anew: of a column that moves in this run alone a difference leaves rounding, whose
+        # square may be negative.
+        other = [*best[:number], not best[number], *best[number + 1 :]]
+        square_of_other = _square_left(_total(starts, other), n_base)
+        if square_of_other < square:
+            best, square = other, square_of_other
+    return best
+
+
+def _total(starts: Sequence[Sequence[FloatArray]], relaxed: Sequence[bool]) -> FloatArray:
+    """Products of all runs together."""
+    chosen = [products[start] for products, start in zip(starts, relaxed, strict=True)]
+    return np.asarray(np.sum(chosen, axis=0), dtype=np.float64)
+
+
+def _is_switched_on(run: ForceRecord) -> bool:
+    """Whether the drive of a run begins in it: a quarter of its first period is all but still."""
+    x, v = run.x[run.counts], run.v[run.counts]
+    # One sample may be all that is left of a run where the folds overlap.
+    if x.size < 2:
+        return False
+    drive = run.record.drive - run.record.drive.mean()
+    omega = float(v.std() / x.std())
+    first = drive[: max(int(0.5 * np.pi / (omega * run.step)), 2)]
+    return bool(np.sqrt(np.mean(first**2)) < _STILL * drive.std())
+
+
+def _products(
+    run: ForceRecord, weight: NoiseWeight, bases: ElementBases, *, from_rest: bool
+) -> FloatArray:
+    """Products of target, baseline and memory of a run, shape (n, n)."""
+    memory = np.concatenate(
+        [
+            stops_columns(run.x, bases.size, from_rest=from_rest),
+            relaxing_branches(run.x, bases.taus, run.step, from_rest=from_rest),
+        ]
+    )
+    rows = weight.filtered(np.concatenate([run.target[None], run.base, memory]))[:, run.counts]
+    return np.asarray(rows @ rows.T)
+
+
+def _square_left(products: FloatArray, n_base: int) -> float:
+    """Square that baseline and memory, of weights of at least zero, leave of the force."""
+    square = float(products[0, 0])
+    size = np.sqrt(np.maximum(np.diag(products), np.finfo(float).tiny))
+    scaled = products / np.outer(size, size)
+    n = len(products) - 1
+    model = ClassModel(np.arange(1, n + 1), _ROUNDING * np.eye(n), np.arange(n) >= n_base)
+    return square * float(squares_left(scaled, coefficients(scaled, model)))

@@ -1,0 +1,206 @@
+"""Errors of sign and clock of an element's records, and its records with their baseline.
+
+A baseline that is fitted to signals many shares of a period late ends in another minimum, whose
+prediction shows no delay. A linear element is least squares in force space, so that very many
+delays can be tried there without a fit of the baseline.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.inference.effect_fit import baseline_left
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
+from carrierflex.diagnosis.wiring.rivals import (
+    TORQUE_SIGN,
+    ClockDrift,
+    PredictedRecord,
+    WiringRival,
+)
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.campaign_warning import sample_of
+from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+#: Delays and drifts that are tried, in steps of time, to either side; of a delay that all runs
+#: share how finely.
+_MOST_STEPS, _PER_STEP = 30, 4
+#: How finely the best of them is sought, in steps, and values at most.
+_FINE = {"xatol": 1e-2, "maxiter": 80}
+#: Share of the square without a delay that the best one may leave.
+_BETTER = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class _Spectra:
+    """Products of one run's spectra, the size of its force taken as one; n frequencies."""
+
+    omega: FloatArray
+    gram: FloatArray
+    cross: ComplexArray
+
+    def delayed(self, delays: FloatArray) -> FloatArray:
+        """Products with the force where the response was late, shape (n_delays, 3)."""
+        return np.asarray((np.exp(-1j * np.outer(delays, self.omega)) @ self.cross).real)
+
+
+def element_clocks(problem: ElementProblem) -> tuple[ClockDrift, ...]:
+    """Delay of all responses, and the run whose clock drifts, that explain a linear element best.
+
+    With the spectra X of the motion, F of the force and the phase ``e^(i w tau)`` on the one that
+    is measured, mass, damping and stiffness of ``F = (K + i w C - w² m) X`` are least squares.
+    Each is given where it leaves at most half of what is left without it.
+    """
+    if any(record.base is not None or record.is_released for record in problem.records):
+        return ()
+    by_force = problem.model.by_force
+    spectra = [_spectra(record, record.response, by_force) for record in problem.records]
+    return (*_delay(problem.records, spectra), *_drift(problem.records, spectra, by_force))
+
+
+def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Iterator[ClockDrift]:
+    """Delay that all runs share."""
+    steps = np.arange(-_MOST_STEPS * _PER_STEP, _MOST_STEPS * _PER_STEP + 1) / _PER_STEP
+    delays = float(np.median([record.step for record in records])) * steps
+    cross = np.sum([run.delayed(delays) for run in spectra], axis=0)
+    squares = _squares(np.sum([run.gram for run in spectra], axis=0), cross, len(spectra))
+    best = int(np.argmin(squares))
+    is_inner = best not in (0, squares.size - 1)
+    if is_inner and squares[best] <= _BETTER * squares[steps.size // 2]:
+        yield ClockDrift("", float(delays[best]), 0.0)
+
+
+def _drift(
+    records: Sequence[ElementRecord], spectra: Sequence[_Spectra], by_force: bool
+) -> Iterator[ClockDrift]:
+    """Run whose delay grows, with the delay in its middle; the others are on time."""
+    # A single run cannot be distinguished from an element that is late itself.
+    if len(records) < 2:
+        return
+    gram = np.sum([run.gram for run in spectra], axis=0)
+    products = [run.delayed(np.zeros(1)) for run in spectra]
+    cross = np.sum(products, axis=0)
+    on_time = float(_squares(gram, cross, len(spectra))[0])
+    drifts = []
+    for record, run, product in zip(records, spectra, products, strict=True):
+        late = _LateRun(record, by_force, gram - run.gram, cross - product, len(records))
+        growth, delay, square = late.best()
+        drifts.append((square, ClockDrift(record.name, delay, growth)))
+    square, drift = min(drifts, key=lambda pair: pair[0])
+    if square <= _BETTER * on_time:
+        yield drift
+
+
+@dataclass(frozen=True, eq=False)
+class _LateRun:
+    """One run whose clock drifts, and the products of the others."""
+
+    record: ElementRecord
+    by_force: bool
+    gram: FloatArray
+    cross: FloatArray
+    n_runs: int
+
+    def best(self) -> tuple[float, float, float]:
+        """Growth of the delay and delay in the middle [s], and the square that they leave."""
+        steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1, dtype=np.float64)
+        step = self.record.step
+        table = np.array([self.squares(growth, step * steps) for growth in step * steps])
+        g, d = np.unravel_index(int(np.argmin(table)), table.shape)
+
+        def square(pair: FloatArray) -> float:
+            """Square with a growth and a delay in steps of time."""
+            return float(self.squares(step * pair[0], step * pair[1:])[0])
+
+        guess = np.array([steps[g], steps[d]])
+        fine = minimize(square, guess, method="Nelder-Mead", options=_FINE)
+        growth, delay = (step * fine.x).tolist()
+        return growth, delay, float(fine.fun)
+
+    def squares(self, growth: float, delays: FloatArray) -> FloatArray:
+        """Squares that all runs leave with a growth and some delays of this one."""
+        time = self.record.step * np.arange(self.record.response.size)
+        along = time / time[-1] - 0.5
+        # The response where its inputs were, but for the delay in its middle.
+        response = np.interp(time + growth * along, time, self.record.response)
+        run = _spectra(self.record, response, self.by_force)
+        return _squares(self.gram + run.gram, self.cross + run.delayed(delays), self.n_runs)
+
+
+def _spectra(record: ElementRecord, response: FloatArray, by_force: bool) -> _Spectra:
+    """Products of one run up to where its motion is trusted."""
+    window = np.hanning(response.size)
+    frequency = np.fft.rfftfreq(response.size, record.step)
+    used = (frequency > 0.0) & (frequency < record.cutoff_hz)
+    drive = np.fft.rfft((record.drive - record.drive.mean()) * window)[used]
+    moved = np.fft.rfft((response - response.mean()) * window)[used]
+    force, motion = (drive, moved) if by_force else (moved, drive)
+    size = max(float(np.sqrt(np.sum(np.abs(force) ** 2))), np.finfo(float).tiny)
+    omega = np.asarray(2.0 * np.pi * frequency[used], dtype=np.float64)
+    columns = np.array([motion, 1j * omega * motion, -(omega**2) * motion]).T / size
+    cross = np.conj(columns) * (force / size)[:, None]
+    if not by_force:
+        # The force is late: it turns the other way than the motion.
+        cross = np.conj(cross)
+    gram = np.asarray((np.conj(columns).T @ columns).real, dtype=np.float64)
+    return _Spectra(omega, gram, cross)
+
+
+def _squares(gram: FloatArray, cross: FloatArray, n_runs: int) -> FloatArray:
+    """Squares that a linear element leaves of the forces of all runs, each of size one."""
+    return np.asarray(n_runs - np.einsum("di,ij,dj->d", cross, normal_inverse(gram), cross))
+
+
+def element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
+    """Baseline refitted with the drive of the other sign."""
+    if not campaign.contract.inputs:
+        return ()
+    name = next(iter(campaign.contract.inputs))
+    runs = tuple(
+        replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs
+    )
+    square = element_left(replace(campaign, runs=runs))
+    line = sample_of(campaign.runs[0].file, 0)
+    rival = WiringRival(TORQUE_SIGN, name, f"'{name}' of the other sign", square, line)
+    return (rival,) if np.isfinite(square) else ()
+
+
+def element_left(campaign: Campaign) -> float:
+    """Mean square that the baseline leaves once it is fitted to a campaign."""
+    return baseline_left(element_problem(campaign))
+
+
+def element_predictions(problem: ElementProblem, theta: FloatArray) -> tuple[PredictedRecord, ...]:
+    """Every run with its fitted baseline; NaN where samples do not count."""
+    return tuple(
+        PredictedRecord(
+            record.name,
+            _time(record),
+            np.where(record.block >= 0, record.response, np.nan)[:, None],
+            problem.model.predicted(record, (), theta)[:, None],
+        )
+        for record in problem.records
+    )
+
+
+def element_linear(problem: ElementProblem, theta: FloatArray) -> Iterator[LinearRecord]:
+    """Every run with its fitted baseline, and the slopes of that by its parameters."""
+    slopes = problem.differenced(()).slopes(theta)
+    for record, (residual, columns) in zip(problem.records, slopes, strict=True):
+        time = _time(record)
+        predicted = problem.model.predicted(record, (), theta)
+        missed = np.where(record.block >= 0, residual, np.nan)
+        yield LinearRecord(
+            record.name, time, missed[:, None], predicted[:, None], columns[:, :, None]
+        )
+
+
+def _time(record: ElementRecord) -> FloatArray:
+    return np.asarray(record.step * np.arange(record.response.size), dtype=np.float64)

@@ -1,1 +1,0 @@
-"""Errors of sign and clock of an element's records."""
