@@ -21,7 +21,14 @@ from carrierflex.diagnosis.carrier.signature_rows import (
     rows_at,
 )
 from carrierflex.diagnosis.comparison.problem import Parameter
-from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, SENSOR, Addition, Costs
+from carrierflex.diagnosis.inference.planning.results import (
+    LOADS,
+    MINUTES,
+    SENSOR,
+    Addition,
+    Costs,
+    RigLimits,
+)
 from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
@@ -43,25 +50,6 @@ _SPEED_SHARE = 0.5
 _EVERY, _CLOSEST = 30, 10.0
 #: Samples of a turn at least, in an added run.
 _SAMPLES_A_TURN = 36
-
-
-@dataclass(frozen=True)
-class RigLimits:
-    """What the rig can do.
-
-    Parameters
-    ----------
-    torque : float
-        Largest torque [N m].
-    radial_load : float
-        Largest radial load [N].
-    sensor_angles : tuple of float
-        Housing angles at which a sensor can stand [rad]; every 30 degrees where empty.
-    """
-
-    torque: float = 4.0e5
-    radial_load: float = 2.0e5
-    sensor_angles: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

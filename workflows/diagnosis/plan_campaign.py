@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.carrier.planned import CarrierPool, RigLimits, carrier_pool
-from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs
+from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs, RigLimits
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.toml_files import read_toml, toml_document
 from carrierflex.files.versions import software_name
@@ -32,6 +31,7 @@ from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import simulate_load_case
 
 if TYPE_CHECKING:
+    from carrierflex.diagnosis.carrier.planned import CarrierPool
     from carrierflex.diagnosis.inference.planning.results import (
         CausePair,
         RankedAddition,
@@ -180,7 +180,7 @@ def plan_of(
     ValueError
         Where the kind has no additions.
     """
-    from carrierflex.diagnosis.carrier.planned import carrier_planned_table
+    from carrierflex.diagnosis.carrier.planned import carrier_planned_table, carrier_pool
     from carrierflex.diagnosis.carrier.problem import CarrierProblem
     from carrierflex.diagnosis.inference.planning.plan import campaign_plan
     from carrierflex.diagnosis.kinds import problem_of

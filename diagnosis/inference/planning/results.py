@@ -33,6 +33,25 @@ class Costs:
     minute: float = 1.0
 
 
+@dataclass(frozen=True)
+class RigLimits:
+    """What the rig can do.
+
+    Parameters
+    ----------
+    torque : float
+        Largest torque [N m].
+    radial_load : float
+        Largest radial load [N].
+    sensor_angles : tuple of float
+        Housing angles at which a sensor can stand [rad]; every 30 degrees where empty.
+    """
+
+    torque: float = 4.0e5
+    radial_load: float = 2.0e5
+    sensor_angles: tuple[float, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Addition:
     """Something that could be added to a campaign.
