@@ -207,11 +207,8 @@ def test_effects_are_called_by_their_names_in_every_sentence(element, page):
     diagnosis, _ = element
     sentences = [diagnosis.reason, diagnosis.attribution.discriminating_experiment]
     sentences += [ranked.refused for ranked in diagnosis.attribution.ranking]
-<<<<<<< HEAD
-=======
     sentences += [verdict_heading(diagnosis)]
     assert any("stiffness" in sentence for sentence in sentences)
->>>>>>> f_re
     assert not any("_" in sentence for sentence in sentences)
     assert "cubic stiffness" in Text(page).text
     assert not re.search(r"[a-z]+_(stiffness|friction|damping)", Text(page).text)
