@@ -206,23 +206,8 @@ def class_answer(
 ) -> ClassAnswer:
     """Class that the gap shows, the nearest law in it, and what remains.
 
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares of the table that holds the classes of the decision.
-    shares, decision
-        As of :func:`class_decision`.
-    candidates : sequence of str
-        Classes that these records can show.
-    shape_of : callable
-        Gives the measured shape of a class.
-    shows_laws : bool
-        Whether the drive tells a law from another curve of its class.
-
-    Returns
-    -------
-    ClassAnswer
-        Answer with shares, ties and rivals.
+    Shares and decision are those of :func:`class_decision`. `shows_laws` states whether the drive
+    distinguishes a law from another curve of its class.
     """
     surface = scores.table.surface
     names = [name for name in candidates if name != surface] + ([surface] if surface else [])
@@ -256,20 +241,7 @@ def answer_of(
 ) -> ClassAnswer:
     """Answer of a decision: shares, nearest laws, rivals and what remains.
 
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares of the table.
-    shares : Shares
-        Gap and floor.
-    decision : Decision
-        Which classes are named.
-    rivals : sequence of str
-        Classes whose share alone is told beside the answer.
-    shape_of : callable
-        Gives the measured shape of a class.
-    note : str
-        What the records cannot say.
+    `rivals` are the classes whose share alone is reported; `note` is what the records cannot say.
     """
     table, constants = scores.table, scores.constants
     if decision.state == NOTHING:

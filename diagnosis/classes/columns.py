@@ -87,15 +87,15 @@ def difference_penalty(n: int, order: int) -> FloatArray:
 @njit(cache=True)
 def _stops(x, yields, state):  # type: ignore[no-untyped-def]
     """Deflection of every stop along x; `state` is where they begin and is changed."""
-    forces = np.empty((yields.size, x.size))
+    deflections = np.empty((yields.size, x.size))
     last = x[0]
     for k in range(x.size):
         moved = x[k] - last
         last = x[k]
         for i in range(yields.size):
             state[i] = min(max(state[i] + moved, -yields[i]), yields[i])
-            forces[i, k] = state[i]
-    return forces
+            deflections[i, k] = state[i]
+    return deflections
 
 
 def stops(x: FloatArray, yields: FloatArray, *, from_rest: bool = False) -> FloatArray:

@@ -13,42 +13,6 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.classes.shares import Shares
 
-
-def _plain_first(
-    scores: ClassScores, shares: Shares, answer: Classes, candidates: Sequence[str]
-) -> Classes:
-    """Answer in which no class bends to what is another's."""
-    for name in scores.table.plain:
-        if answer == (name,):
-            return _with_plain_law(scores, shares, name, candidates)
-        if len(answer) == 2 and name in answer:
-            return _without_other(scores, shares, name, answer)
-    return answer
-
-
-def _with_plain_law(
-    scores: ClassScores, shares: Shares, bent: str, candidates: Sequence[str]
-) -> Classes:
-    """A class with the best one beside its plain law, where that explains what bending would."""
-    pairs = [(bent, name) for name in candidates if name != bent]
-    if not pairs:
-        return (bent,)
-    best = min(pairs, key=lambda pair: scores.plain.of(pair).total)
-    pair_result, straight = scores.plain.of(best), scores.plain.of((bent,))
-    is_cause = shares.is_clear_gain(pair_result, straight, scores.constants.second_cause)
-    if is_cause and shares.leaves_less(pair_result, scores.of((bent,))):
-        return tuple(sorted(best))
-    return (bent,)
-
-
-def _without_other(scores: ClassScores, shares: Shares, name: str, answer: Classes) -> Classes:
-    """A class alone where it bends anyway, and what stands beside it gains little."""
-    bent = scores.of((name,))
-    needs_bending = shares.leaves_less(bent, scores.plain.of(answer))
-    gains = shares.gain(scores.of(answer), bent) > scores.constants.beside_bent
-    return answer if gains or not needs_bending else (name,)
-
-
 _MORE_NOTE = (
     "one frequency drives all runs: a second cause is not separable from what one class leaves "
     "in these records"
@@ -291,6 +255,41 @@ def _product(scores: ClassScores, partners: Classes) -> HeldOutSquares:
         (products.of((name, *partners)) for name in scores.table.products),
         key=lambda result: result.total,
     )
+
+
+def _plain_first(
+    scores: ClassScores, shares: Shares, answer: Classes, candidates: Sequence[str]
+) -> Classes:
+    """Answer in which no class bends to what is another's."""
+    for name in scores.table.plain:
+        if answer == (name,):
+            return _with_plain_law(scores, shares, name, candidates)
+        if len(answer) == 2 and name in answer:
+            return _without_other(scores, shares, name, answer)
+    return answer
+
+
+def _with_plain_law(
+    scores: ClassScores, shares: Shares, bent: str, candidates: Sequence[str]
+) -> Classes:
+    """A class with the best one beside its plain law, where that explains what bending would."""
+    pairs = [(bent, name) for name in candidates if name != bent]
+    if not pairs:
+        return (bent,)
+    best = min(pairs, key=lambda pair: scores.plain.of(pair).total)
+    pair_result, straight = scores.plain.of(best), scores.plain.of((bent,))
+    is_cause = shares.is_clear_gain(pair_result, straight, scores.constants.second_cause)
+    if is_cause and shares.leaves_less(pair_result, scores.of((bent,))):
+        return tuple(sorted(best))
+    return (bent,)
+
+
+def _without_other(scores: ClassScores, shares: Shares, name: str, answer: Classes) -> Classes:
+    """A class alone where it bends anyway, and what stands beside it gains little."""
+    bent = scores.of((name,))
+    needs_bending = shares.leaves_less(bent, scores.plain.of(answer))
+    gains = shares.gain(scores.of(answer), bent) > scores.constants.beside_bent
+    return answer if gains or not needs_bending else (name,)
 
 
 def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:

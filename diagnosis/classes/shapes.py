@@ -142,14 +142,9 @@ def without_steps(
 
 
 def fitted_law(columns: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Law fitted to a curve beside a straight line, shape (n,).
+    """Law fitted to a curve with a straight line added, shape (n,).
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n_columns, n)
-        Law for unit amplitudes.
-    x, y : ndarray, shape (n,)
-        Curve.
+    `columns`, shape (n_columns, n), are the law for unit amplitudes.
     """
     design = np.vstack([columns, x, np.ones(x.size)]).T
     size = np.maximum(np.abs(design).max(axis=0), 1e-300)
@@ -388,20 +383,7 @@ def visited_range_warning(
 ) -> CampaignWarning:
     """Warning of what a law does beyond its table.
 
-    Parameters
-    ----------
-    law : Law
-        Law.
-    share : float
-        Share of the samples outside.
-    reached : ndarray
-        Deflections or speeds of the records.
-    table : ndarray, shape (n,)
-        Those of the table, increasing.
-    unit : str
-        Of both.
-    run : str
-        Run that is farthest outside.
+    `share` of the samples lie outside; `reached` and `table` in `unit`; `run` is farthest outside.
     """
     text = (
         f"{share:.2%} of the samples lie outside the range in which the law was measured: records "

@@ -171,14 +171,6 @@ def _runs_with_segments(
 
 
 def step_halving_error(records: Iterable[R], predicted: Callable[[R, int], FloatArray]) -> float:
-    """RMS change of a prediction with half the step.
-
-    Parameters
-    ----------
-    records : iterable of SegmentedRecord
-        Runs.
-    predicted : callable
-        Prediction for a record with so many times the steps.
-    """
+    """RMS change of a prediction, a function of record and refinement, with half the step."""
     changes = [predicted(record, 2) - predicted(record, 1) for record in records]
     return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))

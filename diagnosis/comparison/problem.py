@@ -197,12 +197,7 @@ class GapCell:
 def total_products(table: FloatArray, block: NDArray[np.int64]) -> FloatArray:
     """Products of the rows of a table over the samples of its blocks, shape (n_rows, n_rows).
 
-    Parameters
-    ----------
-    table : ndarray, shape (n_rows, n) or (n_rows, n, n_channels)
-        Target, baseline and signatures.
-    block : ndarray of int, shape (n,)
-        Block of every sample, negative where it belongs to none.
+    `block` is that of every sample, negative where it belongs to none.
     """
     rows = table[:, block >= 0].reshape(len(table), -1)
     return np.asarray(rows @ rows.T)

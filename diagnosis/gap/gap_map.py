@@ -148,14 +148,8 @@ def block_counts(
 ) -> FloatArray:
     """Degrees of freedom by block, column and band, shape (n_blocks, n_columns, n_bands).
 
-    The amplitudes of a band times the share of the block's samples that were measured.
-
-    Parameters
-    ----------
-    is_measured : ndarray of bool, shape (n, n_columns)
-        Samples that count.
-    block, step, edges_hz
-        As in :func:`block_powers`.
+    The amplitudes of a band times the share of the block's samples that were measured; arguments as
+    of :func:`block_powers`.
     """
     counts = []
     for number in range(int(block.max()) + 1):
@@ -356,17 +350,10 @@ def map_of(cells: Sequence[GapCell]) -> GapMap:
 
 
 def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
-    """Gap map of several tables, largest cell first.
+    """Gap map of several tables of runs, largest cell first.
 
-    Parameters
-    ----------
-    tables : sequence of CellTable
-        Every run in one of them. Where one is drawn, the others stay as they are.
-
-    Returns
-    -------
-    sequence of GapCell
-        Every used cell; shares are NaN where the coherent parts add up to nothing.
+    Where one table is drawn, the others stay as they are. Shares are NaN where the coherent parts
+    add up to nothing.
     """
     if not tables:
         return ()

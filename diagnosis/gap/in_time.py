@@ -252,15 +252,7 @@ class ScatterTable:
 
 
 def scatter_p_values(scatter: FloatArray, noise: FloatArray, degrees: FloatArray) -> FloatArray:
-    """Probability of a scatter under declared noise: ``dof scatter / noise ~ chi²(dof)``.
-
-    Parameters
-    ----------
-    scatter, noise : ndarray, shape (...)
-        Mean square that does not repeat, and that of the noise.
-    degrees : ndarray, shape (...)
-        Degrees of freedom.
-    """
+    """Probability of a scatter under declared noise: ``dof scatter / noise ~ chi²(dof)``."""
     ratio = scatter / np.maximum(noise, np.finfo(float).tiny)
     return np.asarray(chi2.sf(degrees * ratio, degrees), dtype=np.float64)
 
@@ -268,15 +260,7 @@ def scatter_p_values(scatter: FloatArray, noise: FloatArray, degrees: FloatArray
 def scatter_p_values_estimated(
     scatter: FloatArray, noise: FloatArray, degrees: FloatArray, noise_degrees: float | FloatArray
 ) -> FloatArray:
-    """Probability of a scatter under noise that other samples estimate: ``scatter / noise ~ F``.
-
-    Parameters
-    ----------
-    scatter, noise : ndarray, shape (...)
-        Mean square that does not repeat, and the estimate of that of the noise.
-    degrees, noise_degrees : ndarray, shape (...)
-        Degrees of freedom of both.
-    """
+    """Probability of a scatter under noise that other samples estimate: ``scatter / noise ~ F``."""
     ratio = scatter / np.maximum(noise, np.finfo(float).tiny)
     return np.asarray(fisher_f.sf(ratio, degrees, noise_degrees), dtype=np.float64)
 
@@ -286,13 +270,7 @@ def significant_non_synchronous(
 ) -> tuple[NonSynchronousCell, ...]:
     """Cells whose scatter is beyond noise, and all cells off the orders, largest excess first.
 
-    Parameters
-    ----------
-    tables : sequence of ScatterTable
-        All cells by run, p-values not adjusted; those of hundreds of runs are a million, and few of
-        them are beyond noise.
-    off_orders : sequence of NonSynchronousCell
-        Cells off the orders, p-values not adjusted, NaN where unknown.
+    P-values are adjusted here; NaN where they are unknown.
     """
     raw = [table.p_value[table.is_used()] for table in tables]
     raw.append(np.array([cell.p_value for cell in off_orders]))
@@ -312,21 +290,10 @@ def significant_non_synchronous(
 def repeatability(
     cells: Sequence[NonSynchronousCell], coherent: float, repetition: str
 ) -> tuple[Repeatability, ...]:
-    """What the scatter amounts to; empty where nothing was tested.
+    """What the scatter amounts to, one or none; empty where nothing was tested.
 
-    Parameters
-    ----------
-    cells : sequence of NonSynchronousCell
-        Cells of :func:`significant_non_synchronous`.
-    coherent : float
-        Mean square of the repeating gap, over all runs.
-    repetition : str
-        ``revolution``, ``period`` or ``repeat``.
-
-    Returns
-    -------
-    tuple of Repeatability
-        One or none.
+    `coherent` is the mean square of the repeating gap over all runs; `repetition` is
+    ``revolution``, ``period`` or ``repeat``.
     """
     beyond = [cell for cell in cells if cell.p_value < SIGNIFICANCE and cell.gap > cell.noise]
     if not beyond:

@@ -24,26 +24,9 @@ def separating_trial(
 ) -> str:
     """Trial in which the second set, refitted, stays farthest from the signals of the first.
 
-    ``argmax_u min_theta2 |y_1(u) - y_2(u; theta2)|²`` over the problem's feasible trials.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records and feasible trials.
-    first, second : EffectFit
-        Sets that these records cannot tell apart.
-    note : callable
-        Called with every trial, for progress.
-
-    Returns
-    -------
-    str
-        The trial in words with the difference in noise floors; empty where none separates.
-
-    References
-    ----------
-    .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two
-       rival models" (1975).
+    ``argmax_u min_theta2 |y_1(u) - y_2(u; theta2)|²`` over the feasible trials u (A. C. Atkinson,
+    V. V. Fedorov, "The design of experiments for discriminating between two rival models", 1975),
+    in words with the difference in noise floors; empty where none separates.
     """
     floor = float(np.sqrt(problem.noise_square.sum() / problem.cell_counts.sum()))
     ratios: dict[str, float] = {}

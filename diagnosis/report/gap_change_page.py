@@ -5,10 +5,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.report import words
 from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg
 from carrierflex.diagnosis.report.gap_change import (
     GONE,
@@ -19,6 +17,7 @@ from carrierflex.diagnosis.report.gap_change import (
     GapChange,
     RunChange,
 )
+from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import (
     listed,
     percent,
@@ -202,27 +201,19 @@ _MOST_ROWS = 30
 
 def comparison_page(change: GapChange) -> str:
     """HTML text of a comparison."""
-    environment = Environment(
-        loader=PackageLoader("carrierflex.diagnosis.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["plain_name"] = plain_name
-    return environment.get_template("comparison.html.j2").render(
-        change=change,
-        unit=change.before.unit,
-        words=words,
-        cell_name=_cell_name,
-        first_sentence=first_sentence(change),
-        causes_sentence=causes_sentence(change),
-        cells_sentence=cells_sentence(change),
-        software=software_name(),
-        figures=_figures(change),
-        cells=change.cells[:_MOST_ROWS],
-        n_more_cells=max(len(change.cells) - _MOST_ROWS, 0),
-    )
+    content = {
+        "change": change,
+        "unit": change.before.unit,
+        "cell_name": _cell_name,
+        "first_sentence": first_sentence(change),
+        "causes_sentence": causes_sentence(change),
+        "cells_sentence": cells_sentence(change),
+        "software": software_name(),
+        "figures": _figures(change),
+        "cells": change.cells[:_MOST_ROWS],
+        "n_more_cells": max(len(change.cells) - _MOST_ROWS, 0),
+    }
+    return rendered_page("comparison.html.j2", content)
 
 
 def _figures(change: GapChange) -> list[dict[str, Any]]:

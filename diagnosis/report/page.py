@@ -42,7 +42,6 @@ from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES
 
-_TEMPLATE = "report.html.j2"
 #: Rows of the tables that could be long.
 _MOST_CELLS = 10
 _MOST_SETS = 10
@@ -76,6 +75,11 @@ class ReportSource:
 
 def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
     """HTML text of the report."""
+    return rendered_page("report.html.j2", _content(diagnosis, source))
+
+
+def rendered_page(template: str, content: Mapping[str, Any]) -> str:
+    """HTML text of a template of this folder; a name that is not given is an error."""
     environment = Environment(
         loader=PackageLoader("carrierflex.diagnosis.report"),
         autoescape=True,
@@ -84,7 +88,7 @@ def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
         lstrip_blocks=True,
     )
     environment.filters["plain_name"] = plain_name
-    return environment.get_template(_TEMPLATE).render(**_content(diagnosis, source))
+    return environment.get_template(template).render(**content, words=words)
 
 
 def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
@@ -96,7 +100,6 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "reduction": reduction,
         "source": source,
         "campaign": source.campaign,
-        "words": words,
         "gap_words": gap_words,
         "verdict_words": verdict_words,
         "next_step": next_step(diagnosis),

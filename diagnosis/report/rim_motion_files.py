@@ -80,14 +80,7 @@ class RimMotion:
 def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
     """Motion of the rim that a diagnosis compared; None where the campaign has no rim.
 
-    Of more runs than a file holds some of every condition are kept.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Its signals are kept.
-    campaign : Campaign
-        Sensors and rig.
+    Of more runs than a file may hold, some of every condition are written.
     """
     if campaign.kind != "carrier" or diagnosis.signals is None:
         return None

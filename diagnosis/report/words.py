@@ -447,7 +447,7 @@ def beyond_chance(rows: Sequence[_Row]) -> list[_Row]:
 class _GrowthRow(NamedTuple):
     """Row of the table of amplitude-scaling exponents."""
 
-    item: str
+    component: str
     frame: str
     condition: str
     exponent: Exponent
@@ -456,11 +456,11 @@ class _GrowthRow(NamedTuple):
 def growth_rows(growth: Sequence[PartGrowth]) -> list[_GrowthRow]:
     """Every exponent that is determined, at most twelve rows."""
     rows = []
-    for item in growth:
-        order = f", order {item.order:g}" if math.isfinite(item.order) else ""
+    for group in growth:
+        order = f", order {group.order:g}" if math.isfinite(group.order) else ""
         rows += [
-            _GrowthRow(item.channel_pattern + order, item.frame or UNKNOWN, condition, exponent)
-            for condition, exponent in item.exponents.items()
+            _GrowthRow(group.channel_pattern + order, group.frame or UNKNOWN, condition, exponent)
+            for condition, exponent in group.exponents.items()
             if math.isfinite(exponent.value)
             and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
         ]

@@ -263,7 +263,7 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
     for shape in shapes():
         for dependence, columns_of in shape.columns.items():
             group = f"{shape.id}:{dependence}"
-            place, _ = rows.places[group]
+            place, _ = rows.rows_of_groups[group]
             columns = columns_of(quantities, n_planets)
             own = functions[dependence].functions
             c = rng.uniform(-1.0, 1.0, (len(own), len(weights[group])))

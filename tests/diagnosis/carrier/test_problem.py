@@ -214,7 +214,7 @@ def test_runs_in_parts_have_the_sums_of_all_at_once(monkeypatch):
     expected = whole.sums(effects, fit.theta, chosen), whole.squares(effects, fit.theta, chosen)
     monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._SLICE_BYTES", 1)
     parts = replace(whole)
-    assert len(parts._parts.slices) == len(whole.campaign.runs)
+    assert len(parts._slices.slices) == len(whole.campaign.runs)
     sums, squares = (
         parts.sums(effects, fit.theta, chosen),
         parts.squares(effects, fit.theta, chosen),
