@@ -82,11 +82,12 @@ def _acting(
 ) -> tuple[LawColumns, ...]:
     """Laws that the simulator has, at the shapes that act outside every fold.
 
-    A gain or a delay of a baseline without signals acts on nothing.
+    A gain or a delay of a baseline without signals acts on nothing; a law of both directions of a
+    load acts where one of them is loaded.
     """
-    acts = np.diagonal(table.training, axis1=1, axis2=2).min(axis=0) > 0.0
+    squares = np.diagonal(table.training, axis1=1, axis2=2)
     shapes = {
-        law.id: tuple(shape for shape in law.variants if acts[shape].all())
+        law.id: tuple(shape for shape in law.variants if squares[:, shape].any(axis=1).all())
         for law in laws
         if law.id in simulated
     }

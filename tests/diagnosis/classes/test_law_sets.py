@@ -107,15 +107,17 @@ def test_a_class_without_a_law_has_no_set():
     assert sets[0] == ("c0",)
 
 
-def test_a_law_that_acts_on_nothing_is_never_proposed():
+def test_a_law_that_acts_on_nothing_is_never_proposed_and_one_of_two_loads_of_which_one_acts_is():
     # The gain of a sensor where the baseline has no signal, and no column either.
     table = toy_table(column("a0"), COLUMNS)
     gram = table.gram.copy()
     gram[:, FIRST["c"], :] = gram[:, :, FIRST["c"]] = 0.0
-    table = replace(table, laws=LAWS, gram=gram, n_base=0)
+    both = LawColumns("both", (np.array([FIRST["a"], FIRST["c"]]),), 2)
+    table = replace(table, laws={**LAWS, "a": (both,)}, gram=gram, n_base=0)
     scores = ClassScores(table, LIMITS)
     shares = Shares(scores.of(()).squares, table.floor, LIMITS)
-    assert law_sets(scores, shares, (("a",),), EVERY)[0] == ("a0",)
+    sets = law_sets(scores, shares, (("a",),), {"both", "b0", "b1", "c0"})
+    assert sets == (("both",),)
 
 
 def test_a_law_of_two_classes_is_proposed_once():
