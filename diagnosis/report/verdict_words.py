@@ -287,14 +287,14 @@ def gists(diagnosis: Diagnosis) -> dict[str, str]:
     """One line for every folded section, so that what is in it is known before it is opened."""
     far = diagnosis.reduction
     which = diagnosis.attribution
-    tried = f"{len(which.ranking)} sets of effects tried" if which.ranking else "nothing tried"
+    tried = f"{len(which.ranking)} sets of laws fitted" if which.ranking else "nothing fitted"
     steps = len(far.steps) - 1 if far is not None and far.steps else 0
     far_gist = f"RMS as effects are added, {steps} of them" if steps else "no effect was added"
     if diagnosis.shrinks_by_class:
         far_gist += "; what the answer by class explains"
     return {
         "where": "maps of the gap, its growth with the conditions, what does not repeat",
-        "which": f"signatures, parameters, rivals; {tried}",
+        "which": f"parameters, rivals; {tried}",
         "far": far_gist,
         "remaining": "what is left, run by run" if steps else "the gap itself",
         "inputs": f"{diagnosis.campaign}: runs, channels, rig, versions",
