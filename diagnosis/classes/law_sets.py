@@ -67,13 +67,15 @@ def law_sets(
         name: _acting(scores.table, laws, simulated) for name, laws in scores.table.laws.items()
     }
     library = {law.id: law for laws in of_each_class.values() for law in laws}
-    sets = [entry for own in sets_of_classes for entry in _nearest(scores, of_each_class, own)]
+    nearest = [_nearest(scores, shares, of_each_class, classes) for classes in sets_of_classes]
+    sets = [entry for entries in nearest for entry in entries]
     sets += _grown(scores, shares, library)
     of_classes = [scores.of(classes) for classes in sets_of_classes if classes]
     explaining = [held for held in of_classes if state_of(shares, held) == NAMED_CLASS]
     near = _near_best(shares, sets, explaining)
-    # In force space a law is known less well than by simulation: that of the answer is fitted.
-    proposed = [*sets[:1], *near] if of_classes else near
+    # In force space a law is known less well than by simulation, friction at rest least: the
+    # nearest laws of the answer are fitted, and a simpler set beside them.
+    proposed = [*_with_simpler(nearest[0]), *near] if of_classes else near
     return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in proposed if entry.laws))
 
 
@@ -138,27 +140,47 @@ def _with_law(scores: ClassScores, base: _LawSet, law: LawColumns) -> _LawSet:
 
 
 def _nearest(
-    scores: ClassScores, laws: Mapping[str, Sequence[LawColumns]], classes: Classes
+    scores: ClassScores,
+    shares: Shares,
+    laws: Mapping[str, Sequence[LawColumns]],
+    classes: Classes,
 ) -> list[_LawSet]:
-    """Sets of the nearest laws of some classes, one law a class."""
-    of_each = [_nearest_laws(scores, laws.get(name, ()), name, classes) for name in classes]
-    if not all(of_each):
-        return []
-    sets = [_fitted_set(scores, chosen) for chosen in product(*of_each)]
-    ordered = sorted(sets, key=lambda entry: entry.result.total)
-    return ordered[:_COMBINATIONS]
+    """Sets of the nearest laws of some classes, one law a class; the first is worth most."""
+    of_each = [_nearest_laws(scores, shares, laws.get(name, ()), name, classes) for name in classes]
+    sets = [(_fitted_set(scores, chosen), chosen) for chosen in product(*of_each) if chosen]
+    ordered = sorted(sets, key=lambda entry: -_worth(scores, shares, entry[0].result, entry[1]))
+    return [entry for entry, _ in ordered[:_COMBINATIONS]]
+
+
+def _with_simpler(entries: Sequence[_LawSet]) -> list[_LawSet]:
+    """The first set, and the first of fewer amplitudes."""
+    simpler = [entry for entry in entries if entry.columns.size < entries[0].columns.size]
+    return [*entries[:1], *simpler[:1]]
+
+
+def _worth(
+    scores: ClassScores, shares: Shares, result: HeldOutSquares, laws: Sequence[LawColumns]
+) -> float:
+    """Share that laws explain, less what their parameters must gain: a law holds simpler ones."""
+    return shares.of(result) - scores.constants.law_parameter * sum(
+        law.n_parameters for law in laws
+    )
 
 
 def _nearest_laws(
-    scores: ClassScores, laws: Sequence[LawColumns], name: str, classes: Classes
+    scores: ClassScores, shares: Shares, laws: Sequence[LawColumns], name: str, classes: Classes
 ) -> list[LawColumns]:
-    """Laws of a class that leave least beside the other classes."""
+    """Laws of a class that are worth most beside the other classes, a simpler one among them."""
     beside = tuple(other for other in classes if other != name)
 
-    def least(law: LawColumns) -> float:
-        return min(scores.with_law(beside, shape).total for shape in law.variants)
+    def worth(law: LawColumns) -> float:
+        results = [scores.with_law(beside, shape) for shape in law.variants]
+        best = min(results, key=lambda result: result.total)
+        return _worth(scores, shares, best, (law,))
 
-    return sorted(laws, key=least)[:_NEAREST]
+    ordered = sorted(laws, key=worth, reverse=True)
+    simpler = [law for law in ordered if law.n_parameters < ordered[0].n_parameters]
+    return list({law.id: law for law in (*ordered[:_NEAREST], *simpler[:1])}.values())
 
 
 def _fitted_set(scores: ClassScores, laws: Sequence[LawColumns]) -> _LawSet:

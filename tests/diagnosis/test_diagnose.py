@@ -74,9 +74,8 @@ def test_dry_friction_is_named_with_its_class():
     own = found(displacement_campaign(lambda q, v: 0.4 * np.sign(v), n=2000))
     assert own.verdict == "named"
     assert own.attribution.effects == ("coulomb_friction",)
-    (members,) = own.attribution.aliases
-    assert set(members) == {"coulomb_friction", "stribeck_friction", "friction_asymmetry"}
-    assert "triangular drive" in own.attribution.discriminating_experiment
+    # Laws of more parameters that hold it are fitted too, and are no better.
+    assert {"stribeck_friction"} <= {law for row in own.attribution.ranking for law in row.effects}
     assert_allclose(own.attribution.parameters["coulomb_friction"]["Fc"].value, 0.4, rtol=0.05)
 
 
