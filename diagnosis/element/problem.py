@@ -5,8 +5,9 @@ Both drives, its library, sums by block and band; trial drives; another simulato
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -125,6 +126,11 @@ class ElementProblem(ComparisonProblem):
     noise_is_declared: bool = False
     noise_note: str = ""
     table: ElementTable | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What it is made of but for the table of the classes, which no fit asks for."""
+        state = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {**state, "table": None}
 
     @property
     def unit(self) -> str:
