@@ -153,7 +153,7 @@ def _aliases(judged: Verdict, selection: Selection) -> tuple[Effects, ...]:
         others = [law for law in rival if law not in selection.accepted]
         for law in replaced:
             groups.setdefault(law, [law]).extend(others)
-    return tuple(tuple(dict.fromkeys(members)) for members in groups.values() if len(members) > 1)
+    return tuple(tuple(dict.fromkeys(members)) for members in groups.values())
 
 
 def _separating_trial(fits: LawFits, selection: Selection, judged: Verdict) -> str:

@@ -39,8 +39,6 @@ class ForceEffect:
         Ids of effects that look alike; its own may be among them.
     discriminating_experiment : str
         The measurement that tells it from them.
-    acts_on_others : bool
-        Whether it changes how other effects are read.
     """
 
     id: str
@@ -53,7 +51,6 @@ class ForceEffect:
     shape_starts: tuple[float, ...] = (1.0,)
     alike: tuple[str, ...] = ()
     discriminating_experiment: str = ""
-    acts_on_others: bool = False
 
     @property
     def aliases(self) -> tuple[str, ...]:

@@ -141,7 +141,6 @@ def card_of(effect: Effect) -> EffectCard:
         effect.signature,
         effect.aliases,
         effect.discriminating_experiment,
-        acts_on_others=effect.acts_on_others,
         law=effect.pattern,
     )
 
@@ -156,5 +155,4 @@ def _effect_of(card: EffectCard) -> Effect:
         pattern=card.law,
         aliases=card.aliases,
         discriminating_experiment=card.discriminating_experiment,
-        acts_on_others=card.acts_on_others,
     )

@@ -98,8 +98,9 @@ def _acting(
 
 def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns]) -> list[_LawSet]:
     """Best sets of every size that clearly gains over the size before."""
-    empty = _LawSet((), np.empty(0, dtype=np.int64), scores.of(()))
-    best, extended, returned = empty, [empty], []
+    best = _no_law(scores)
+    extended = [best]
+    returned: list[_LawSet] = []
     for _ in range(_MOST_LAWS):
         larger = {
             tuple(sorted((*base.laws, name))): _with_law(scores, base, law)
@@ -123,12 +124,20 @@ def _near_best(
 ) -> list[_LawSet]:
     """Sets near the best of their size, and not far from the classes."""
     most = _FAR * min(map(shares.left, classes), default=np.inf)
-    left = {id(entry): shares.left(entry.result) for entry in sets}
     best: dict[int, float] = {}
     for entry in sets:
         size = len(entry.laws)
-        best[size] = min(left[id(entry)], best.get(size, np.inf))
-    return [entry for entry in sets if left[id(entry)] <= min(_NEAR * best[len(entry.laws)], most)]
+        best[size] = min(shares.left(entry.result), best.get(size, np.inf))
+    return [
+        entry
+        for entry in sets
+        if shares.left(entry.result) <= min(_NEAR * best[len(entry.laws)], most)
+    ]
+
+
+def _no_law(scores: ClassScores) -> _LawSet:
+    """The baseline alone."""
+    return _LawSet((), np.empty(0, dtype=np.int64), scores.of(()))
 
 
 def _with_law(scores: ClassScores, base: _LawSet, law: LawColumns) -> _LawSet:
@@ -185,7 +194,7 @@ def _nearest_laws(
 
 def _fitted_set(scores: ClassScores, laws: Sequence[LawColumns]) -> _LawSet:
     """Set of given laws, each at the shape that leaves least beside those before it."""
-    fitted = _LawSet((), np.empty(0, dtype=np.int64), scores.of(()))
+    fitted = _no_law(scores)
     for law in {law.id: law for law in laws}.values():
         fitted = _with_law(scores, fitted, law)
     return fitted

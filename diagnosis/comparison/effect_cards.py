@@ -49,9 +49,6 @@ class EffectCard:
         Ids it is commonly confused with.
     discriminating_experiment : str
         The measurement that tells it from them.
-    acts_on_others : bool
-        Whether it changes how other effects are read (a sensor's gain, place or delay): it is tried
-        beside each of them.
     law : object, optional
         How the kind computes it; a user's card must have one. Kinds element and mounting: a
         function ``(deflection, speed, parameters) -> force`` of floats and one array that numba can
@@ -67,7 +64,6 @@ class EffectCard:
     signature: str
     aliases: tuple[str, ...] = ()
     discriminating_experiment: str = ""
-    acts_on_others: bool = False
     law: Any = None
 
     def __post_init__(self) -> None:
@@ -99,7 +95,6 @@ def card_of_force(effect: ForceEffect, kind: str) -> EffectCard:
         effect.signature,
         effect.aliases,
         effect.discriminating_experiment,
-        acts_on_others=effect.acts_on_others,
         law=effect.law,
     )
 

@@ -1,4 +1,4 @@
 """Which effects the records support.
 
-Screening, selection, alias classes, gap reduction, verdict; knows no kind.
+Fits of sets of laws, held-out scores, selection, intervals, gap reduction; knows no kind.
 """

@@ -11,9 +11,10 @@ from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, C
 from carrierflex.identification.estimation.gauss_newton import StopRule
 
 _EXPERIMENT_STOP = StopRule(most_steps=8)
-#: A trial separates two sets that differ there by more than this many noise floors; it is as good
-#: as the best where it separates by this share of it; how many such are listed.
-_SEPARATES, _AS_GOOD, _MOST_OTHERS = 1.0, 0.8, 3
+#: A trial separates two sets that differ there by more than this many noise floors.
+_SEPARATES = 1.0
+#: It is as good as the best where it separates by this share of it; how many such are listed.
+_AS_GOOD, _MOST_OTHERS = 0.8, 3
 
 
 def separating_trial(

@@ -56,8 +56,6 @@ class Effect:
         Ids it is commonly confused with.
     discriminating_experiment : str
         The measurement that tells it from them.
-    acts_on_others : bool
-        Whether it changes how other effects are read.
     """
 
     id: str
@@ -74,7 +72,6 @@ class Effect:
     curves: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     discriminating_experiment: str = ""
-    acts_on_others: bool = False
 
     @property
     def pair(self) -> PolarPair | None:

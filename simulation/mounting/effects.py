@@ -253,7 +253,6 @@ SENSOR_GAIN = MountingEffect(
     measurement=Measurement.GAIN,
     alike=("unequal_bushings", "main_bearing_compliance"),
     discriminating_experiment="the sensor's calibration on a micrometer",
-    acts_on_others=True,
 )
 
 SENSOR_ZERO = MountingEffect(
@@ -267,7 +266,6 @@ SENSOR_ZERO = MountingEffect(
     ),
     measurement=Measurement.ZERO,
     discriminating_experiment="a zero reading at rest",
-    acts_on_others=True,
 )
 
 SENSOR_DELAY = MountingEffect(
@@ -285,7 +283,6 @@ SENSOR_DELAY = MountingEffect(
     discriminating_experiment=(
         "torque changes at two rates: a delay is the same time at both, at every sensor"
     ),
-    acts_on_others=True,
 )
 
 #: In the order of the contract.

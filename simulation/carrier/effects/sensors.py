@@ -13,7 +13,6 @@ SENSOR_GAIN = Effect(
     measurement=Measurement.GAIN,
     aliases=("sensor_angle", "sensor_zero"),
     discriminating_experiment="the sensor's calibration on a micrometer",
-    acts_on_others=True,
 )
 SENSOR_ANGLE = Effect(
     "sensor_angle",
@@ -23,7 +22,6 @@ SENSOR_ANGLE = Effect(
     measurement=Measurement.ANGLE,
     aliases=("sensor_gain", "sensor_delay"),
     discriminating_experiment="the sensor's place measured on the housing",
-    acts_on_others=True,
 )
 SENSOR_ZERO = Effect(
     "sensor_zero",
@@ -42,7 +40,6 @@ SENSOR_DELAY = Effect(
     measurement=Measurement.DELAY,
     aliases=("carrier_tilt", "sensor_angle"),
     discriminating_experiment="the same torque at two speeds",
-    acts_on_others=True,
 )
 
 SENSORS = (SENSOR_GAIN, SENSOR_ANGLE, SENSOR_ZERO, SENSOR_DELAY)
