@@ -7,9 +7,8 @@ most two per cent with a finding, and no verdict changed, unless into a tie with
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.files.json_files import save_json
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.outputs import prepared_folder
@@ -58,7 +57,7 @@ def main(
 
 def _write_outcome(case: CleanCase, path: Path) -> None:
     curves = default_curves() if case.plan.kind == "carrier" else None
-    with threadpool_limits(limits=1):
+    with single_threaded():
         outcome = clean_outcome(case, curves)
     save_json(path, outcome)
 

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.files.json_files import read_json, save_json
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.outputs import prepared_folder
@@ -91,7 +90,7 @@ def _write_outcomes(kind: str, seed: int, path: Path) -> None:
     if len(outcomes) == len(faults):
         return
     curves = default_curves() if kind == "carrier" else None
-    with threadpool_limits(limits=1):
+    with single_threaded():
         clean = case_campaign(_without_effect(kind, seed))[0]
         for outcome in fault_outcomes(clean, faults, seed, curves, first=len(outcomes)):
             outcomes.append(outcome)

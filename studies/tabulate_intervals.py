@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan
 from carrierflex.blind_check.scoring.class_coverage import Hit, covered_parameters
@@ -25,6 +23,7 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.files.json_files import save_json
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
@@ -98,7 +97,7 @@ def _write_case(plan: CasePlan, path: Path) -> None:
     campaign, label = case_campaign(plan)
     result = CaseIntervals((), ())
     if label.parameters:  # in textbook form
-        with threadpool_limits(limits=1):
+        with single_threaded():
             problem, measured = problem_of(campaign)
             diagnosis = diagnose(
                 problem, campaign=campaign.name, kind=_KIND, floor_is_measured=measured

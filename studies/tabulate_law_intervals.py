@@ -15,7 +15,6 @@ from statistics import median
 from typing import Literal
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, PAIR, SINGLE, CasePlan
@@ -28,6 +27,7 @@ from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.files.json_files import save_json
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.outputs import prepared_folder
@@ -98,7 +98,7 @@ def _plans(kind: str, cases: int, seed: int, without_effect: int) -> list[CasePl
 def _write_case(plan: CasePlan, path: Path) -> None:
     campaign, label = case_campaign(plan)
     limits = Thresholds()
-    with threadpool_limits(limits=1):
+    with single_threaded():
         curves = default_curves() if plan.kind == "carrier" else None
         problem, _ = problem_of(campaign, curves)
         search = law_fits(problem, limits)

@@ -12,11 +12,10 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Literal
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.files.json_files import save_json
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.examination import examined
 from carrierflex.workflows.diagnosis.plan_campaign import PlanSettings, plan_of
 from carrierflex.workflows.executors import work_executor
@@ -96,7 +95,7 @@ def _outcome_in(
     """Outcome of one case, from its file where there is one."""
     path = folder / f"{kind}-{seed}-{number:03d}.json"
     if not path.is_file():
-        with threadpool_limits(limits=1):
+        with single_threaded():
             save_json(path, addition_outcome(seed, number, gaps, kind=kind))
     return read_case(path, "the outcome of a case", _outcome_of)
 

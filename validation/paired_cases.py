@@ -18,14 +18,13 @@ from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import DECAYS, KINDS, CasePlan, Label
 from carrierflex.blind_check.sealing.check import LABELS_FILE, sealed_check
 from carrierflex.blind_check.truth.campaigns import write_case
 from carrierflex.blind_check.truth.element.drives import DECAY, STRATUM
 from carrierflex.files.json_files import save_json
+from carrierflex.identification.estimation.single_thread import single_threaded
 
 #: Seed of each kind; no other check has used them.
 SEEDS: Mapping[str, int] = {"element": 41001, "carrier": 41002, "mounting": 41003}
@@ -150,7 +149,7 @@ def _folder(plan: CasePlan) -> str:
 
 
 def _write_case(plan: CasePlan, folder: Path) -> Label:
-    with threadpool_limits(limits=1):
+    with single_threaded():
         return write_case(plan, folder)
 
 

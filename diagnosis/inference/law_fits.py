@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from itertools import permutations
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import Effects
@@ -16,6 +15,7 @@ from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, re
 from carrierflex.diagnosis.inference.results import Rejection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
+from carrierflex.identification.estimation.single_thread import single_threaded
 
 _SEED = 7
 
@@ -256,7 +256,7 @@ def _fitted_set(
 
     A pure function, so that it can be called in another process.
     """
-    with threadpool_limits(limits=1):
+    with single_threaded():
         try:
             return fit_effects(problem, effects, contained=contained), ""
         except NestedFitError as error:
@@ -265,7 +265,7 @@ def _fitted_set(
 
 def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
     """Held-out score of a set, in another process."""
-    with threadpool_limits(limits=1):
+    with single_threaded():
         return held_out_score(problem, fit, folds)
 
 

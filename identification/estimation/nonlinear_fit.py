@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from threadpoolctl import threadpool_limits
 
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.simulation.fit_parameter import FitParameter
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ def bounded_fit(
     """
     # Matrices of a dozen rows: threads of the linear algebra would cost ten times what they
     # compute.
-    with threadpool_limits(limits=1):
+    with single_threaded():
         return _bounded_fit(residuals, free, start, tolerance)
 
 

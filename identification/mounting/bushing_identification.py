@@ -10,7 +10,6 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.estimation.complex_method import ComplexSearch, complex_search
@@ -22,6 +21,7 @@ from carrierflex.identification.estimation.fit_uncertainty import (
 )
 from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, bounded_fit
 from carrierflex.identification.estimation.several_starts import best_of_starts, check_nested
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.identification.mounting.bushing_models import (
     AXIAL,
     BUSHING_MODELS,
@@ -208,7 +208,7 @@ def search_bushings(
 
     lower, upper = (np.array([getattr(one, end) for one in free]) for end in ("lower", "upper"))
     rng = np.random.default_rng(seed)
-    with threadpool_limits(limits=1):  # small matrices, as in bounded_fit
+    with single_threaded():  # small matrices, as in bounded_fit
         return complex_search(
             cost, lower, upper, rng=rng, tolerance=tolerance, max_evaluations=max_evaluations
         )

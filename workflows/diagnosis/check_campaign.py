@@ -8,10 +8,9 @@ do about it.
 from dataclasses import dataclass
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.progress import Stages
 
@@ -51,7 +50,7 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
         Where the campaign is refused.
     """
     stages = Stages(3, quiet)
-    with threadpool_limits(limits=1):
+    with single_threaded():
         with stages.stage(f"reading {campaign}"):
             measured = read_campaign(campaign)
             curves = campaign_curves(measured, campaign)

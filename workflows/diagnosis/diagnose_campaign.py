@@ -14,8 +14,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.versions import versions
@@ -24,6 +22,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.freed_memory import (
     return_freed_memory,
     return_unused_memory,
@@ -142,9 +141,7 @@ def main(
 
     brought = tuple(read_law(path) for path in law or ())
     stages = Stages(4, quiet)
-    # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
-    # each other ten times longer.
-    with threadpool_limits(limits=1):
+    with single_threaded():
         with stages.stage(f"reading {campaign}"):
             measured = campaign_part(
                 read_campaign(campaign),

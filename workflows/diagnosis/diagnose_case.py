@@ -10,8 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.blind_check.references.linear_laws import REFERENCES
 from carrierflex.blind_check.sealing.verdicts import ERROR, TIMES_FILE, Verdict
 from carrierflex.diagnosis.classes.results import (
@@ -35,6 +33,7 @@ from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT, VERSION, class_keys
 from carrierflex.files.json_files import read_json, save_json
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
 
@@ -121,7 +120,7 @@ def _refer(campaign: Path, out: Path) -> None:
     error = None
     n_samples = 0.0
     try:
-        with threadpool_limits(limits=1):
+        with single_threaded():
             problem = _problem(campaign)
             table = problem.gram_table()
             n_samples = float(problem.cell_counts.sum())
@@ -143,7 +142,7 @@ def _problem(folder: Path) -> ComparisonProblem:
 
 
 def _classify(campaign: Path, out: Path) -> None:
-    with threadpool_limits(limits=1):  # as in diagnose_campaign
+    with single_threaded():  # as in diagnose_campaign
         problem = _problem(campaign)
         answer = problem.class_answer()
     # Records too short for classes answer nothing.

@@ -14,7 +14,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs, RigLimits
 from carrierflex.files.json_files import plain, save_json
@@ -23,6 +22,7 @@ from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
 from carrierflex.simulation.mounting.case_files import MOUNTING_CASE
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
@@ -132,7 +132,7 @@ def main(
     if gap is not None and not (np.isfinite(gap) and gap > 0.0):
         raise ValueError(f"--gap is {gap}; expected a positive number of noise floors")
     stages = Stages(2, quiet)
-    with threadpool_limits(limits=1), TemporaryDirectory() as folder:
+    with single_threaded(), TemporaryDirectory() as folder:
         is_measured = case.is_dir()
         settings = PlanSettings() if is_measured else case_settings(case)
         settings = settings if gap is None else replace(settings, gap=gap)

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Console
-from threadpoolctl import threadpool_limits
 
 from carrierflex.blind_check.labels import FAMILIES, KINDS, CasePlan, Label
 from carrierflex.files.versions import software_name
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import other_processes, work_executor
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
@@ -263,7 +263,7 @@ def _write_case(plan: CasePlan, folder: Path) -> Label:
     """
     from carrierflex.blind_check.truth.campaigns import write_case
 
-    with threadpool_limits(limits=1):
+    with single_threaded():
         return write_case(plan, folder)
 
 
@@ -271,7 +271,7 @@ def _label(plan: CasePlan) -> Label:
     """Label of a case, made once more."""
     from carrierflex.blind_check.truth.campaigns import case_campaign
 
-    with threadpool_limits(limits=1):
+    with single_threaded():
         return case_campaign(plan)[1]
 
 

@@ -5,13 +5,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from threadpoolctl import threadpool_limits
-
 from carrierflex.diagnosis.report.diagnosis_files import write_report
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import versions
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.examination import examined
 from carrierflex.workflows.in_python.campaigns import Records, measured_campaign
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
@@ -119,6 +118,6 @@ def diagnosed(records: Records | Path | str) -> Diagnosed:
     """
     if not isinstance(records, Records):
         records = measured_campaign(records)
-    with threadpool_limits(limits=1):
+    with single_threaded():
         result = examined(records.campaign, records.curves).diagnosis()
     return Diagnosed(result, records)

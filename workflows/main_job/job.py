@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.inference.gap_reduction import EffectsInTurn, effects_in_turn
 from carrierflex.diagnosis.kinds import problem_of
@@ -22,6 +21,7 @@ from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from carrierflex.workflows.diagnosis.documents import Verdict
 from carrierflex.workflows.fe.carrier_variants import CarrierVariant
@@ -88,7 +88,7 @@ def diagnosed_gap(campaign: Path, *, out: Path) -> Gap:
     """
     diagnosis = diagnose_campaign.main(campaign, out=out, quiet=True)
     measured = read_campaign(campaign)
-    with threadpool_limits(limits=1):  # as in diagnose_campaign
+    with single_threaded():  # as in diagnose_campaign
         problem, _ = problem_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
         return Gap(diagnosis, effects_in_turn(problem, _PAPER_EFFECTS))
 
