@@ -23,7 +23,8 @@ class Selection:
     accepted : tuple of str
         Smallest supported set within one standard error of the best; empty where none is supported.
     rivals : tuple of tuple of str
-        Other supported sets of as many parameters or fewer, equal to it within the standard error.
+        Other supported sets, equal to it within the standard error, of as many parameters or fewer,
+        or of laws that the cards call its aliases.
     ranking : tuple of RankedSet
         All sets that were fitted, smallest held-out RMS first.
     """
@@ -82,8 +83,7 @@ def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
         # The best is as good as itself, also where nothing is left and no ratio can be made.
         equal = [laws for laws in supported if laws == best or _equal(fits, laws, best)]
         accepted = min(equal, key=lambda laws: (*_size(fits, laws), -fits.scores[laws].elpd))
-        most = _size(fits, accepted)
-        rivals = [laws for laws in equal if laws != accepted and _size(fits, laws) <= most]
+        rivals = [laws for laws in equal if laws != accepted and _is_rival(fits, laws, accepted)]
     ranking = [
         RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), _reason(rejections[laws]))
         for laws in sets
@@ -100,6 +100,21 @@ def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:
     limits = fits.thresholds
     is_near = float(difference.sum()) <= error or ratio <= limits.equal_rms
     return is_near and ratio <= limits.never_equal_rms
+
+
+def _is_rival(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
+    """Whether laws that predict as well may be the cause instead.
+
+    More parameters than those accepted speak against laws, unless these are known to pass for them:
+    pins with clearance look like stiffer pins at one load.
+    """
+    if _size(fits, laws) <= _size(fits, accepted):
+        return True
+    others = [law for law in laws if law not in accepted]
+    replaced = [law for law in accepted if law not in laws]
+    return len(others) == len(replaced) and all(
+        any(other in fits.problem.cards[law].aliases for other in others) for law in replaced
+    )
 
 
 def _size(fits: LawFits, laws: Effects) -> tuple[int, int]:
