@@ -72,14 +72,15 @@ def law_sets(
     sets += _grown(scores, shares, library)
     # A law of many shapes bends to what other laws leave and ends at a bound: others do without it.
     rigid = {name: law for name, law in library.items() if len(law.variants) == 1}
-    completed = [_completed(scores, shares, library, entry) for entry in nearest[0][:1]]
-    completed += [_completed(scores, shares, rigid, entry) for entry in nearest[0]]
+    of_answer = nearest[0] if nearest else []
+    completed = [_completed(scores, shares, library, entry) for entry in of_answer[:1]]
+    completed += [_completed(scores, shares, rigid, entry) for entry in of_answer]
     of_classes = [scores.of(classes) for classes in sets_of_classes if classes]
     explaining = [held for held in of_classes if state_of(shares, held) == NAMED_CLASS]
     near = _near_best(shares, sets, explaining)
     # In force space a law is known less well than by simulation, friction at rest least: the
     # nearest laws of the answer are fitted, and a simpler set beside them.
-    proposed = [*completed, *_with_simpler(nearest[0]), *near] if of_classes else near
+    proposed = [*completed, *_with_simpler(of_answer), *near]
     return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in proposed if entry.laws))
 
 

@@ -142,6 +142,19 @@ def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
     assert selection.rivals == ()
 
 
+@pytest.mark.parametrize(("aliases", "rivals"), [((), ()), (("a",), (("a",),))])
+def test_a_known_alias_of_more_parameters_is_a_rival(judged, aliases, rivals):
+    fits = judged({**BASE, ("a",): (1.0, EQUAL), ("b",): (1.1, LITTLE_WORSE)})
+    score = fits.scores[("a",)]
+    more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
+    fits.scores[("a",)] = replace(score, fit=more)
+    library = dict(fits.problem.library)
+    library["b"] = replace(library["a"], id="b", aliases=aliases)
+    fits.problem = replace(fits.problem, library=library)
+    selection = selection_of(fits)
+    assert (selection.accepted, selection.rivals) == (("b",), rivals)
+
+
 def test_a_rejected_set_is_neither_best_nor_rival(judged):
     scores = {**BASE, ("a",): (4.0, EQUAL), ("b",): (1.0, EQUAL), ("c",): (4.1, EQUAL)}
     selection = selection_of(judged(scores, {("b",): "at its bound"}))
