@@ -17,6 +17,7 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.inference.law_fits import Selection
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -28,7 +29,6 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     GapReduction,
 )
-from carrierflex.diagnosis.inference.selection import Selection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 

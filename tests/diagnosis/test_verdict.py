@@ -16,6 +16,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
 )
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.law_fits import Selection
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -29,7 +30,6 @@ from carrierflex.diagnosis.inference.results import (
     RankedSet,
     SelectionStep,
 )
-from carrierflex.diagnosis.inference.selection import Selection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.verdict import verdict_of
 from tests.diagnosis.class_answers import no_class

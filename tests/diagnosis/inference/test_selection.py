@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.inference.folds import held_out_folds
-from carrierflex.diagnosis.inference.law_fits import LawFits, law_fits
+from carrierflex.diagnosis.inference.held_out import held_out_folds
+from carrierflex.diagnosis.inference.law_fits import LawFits, candidate_sets, law_fits, selected
 from carrierflex.diagnosis.inference.results import Rejection
-from carrierflex.diagnosis.inference.selection import candidate_sets, selected
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from tests.diagnosis.inference.toy_problem import linear_problem, write_score
 
