@@ -33,7 +33,6 @@ from carrierflex.diagnosis.gap.findings import (
 from carrierflex.diagnosis.gap.gap_map import (
     N_DRAWS,
     CellTable,
-    band_edges_hz,
     block_counts,
     block_powers,
     gap_cells,
@@ -47,6 +46,7 @@ from carrierflex.diagnosis.gap.in_time import (
     scatter_p_values,
     significant_non_synchronous,
 )
+from carrierflex.diagnosis.kind.problem_in_time import edges_of_bands_hz
 from carrierflex.diagnosis.mounting.model import Choice, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.resampling import multinomial_counts
@@ -85,29 +85,7 @@ _MOST_POINTS = 1500
 
 def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
     """Ends of the bands of the map [Hz], shape (n_bands + 1,)."""
-    longest = max(float((record.block == 0).sum()) * record.step for record in records)
-    highest_hz = max(0.5 / record.step for record in records)
-    return band_edges_hz(longest, 1.001 * highest_hz, _BANDS)
-
-
-def score_cells(
-    records: Sequence[MountingRecord], edges_hz: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Degrees of freedom and sum of squares of the noise by block and cell of the score."""
-    counts = []
-    noise = []
-    for record in records:
-        is_measured = np.isfinite(record.measured)
-        by_block = block_counts(is_measured, record.block, record.step, edges_hz)
-        square = by_block * record.noise[:, None]
-        n_measured = np.array(
-            [is_measured[record.block == block].sum(axis=0) for block in range(record.n_blocks)]
-        )
-        # The zero's error is constant over a run: it lies in the lowest band.
-        square[:, :, 0] += record.zero_noise * n_measured
-        counts.append(by_block.reshape(record.n_blocks, -1))
-        noise.append(square.reshape(record.n_blocks, -1))
-    return np.concatenate(counts), np.concatenate(noise)
+    return edges_of_bands_hz(records, _BANDS)
 
 
 def mounting_gap_cells(
@@ -161,21 +139,7 @@ def mounting_findings(
 ) -> GapFindings:
     """Where the gap lies, in time, what differs between repeats, and growth with loads and motion.
 
-    Parameters
-    ----------
-    records : sequence of MountingRecord
-        Runs.
-    residuals : sequence of ndarray, shape (n, n_channels)
-        Gap of every run, zero where nothing was measured.
-    cells : sequence of GapCell
-        Its map.
-    sensors, channels : sequence of str
-        Sensor and name of every channel.
-
-    Returns
-    -------
-    GapFindings
-        Trends in time are not among them: loads that change in time make them too.
+    Trends in time are not among them: loads that change in time make them too.
     """
     names, matrix = _pattern_matrix(sensors, channels)
     moments: list[GapMoment] = []

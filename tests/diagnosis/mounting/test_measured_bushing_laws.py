@@ -12,8 +12,8 @@ from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import kept_law, law_findings, problem_of
-from carrierflex.diagnosis.mounting.classes.shapes import bushing_law_of_answer
 from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
 from carrierflex.simulation.law_files import read_law, write_law
 from carrierflex.simulation.laws import (
     APART,

@@ -6,7 +6,7 @@ balance of generalised forces, each weighted by the compliance of its motion: th
 noise of the sensors is white.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,23 +17,7 @@ from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shape_decision import FURTHER_CAUSE, shape_of
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
-from carrierflex.diagnosis.mounting.classes.catalogue import (
-    BUSHINGS,
-    DELAY,
-    DELAY_WAYS,
-    FORCE_GROUPS,
-    FULL,
-    GAIN,
-    LOAD_WAYS,
-    LOADS,
-    SHAPE_OF_LAW,
-    SHAPES_OF_USER,
-    STIFFNESS,
-    UNEQUAL,
-    ZERO,
-    class_groups,
-)
-from carrierflex.diagnosis.mounting.classes.columns import (
+from carrierflex.diagnosis.mounting.columns import (
     DELAYS,
     BushingSize,
     ForceGroup,
@@ -52,16 +36,69 @@ from carrierflex.diagnosis.mounting.classes.columns import (
     unequal_column,
     zero_column,
 )
-from carrierflex.diagnosis.mounting.classes.motion import (
+from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.motion import (
     N_FREE,
     BushingMotion,
     RigidBody,
     bushing_motions,
     rigid_body,
 )
-from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 
+#: Place of the forces that follow.
+BUSHINGS = "bushings"
+FORCE = "bushings/restoring_force"
+DISSIPATION = "bushings/dissipation"
+HYSTERESIS = "bushings/hysteresis"
+MEMORY = "bushings/memory"
+COUPLED = "bushings/coupled_damping"
+CHANGE = "bushings/time_variation"
+STIFFNESS = "housing/stiffness"
+LOADS = "loads/map"
+GAIN = "sensors/gain"
+ZERO = "sensors/zero"
+DELAY = "clock/delay"
+
+SAME = "same"
+EACH = "each"
+FULL = "full"
+#: One bushing stiffer than the other.
+UNEQUAL = "unequal"
+#: Groups of columns of each force, for both bushings alike; one each has them twice.
+FORCE_GROUPS: Mapping[str, tuple[str, ...]] = {
+    FORCE: ("f", "radial_f"),
+    DISSIPATION: ("g", "radial_g"),
+    HYSTERESIS: ("stops", "radial_stops", "smooth_stops"),
+    MEMORY: ("prony",),
+    COUPLED: ("h", "radial_h"),
+    CHANGE: ("time",),
+}
+#: Ways of the maps, the sparse ones first.
+STIFFNESS_WAYS = ("axial", "main_bearing", UNEQUAL, FULL)
+LOAD_WAYS = ("torque_from_load", "direction", "gain", FULL)
+DELAY_WAYS = ("all", "torque", "radial_load")
+#: Maps from loads to signals: one class where slow loads act in one direction.
+LINEAR_MAPS = (STIFFNESS, LOADS, GAIN)
+
+#: Shape of each law of the library.
+SHAPE_OF_LAW: Mapping[str, str] = {
+    "cubic_stiffness": FORCE,
+    "quintic_stiffness": FORCE,
+    "deflection_dependent_damping": COUPLED,
+    "fluid_branch": MEMORY,
+    "elasto_plastic_friction": HYSTERESIS,
+    "parasitic_torque": LOADS,
+    "ntl_direction": LOADS,
+    "axial_bushing_stiffness": STIFFNESS,
+    "main_bearing_compliance": STIFFNESS,
+    "unequal_bushings": STIFFNESS,
+    "sensor_gain": GAIN,
+    "sensor_zero": ZERO,
+    "sensor_delay": DELAY,
+}
+#: Shapes that hold a user's law: a force of deflection and speed in both bushings.
+SHAPES_OF_USER = (FORCE, DISSIPATION, COUPLED)
 #: Share of the floor that is added to what a class leaves: errors of the sensors' gains, which
 #: every rig has, leave up to a third of the floor's amplitude, and a map of many columns learns
 #: them.
@@ -76,6 +113,30 @@ _ROUNDING = 1e-20
 _DELAY_ROUNDING = 1e-10
 #: Either sign: loads may be late, or signals.
 _CANDIDATES = np.concatenate([DELAYS, -DELAYS])
+
+
+def class_groups(
+    channels: Sequence[str], contained: Sequence[str], known: Container[str]
+) -> dict[str, tuple[str, ...]]:
+    """Groups of columns of every class, the simplest way of a shape first."""
+    classes: dict[str, tuple[str, ...]] = {}
+    for shape, groups in FORCE_GROUPS.items():
+        classes[f"{shape}/{SAME}"] = groups
+        classes[f"{shape}/{EACH}"] = tuple(
+            f"{group}:{side}" for group in groups for side in ("starboard", "port")
+        )
+    for shape, ways in ((STIFFNESS, STIFFNESS_WAYS), (LOADS, LOAD_WAYS), (DELAY, DELAY_WAYS)):
+        for way in ways:
+            if f"{shape}:{way}" in known:
+                classes[f"{shape}/{way}"] = (f"{shape}:{way}",)
+    for shape in (GAIN, ZERO):
+        measured = [channel for channel in channels if f"{shape}:{channel}" in known]
+        for channel in measured:
+            classes[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
+        if measured:
+            classes[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in measured)
+    taken = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
+    return {name: of for name, of in classes.items() if name.rpartition("/")[0] not in taken}
 
 
 @dataclass(frozen=True, eq=False)
@@ -436,32 +497,15 @@ def _nearest_delays(
     channels: FloatArray,
     constants: ClassConstants,
 ) -> dict[str, float]:
-    """Delay of every way that leaves least of the gap, alone or beside one force of the bushings.
+    """Delay [s] of every way that leaves least of the gap, alone or beside one force.
 
     Beside a force where that takes half of what the best delay leaves alone: a force that does not
     is not missing, and a delay of another size may serve it.
 
     A delay that is sought beside stiffness and damping alone takes up what a force makes of them:
     beside a loop of the bushings, which holds the motion back, it gets the wrong size, and both
-    together explain half of what they are.
-
-    Parameters
-    ----------
-    body : RigidBody
-        Housing on the fitted linear bushings.
-    motions : sequence of BushingMotion
-        Runs.
-    groups : sequence of ForceGroup
-        Forces of the bushings.
-    channels : ndarray, shape (m, n_channels)
-        Weights of the channels in m sums of unit noise that show every free motion.
-    constants : ClassConstants
-        How well the noise is known, and the part of what is left that a richer answer must take.
-
-    Returns
-    -------
-    dict
-        Delay [s] by way.
+    together explain half of what they are. `channels`, shape (m, n_channels), are weights of the
+    channels in m sums of unit noise that show every free motion.
     """
     numbers: Mapping[str, IntArray] = {}
     gram = np.zeros((0, 0))

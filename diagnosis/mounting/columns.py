@@ -22,8 +22,8 @@ from carrierflex.diagnosis.classes.columns import (
     stops,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.mounting.classes.motion import N_FREE, BushingMotion, RigidBody
 from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion, RigidBody
 from carrierflex.simulation.force_laws import Force
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
 

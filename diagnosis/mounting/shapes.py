@@ -30,7 +30,11 @@ from carrierflex.diagnosis.classes.shapes import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.mounting.classes.catalogue import (
+from carrierflex.diagnosis.mounting.columns import ForceGroup, force_groups, law_forces
+from carrierflex.diagnosis.mounting.model import KIND, MountingModel
+from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions, rigid_body
+from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.mounting.table import (
     CHANGE,
     COUPLED,
     DISSIPATION,
@@ -39,12 +43,8 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     HYSTERESIS,
     MEMORY,
     SAME,
+    MountingTable,
 )
-from carrierflex.diagnosis.mounting.classes.columns import ForceGroup, force_groups, law_forces
-from carrierflex.diagnosis.mounting.classes.motion import BushingMotion, bushing_motions, rigid_body
-from carrierflex.diagnosis.mounting.classes.table import MountingTable
-from carrierflex.diagnosis.mounting.model import KIND, MountingModel
-from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import (
     APART,
@@ -146,28 +146,7 @@ def measured_shape(
 
 
 def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
-    """Measured shape of a class of the answer.
-
-    Parameters
-    ----------
-    answer : ClassAnswer
-        Answer by class.
-    campaign : str
-        Name of the campaign.
-    wanted : str, optional
-        Class as its law calls it; default: the one of the largest share.
-
-    Returns
-    -------
-    Law
-        Tables without what the linear bushings take up; stops or branches of a class with a memory.
-
-    Raises
-    ------
-    ValueError
-        Where no class is named or leading, the answer has not the wanted one, it has no law, or
-        holds dry friction.
-    """
+    """Measured shape of a class of the answer, without what the linear bushings take up."""
     return law_of_class(answer, campaign, _NAMES, wanted, _refusal)
 
 
