@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, LawColumns, TableRows
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shape_decision import FURTHER_CAUSE, shape_of
 from carrierflex.diagnosis.classes.shares import Shares
@@ -194,15 +194,6 @@ class MountingTable:
 
 
 @dataclass(frozen=True, eq=False)
-class _Layout:
-    """Rows of the table: target and baseline, groups, laws."""
-
-    #: Columns, penalty and sign of each group; columns of each shape of a law.
-    groups: dict[str, tuple[slice, FloatArray, bool]]
-    laws: dict[str, tuple[IntArray, ...]]
-
-
-@dataclass(frozen=True, eq=False)
 class _Columns:
     """What the columns of every run are."""
 
@@ -250,9 +241,8 @@ def mounting_table(
     grams = []
     floors = []
     folds = []
-    layout = _Layout({}, {})
     for number, run in enumerate(motions):
-        rows, layout = _rows(columns, run, turn * weights)
+        rows = _rows(columns, run, turn * weights)
         counts = _counting(run, limit)
         block = _block_of_grid(run)
         noise = float(np.sum((run.record.noise + run.record.zero_noise) * weights**2))
@@ -260,12 +250,12 @@ def mounting_table(
             chosen = counts & (block == b)
             if not chosen.any():
                 continue
-            grams.append(_products(rows, _samples(chosen)))
+            grams.append(_products(rows.rows, _samples(chosen)))
             floors.append(noise * int(chosen.sum()))
             folds.append((b + number) % constants.n_folds)
     if len(grams) < constants.fewest_blocks:
         return None
-    table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), layout)
+    table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), rows)
     scores = ClassScores(table, constants)
     return MountingTable(table, body, size, motions, model, limit, scores, _class_sizes(table))
 
@@ -334,38 +324,26 @@ def _base_rows(body: RigidBody, run: BushingMotion) -> FloatArray:
     return signals_of(body, run, body.on_coordinates(np.array([run.u, run.v])))
 
 
-def _rows(
-    columns: _Columns, run: BushingMotion, rotation: FloatArray
-) -> tuple[list[FloatArray], _Layout]:
+def _rows(columns: _Columns, run: BushingMotion, rotation: FloatArray) -> TableRows:
     """Target, baseline, groups and laws along a run in rotated channels."""
     model, body = columns.model, columns.body
-    n_base = 0 if model.fixed else 2
-    rows = [rotation @ np.nan_to_num(run.gap)[None], rotation @ _base_rows(body, run)[:n_base]]
-    first = 1 + n_base
-    layout = _Layout({}, {})
-
-    def put(name: str, values: FloatArray, penalty: FloatArray, *, positive: bool) -> None:
-        nonlocal first
-        rows.append(rotation @ values)
-        layout.groups[name] = (slice(first, first + len(values)), penalty, positive)
-        first += len(values)
-
+    base = _base_rows(body, run)[: 0 if model.fixed else 2]
+    table = TableRows(rotation @ np.nan_to_num(run.gap)[None], rotation @ base)
     for group in columns.groups:
-        forces = group.columns(run)
-        same = _of_sides(body, run, forces)
-        put(group.id, same[0] + same[1], group.penalty, positive=group.is_nonnegative)
-        for name, side in zip(("starboard", "port"), same, strict=True):
-            put(f"{group.id}:{name}", side, group.penalty, positive=group.is_nonnegative)
+        starboard, port = _of_sides(body, run, group.columns(run))
+        for name, values in (
+            (group.id, starboard + port),
+            (f"{group.id}:starboard", starboard),
+            (f"{group.id}:port", port),
+        ):
+            table.add_group(
+                name, rotation @ values, group.penalty, is_nonnegative=group.is_nonnegative
+            )
     for name, values in _map_columns(columns, run).items():
-        put(name, values, np.eye(len(values)), positive=False)
+        table.add_group(name, rotation @ values, np.eye(len(values)))
     for law in columns.laws:
-        values = law_signals(body, model, columns.size, run, law)
-        n_shapes, n_columns = values.shape[:2]
-        rows.append(rotation @ values.reshape(-1, *values.shape[2:]))
-        numbers = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
-        layout.laws[law] = tuple(numbers)
-        first += n_shapes * n_columns
-    return rows, layout
+        table.add_law(law, rotation @ law_signals(body, model, columns.size, run, law))
+    return table
 
 
 def _of_sides(body: RigidBody, run: BushingMotion, forces: FloatArray) -> list[FloatArray]:
@@ -397,28 +375,28 @@ def _map_columns(columns: _Columns, run: BushingMotion) -> dict[str, FloatArray]
 
 
 def _assembled(
-    model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout
+    model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, rows: TableRows
 ) -> GramTable:
     """Table of unit energies, each group scaled as one; contained laws join the baseline."""
-    n_base = 0 if model.fixed else 2
-    gram, layout, n_base = _with_contained(model, gram, layout, n_base)
-    energy = np.diag(gram.sum(axis=0)).copy()
-    for name, (columns, _, _) in layout.groups.items():
-        if not name.startswith((STIFFNESS, LOADS)):
-            energy[columns] = energy[columns].mean()
-    scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    order, n_base = _with_contained(model, gram.sum(axis=0), rows)
+    shift = n_base - rows.n_base
+    if shift:
+        gram = gram[:, order[:, None], order[None]]
     groups = {
-        name: ColumnGroup(np.arange(columns.start, columns.stop), penalty, positive)
-        for name, (columns, penalty, positive) in layout.groups.items()
+        name: replace(group, columns=group.columns + shift) for name, group in rows.groups.items()
     }
-    classes = {
-        name: members
-        for name, members in class_groups(model.channels, model.contained, groups).items()
-    }
+    energy = np.diag(gram.sum(axis=0)).copy()
+    for name, group in groups.items():
+        if not name.startswith((STIFFNESS, LOADS)):
+            energy[group.columns] = energy[group.columns].mean()
+    scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    classes = class_groups(model.channels, model.contained, groups)
     laws = {
         name: tuple(
-            LawColumns(law, variants, len(model.cards[law].parameters))
-            for law, variants in layout.laws.items()
+            LawColumns(
+                law, tuple(places + shift for places in variants), len(model.cards[law].parameters)
+            )
+            for law, variants in rows.laws.items()
             if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)
         )
         for name in classes
@@ -448,32 +426,20 @@ def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
 
 
 def _with_contained(
-    model: MountingModel, gram: FloatArray, layout: _Layout, n_base: int
-) -> tuple[FloatArray, _Layout, int]:
-    """Table whose baseline holds the contained laws, each at the shape that fits best beside it."""
+    model: MountingModel, total: FloatArray, rows: TableRows
+) -> tuple[IntArray, int]:
+    """Order of the columns in which contained laws stand behind the baseline, and its number.
+
+    They are copies, each law at the shape that fits best beside the others.
+    """
+    n_base = rows.n_base
     base = list(range(1, 1 + n_base))
-    total = gram.sum(axis=0)
     for law in model.contained:
-        variants = layout.laws.get(law, ())
-        if not variants:
-            continue
-        squares = [_remaining_square(total, [*base, *variant.tolist()]) for variant in variants]
-        base += variants[int(np.argmin(squares))].tolist()
-    added = base[n_base:]
-    if not added:
-        return gram, layout, n_base
-    rest = np.arange(1 + n_base, len(total))
-    order = np.concatenate([[0], base, rest]).astype(int)
-    shift = len(added)
-    groups = {
-        name: (slice(columns.start + shift, columns.stop + shift), penalty, positive)
-        for name, (columns, penalty, positive) in layout.groups.items()
-    }
-    laws = {
-        law: tuple(variant + shift for variant in of_shapes)
-        for law, of_shapes in layout.laws.items()
-    }
-    return gram[:, order[:, None], order[None]], _Layout(groups, laws), n_base + shift
+        variants = rows.laws.get(law, ())
+        if variants:
+            squares = [_remaining_square(total, [*base, *variant.tolist()]) for variant in variants]
+            base += variants[int(np.argmin(squares))].tolist()
+    return np.array([0, *base, *range(1 + n_base, len(total))]), len(base)
 
 
 def _remaining_square(total: FloatArray, columns: list[int]) -> float:
