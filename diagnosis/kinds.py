@@ -17,10 +17,10 @@ from carrierflex.diagnosis.carrier.wiring import (
     unchecked_records,
 )
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.element.problem import element_beside_prediction, element_problem
+from carrierflex.diagnosis.element.problem import element_problem, element_with_prediction
 from carrierflex.diagnosis.element.shapes import law_of_answer
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.mounting.problem import mounting_beside_prediction, mounting_problem
+from carrierflex.diagnosis.mounting.problem import mounting_problem, mounting_with_prediction
 from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
 from carrierflex.diagnosis.wiring.rivals import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -82,8 +82,8 @@ def _element(
     campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
 ) -> tuple[ComparisonProblem, bool]:
     problem = element_problem(campaign, laws)
-    if _is_beside_prediction(campaign):
-        problem = element_beside_prediction(problem, campaign)
+    if _has_predictions(campaign):
+        problem = element_with_prediction(problem, campaign)
     return problem, problem.noise_is_measured
 
 
@@ -91,12 +91,12 @@ def _mounting(
     campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
 ) -> tuple[ComparisonProblem, bool]:
     problem = mounting_problem(campaign, laws)
-    if _is_beside_prediction(campaign):
-        problem = mounting_beside_prediction(problem, campaign)
+    if _has_predictions(campaign):
+        problem = mounting_with_prediction(problem, campaign)
     return problem, problem.noise_is_measured
 
 
-def _is_beside_prediction(campaign: Campaign) -> bool:
+def _has_predictions(campaign: Campaign) -> bool:
     """Whether the baseline is the prediction in the run files, none of which may be empty."""
     if campaign.baseline.source != "columns":
         return False
@@ -147,7 +147,7 @@ _LAWS: dict[str, Callable[[ClassAnswer, str, str | None], Law]] = {
 }
 
 
-def kept_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> Law:
+def saved_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> Law:
     """Measured shape of a class as a law of the campaign's kind.
 
     Parameters

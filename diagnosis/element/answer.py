@@ -245,14 +245,14 @@ def _as_smooth_loop(
     least = min([decision.held, *mixed], key=lambda squares: squares.total)
     # One cause that explains the gap better than any two, or than the coupled class, is the simpler
     # answer and the better one; so are two in place of two others.
-    alone, loop = _left_by_loop(table, "")
+    alone, loop = _remaining_with_loop(table, "")
     best = None
     if _is_answer(shares, alone, least, _without_memory(table, drive, "")):
         best = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
         least = alone
     pairs = []
     for other in _partners(decision, surface) if not (drive.is_one_line or is_one) else ():
-        both, loop = _left_by_loop(table, other)
+        both, loop = _remaining_with_loop(table, other)
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
         if is_cause and _is_answer(shares, both, least, _without_memory(table, drive, other)):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
@@ -263,7 +263,7 @@ def _as_smooth_loop(
 
 def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[HeldOutSquares]:
     """What causes leave that are no loop, with a class and fitted to all blocks as a loop is."""
-    yield _left_by_loop(table, other, is_curve=True)[0]
+    yield _remaining_with_loop(table, other, is_curve=True)[0]
     # Any force of deflection and speed holds the springs that a spline held out draws badly at
     # their ends; under one frequency such a force draws every loop.
     if not drive.is_one_frequency:
@@ -342,7 +342,7 @@ def _has_one_level(table: ElementTable) -> bool:
     return max(sizes) <= _SAME_LEVEL * min(sizes)
 
 
-def _left_by_loop(
+def _remaining_with_loop(
     table: ElementTable, other: str, *, is_curve: bool = False
 ) -> tuple[HeldOutSquares, SmoothLoop]:
     """What hysteresis with a smooth loop leaves, alone or with one class, and that loop."""

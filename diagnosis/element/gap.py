@@ -15,15 +15,7 @@ from scipy.stats import f as fisher_f
 from scipy.stats import t as student_t
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import (
-    GAP,
-    LAW,
-    Panel,
-    Picture,
-    Trace,
-    is_function,
-    strip_means,
-)
+from carrierflex.diagnosis.comparison.overlay import Picture, is_function, loop_panel
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, GapCell
 from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -215,7 +207,7 @@ def _rms(values: FloatArray) -> float:
 
 def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftTable:
     """Trends of the lines over the periods."""
-    periods = record.whole_periods(residual)
+    periods = record.by_period(residual)
     if periods is not None:
         amplitudes = _line_amplitudes(periods)
     else:
@@ -240,8 +232,8 @@ def _scatter(
     record: ElementRecord, residual: FloatArray, channel: str, variance: float
 ) -> list[ScatterTable]:
     """Scatter of the lines over the periods, by band of lines."""
-    periods = record.whole_periods(residual)
-    measured = record.whole_periods(record.response)
+    periods = record.by_period(residual)
+    measured = record.by_period(record.response)
     if periods is None or measured is None:
         return []
     n, size = periods.shape
@@ -395,7 +387,7 @@ def element_gap_cells(
     """
     tables = []
     for record, residual, variance in zip(records, residuals, noise, strict=True):
-        periods = record.whole_periods(residual)
+        periods = record.by_period(residual)
         if periods is None:
             tables.append(_band_table(record, residual, float(variance), channel))
         else:
@@ -525,10 +517,10 @@ def _effect_force(
     return model.signature(record, effect, parameters)
 
 
-def _chosen_points(samples: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64]:
-    """Every n-th index, and those at both ends of x."""
-    by_size = samples[np.argsort(x[samples])]
-    every = samples[:: -(-samples.size // _MOST_POINTS)]
+def _chosen_points(x: FloatArray) -> NDArray[np.int64]:
+    """Every n-th sample, and those at both ends of x."""
+    by_size = np.argsort(x)
+    every = np.arange(0, x.size, -(-x.size // _MOST_POINTS))
     return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
 
 
@@ -543,15 +535,12 @@ def _picture(
     names = (("deflection", model.units[1]), ("speed", f"{model.units[1]}/s"))
     panels = []
     for record, lacking, law in runs:
-        samples = _chosen_points(np.flatnonzero(record.counts), record.motion[against])
-        x, shade = record.motion[against][samples], record.motion[1 - against][samples]
-        traces = [Trace(GAP, x, lacking[samples], shade)]
-        if law is not None:
-            curve = record.motion[against][record.counts], law[record.counts]
-            traces.append(
-                Trace(LAW, *(strip_means(*curve) if is_function(*curve) else (x, law[samples])))
-            )
-        panels.append(Panel(f"run {record.name}", tuple(traces)))
+        counts = record.counts
+        x, shade = record.motion[against][counts], record.motion[1 - against][counts]
+        counted = None if law is None else law[counts]
+        panels.append(
+            loop_panel(record.name, x, lacking[counts], shade, law=counted, drawn=_chosen_points(x))
+        )
     named = set_name(effects)
     law_text = (
         f"Orange: the fitted law ({named}). "

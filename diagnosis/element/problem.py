@@ -404,7 +404,7 @@ def _trial_frequencies_hz(model: ElementModel) -> list[float]:
     return [float(factor * omega / (2.0 * np.pi)) for factor in _FREQUENCIES]
 
 
-def element_beside_prediction(problem: ElementProblem, campaign: Campaign) -> ElementProblem:
+def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> ElementProblem:
     """ComparisonProblem whose baseline is the prediction in the run files.
 
     The inside of that simulator is unknown: mass, spring, damper and constant force are fitted to

@@ -124,7 +124,7 @@ class ElementRecord:
             return forces
         return band_limited(forces, self.step, self.flat_hz)
 
-    def whole_periods(self, signal: NDArray[Any]) -> NDArray[Any] | None:
+    def by_period(self, signal: NDArray[Any]) -> NDArray[Any] | None:
         """Signal by period, shape (n_periods, period); None where the drive has fewer than two."""
         if not self.period:
             return None

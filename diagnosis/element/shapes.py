@@ -35,7 +35,7 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
 from carrierflex.diagnosis.element.columns import (
     ElementBases,
-    parts_of_stops,
+    memory_of_stops,
     step_at_rest,
     stops_columns,
     stops_of,
@@ -371,7 +371,7 @@ def _surface_law(
     damping = slope_beside_rest(grid.v, middle)
     y -= slope * grid.x[:, None] + constant + damping * grid.v
     bristles = _stops_of_bristles(size.presliding, slips)
-    turning = parts_of_stops({"slip": bristles}, 0.0, size.half_range)
+    turning = memory_of_stops({"slip": bristles}, 0.0, size.half_range)
     friction = np.column_stack([grid.x, levels])
     parts = law_parts(replace(turning, levels=friction) if any(levels) else turning)
     surface = Surface(ELEMENT, grid.x, grid.v, y)

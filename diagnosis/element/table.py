@@ -426,14 +426,14 @@ def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bo
     may_be = [len(products) > 1 for products in starts]
     best = min(
         (may_be, [False] * len(starts)),
-        key=lambda relaxed: _square_left(_total(starts, relaxed), n_base),
+        key=lambda relaxed: _remaining_square(_total(starts, relaxed), n_base),
     )
-    square = _square_left(_total(starts, best), n_base)
+    square = _remaining_square(_total(starts, best), n_base)
     for number in np.flatnonzero(may_be).tolist():
         # Summed anew: of a column that moves in this run alone a difference leaves rounding, whose
         # square may be negative.
         other = [*best[:number], not best[number], *best[number + 1 :]]
-        square_of_other = _square_left(_total(starts, other), n_base)
+        square_of_other = _remaining_square(_total(starts, other), n_base)
         if square_of_other < square:
             best, square = other, square_of_other
     return best
@@ -471,7 +471,7 @@ def _products(
     return np.asarray(rows @ rows.T)
 
 
-def _square_left(products: FloatArray, n_base: int) -> float:
+def _remaining_square(products: FloatArray, n_base: int) -> float:
     """Square that baseline and memory, of weights of at least zero, leave of the force."""
     square = float(products[0, 0])
     size = np.sqrt(np.maximum(np.diag(products), np.finfo(float).tiny))

@@ -7,15 +7,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import (
-    GAP,
-    LAW,
-    Panel,
-    Picture,
-    Trace,
-    is_function,
-    strip_means,
-)
+from carrierflex.diagnosis.comparison.overlay import Panel, Picture, loop_panel
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
 from carrierflex.diagnosis.gap.findings import (
     CHANNEL,
@@ -412,20 +404,9 @@ def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
 def _panel(
     record: MountingRecord, motion: FloatArray, gap: FloatArray, law: FloatArray | None
 ) -> Panel:
-    chosen = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
-    traces = [Trace(GAP, motion[chosen], gap[chosen], np.gradient(motion, record.step)[chosen])]
-    if law is not None:
-        traces.append(
-            Trace(
-                LAW,
-                *(
-                    strip_means(motion, law)
-                    if is_function(motion, law)
-                    else (motion[chosen], law[chosen])
-                ),
-            )
-        )
-    return Panel(f"run {record.name}", tuple(traces))
+    drawn = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
+    speed = np.gradient(motion, record.step)
+    return loop_panel(record.name, motion, gap, speed, law=law, drawn=drawn)
 
 
 def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:

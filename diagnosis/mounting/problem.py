@@ -293,7 +293,7 @@ def mounting_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> M
     return MountingProblem(model, records, declared)
 
 
-def mounting_beside_prediction(problem: MountingProblem, campaign: Campaign) -> MountingProblem:
+def mounting_with_prediction(problem: MountingProblem, campaign: Campaign) -> MountingProblem:
     """Problem whose baseline is the prediction in the run files, K1 and C1 those that it obeys."""
     # The floor is the measurement's: a prediction has no noise to be estimated.
     channels = tuple(replace(channel, noise_std=0.0) for channel in campaign.channels)

@@ -82,7 +82,7 @@ _BUSHINGS: Mapping[str, tuple[int, ...]] = {BOTH: (0, 1), STARBOARD: (0,), PORT:
 #: Share of the visited sizes that are small deflections.
 _SMALL = 0.25
 #: Classes whose curves hold a straight part that the linear bushings take up.
-_KEPT = (FORCE, DISSIPATION, COUPLED)
+_WITH_STRAIGHT_LINE = (FORCE, DISSIPATION, COUPLED)
 #: Classes that a law file holds, and what it calls them.
 _NAMES: Mapping[str, str] = {
     name: name.rpartition("/")[2] for name in (FORCE, DISSIPATION, COUPLED, HYSTERESIS, MEMORY)
@@ -234,7 +234,7 @@ def _words(
 ) -> str:
     """Curve in words; along the size of a motion it is the same in either sense."""
     kind = fit.shape.rpartition("/")[2]
-    if fit.shape in _KEPT and fit.acts == (RADIAL,):
+    if fit.shape in _WITH_STRAIGHT_LINE and fit.acts == (RADIAL,):
         sign = 1.0 if fit.shape == COUPLED else -1.0
         x = np.concatenate([-x[:0:-1], x])
         y = np.concatenate([sign * y[:0:-1], y])
@@ -381,7 +381,7 @@ def _tables(
     table: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
 ) -> tuple[tuple[Part, ...], tuple[float, float]]:
     """Tables of the law, and its largest steps at rest, which no table holds."""
-    if fit.shape not in _KEPT:
+    if fit.shape not in _WITH_STRAIGHT_LINE:
         return (), (0.0, 0.0)
     tables = []
     steps = (0.0, 0.0)
@@ -425,7 +425,7 @@ def _law_curve(
     table: MountingTable, shape: str, law: NearestLaw, x: FloatArray, y: FloatArray
 ) -> FloatArray:
     """Law of the class fitted to its curve with a straight line; empty where none can be drawn."""
-    if not law.id or shape not in _KEPT:
+    if not law.id or shape not in _WITH_STRAIGHT_LINE:
         return np.empty(0)
     shapes = law_forces(table.model, table.size, _motion(table, shape, x), law.id)[:, :, 0, 1]
     fits = [fitted_law(columns, x, y) for columns in shapes]

@@ -24,17 +24,16 @@ from carrierflex.diagnosis.mounting.columns import (
     axial_column,
     bearing_column,
     bushing_size,
+    channel_column,
     delay_columns,
     force_groups,
     full_stiffness,
     gain_channels,
-    gain_column,
     law_signals,
     load_columns,
+    shows_load_gain,
     signals_of,
-    tells_load_gain,
     unequal_column,
-    zero_column,
 )
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.motion import (
@@ -225,7 +224,7 @@ def mounting_table(
     if not size.deflection > 0.0:
         return None
     turn, weights = _channel_space(body, records, motions)
-    has_gain = tells_load_gain(body, motions)
+    has_gain = shows_load_gain(body, motions)
     groups = force_groups(size)
     columns = _Columns(
         model,
@@ -257,7 +256,11 @@ def mounting_table(
         return None
     table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), rows)
     scores = ClassScores(table, constants)
-    return MountingTable(table, body, size, motions, model, limit, scores, _class_sizes(table))
+    sizes = {
+        name: sum(table.groups[group].columns.size for group in members)
+        for name, members in table.classes.items()
+    }
+    return MountingTable(table, body, size, motions, model, limit, scores, sizes)
 
 
 def _counting(run: BushingMotion, reach: float) -> BoolArray:
@@ -319,18 +322,18 @@ def _visited(motions: Sequence[BushingMotion], n_folds: int) -> float:
     return float(np.sort(largest)[-_VISITED])
 
 
-def _base_rows(body: RigidBody, run: BushingMotion) -> FloatArray:
-    """What stiffer and more damped bushings add, shape (2, n_channels, n)."""
-    return signals_of(body, run, body.on_coordinates(np.array([run.u, run.v])))
-
-
 def _rows(columns: _Columns, run: BushingMotion, rotation: FloatArray) -> TableRows:
     """Target, baseline, groups and laws along a run in rotated channels."""
     model, body = columns.model, columns.body
-    base = _base_rows(body, run)[: 0 if model.fixed else 2]
+    # What stiffer and more damped bushings add.
+    base = signals_of(body, run, body.on_coordinates(np.array([run.u, run.v])))
+    base = base[: 0 if model.fixed else 2]
     table = TableRows(rotation @ np.nan_to_num(run.gap)[None], rotation @ base)
     for group in columns.groups:
-        starboard, port = _of_sides(body, run, group.columns(run))
+        forces = group.columns(run)
+        starboard, port = (
+            signals_of(body, run, body.of_side(forces[:, side], side)) for side in range(2)
+        )
         for name, values in (
             (group.id, starboard + port),
             (f"{group.id}:starboard", starboard),
@@ -344,14 +347,6 @@ def _rows(columns: _Columns, run: BushingMotion, rotation: FloatArray) -> TableR
     for law in columns.laws:
         table.add_law(law, rotation @ law_signals(body, model, columns.size, run, law))
     return table
-
-
-def _of_sides(body: RigidBody, run: BushingMotion, forces: FloatArray) -> list[FloatArray]:
-    """Signals of the forces of the starboard and of the port bushing."""
-    signals = []
-    for side in range(2):
-        signals.append(signals_of(body, run, body.of_side(forces[:, side], side)))
-    return signals
 
 
 def _map_columns(columns: _Columns, run: BushingMotion) -> dict[str, FloatArray]:
@@ -369,8 +364,8 @@ def _map_columns(columns: _Columns, run: BushingMotion) -> dict[str, FloatArray]
         maps[f"{DELAY}:{way}"] = delay_columns(body, run, way, [delay])
     for k, channel in enumerate(columns.model.channels):
         if k in columns.with_gain:
-            maps[f"{GAIN}:{channel}"] = gain_column(run, k)
-        maps[f"{ZERO}:{channel}"] = zero_column(run, k)
+            maps[f"{GAIN}:{channel}"] = channel_column(run, k, run.signals[k])
+        maps[f"{ZERO}:{channel}"] = channel_column(run, k, 1.0)
     return maps
 
 
@@ -401,7 +396,7 @@ def _assembled(
         )
         for name in classes
     }
-    every = [*(group for members in FORCE_GROUPS.values() for group in members)]
+    every = [group for members in FORCE_GROUPS.values() for group in members]
     every += [f"{STIFFNESS}:{FULL}", f"{LOADS}:{FULL}", f"{DELAY}:all"]
     every += [name for name in groups if name.startswith((f"{GAIN}:", f"{ZERO}:"))]
     return GramTable(
@@ -446,14 +441,6 @@ def _remaining_square(total: FloatArray, columns: list[int]) -> float:
     """Square that some columns leave of the target."""
     A, b = total[np.ix_(columns, columns)], total[columns, 0]
     return float(total[0, 0] - b @ np.linalg.pinv(A, hermitian=True) @ b)
-
-
-def _class_sizes(table: GramTable) -> dict[str, int]:
-    """Columns of each class."""
-    return {
-        name: sum(table.groups[group].columns.size for group in members)
-        for name, members in table.classes.items()
-    }
 
 
 def _nearest_delays(
