@@ -6,6 +6,7 @@ force grows with the deflection, scalars; the force that the baseline leaves alo
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,45 +104,99 @@ class _BlockForces:
     low_deflection: float
 
 
-def element_findings(
-    model: ElementModel,
-    records: Sequence[ElementRecord],
-    residuals: Sequence[FloatArray],
-    cells: Sequence[GapCell],
-    *,
-    noise: FloatArray,
-    is_declared: bool,
-    channel: str,
-) -> GapFindings:
-    """Where the gap lies, in time, what does not repeat, growth and parity of an element.
+@dataclass(frozen=True, eq=False)
+class ElementGap:
+    """Gap of a model of an element: its map, findings and scalars.
 
-    `residuals` are the gap of every run, `cells` its map, `noise` the variance by run. Noise of
-    repeats, not declared, says nothing of their scatter.
+    Parameters
+    ----------
+    model : ElementModel
+        Parameters and simulator.
+    records : sequence of ElementRecord
+        Runs.
+    residuals : sequence of ndarray, shape (n,)
+        Gap of every run.
+    noise : ndarray, shape (n_runs,)
+        Variance of the channel's noise by run.
+    is_declared : bool
+        Whether it is declared: noise of repeats says nothing of their scatter.
+    channel, unit : str
+        Name and unit of the channel.
     """
-    moments: list[GapMoment] = []
-    trends: list[DriftTable] = []
-    scattered: list[ScatterTable] = []
-    for record, residual, variance in zip(records, residuals, noise, strict=True):
-        is_measured = np.ones((residual.size, 1), dtype=bool)
-        moments += block_rms(record.name, record.time, record.block, residual[:, None], is_measured)
-        trends.append(_drifts(record, residual, channel))
-        scattered += _scatter(
-            record, residual, channel, float(variance) if is_declared else float("nan")
+
+    model: ElementModel
+    records: Sequence[ElementRecord]
+    residuals: Sequence[FloatArray]
+    noise: FloatArray
+    is_declared: bool
+    channel: str
+    unit: str
+
+    @cached_property
+    def cells(self) -> Sequence[GapCell]:
+        """Gap map, largest cell first.
+
+        Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods
+        and their scatter s², coherent part ``|mean|²/2 - s²/2R``, test
+        ``R |mean|²/s² ~ F(2, 2R - 2)``. Otherwise by band of frequency against the noise floor,
+        ``power / noise ~ chi²``.
+        """
+        tables = []
+        for record, residual, variance in zip(
+            self.records, self.residuals, self.noise, strict=True
+        ):
+            periods = record.by_period(residual)
+            if periods is None:
+                tables.append(_band_table(record, residual, float(variance), self.channel))
+            else:
+                tables.append(_line_table(record, periods, self.channel))
+        return gap_cells(tables)
+
+    def findings(self) -> GapFindings:
+        """Where the gap lies, in time, what does not repeat, growth and parity of an element."""
+        moments: list[GapMoment] = []
+        trends: list[DriftTable] = []
+        scattered: list[ScatterTable] = []
+        for record, residual, variance in zip(
+            self.records, self.residuals, self.noise, strict=True
+        ):
+            is_measured = np.ones((residual.size, 1), dtype=bool)
+            moments += block_rms(
+                record.name, record.time, record.block, residual[:, None], is_measured
+            )
+            trends.append(_drifts(record, residual, self.channel))
+            of_channel = float(variance) if self.is_declared else float("nan")
+            scattered += _scatter(record, residual, self.channel, of_channel)
+        rows = significant_non_synchronous(scattered)
+        blocks = _block_forces(self.model, self.records, self.noise)
+        exponent = _growth_exponent(blocks)
+        conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
+        return GapFindings(
+            where=_where(self.cells, "deflection" if self.model.by_force else "force", exponent),
+            numbered_by=LINES,
+            in_time=tuple(moments),
+            drifts=significant_drifts(trends),
+            non_synchronous=rows,
+            repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "period"),
+            growth=(PartGrowth(self.channel, float("nan"), "", conditions),),
+            parity=_parity(self.cells, self.records),
         )
-    rows = significant_non_synchronous(scattered)
-    blocks = _block_forces(model, records, noise)
-    exponent = _growth_exponent(blocks)
-    conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
-    return GapFindings(
-        where=_where(cells, "deflection" if model.by_force else "force", exponent),
-        numbered_by=LINES,
-        in_time=tuple(moments),
-        drifts=significant_drifts(trends),
-        non_synchronous=rows,
-        repeatability=repeatability(rows, sum(cell.coherent for cell in cells), "period"),
-        growth=(PartGrowth(channel, float("nan"), "", conditions),),
-        parity=_parity(cells, records),
-    )
+
+    def scalars(self) -> tuple[Scalar, ...]:
+        """Peak to peak and RMS of the channel by block, measured and predicted."""
+        measured = []
+        predicted = []
+        for record, residual in zip(self.records, self.residuals, strict=True):
+            for block in range(record.n_blocks):
+                is_inside = record.block == block
+                measured.append(record.response[is_inside])
+                predicted.append(record.response[is_inside] - residual[is_inside])
+        scalars = []
+        for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
+            sizes = np.array([float(size(values)) for values in measured])
+            predicted_sizes = np.array([float(size(values)) for values in predicted])
+            scalars.append(Scalar(name, self.unit, sizes, predicted_sizes))
+        return tuple(scalars)
 
 
 def _where(cells: Sequence[GapCell], quantity: str, growth: Exponent) -> tuple[Finding, ...]:
@@ -180,25 +235,6 @@ def _parity(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
     if share >= _PURE:
         return ODD
     return EVEN if share <= 1.0 - _PURE else ODD_AND_EVEN
-
-
-def element_scalars(
-    records: Sequence[ElementRecord], residuals: Sequence[FloatArray], unit: str
-) -> tuple[Scalar, ...]:
-    """Peak to peak and RMS of the channel by block, measured and predicted."""
-    measured = []
-    predicted = []
-    for record, residual in zip(records, residuals, strict=True):
-        for block in range(record.n_blocks):
-            is_inside = record.block == block
-            measured.append(record.response[is_inside])
-            predicted.append(record.response[is_inside] - residual[is_inside])
-    scalars = []
-    for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
-        sizes = np.array([float(size(values)) for values in measured])
-        predicted_sizes = np.array([float(size(values)) for values in predicted])
-        scalars.append(Scalar(name, unit, sizes, predicted_sizes))
-    return tuple(scalars)
 
 
 def _rms(values: FloatArray) -> float:
@@ -370,29 +406,6 @@ def _fitted(blocks: _BlockForces) -> Exponent:
 def _undetermined(blocks: _BlockForces, reason: str) -> Exponent:
     nan = float("nan")
     return Exponent(nan, (nan, nan), nan, len(blocks.residual), reason)
-
-
-def element_gap_cells(
-    records: Sequence[ElementRecord],
-    residuals: Sequence[FloatArray],
-    noise: FloatArray,
-    *,
-    channel: str,
-) -> Sequence[GapCell]:
-    """Gap map of a residual, largest cell first.
-
-    Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods and
-    their scatter s², coherent part ``|mean|²/2 - s²/2R``, test ``R |mean|²/s² ~ F(2, 2R - 2)``.
-    Otherwise by band of frequency against the noise floor, ``power / noise ~ chi²``.
-    """
-    tables = []
-    for record, residual, variance in zip(records, residuals, noise, strict=True):
-        periods = record.by_period(residual)
-        if periods is None:
-            tables.append(_band_table(record, residual, float(variance), channel))
-        else:
-            tables.append(_line_table(record, periods, channel))
-    return gap_cells(tables)
 
 
 def _line_amplitudes(periods: FloatArray) -> NDArray[np.complex128]:

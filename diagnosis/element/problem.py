@@ -16,15 +16,10 @@ from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import card_of_force, force_library
 from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_physics
 from carrierflex.diagnosis.comparison.overlay import Picture
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell, Signatures
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
 from carrierflex.diagnosis.element.answer import answer_of_table
 from carrierflex.diagnosis.element.force_records import has_one_frequency
-from carrierflex.diagnosis.element.gap import (
-    element_findings,
-    element_gap_cells,
-    element_loops,
-    element_scalars,
-)
+from carrierflex.diagnosis.element.gap import ElementGap, element_loops
 from carrierflex.diagnosis.element.laws import parameter_shift
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
 from carrierflex.diagnosis.element.noise import carried_noise, declared_gains, noise_variance
@@ -46,7 +41,6 @@ from carrierflex.diagnosis.element.signatures import (
 )
 from carrierflex.diagnosis.element.table import ElementTable, element_table
 from carrierflex.diagnosis.element.wiring import element_clocks, element_rivals
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime, edges_of_bands_hz
@@ -151,27 +145,17 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         """Starts from force space."""
         return element_starts(self.model, self._signatures, self._columns, effects, known)
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
+    def gap(self, effects: Effects, theta: FloatArray) -> ElementGap:
         """Gap by line or band and run."""
-        return element_gap_cells(
-            self.records, self.residuals(effects, theta), self.noise, channel=self.channel
-        )
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Where the gap lies, by block, run-to-run scatter, growth and parity."""
-        return element_findings(
+        return ElementGap(
             self.model,
             self.records,
             self.residuals(effects, theta),
-            self.gap_cells(effects, theta),
-            noise=self.noise,
-            is_declared=self.noise_is_declared,
-            channel=self.channel,
+            self.noise,
+            self.noise_is_declared,
+            self.channel,
+            self.unit,
         )
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Peak to peak and RMS of a model."""
-        return element_scalars(self.records, self.residuals(effects, theta), self.unit)
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Force-space loops for the report."""

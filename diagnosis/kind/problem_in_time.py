@@ -22,10 +22,12 @@ from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
+    GapCell,
     Parameter,
     Segment,
     SegmentSums,
 )
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
@@ -72,6 +74,18 @@ class _Model(Protocol):
     def contained(self) -> Effects: ...
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of baseline + effects."""
+
+
+class _Gap(Protocol):
+    """Gap of a model: its map, findings and scalars."""
+
+    @property
+    def cells(self) -> Sequence[GapCell]: ...
+    def findings(self) -> GapFindings:
+        """Where it lies, in time, what does not repeat, growth."""
+
+    def scalars(self) -> Sequence[Scalar]:
+        """Quantities of interest."""
 
 
 R = TypeVar("R", bound=_BlockedRecord)
@@ -226,6 +240,10 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         Infinite where the motion diverges. What all threads share is made before it is returned.
         """
 
+    @abstractmethod
+    def gap(self, effects: Effects, theta: FloatArray) -> _Gap:
+        """Gap of a model."""
+
     @property
     def n_channels(self) -> int:
         """Signals that are compared."""
@@ -294,6 +312,18 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             powers = block_powers(_by_channel(residual), record.block, record.step, self.edges_hz)
             result[segments] = powers.reshape(len(segments), -1)
         return result
+
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
+        """Gap map of a model, largest share first."""
+        return self.gap(effects, theta).cells
+
+    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
+        """Where the gap of a model lies, in time, what does not repeat, growth."""
+        return self.gap(effects, theta).findings()
+
+    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
+        """Quantities of interest of a model."""
+        return self.gap(effects, theta).scalars()
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Every channel of every run as measured and as a model has it."""

@@ -1,6 +1,6 @@
 """The kind "mounting" as a comparison problem of the diagnosis: records, library, sums."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,22 +19,14 @@ from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import (
     Effects,
     FloatArray,
-    GapCell,
     Signatures,
     bounds_of,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.inference.effect_fit import Prior, baseline_left, minimised
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.answer import answer_of_table
-from carrierflex.diagnosis.mounting.gap import (
-    map_edges_hz,
-    mounting_findings,
-    mounting_gap_cells,
-    mounting_pictures,
-    mounting_scalars,
-)
+from carrierflex.diagnosis.mounting.gap import MountingGap, map_edges_hz, mounting_pictures
 from carrierflex.diagnosis.mounting.model import (
     KIND,
     MOUNTING_CARDS,
@@ -133,27 +125,10 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         bounds = bounds_of(parameters)
         return [np.clip(values_array(parameters, values), *bounds) for values in starts]
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
-        """Gap by motion pattern, band and run."""
-        return mounting_gap_cells(
-            self.records, self.residuals(effects, theta), self.model.sensors, self.model.channels
-        )
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Where the gap lies, in time, between repeats, and its growth."""
-        return mounting_findings(
-            self.records,
-            self.residuals(effects, theta),
-            self.gap_cells(effects, theta),
-            self.model.sensors,
-            self.model.channels,
-        )
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Mean and peak to peak of every motion."""
-        return mounting_scalars(
-            self.records, self.residuals(effects, theta), self.model.sensors, self.model.channels
-        )
+    def gap(self, effects: Effects, theta: FloatArray) -> MountingGap:
+        """Gap by motion, band and run."""
+        residuals = self.residuals(effects, theta)
+        return MountingGap(self.records, residuals, self.model.sensors, self.model.channels)
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Gap along the motion that holds most of it."""
@@ -176,9 +151,42 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         return replace(self, records=(replace(record, measured=predicted),))
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
-        """What the declared errors of sensors and loads do to a fit."""
-        reading = _Reading(self.model, effects, theta, self.choice(effects))
-        return reading.misread(self.records, self.differenced(effects).slopes(theta))
+        """What every declared error, and the zero of every run and channel, does to the gradient.
+
+        The zero of a run is a mean over its first samples. The noise in it is in all blocks alike,
+        so that their scatter does not show it: it is an error of every run and channel.
+        """
+        errors = declared_errors(self.model.known)
+        scores = np.zeros((len(errors), theta.size))
+        of_zeros = []
+        slopes = self.differenced(effects).slopes(theta)
+        for record, (_, changes) in zip(self.records, slopes, strict=True):
+            by_parameter = changes.reshape(len(changes), -1)
+            for e, error in enumerate(errors):
+                change = self._misread(record, error, effects, theta)
+                scores[e] += by_parameter @ np.where(record.is_measured, change, 0.0).ravel()
+            of_channels = np.where(record.is_measured, changes, 0.0).sum(axis=1)
+            of_zeros.append((of_channels * np.sqrt(record.zero_noise)).T)
+        return Misreading(errors, np.concatenate([scores, *of_zeros]))
+
+    def _misread(
+        self, record: MountingRecord, error: DeclaredError, effects: Effects, theta: FloatArray
+    ) -> FloatArray:
+        """Change of the residual where a signal is read one standard deviation off, (n, C)."""
+        choice = self.choice(effects)
+        if error.is_of_input or error.part is Measurement.DELAY:
+            predicted = self.model.predicted(record, effects, theta, choice)
+            if not error.is_of_input:
+                late = (*effects, SENSOR_DELAY.id), np.append(theta, error.std)
+                return self.model.predicted(record, *late, choice) - predicted
+            inputs = record.inputs.columns()
+            inputs[error.signal] = error.misread(inputs[error.signal])
+            misread = replace(record, inputs=MountingInputs(**inputs))
+            return predicted - self.model.predicted(misread, effects, theta, choice)
+        change = np.zeros(record.measured.shape)
+        signal = record.measured[:, error.channel]
+        change[:, error.channel] = error.misread(signal) - signal
+        return change
 
     def linear_records(self, theta: FloatArray) -> Iterator[LinearRecord]:
         """None of another simulator's prediction."""
@@ -321,65 +329,6 @@ def mounting_with_prediction(problem: MountingProblem, campaign: Campaign) -> Mo
         model=replace(linear, fixed=tuple(float(value) for value in linear_fit)),
         records=records,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Reading:
-    """A fitted set of effects, whose records may be misread."""
-
-    model: MountingModel
-    effects: Effects
-    theta: FloatArray
-    choice: Choice
-
-    def misread(
-        self,
-        records: Sequence[MountingRecord],
-        slopes: Iterable[tuple[FloatArray, FloatArray]],
-    ) -> Misreading:
-        """What every declared error, and the zero of every run and channel, does to the gradient.
-
-        The zero of a run is a mean over its first samples. The noise in it is in all blocks alike,
-        so that their scatter does not show it: it is an error of every run and channel. `slopes`
-        are residual, (n, C), and change of the prediction by every parameter, (p, n, C), run by
-        run.
-        """
-        errors = declared_errors(self.model.known)
-        scores = np.zeros((len(errors), self.theta.size))
-        of_zeros = []
-        for record, (_, changes) in zip(records, slopes, strict=True):
-            predicted = self._predicted(record)
-            by_parameter = changes.reshape(len(changes), -1)
-            for e, error in enumerate(errors):
-                change = self._change(record, error, predicted)
-                change = np.where(np.isfinite(record.measured), change, 0.0)
-                scores[e] += by_parameter @ change.ravel()
-            of_channels = np.where(np.isfinite(record.measured), changes, 0.0).sum(axis=1)
-            of_zeros.append((of_channels * np.sqrt(record.zero_noise)).T)
-        return Misreading(errors, np.concatenate([scores, *of_zeros]))
-
-    def _change(
-        self, record: MountingRecord, error: DeclaredError, predicted: FloatArray
-    ) -> FloatArray:
-        """Change of the residual where a signal is read one standard deviation off, (n, C)."""
-        if error.is_of_input:
-            inputs = record.inputs.columns()
-            inputs[error.signal] = error.misread(inputs[error.signal])
-            return predicted - self._predicted(replace(record, inputs=MountingInputs(**inputs)))
-        if error.part is Measurement.DELAY:
-            late = replace(
-                self,
-                effects=(*self.effects, SENSOR_DELAY.id),
-                theta=np.append(self.theta, error.std),
-            )
-            return late._predicted(record) - predicted
-        change = np.zeros(record.measured.shape)
-        signal = record.measured[:, error.channel]
-        change[:, error.channel] = error.misread(signal) - signal
-        return change
-
-    def _predicted(self, record: MountingRecord) -> FloatArray:
-        return self.model.predicted(record, self.effects, self.theta, self.choice)
 
 
 def trial_loads(
