@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from carrierflex.diagnosis.carrier.classes.measured_laws import (
-    beyond_visited as beyond_loads,
+    beyond_visited,
+    carrier_law_of_answer,
 )
-from carrierflex.diagnosis.carrier.classes.measured_laws import carrier_law_of_answer
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
 from carrierflex.diagnosis.carrier.wiring import (
     carrier_left,
@@ -17,35 +17,11 @@ from carrierflex.diagnosis.carrier.wiring import (
     unchecked_records,
 )
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.element.measured_laws import (
-    beyond_visited,
-    law_of_answer,
-)
-from carrierflex.diagnosis.element.problem import (
-    ElementProblem,
-    element_beside_prediction,
-    element_problem,
-)
-from carrierflex.diagnosis.element.wiring import (
-    element_clocks,
-    element_left,
-    element_linear,
-    element_predictions,
-    element_rivals,
-)
-from carrierflex.diagnosis.inference.effect_fit import baseline_left
+from carrierflex.diagnosis.element.problem import element_problem, element_with_prediction
+from carrierflex.diagnosis.element.shapes import law_of_answer
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.mounting.classes.shapes import bushing_law_of_answer
-from carrierflex.diagnosis.mounting.problem import (
-    MountingProblem,
-    mounting_beside_prediction,
-    mounting_problem,
-)
-from carrierflex.diagnosis.mounting.wiring import (
-    mounting_linear,
-    mounting_predictions,
-    mounting_rivals,
-)
+from carrierflex.diagnosis.mounting.problem import mounting_problem, mounting_with_prediction
+from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
 from carrierflex.diagnosis.wiring.rivals import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
@@ -106,19 +82,31 @@ def _element(
     campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
 ) -> tuple[ComparisonProblem, bool]:
     problem = element_problem(campaign, laws)
-    if campaign.baseline.source == "columns":
-        _refuse_empty_predictions(campaign)
-        problem = element_beside_prediction(problem, campaign)
+    if _has_predictions(campaign):
+        problem = element_with_prediction(problem, campaign)
     return problem, problem.noise_is_measured
 
 
-def _refuse_empty_predictions(campaign: Campaign) -> None:
+def _mounting(
+    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
+) -> tuple[ComparisonProblem, bool]:
+    problem = mounting_problem(campaign, laws)
+    if _has_predictions(campaign):
+        problem = mounting_with_prediction(problem, campaign)
+    return problem, problem.noise_is_measured
+
+
+def _has_predictions(campaign: Campaign) -> bool:
+    """Whether the baseline is the prediction in the run files, none of which may be empty."""
+    if campaign.baseline.source != "columns":
+        return False
     for run in campaign.runs:
         for name, values in run.predictions.items():
             if not np.isfinite(values).any():
                 raise ValueError(
                     f"run {run.name}: column '{name}_sim' is empty; expected a prediction"
                 )
+    return True
 
 
 def _carrier(
@@ -129,16 +117,6 @@ def _carrier(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
         )
     return carrier_problem(campaign, curves, laws), True
-
-
-def _mounting(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
-) -> tuple[ComparisonProblem, bool]:
-    problem = mounting_problem(campaign, laws)
-    if campaign.baseline.source == "columns":
-        _refuse_empty_predictions(campaign)
-        problem = mounting_beside_prediction(problem, campaign)
-    return problem, problem.noise_is_measured
 
 
 #: Builder by kind: gives the problem, and whether its noise floor was declared or comes from
@@ -154,24 +132,11 @@ PROBLEM_BUILDERS: dict[
 
 
 def law_findings(problem: ComparisonProblem, laws: Sequence[Law]) -> tuple[CampaignWarning, ...]:
-    """Where records leave the range in which a law of a file was measured.
-
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Problem with these laws.
-    laws : sequence of Law
-        Laws of files.
-    """
-    found: list[CampaignWarning] = []
-    for law in laws:
-        if isinstance(problem, ElementProblem):
-            found += beyond_visited(law, problem.records)
-        if isinstance(problem, MountingProblem):
-            found += problem.beyond_visited(law)
-        if isinstance(problem, CarrierProblem):
-            found += beyond_loads(law, problem.records, problem.model.runs)
-    return tuple(found)
+    """Where records leave the range in which laws of files were measured."""
+    if isinstance(problem, CarrierProblem):
+        records, runs = problem.records, problem.model.runs
+        return tuple(warning for law in laws for warning in beyond_visited(law, records, runs))
+    return tuple(warning for law in laws for warning in problem.beyond_visited(law))
 
 
 #: Law of an answer by class, by kind.
@@ -182,7 +147,7 @@ _LAWS: dict[str, Callable[[ClassAnswer, str, str | None], Law]] = {
 }
 
 
-def kept_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> Law:
+def saved_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> Law:
     """Measured shape of a class as a law of the campaign's kind.
 
     Parameters
@@ -227,21 +192,4 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda theta: carrier_records(carrier, theta),
             unchecked=unchecked_records(carrier),
         )
-    if isinstance(problem, MountingProblem):
-        mounting = problem
-        return WiringChecks(
-            lambda: mounting_rivals(mounting),
-            lambda theta: mounting_predictions(mounting, theta),
-            lambda other: baseline_left(mounting_problem(other)),
-            lambda theta: mounting_linear(mounting, theta),
-        )
-    if isinstance(problem, ElementProblem) and campaign.baseline.source == "model":
-        element = problem
-        return WiringChecks(
-            lambda: element_rivals(campaign),
-            lambda theta: element_predictions(element, theta),
-            lambda other: element_left(other),
-            lambda theta: element_linear(element, theta),
-            lambda: element_clocks(element),
-        )
-    return WiringChecks(lambda: (), lambda theta: (), lambda other: float("nan"))
+    return problem.wiring(campaign)

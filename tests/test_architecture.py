@@ -45,7 +45,6 @@ IMPORTS_THAT_CLOSE_A_CIRCLE = {
     ("blind_check.truth.element", "blind_check"),
     ("blind_check.truth.mounting", "blind_check"),
     ("diagnosis.carrier", "diagnosis.carrier.classes"),
-    ("diagnosis.mounting", "diagnosis.mounting.classes"),
     ("fe", "fe.matrices"),
     ("geometry", "geometry.cad_recognition"),
     ("geometry", "geometry.given_meshes"),

@@ -45,7 +45,7 @@ TESTS = {
         "tests/diagnosis/element/test_loops_in_answers.py",
         "tests/diagnosis/element/test_element_shown.py",
     ),
-    "diagnosis/mounting/classes/answer.py": ("tests/diagnosis/mounting/test_sparsest_classes.py",),
+    "diagnosis/mounting/answer.py": ("tests/diagnosis/mounting/test_sparsest_classes.py",),
     "diagnosis/inference/law_fits.py": (
         "tests/diagnosis/inference/test_law_fits.py",
         "tests/diagnosis/inference/test_selection.py",

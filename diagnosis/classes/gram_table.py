@@ -198,3 +198,34 @@ def discrepancy_shift(table: GramTable, J: FloatArray, *, independent_samples: f
     target = G[columns, 0] - coupling.T @ fitted
     c = full_inverse(remaining + np.diag(ridge)) @ target
     return np.asarray(-A_inverse @ (coupling @ c))
+
+
+class TableRows:
+    """Rows of a table along one run, and where they stand: target and baseline, groups, laws."""
+
+    def __init__(self, target: FloatArray, base: FloatArray) -> None:
+        """First rows: the target, shape (1, ...), and the regressors of the baseline."""
+        self.rows = [target, base]
+        self.groups: dict[str, ColumnGroup] = {}
+        self.laws: dict[str, tuple[IntArray, ...]] = {}
+
+    @property
+    def n_base(self) -> int:
+        """Regressors of the baseline."""
+        return len(self.rows[1])
+
+    def add_group(
+        self, name: str, rows: FloatArray, penalty: FloatArray, *, is_nonnegative: bool = False
+    ) -> None:
+        """Add the rows of a group, shape (n, ...)."""
+        self.groups[name] = ColumnGroup(self._places(rows), penalty, is_nonnegative)
+
+    def add_law(self, name: str, rows: FloatArray) -> None:
+        """Add the rows of a law, shape (n_shapes, n_columns, ...)."""
+        places = self._places(rows.reshape(-1, *rows.shape[2:]))
+        self.laws[name] = tuple(places.reshape(rows.shape[:2]))
+
+    def _places(self, rows: FloatArray) -> IntArray:
+        first = sum(map(len, self.rows))
+        self.rows.append(rows)
+        return np.arange(first, first + len(rows))

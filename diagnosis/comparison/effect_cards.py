@@ -53,8 +53,7 @@ class EffectCard:
         How the kind computes it; a user's card must have one. Kinds element and mounting: a
         function ``(deflection, speed, parameters) -> force`` of floats and one array that numba can
         compile, which acts in the element, or in both bushings in y and in z. Kind carrier: a
-        function ``(sensor, inputs, rig) -> signal per unit of each parameter``. See
-        :mod:`carrierflex.diagnosis.comparison.user_laws`.
+        function ``(sensor, inputs, rig) -> signal per unit of each parameter``.
     """
 
     id: str
@@ -100,26 +99,7 @@ def card_of_force(effect: ForceEffect, kind: str) -> EffectCard:
 
 
 def effect_library(kind: str, cards: Iterable[EffectCard]) -> dict[str, EffectCard]:
-    """Cards of a kind by id: those it brings and those that users registered.
-
-    Parameters
-    ----------
-    kind : str
-        ``carrier``, ``mounting`` or ``element``.
-    cards : iterable of EffectCard
-        Cards the kind brings.
-
-    Returns
-    -------
-    dict of str to EffectCard
-        Own cards first.
-
-    Raises
-    ------
-    ValueError
-        Where an entry point cannot be loaded or names something else than a card, or an id stands
-        twice.
-    """
+    """Cards of a kind by id, those that it brings first, then those of users."""
     library: dict[str, EffectCard] = {}
     for card in (*cards, *_registered(kind)):
         if card.id in library:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
@@ -194,3 +195,24 @@ def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     x_sum, y_sum = (np.bincount(strip, values, minlength=_STRIPS) for values in (x, y))
     used = counts > 0
     return x_sum[used] / counts[used], y_sum[used] / counts[used]
+
+
+def loop_panel(
+    run: str,
+    motion: FloatArray,
+    gap: FloatArray,
+    shade: FloatArray,
+    *,
+    law: FloatArray | None,
+    drawn: slice | NDArray[np.int64],
+) -> Panel:
+    """Gap of a run along a motion as a cloud of the drawn samples, and a law.
+
+    The law is a line over all samples where it is a function of the motion, a cloud elsewhere.
+    """
+    traces = [Trace(GAP, motion[drawn], gap[drawn], shade[drawn])]
+    if law is not None:
+        is_line = is_function(motion, law)
+        line = strip_means(motion, law) if is_line else (motion[drawn], law[drawn])
+        traces.append(Trace(LAW, *line))
+    return Panel(f"run {run}", tuple(traces))

@@ -14,7 +14,6 @@ from carrierflex.diagnosis.classes.answer import (
 )
 from carrierflex.diagnosis.classes.columns import GroupColumns
 from carrierflex.diagnosis.classes.decision import Decision, is_short, state_of
-from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.law_sets import law_sets
 from carrierflex.diagnosis.classes.results import (
@@ -221,7 +220,7 @@ def _with_lag(model: ElementModel, table: ElementTable, squares: HeldOutSquares)
     column = int(table.table.groups["delay"].columns[0])
     lag = table.scores.amplitudes(squares)[column]
     records = tuple(replace(run, lag=lag) for run in table.records)
-    return table_of(model, replace(table.runs, records=records), table.scores.constants)
+    return table_of(model, replace(table, records=records), table.scores.constants)
 
 
 def _as_smooth_loop(
@@ -246,14 +245,14 @@ def _as_smooth_loop(
     least = min([decision.held, *mixed], key=lambda squares: squares.total)
     # One cause that explains the gap better than any two, or than the coupled class, is the simpler
     # answer and the better one; so are two in place of two others.
-    alone, loop = _left_by_loop(table, "")
+    alone, loop = _remaining_with_loop(table, "")
     best = None
     if _is_answer(shares, alone, least, _without_memory(table, drive, "")):
         best = loop, _answered(decision, (HYSTERESIS,), alone, drive_note)
         least = alone
     pairs = []
     for other in _partners(decision, surface) if not (drive.is_one_line or is_one) else ():
-        both, loop = _left_by_loop(table, other)
+        both, loop = _remaining_with_loop(table, other)
         is_cause = shares.is_clear_gain(both, alone, shares.constants.second_cause)
         if is_cause and _is_answer(shares, both, least, _without_memory(table, drive, other)):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
@@ -264,7 +263,7 @@ def _as_smooth_loop(
 
 def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[HeldOutSquares]:
     """What causes leave that are no loop, with a class and fitted to all blocks as a loop is."""
-    yield _left_by_loop(table, other, is_curve=True)[0]
+    yield _remaining_with_loop(table, other, is_curve=True)[0]
     # Any force of deflection and speed holds the springs that a spline held out draws badly at
     # their ends; under one frequency such a force draws every loop.
     if not drive.is_one_frequency:
@@ -343,7 +342,7 @@ def _has_one_level(table: ElementTable) -> bool:
     return max(sizes) <= _SAME_LEVEL * min(sizes)
 
 
-def _left_by_loop(
+def _remaining_with_loop(
     table: ElementTable, other: str, *, is_curve: bool = False
 ) -> tuple[HeldOutSquares, SmoothLoop]:
     """What hysteresis with a smooth loop leaves, alone or with one class, and that loop."""
@@ -355,27 +354,13 @@ def _left_by_loop(
         shared = _groups_of(table, other)
         loop = fitted_loop(table.records, table.weights, size, shared, is_curve=is_curve)
         groups = (*_groups_of(table, HYSTERESIS), _column(loop), *shared)
-        products = products_by_block(
-            table.records,
-            table.weights,
-            lambda run: group_columns_along(run, groups),
-            table.scores.constants.n_folds,
+        products, _ = products_by_block(
+            table, lambda run: group_columns_along(run, groups), table.scores.constants.n_folds
         )
         table.loops[key] = loop, products
     loop, products = table.loops[key]
     classes = {HYSTERESIS: _WITH_LOOP, other: CLASS_GROUPS.get(other, ())}
-    gram_table = GramTable(
-        gram=products.gram,
-        n_base=products.layout.n_base,
-        groups=products.layout.column_groups(),
-        classes=classes,
-        surface="",
-        ceiling=(),
-        laws={},
-        floor=products.floor,
-        folds=products.folds,
-        scale=products.scale,
-    )
+    gram_table = replace(products, classes=classes)
     scores = ClassScores(gram_table, table.scores.constants)
     return scores.of([name for name in (HYSTERESIS, other) if name]), loop
 
@@ -383,7 +368,7 @@ def _left_by_loop(
 def _with_loop(model: ElementModel, table: ElementTable, loop: SmoothLoop) -> ElementTable:
     """Table of all classes in which that of hysteresis holds a smooth loop too."""
     constants = table.scores.constants
-    looped = table_of(model, table.runs, constants, (_column(loop),))
+    looped = table_of(model, table, constants, (_column(loop),))
     gram_table = replace(
         looped.table,
         classes={**CLASS_GROUPS, HYSTERESIS: _WITH_LOOP},

@@ -46,7 +46,7 @@ _COUPLED_YIELDS = slice(0, None, 2)
 _CURVED_YIELDS = slice(6, 12)
 #: Forces of a slider whose strength changes with deflection, and of one whose spring is curved, in
 #: the order of their columns.
-_BY_PLACE = ("slip_middle", "slip_upper", "slip_lower", "slip_outside")
+_BY_DEFLECTION = ("slip_middle", "slip_upper", "slip_lower", "slip_outside")
 _BY_SPRING = ("inner", "outer_upper", "outer_lower")
 
 
@@ -110,7 +110,7 @@ def group_columns(
     """
     size = bases.size
     n_plain = yields(size).size
-    n_varying = len(_BY_PLACE) * yields(size)[_COUPLED_YIELDS].size
+    n_varying = len(_BY_DEFLECTION) * yields(size)[_COUPLED_YIELDS].size
     n_curved = len(_BY_SPRING) * yields(size)[_CURVED_YIELDS].size
 
     def in_time(run: ForceRecord) -> FloatArray:
@@ -146,7 +146,7 @@ def group_columns(
         GroupColumns("prony", partial(_branches, bases), np.zeros((_N_PRONY,) * 2), True),
         GroupColumns("curved_prony", partial(_curved_branches, bases), np.eye(2 * _N_PRONY)),
         GroupColumns("delay", lambda run: change_by_delay(run)[None], np.zeros((1, 1))),
-        *_by_place(bases),
+        *_by_deflection(bases),
         GroupColumns(
             "surface",
             lambda run: surface_products(bases, run.x, run.v),
@@ -157,7 +157,7 @@ def group_columns(
     )
 
 
-def _by_place(bases: ElementBases) -> tuple[GroupColumns[ForceRecord], ...]:
+def _by_deflection(bases: ElementBases) -> tuple[GroupColumns[ForceRecord], ...]:
     """Dampings of three powers of the speed, each times splines of the place."""
     size = bases.size
     powers: dict[str, Callable[[FloatArray], FloatArray]] = {
@@ -240,7 +240,7 @@ def stops_of(weights: FloatArray, size: MotionSize) -> MemoryParts:
     """Stops whose forces have these weights of the columns of :func:`stops_columns`."""
     plain = yields(size)
     varying, curved = plain[_COUPLED_YIELDS], plain[_CURVED_YIELDS]
-    names = {"slip": plain} | dict.fromkeys(_BY_PLACE, varying)
+    names = {"slip": plain} | dict.fromkeys(_BY_DEFLECTION, varying)
     names |= dict.fromkeys(_BY_SPRING, curved)
     ends = np.cumsum([deflections.size for deflections in names.values()])
     shares = np.split(weights, ends[:-1])
@@ -248,10 +248,10 @@ def stops_of(weights: FloatArray, size: MotionSize) -> MemoryParts:
         name: (deflections, share)
         for (name, deflections), share in zip(names.items(), shares, strict=True)
     }
-    return parts_of_stops(forces, 0.5 * (size.low + size.high), size.half_range)
+    return memory_of_stops(forces, 0.5 * (size.low + size.high), size.half_range)
 
 
-def parts_of_stops(
+def memory_of_stops(
     forces: Mapping[str, tuple[FloatArray, FloatArray]], middle: float, half: float
 ) -> MemoryParts:
     """Stops by what their columns were fitted to; none where all weights are zero.

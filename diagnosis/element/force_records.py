@@ -44,7 +44,7 @@ _STANDS, _FEWEST_AT_REST = 3.0, 3
 _FEWEST_IN_BLOCK = 16
 #: Part of the deflection outside its band that may be left out: so many times the noise, or this
 #: share of the local motion.
-_ABOVE_NOISE, _LEFT_OUT = 3.0, 0.1
+_ABOVE_NOISE, _OMITTED = 3.0, 0.1
 #: Windows of a run over which its amplitude and frequency are followed.
 _WINDOWS = 40
 _FEWEST_IN_WINDOW = 4
@@ -222,10 +222,10 @@ def _in_band(model: ElementModel, record: ElementRecord, variance: float) -> np.
     swing = local(q - q[record.counts].mean())
     if not model.by_force:
         outside = local(record.drive - q)
-        return (outside <= 0.0) | (outside <= _LEFT_OUT**2 * swing)
+        return (outside <= 0.0) | (outside <= _OMITTED**2 * swing)
     # Under a force the motion is compared where the band is flat: a line beyond has no force.
     outside = local(record.response - record.where_flat(q))
-    return (outside <= _ABOVE_NOISE * variance) | (outside <= _LEFT_OUT**2 * swing)
+    return (outside <= _ABOVE_NOISE * variance) | (outside <= _OMITTED**2 * swing)
 
 
 def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndarray) -> np.ndarray:

@@ -1,11 +1,12 @@
-"""The gap of an element: its map, the cells of its score, and findings about it.
+"""The gap of an element: its map, findings about it, and loops for the report.
 
 Where it lies, by block in time, what does not repeat from period to period, how the unexplained
-force grows with the deflection, scalars.
+force grows with the deflection, scalars; the force that the baseline leaves along the motion.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,17 @@ from scipy.stats import chi2
 from scipy.stats import f as fisher_f
 from scipy.stats import t as student_t
 
-from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
-from carrierflex.diagnosis.element.model import ElementModel
-from carrierflex.diagnosis.element.records import N_BANDS, ElementRecord
-from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.diagnosis.comparison.effect_names import set_name
+from carrierflex.diagnosis.comparison.overlay import Picture, is_function, loop_panel
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, GapCell
+from carrierflex.diagnosis.element.model import ElementModel, values_by_effect
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.signatures import (
+    Column,
+    base_columns,
+    column_values,
+    known_force,
+)
 from carrierflex.diagnosis.gap.findings import (
     BAND,
     EVEN,
@@ -39,7 +47,6 @@ from carrierflex.diagnosis.gap.gap_map import (
     CellTable,
     band_amplitudes,
     band_edges_hz,
-    block_counts,
     block_powers,
     gap_cells,
     largest_cells,
@@ -78,6 +85,12 @@ _HIGH = 8.0
 _NOISE_SEED = 5
 _MAP_BANDS = 24
 _DRAWS_SEED = 1
+#: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
+_MOST_RUNS = 3
+_MOST_POINTS = 2000
+#: Points at each end of the range, which an even choice would miss although they tell most about a
+#: law.
+_END_POINTS = 150
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,62 +105,98 @@ class _BlockForces:
 
 
 @dataclass(frozen=True, eq=False)
-class ScoreCells:
-    """Bands of the score.
+class ElementGap:
+    """Gap of a model of an element: its map, findings and scalars.
 
     Parameters
     ----------
-    edges_hz : ndarray, shape (n_bands + 1,)
-        Ends of the bands [Hz].
-    counts, noise_square : ndarray, shape (n_segments, n_bands)
-        Degrees of freedom, and the sum of squares of the noise.
+    model : ElementModel
+        Parameters and simulator.
+    records : sequence of ElementRecord
+        Runs.
+    residuals : sequence of ndarray, shape (n,)
+        Gap of every run.
+    noise : ndarray, shape (n_runs,)
+        Variance of the channel's noise by run.
+    is_declared : bool
+        Whether it is declared: noise of repeats says nothing of their scatter.
+    channel, unit : str
+        Name and unit of the channel.
     """
 
-    edges_hz: FloatArray
-    counts: FloatArray
-    noise_square: FloatArray
+    model: ElementModel
+    records: Sequence[ElementRecord]
+    residuals: Sequence[FloatArray]
+    noise: FloatArray
+    is_declared: bool
+    channel: str
+    unit: str
 
+    @cached_property
+    def cells(self) -> Sequence[GapCell]:
+        """Gap map, largest cell first.
 
-def element_findings(
-    model: ElementModel,
-    records: Sequence[ElementRecord],
-    residuals: Sequence[FloatArray],
-    cells: Sequence[GapCell],
-    *,
-    noise: FloatArray,
-    is_declared: bool,
-    channel: str,
-) -> GapFindings:
-    """Where the gap lies, in time, what does not repeat, growth and parity of an element.
+        Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods
+        and their scatter s², coherent part ``|mean|²/2 - s²/2R``, test
+        ``R |mean|²/s² ~ F(2, 2R - 2)``. Otherwise by band of frequency against the noise floor,
+        ``power / noise ~ chi²``.
+        """
+        tables = []
+        for record, residual, variance in zip(
+            self.records, self.residuals, self.noise, strict=True
+        ):
+            periods = record.by_period(residual)
+            if periods is None:
+                tables.append(_band_table(record, residual, float(variance), self.channel))
+            else:
+                tables.append(_line_table(record, periods, self.channel))
+        return gap_cells(tables)
 
-    `residuals` are the gap of every run, `cells` its map, `noise` the variance by run. Noise of
-    repeats, not declared, says nothing of their scatter.
-    """
-    moments: list[GapMoment] = []
-    trends: list[DriftTable] = []
-    scattered: list[ScatterTable] = []
-    for record, residual, variance in zip(records, residuals, noise, strict=True):
-        time = record.step * np.arange(residual.size, dtype=np.float64)
-        is_measured = np.ones((residual.size, 1), dtype=bool)
-        moments += block_rms(record.name, time, record.block, residual[:, None], is_measured)
-        trends.append(_drifts(record, residual, channel))
-        scattered += _scatter(
-            record, residual, channel, float(variance) if is_declared else float("nan")
+    def findings(self) -> GapFindings:
+        """Where the gap lies, in time, what does not repeat, growth and parity of an element."""
+        moments: list[GapMoment] = []
+        trends: list[DriftTable] = []
+        scattered: list[ScatterTable] = []
+        for record, residual, variance in zip(
+            self.records, self.residuals, self.noise, strict=True
+        ):
+            is_measured = np.ones((residual.size, 1), dtype=bool)
+            moments += block_rms(
+                record.name, record.time, record.block, residual[:, None], is_measured
+            )
+            trends.append(_drifts(record, residual, self.channel))
+            of_channel = float(variance) if self.is_declared else float("nan")
+            scattered += _scatter(record, residual, self.channel, of_channel)
+        rows = significant_non_synchronous(scattered)
+        blocks = _block_forces(self.model, self.records, self.noise)
+        exponent = _growth_exponent(blocks)
+        conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
+        return GapFindings(
+            where=_where(self.cells, "deflection" if self.model.by_force else "force", exponent),
+            numbered_by=LINES,
+            in_time=tuple(moments),
+            drifts=significant_drifts(trends),
+            non_synchronous=rows,
+            repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "period"),
+            growth=(PartGrowth(self.channel, float("nan"), "", conditions),),
+            parity=_parity(self.cells, self.records),
         )
-    rows = significant_non_synchronous(scattered)
-    blocks = _block_forces(model, records, noise)
-    exponent = _growth_exponent(blocks)
-    conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(blocks)}
-    return GapFindings(
-        where=_where(cells, "deflection" if model.by_force else "force", exponent),
-        numbered_by=LINES,
-        in_time=tuple(moments),
-        drifts=significant_drifts(trends),
-        non_synchronous=rows,
-        repeatability=repeatability(rows, sum(cell.coherent for cell in cells), "period"),
-        growth=(PartGrowth(channel, float("nan"), "", conditions),),
-        parity=_parity(cells, records),
-    )
+
+    def scalars(self) -> tuple[Scalar, ...]:
+        """Peak to peak and RMS of the channel by block, measured and predicted."""
+        measured = []
+        predicted = []
+        for record, residual in zip(self.records, self.residuals, strict=True):
+            for block in range(record.n_blocks):
+                is_inside = record.block == block
+                measured.append(record.response[is_inside])
+                predicted.append(record.response[is_inside] - residual[is_inside])
+        scalars = []
+        for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
+            sizes = np.array([float(size(values)) for values in measured])
+            predicted_sizes = np.array([float(size(values)) for values in predicted])
+            scalars.append(Scalar(name, self.unit, sizes, predicted_sizes))
+        return tuple(scalars)
 
 
 def _where(cells: Sequence[GapCell], quantity: str, growth: Exponent) -> tuple[Finding, ...]:
@@ -188,32 +237,13 @@ def _parity(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
     return EVEN if share <= 1.0 - _PURE else ODD_AND_EVEN
 
 
-def element_scalars(
-    records: Sequence[ElementRecord], residuals: Sequence[FloatArray], unit: str
-) -> tuple[Scalar, ...]:
-    """Peak to peak and RMS of the channel by block, measured and predicted."""
-    measured = []
-    predicted = []
-    for record, residual in zip(records, residuals, strict=True):
-        for block in range(record.n_blocks):
-            is_inside = record.block == block
-            measured.append(record.response[is_inside])
-            predicted.append(record.response[is_inside] - residual[is_inside])
-    scalars = []
-    for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
-        sizes = np.array([float(size(values)) for values in measured])
-        predicted_sizes = np.array([float(size(values)) for values in predicted])
-        scalars.append(Scalar(name, unit, sizes, predicted_sizes))
-    return tuple(scalars)
-
-
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
 def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> DriftTable:
     """Trends of the lines over the periods."""
-    periods = record.whole_periods(residual)
+    periods = record.by_period(residual)
     if periods is not None:
         amplitudes = _line_amplitudes(periods)
     else:
@@ -238,8 +268,8 @@ def _scatter(
     record: ElementRecord, residual: FloatArray, channel: str, variance: float
 ) -> list[ScatterTable]:
     """Scatter of the lines over the periods, by band of lines."""
-    periods = record.whole_periods(residual)
-    measured = record.whole_periods(record.response)
+    periods = record.by_period(residual)
+    measured = record.by_period(record.response)
     if periods is None or measured is None:
         return []
     n, size = periods.shape
@@ -378,29 +408,6 @@ def _undetermined(blocks: _BlockForces, reason: str) -> Exponent:
     return Exponent(nan, (nan, nan), nan, len(blocks.residual), reason)
 
 
-def element_gap_cells(
-    records: Sequence[ElementRecord],
-    residuals: Sequence[FloatArray],
-    noise: FloatArray,
-    *,
-    channel: str,
-) -> Sequence[GapCell]:
-    """Gap map of a residual, largest cell first.
-
-    Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods and
-    their scatter s², coherent part ``|mean|²/2 - s²/2R``, test ``R |mean|²/s² ~ F(2, 2R - 2)``.
-    Otherwise by band of frequency against the noise floor, ``power / noise ~ chi²``.
-    """
-    tables = []
-    for record, residual, variance in zip(records, residuals, noise, strict=True):
-        periods = record.whole_periods(residual)
-        if periods is None:
-            tables.append(_band_table(record, residual, float(variance), channel))
-        else:
-            tables.append(_line_table(record, periods, channel))
-    return gap_cells(tables)
-
-
 def _line_amplitudes(periods: FloatArray) -> NDArray[np.complex128]:
     """Amplitudes of the lines 0, 1, ... of every period, shape (n_periods, n_lines)."""
     size = periods.shape[1]
@@ -445,7 +452,9 @@ def _band_table(
     is_filled = per_block.any(axis=1)
     # Two amplitudes a line: the mean and half the sampling frequency count like the others.
     lines = 2.0 * (per_block > 0.0).sum(axis=1)[is_filled] * record.n_blocks
-    squares = segment_squares(record, residual, edges_hz)[:, is_filled]
+    squares = block_powers(residual[:, None], record.block, record.step, edges_hz)[:, 0][
+        :, is_filled
+    ]
     n_samples = max(int((record.block >= 0).sum()), 1)
     power = squares.sum(axis=0)
     noise = variance * lines
@@ -463,23 +472,107 @@ def _band_table(
     )
 
 
-def score_cells(records: Sequence[ElementRecord], noise: FloatArray) -> ScoreCells:
-    """Bands common to all records, evenly wide on a logarithmic axis; `noise` by run."""
-    longest = max((record.block == 0).sum() * record.step for record in records)
-    highest_hz = max(0.5 / record.step for record in records)
-    edges_hz = band_edges_hz(longest, 1.001 * highest_hz, N_BANDS)
-    counts = np.concatenate(
-        [
-            block_counts((record.block >= 0)[:, None], record.block, record.step, edges_hz)[:, 0]
-            for record in records
-        ]
-    )
-    variance = np.repeat(noise, [record.n_blocks for record in records])
-    return ScoreCells(edges_hz, counts, counts * variance[:, None])
+def element_loops(
+    model: ElementModel, records: Sequence[ElementRecord], effects: Effects, theta: FloatArray
+) -> tuple[Picture, ...]:
+    """Unexplained force over deflection and over speed, the largest run of each condition.
+
+    ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured
+    motion, in the trusted band; the law is the force of the effects along the same motion.
+    Over the speed too, unless the fitted law is a function of the deflection.
+    """
+    values = values_by_effect(model.parameters(effects), theta)
+
+    def force_of(record: ElementRecord, effect: str) -> FloatArray:
+        return _effect_force(model, record, effect, values)
+
+    largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
+    for record in records:
+        q, v, a = record.motion
+        base = values[BASELINE]
+        # A given mass is in the known force already.
+        baseline = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
+        for effect in model.contained:
+            baseline = baseline + force_of(record, effect)
+        lacking = record.where_flat(known_force(model, record) - baseline)
+        size = float(np.std(lacking[record.counts]))
+        if size > largest.get(record.condition, (-1.0,))[0]:
+            largest[record.condition] = (size, record, lacking)
+    chosen = sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+    runs = [
+        (
+            record,
+            lacking,
+            np.sum([force_of(record, effect) for effect in effects], axis=0) if effects else None,
+        )
+        for _, record, lacking in chosen
+    ]
+    pictures = [_picture(model, runs, effects, against=0)]
+    if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
+        pictures.append(_picture(model, runs, effects, against=1))
+    return tuple(pictures)
 
 
-def segment_squares(
-    record: ElementRecord, residual: FloatArray, edges_hz: FloatArray
+def _effect_force(
+    model: ElementModel,
+    record: ElementRecord,
+    effect: str,
+    values: Mapping[str, Mapping[str, float]],
 ) -> FloatArray:
-    """Sum of squares of a residual by block and band, shape (n_blocks, n_bands)."""
-    return block_powers(residual[:, None], record.block, record.step, edges_hz)[:, 0]
+    parameters = values[effect]
+    if effect == "sensor_delay":
+        return parameters["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
+    if effect == "backlash":
+        # Its column is per unit of the stiffness that is missing within the gap.
+        return values[BASELINE]["K1"] * column_values(
+            model, record, Column(effect, "K1", parameters, ())
+        )
+    return model.signature(record, effect, parameters)
+
+
+def _chosen_points(x: FloatArray) -> NDArray[np.int64]:
+    """Every n-th sample, and those at both ends of x."""
+    by_size = np.argsort(x)
+    every = np.arange(0, x.size, -(-x.size // _MOST_POINTS))
+    return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
+
+
+def _picture(
+    model: ElementModel,
+    runs: Sequence[tuple[ElementRecord, FloatArray, FloatArray | None]],
+    effects: Effects,
+    *,
+    against: int,
+) -> Picture:
+    """Clouds over deflection (0) or speed (1), shaded by the other of the two."""
+    names = (("deflection", model.units[1]), ("speed", f"{model.units[1]}/s"))
+    panels = []
+    for record, lacking, law in runs:
+        counts = record.counts
+        x, shade = record.motion[against][counts], record.motion[1 - against][counts]
+        counted = None if law is None else law[counts]
+        panels.append(
+            loop_panel(record.name, x, lacking[counts], shade, law=counted, drawn=_chosen_points(x))
+        )
+    named = set_name(effects)
+    law_text = (
+        f"Orange: the fitted law ({named}). "
+        if effects
+        else "No effect was accepted: no law is drawn. "
+    )
+    return Picture(
+        title=f"Unexplained force over {names[against][0]}",
+        caption=(
+            "Coloured points: measured force less inertia, linear spring, linear damper and "
+            "constant force of the baseline "
+            f"along the measured motion. {law_text}A spring law is one line over deflection, a "
+            "damper law one line over speed; dry friction and relaxation open a loop."
+        ),
+        x_name=names[against][0],
+        x_unit=names[against][1],
+        y_name="unexplained force",
+        y_unit=model.units[0],
+        panels=tuple(panels),
+        shade_name=names[1 - against][0],
+        shade_unit=names[1 - against][1],
+    )

@@ -106,12 +106,12 @@ class MotionSize:
 
 def classes_of(law: str, measured: Mapping[str, ElementLaw]) -> tuple[str, ...]:
     """Classes that hold a law; of a user's law f(q, v) and of a table those of any surface."""
-    if _has_parts(law, measured):
+    if _has_memory(law, measured):
         return (measured[law].effect_class,)
     return CLASSES_OF_LAW.get(law, (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING, FORCE_SURFACE))
 
 
-def _has_parts(law: str, measured: Mapping[str, ElementLaw]) -> bool:
+def _has_memory(law: str, measured: Mapping[str, ElementLaw]) -> bool:
     """Whether a law is a measured one with parts beside its table."""
     return law in measured and measured[law].effect_class not in TABULATED
 
@@ -121,7 +121,7 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
 
     Force for unit amplitude; by the sizes over all runs, shapes are the same in each.
     """
-    if _has_parts(law, model.measured):
+    if _has_memory(law, model.measured):
         parts = model.measured[law].parts
         force = _memory_force(parts, run)
         if law in model.laws:

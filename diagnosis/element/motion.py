@@ -46,7 +46,7 @@ _SAMPLES_EACH = 8
 _CLEAR = 4.0
 #: Square of what the harmonics leave, over that of the noise, up to which it is noise; beyond it
 #: the frequencies that stand so many times above the noise are motion too.
-_IS_NOISE, _BESIDE_HARMONICS = 1.15, 3.0
+_IS_NOISE, _OTHER_MOTION = 1.15, 3.0
 #: Samples that are worked on at once: a long record is never all columns.
 _AT_ONCE = 65_536
 #: Corrections of the frequency by the turn of its phase between the halves of a record.
@@ -161,7 +161,7 @@ def with_harmonics(
     moved = _inside(steady, steady.motion, nearest)
     if np.mean(remainder[record.block >= 0] ** 2) > _IS_NOISE * variance:
         others, _ = nearest_motion(
-            model, replace(record, response=remainder), variance, clear=_BESIDE_HARMONICS
+            model, replace(record, response=remainder), variance, clear=_OTHER_MOTION
         )
         x, v, a = (value + other for value, other in zip(moved, others, strict=True))
         moved = x, v, a
@@ -194,7 +194,7 @@ def _steady_motion(record: ElementRecord) -> _SteadyMotion | None:
     q = record.response
     gram, right = basis.products(q, counted)
     c = normal_solution(gram, right)
-    noise = basis.square_left(q, counted, c) / counted.size
+    noise = basis.residual_square(q, counted, c) / counted.size
     is_clear = np.ones(right.size, dtype=bool)
     for columns in basis.harmonics():
         square = float(c[columns] @ gram[columns, columns] @ c[columns])
@@ -271,7 +271,7 @@ class _Basis:
             right += rows @ q[samples]
         return gram, right
 
-    def square_left(self, q: FloatArray, counted: NDArray[np.int64], c: FloatArray) -> float:
+    def residual_square(self, q: FloatArray, counted: NDArray[np.int64], c: FloatArray) -> float:
         """Square of a signal less its columns, over the samples that count."""
         return sum(
             float(np.sum((q[samples] - c @ self.columns(samples)) ** 2))

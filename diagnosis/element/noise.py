@@ -72,8 +72,8 @@ def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tupl
 
 
 def _scatter_over_periods(record: ElementRecord) -> float | None:
-    values = record.whole_periods(record.response)
-    counts = record.whole_periods(record.counts)
+    values = record.by_period(record.response)
+    counts = record.by_period(record.counts)
     if values is None or counts is None or not counts.all(axis=0).any():
         return None
     return float(values[:, counts.all(axis=0)].var(axis=0, ddof=1).mean())

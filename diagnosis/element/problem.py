@@ -3,8 +3,7 @@
 Both drives, its library, sums by block and band; trial drives; another simulator as its baseline.
 """
 
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import Any
@@ -14,38 +13,16 @@ import numpy as np
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, card_of_force, force_library
-from carrierflex.diagnosis.comparison.finite_differences import (
-    DifferencedResiduals,
-    step_halving_error,
-)
+from carrierflex.diagnosis.comparison.effect_cards import card_of_force, force_library
 from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_physics
-from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, signal_overlay
-from carrierflex.diagnosis.comparison.problem import (
-    BoolArray,
-    Effects,
-    FloatArray,
-    GapCell,
-    Parameter,
-    Segment,
-    SegmentSums,
-    Signatures,
-)
+from carrierflex.diagnosis.comparison.overlay import Picture
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
 from carrierflex.diagnosis.element.answer import answer_of_table
 from carrierflex.diagnosis.element.force_records import has_one_frequency
-from carrierflex.diagnosis.element.gap import (
-    ScoreCells,
-    element_findings,
-    element_gap_cells,
-    element_scalars,
-    score_cells,
-    segment_squares,
-)
+from carrierflex.diagnosis.element.gap import ElementGap, element_loops
 from carrierflex.diagnosis.element.laws import parameter_shift
-from carrierflex.diagnosis.element.measured_laws import law_cards
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
 from carrierflex.diagnosis.element.noise import carried_noise, declared_gains, noise_variance
-from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import (
     ElementRecord,
     element_records,
@@ -54,25 +31,31 @@ from carrierflex.diagnosis.element.records import (
     refuse_mixed_units,
     run_in_use,
 )
-from carrierflex.diagnosis.element.shapes import measured_shape
-from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
-from carrierflex.diagnosis.element.starts import element_scale, element_starts
+from carrierflex.diagnosis.element.shapes import beyond_visited, law_cards, measured_shape
+from carrierflex.diagnosis.element.signatures import (
+    Column,
+    element_scale,
+    element_signatures,
+    element_starts,
+    signature_columns,
+)
 from carrierflex.diagnosis.element.table import ElementTable, element_table
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
+from carrierflex.diagnosis.element.wiring import element_clocks, element_rivals
+from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
+from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
+from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime, edges_of_bands_hz
+from carrierflex.diagnosis.wiring.rivals import WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import even_time, filled
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.law_forces import element_law
 from carrierflex.simulation.laws import ELEMENT, Law
 
 ELEMENT_CARDS = tuple(card_of_force(effect, ELEMENT) for effect in ELEMENT_EFFECTS.values())
-#: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
-_DIFFERENCE = 1e-5
-#: Samples of all runs from which threads are worth their start.
-_THREADED = 2_000
+#: Bands of frequency of the score.
+_BANDS = 16
 #: Limits of every kind, and one more weight of the penalties, at which a curve is straight but for
 #: what all records show: where one block goes further than the others, any less leaves there the
 #: square of a spline's swing.
@@ -93,17 +76,11 @@ _CYCLES = 12
 
 
 @dataclass(frozen=True, eq=False)
-class ElementProblem(ComparisonProblem):
+class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     """One element, its records and its library.
-
-    See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
 
     Parameters
     ----------
-    model : ElementModel
-        Parameters and simulator.
-    records : tuple of ElementRecord
-        Runs.
     noise : ndarray, shape (n_runs,)
         Variance of the channel's noise by run.
     noise_is_measured : bool
@@ -118,14 +95,13 @@ class ElementProblem(ComparisonProblem):
         Table of the classes of these records, where the floor was judged by it.
     """
 
-    model: ElementModel
-    records: tuple[ElementRecord, ...]
     noise: FloatArray
     noise_is_measured: bool
     channel: str
     noise_is_declared: bool = False
     noise_note: str = ""
     table: ElementTable | None = None
+    difference = 1e-5
 
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of but for the table of the classes, which no fit asks for."""
@@ -138,9 +114,9 @@ class ElementProblem(ComparisonProblem):
         return self.model.units[1 if self.model.by_force else 0]
 
     @property
-    def n_channels(self) -> int:
-        """Signals that are compared."""
-        return 1
+    def channels(self) -> tuple[str, ...]:
+        """Name of the channel."""
+        return (self.channel,)
 
     @property
     def gains(self) -> DeclaredGains:
@@ -148,38 +124,20 @@ class ElementProblem(ComparisonProblem):
         return self.model.gains
 
     @cached_property
-    def cards(self) -> Mapping[str, EffectCard]:
-        """Candidates by id."""
-        left_out = self.model.contained
-        return {name: card for name, card in self.model.cards.items() if name not in left_out}
+    def edges_hz(self) -> FloatArray:
+        """Ends of the bands of the score [Hz]."""
+        return edges_of_bands_hz(self.records, _BANDS)
 
-    @cached_property
-    def segments(self) -> tuple[Segment, ...]:
-        """Blocks of the runs."""
-        return tuple(
-            Segment(record.name, record.condition, block, int((record.block == block).sum()))
-            for record in self.records
-            for block in range(record.n_blocks)
+    @property
+    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Variance of the noise of the channel; its zero is not taken from the records."""
+        return [(np.array([variance]), np.zeros(1)) for variance in self.noise]
+
+    def simulator(self, effects: Effects) -> Callable[[ElementRecord, FloatArray, int], FloatArray]:
+        """Response that a parameter set predicts for a record."""
+        return lambda record, theta, refined: self.model.predicted(
+            record, effects, theta, refined=refined
         )
-
-    @cached_property
-    def bands(self) -> ScoreCells:
-        """Bands of frequency of the score."""
-        return score_cells(self.records, self.noise)
-
-    @property
-    def cell_counts(self) -> FloatArray:
-        """Degrees of freedom by segment and band."""
-        return self.bands.counts
-
-    @property
-    def noise_square(self) -> FloatArray:
-        """Sum of squares of the noise by segment and band."""
-        return self.bands.noise_square
-
-    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
-        """Unknowns of a set."""
-        return self.model.parameters(effects)
 
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
@@ -187,49 +145,21 @@ class ElementProblem(ComparisonProblem):
         """Starts from force space."""
         return element_starts(self.model, self._signatures, self._columns, effects, known)
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums with derivatives by forward differences."""
-        return self.differenced(effects).sums(theta, chosen)
-
-    def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Squared residuals by segment and band; infinite where the motion diverges."""
-        result = np.zeros(self.cell_counts.shape)
-        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
-            result[segments] = segment_squares(record, residual, self.bands.edges_hz)
-        return result
-
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
+    def gap(self, effects: Effects, theta: FloatArray) -> ElementGap:
         """Gap by line or band and run."""
-        return element_gap_cells(
-            self.records, self._residuals(effects, theta), self.noise, channel=self.channel
-        )
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Where the gap lies, by block, run-to-run scatter, growth and parity."""
-        return element_findings(
+        return ElementGap(
             self.model,
             self.records,
-            self._residuals(effects, theta),
-            self.gap_cells(effects, theta),
-            noise=self.noise,
-            is_declared=self.noise_is_declared,
-            channel=self.channel,
+            self.residuals(effects, theta),
+            self.noise,
+            self.noise_is_declared,
+            self.channel,
+            self.unit,
         )
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Peak to peak and RMS of a model."""
-        return element_scalars(self.records, self._residuals(effects, theta), self.unit)
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Force-space loops for the report."""
         return element_loops(self.model, self.records, effects, theta)
-
-    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
-        """Response of every run as measured and as a model has it."""
-        return [
-            signal_overlay(record.name, self.channel, record.step, record.response, residual)
-            for record, residual in zip(self.records, self._residuals(effects, theta), strict=True)
-        ]
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Drives that were not applied."""
@@ -260,7 +190,7 @@ class ElementProblem(ComparisonProblem):
 
     def _trial(
         self, drive: FloatArray, step: float, effects: Effects, theta: FloatArray
-    ) -> ComparisonProblem | None:
+    ) -> "ElementProblem | None":
         """One record under a drive, its response that of a model; its first quarter settles."""
         stepped = replace(self.model, substeps=self.model.scale.substeps(step))
         counts = np.arange(drive.size) >= drive.size // 4
@@ -276,15 +206,6 @@ class ElementProblem(ComparisonProblem):
             return None
         return replace(
             self, model=stepped, records=(record(predicted),), noise=self.noise[:1], table=None
-        )
-
-    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
-        """RMS change of the prediction with half the step."""
-        if not self.model.by_force:
-            return 0.0
-        return step_halving_error(
-            self.records,
-            lambda record, factor: self.model.predicted(record, effects, theta, refined=factor),
         )
 
     def class_answer(self) -> ClassAnswer | None:
@@ -356,6 +277,27 @@ class ElementProblem(ComparisonProblem):
             f"{model.unit_of((1, -1, 1))}, tau (K1 - m w²)"
         )
 
+    def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
+        """Warnings where records leave the range in which a law of a file was measured."""
+        return beyond_visited(law, self.records)
+
+    def wiring(self, campaign: Campaign) -> WiringChecks:
+        """Drive of the other sign, delay and drift of a baseline that is the model's."""
+        if campaign.baseline.source != "model":
+            return super().wiring(campaign)
+
+        def refitted(other: Campaign) -> float:
+            """Mean square that the baseline leaves once it is fitted to a campaign."""
+            return baseline_left(element_problem(other))
+
+        return WiringChecks(
+            lambda: element_rivals(campaign, refitted),
+            self.predictions,
+            refitted,
+            self.linear_records,
+            lambda: element_clocks(self.records, by_force=self.model.by_force),
+        )
+
     @cached_property
     def _columns(self) -> tuple[Column, ...]:
         return signature_columns(self.model)
@@ -364,49 +306,9 @@ class ElementProblem(ComparisonProblem):
     def _signatures(self) -> Signatures:
         return element_signatures(self.model, self.records)
 
-    def differenced(self, effects: Effects) -> DifferencedResiduals[ElementRecord]:
-        """Residuals of a set of effects as a function of its parameters."""
-        n_samples = sum(record.response.size for record in self.records)
-        return DifferencedResiduals(
-            self.records,
-            lambda record, theta: self._residual(record, effects, theta),
-            self.parameters(effects),
-            relative_step=_DIFFERENCE,
-            n_threads=(os.cpu_count() or 1) if n_samples >= _THREADED else 1,
-        )
-
-    def _residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
-        return [self._residual(record, effects, theta) for record in self.records]
-
-    def _residual(self, record: ElementRecord, effects: Effects, theta: FloatArray) -> FloatArray:
-        """Measured less predicted; zero where nothing was measured."""
-        residual = record.response - self.model.predicted(record, effects, theta)
-        if not np.isfinite(residual).all():  # the motion diverged
-            return np.where(record.block >= 0, np.inf, 0.0)
-        return np.where(record.block >= 0, residual, 0.0)
-
 
 def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> ElementProblem:
-    """ComparisonProblem of a campaign of kind ``element``.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Measured runs and the effects the baseline contains.
-    measured_laws : sequence of Law
-        Laws of files, further candidates.
-
-    Returns
-    -------
-    ElementProblem
-        Ready to be diagnosed.
-
-    Raises
-    ------
-    ValueError
-        Where a signal is missing throughout or constant, a record is too short, or a law has other
-        units.
-    """
+    """Problem of a campaign of kind ``element``; laws of files are further candidates."""
     records = element_records(campaign)
     noise, measured = noise_variance(campaign, records)
     drive, mass = campaign.rig["drive"], campaign.rig.get("mass")
@@ -486,7 +388,7 @@ def _trial_frequencies_hz(model: ElementModel) -> list[float]:
     return [float(factor * omega / (2.0 * np.pi)) for factor in _FREQUENCIES]
 
 
-def element_beside_prediction(problem: ElementProblem, campaign: Campaign) -> ElementProblem:
+def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> ElementProblem:
     """ComparisonProblem whose baseline is the prediction in the run files.
 
     The inside of that simulator is unknown: mass, spring, damper and constant force are fitted to

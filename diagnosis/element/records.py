@@ -26,8 +26,6 @@ FloatArray = NDArray[np.float64]
 #: Blocks over all runs that the records are cut into, and samples a block holds at least.
 _PIECES = 24
 _FEWEST_IN_BLOCK = 64
-#: Bands of frequency of the score.
-N_BANDS = 16
 #: Periods of the usable band's end that a derivative needs on either side, and the share of a
 #: record they may take at either end.
 _EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
@@ -92,6 +90,21 @@ class ElementRecord:
     drive_noise: float = 0.0
 
     @property
+    def time(self) -> FloatArray:
+        """Time from the first sample [s]."""
+        return self.step * np.arange(self.response.size, dtype=np.float64)
+
+    @property
+    def measured(self) -> FloatArray:
+        """The response."""
+        return self.response
+
+    @property
+    def is_measured(self) -> NDArray[np.bool_]:
+        """Samples that are in a block."""
+        return self.block >= 0
+
+    @property
     def flat_hz(self) -> float:
         """Frequency [Hz] up to which the motion is known as it is."""
         return flat_end(self.cutoff_hz)
@@ -111,7 +124,7 @@ class ElementRecord:
             return forces
         return band_limited(forces, self.step, self.flat_hz)
 
-    def whole_periods(self, signal: NDArray[Any]) -> NDArray[Any] | None:
+    def by_period(self, signal: NDArray[Any]) -> NDArray[Any] | None:
         """Signal by period, shape (n_periods, period); None where the drive has fewer than two."""
         if not self.period:
             return None
@@ -138,24 +151,7 @@ class ElementRecord:
 
 
 def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
-    """Prepare every run of an element campaign.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Campaign of kind ``element``.
-
-    Returns
-    -------
-    tuple of ElementRecord
-        One for each run.
-
-    Raises
-    ------
-    ValueError
-        Where a signal is missing throughout or never changes, or `settle_samples` leaves too
-        little.
-    """
+    """Every run of an element campaign, prepared; refused where a signal is missing or constant."""
     channel = campaign.channels[0]
     runs = [run_in_use(run) for run in campaign.runs]
     for run in runs:

@@ -1,5 +1,6 @@
-"""The measured shape of a class: its curve over the visited range with a band over the blocks."""
+"""The measured shape of a class: its curve with a band over the blocks, and its law."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,44 +8,56 @@ from scipy.stats import gamma
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
+from carrierflex.diagnosis.classes.results import (
+    BesideCurve,
+    ClassAnswer,
+    ClassFinding,
+    MeasuredShape,
+)
 from carrierflex.diagnosis.classes.shapes import (
     CERTAIN_SIGN,
     POINTS,
+    SIZE,
     band_of,
     drawn_coefficients,
     fitted_law,
+    law_of_class,
     length_words,
     shape_words,
     slope_beside_rest,
     straight_part,
     surface_words,
+    visited_range_warning,
     without_steps,
 )
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.answer import LOOP, is_one_curve
 from carrierflex.diagnosis.element.columns import (
     ElementBases,
-    parts_of_stops,
+    memory_of_stops,
     step_at_rest,
     stops_columns,
     stops_of,
     surface_products,
 )
 from carrierflex.diagnosis.element.laws import (
-    DISSIPATION,
     DRIVE_SIDE,
-    HYSTERESIS,
-    MEMORY,
     TIME_VARIATION,
     static_law,
 )
+from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.table import ElementTable
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.simulation.element.law_forces import element_law
 from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_parts
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
+    DISSIPATION,
     ELEMENT,
     FORCE_SURFACE,
+    HYSTERESIS,
+    MEMORY,
     RESTORING_FORCE,
     TABULATED,
     WITH_MEMORY,
@@ -76,6 +89,15 @@ _POINTS = 33
 _DRAWN_AT = (0.25, 0.75)
 #: Stops in place of one bristle: its curve to 2.4 % of the friction.
 _STOPS_OF_BRISTLE = 8
+#: Classes that a law file holds, and what their law is.
+_EQUATIONS = {
+    RESTORING_FORCE: "f(q)",
+    DISSIPATION: "g(v)",
+    COUPLED_DAMPING: "h(q) v",
+    HYSTERESIS: "stops that slip",
+    MEMORY: "branches that relax",
+    FORCE_SURFACE: "f(q, v)",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,7 +371,7 @@ def _surface_law(
     damping = slope_beside_rest(grid.v, middle)
     y -= slope * grid.x[:, None] + constant + damping * grid.v
     bristles = _stops_of_bristles(size.presliding, slips)
-    turning = parts_of_stops({"slip": bristles}, 0.0, size.half_range)
+    turning = memory_of_stops({"slip": bristles}, 0.0, size.half_range)
     friction = np.column_stack([grid.x, levels])
     parts = law_parts(replace(turning, levels=friction) if any(levels) else turning)
     surface = Surface(ELEMENT, grid.x, grid.v, y)
@@ -372,3 +394,81 @@ def _stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatA
     deflections = np.outer(lengths, gamma.ppf(shares, 2.0, scale=0.5))
     divided = np.repeat(weights / _STOPS_OF_BRISTLE, _STOPS_OF_BRISTLE)
     return deflections.ravel(), divided
+
+
+def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
+    """Measured shape of a class of the answer, without what the baseline takes up."""
+    return law_of_class(answer, campaign, {name: name for name in _EQUATIONS}, wanted, _refusal)
+
+
+def _refusal(name: str, finding: ClassFinding) -> str:
+    """Why a class whose shape was measured has no law."""
+    if name != FORCE_SURFACE or finding.shape is None or finding.measured_law is not None:
+        return ""
+    return (
+        "the records go round one curve of deflection and speed (one frequency at one level), off "
+        "which a surface is not known; measure another level or frequency"
+    )
+
+
+def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, ...]:
+    """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
+
+    Raises
+    ------
+    ValueError
+        Where a law has other units.
+    """
+    for law in laws:
+        if law.units != units:
+            raise ValueError(
+                f"law '{law.name}': units are {' and '.join(law.units)}; expected those of the "
+                f"records, {' and '.join(units)}"
+            )
+    return tuple(
+        EffectCard(
+            law.name,
+            ELEMENT,
+            f"size x {_EQUATIONS[law.effect_class]} as it was measured",
+            (SIZE,),
+            "that of its shape",
+            law=element_law(law).force,
+        )
+        for law in laws
+    )
+
+
+def beyond_visited(law: Law, records: Sequence[ElementRecord]) -> tuple[CampaignWarning, ...]:
+    """Warnings where records leave the range in which a law was measured; empty where none does.
+
+    Of a surface, deflection and speed are looked at.
+    """
+    is_dissipation = law.effect_class == DISSIPATION
+    ranges = [(np.array(ends), False) for ends in law.visited.values()]
+    ranges += [(table.x, is_dissipation) for table in law.of(Table)]
+    for surface in law.of(Surface):
+        ranges += [(surface.x, False), (surface.v, True)]
+    warnings = [_beyond(law, records, ends, along_speed=is_speed) for ends, is_speed in ranges]
+    return tuple(warning for warning in warnings if warning is not None)
+
+
+def _beyond(
+    law: Law, records: Sequence[ElementRecord], table: FloatArray, *, along_speed: bool
+) -> CampaignWarning | None:
+    """Warning where deflection or speed of the records leaves a table."""
+    motion = 1 if along_speed else 0
+    # Where samples count: the measured motion may hold a run-in.
+    runs = [record.motion[motion][record.block >= 0] for record in records]
+    values = np.concatenate(runs)
+    outside = (values < table[0]) | (values > table[-1])
+    if not outside.any():
+        return None
+    farthest = int(np.argmax([max(table[0] - x.min(), x.max() - table[-1]) for x in runs]))
+    return visited_range_warning(
+        law,
+        share=float(np.mean(outside)),
+        reached=values,
+        table=table,
+        unit=f"{law.units[1]}/s" if along_speed else law.units[1],
+        run=records[farthest].name,
+    )

@@ -1,23 +1,52 @@
-"""Force space of an element.
+"""Force space of an element, where the search for its parameters starts, and their scale.
 
-The residual force along the measured motion, and what every effect would add to it.
+Signatures are the residual force along the measured motion, and what every effect would add to it.
+A start is least squares on them, shape by shape. Under a force it is biased where the deflection is
+noisy: its second derivative is mostly noise, and the mass comes out far too small. Instruments that
+follow from the measured force alone carry none of that noise.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
+from scipy.linalg import expm
+from scipy.signal import lfilter
 
 from carrierflex.diagnosis.comparison.problem import (
+    BASELINE,
+    Effects,
     FloatArray,
+    Parameter,
     Signatures,
+    bounds_of,
     shape_starts,
     total_products,
 )
-from carrierflex.diagnosis.element.model import ElementModel, is_delay
+from carrierflex.diagnosis.element.model import STATE_NAMES, ElementModel, ElementScale, is_delay
 from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.identification.campaign.signals import band_limited
+from carrierflex.identification.estimation.scaled_least_squares import (
+    design_solution,
+    normal_solution,
+)
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+
+#: Mass, stiffness, damping and constant force of a linear element.
+_Linear = tuple[float, float, float, float]
+_Values = Mapping[tuple[str, str], float]
+#: Starts handed back at most, best fit in force space first.
+_MOST_STARTS = 6
+#: Rounds of instruments, of which the best is kept.
+_ROUNDS = 6
+#: Damping ratio of the first instrument, and the least one of any.
+_FIRST_DAMPING, _LEAST_DAMPING = 0.5, 1e-3
+#: Resonances over the frequency of the motion, and damping ratios, that are tried where no round
+#: gives an element.
+_RESONANCES = np.geomspace(0.1, 10.0, 25)
+_DAMPINGS = (0.01, 0.05, 0.2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,3 +159,277 @@ def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) ->
         rows = np.vstack([known_force(model, record), base, *candidates])
         gram = gram + total_products(record.where_flat(rows), record.block)
     return Signatures(gram, len(base))
+
+
+def element_starts(
+    model: ElementModel,
+    signatures: Signatures,
+    columns: Sequence[Column],
+    effects: Effects,
+    known: _Values,
+) -> list[FloatArray]:
+    """Starts of one set, at least one: what is known with the new effects off, then solutions.
+
+    `signatures` and `columns` are force space; `known` are the values of a smaller set.
+    """
+    parameters = model.parameters(effects)
+    solutions = _force_space_solutions(model, signatures, columns, effects)
+    states = {
+        (BASELINE, f"{name} of {run}"): value
+        for run, state in model.states.items()
+        for name, value in zip(STATE_NAMES, state, strict=True)
+    }
+    warm = [_warm_value(parameter, known, solutions[0] | states) for parameter in parameters]
+    solutions = [{**states, **solution} for solution in solutions]
+    sources: list[_Values] = [{}]
+    if known:
+        # The known baseline with the new effects of force space: the effect's size is right where
+        # the baseline is.
+        sources.append(known)
+    elif model.by_force:
+        # What the response to the force says of the baseline, which noise in the deflection does
+        # not touch.
+        names = ("m", "K1", "C1", "f0")
+        sources.append({(BASELINE, name): getattr(model.scale, name) for name in names})
+    starts = [
+        [({**solution, **source}).get(parameter_key(p), _off(p)) for p in parameters]
+        for source in sources
+        for solution in solutions
+    ]
+    bounds = bounds_of(parameters)
+    return [np.clip(np.array(start), *bounds) for start in (warm, *starts)]
+
+
+def _warm_value(parameter: Parameter, known: _Values, solution: _Values) -> float:
+    key = parameter_key(parameter)
+    if key in known:
+        return known[key]
+    if parameter.effect == BASELINE or parameter.shape:
+        return solution.get(key, parameter.scale)
+    return 0.0 if known else solution.get(key, 0.0)
+
+
+def _off(parameter: Parameter) -> float:
+    return parameter.scale if parameter.shape else 0.0
+
+
+def _force_space_solutions(
+    model: ElementModel, signatures: Signatures, columns: Sequence[Column], effects: Effects
+) -> list[dict[tuple[str, str], float]]:
+    """Least-squares solutions over the shapes of the effects, best first."""
+    gram = signatures.gram
+    first = 1 + signatures.n_base
+    by_effect = []
+    for effect in effects:
+        shapes = sorted({column.shape for column in columns if column.effect == effect})
+        groups = [
+            [k for k, c in enumerate(columns) if (c.effect, c.shape) == (effect, shape)]
+            for shape in shapes
+        ]
+        by_effect.append(groups or [[]])
+    solutions = []
+    for choice in product(*by_effect):
+        chosen = [k for group in choice for k in group]
+        rows = [*range(1, first), *(first + k for k in chosen)]
+        solution = normal_solution(gram[np.ix_(rows, rows)], gram[rows, 0])
+        square = gram[0, 0] - solution @ gram[rows, 0]
+        base, amplitudes = solution[: first - 1], solution[first - 1 :]
+        solutions.append((square, _values(model, base, [columns[k] for k in chosen], amplitudes)))
+    solutions.sort(key=lambda pair: pair[0])
+    return [values for _, values in solutions[:_MOST_STARTS]]
+
+
+def _values(
+    model: ElementModel, base: FloatArray, columns: Sequence[Column], amplitudes: FloatArray
+) -> dict[tuple[str, str], float]:
+    """Named parameters of a force-space solution."""
+    names = ["m"] if model.mass is None else []
+    names += ["K1", "C1", "f0"]
+    values = {(BASELINE, name): float(value) for name, value in zip(names, base, strict=False)}
+    for column, value in zip(contained_columns(model), base[len(names) :], strict=True):
+        # Physical bounds are applied where a start is handed back: a spring may soften.
+        values[column.effect, column.amplitude] = float(value)
+    for column, amplitude in zip(columns, amplitudes, strict=True):
+        for name, value in column.values.items():
+            values[column.effect, name] = value
+        values[column.effect, column.amplitude] = float(amplitude)
+        if column.effect == "elasto_plastic_friction":
+            stiffness = max(float(amplitude), 0.02 * model.scale.of((1, -1, 0)))
+            values[column.effect, "Kp"], values[column.effect, "Fy"] = (
+                stiffness,
+                stiffness * column.values["Fy"],
+            )
+    return values
+
+
+def _linear_element(
+    records: Sequence[ElementRecord], start: _Linear, *, mass: float | None
+) -> _Linear:
+    """Mass, stiffness, damping and constant force that predict the deflections best.
+
+    Refined instrumental variables: the response of the last estimate to the measured force is the
+    instrument of the next.
+
+    References
+    ----------
+    .. [1] P. C. Young, "Recursive Estimation and Time-Series Analysis" (2011), refined instrumental
+       variable method.
+    """
+    frequency = _typical_frequency(records)
+    first = (1.0, frequency**2, 2.0 * _FIRST_DAMPING * frequency, 0.0)
+    best, least = _refined(records, first, start, mass)
+    if not np.isfinite(least):
+        # A drive of one line tells stiffness less inertia only: both came out as nothing.
+        searched = _searched(records, frequency, mass)
+        if searched is not None:
+            best, _ = _refined(records, searched, searched, mass)
+    return best
+
+
+def _refined(
+    records: Sequence[ElementRecord], instrument: _Linear, start: _Linear, mass: float | None
+) -> tuple[_Linear, float]:
+    """Best of a start and of what the rounds from an instrument give, and its misfit."""
+    best, least = start, _misfit(records, start)
+    for _ in range(_ROUNDS):
+        estimate = _instrumental(records, instrument, mass)
+        if estimate is None:
+            break
+        misfit = _misfit(records, estimate)
+        if misfit < least:
+            best, least = estimate, misfit
+        instrument = estimate
+    return best, least
+
+
+def _searched(
+    records: Sequence[ElementRecord], frequency: float, mass: float | None
+) -> _Linear | None:
+    """Element of some resonances and dampings about a frequency [rad/s] that predicts best."""
+    elements = []
+    measured = np.concatenate([record.response[record.block >= 0] for record in records])
+    for resonance, damping in product(frequency * _RESONANCES, _DAMPINGS):
+        m = mass or 1.0
+        unit = (m, m * resonance**2, 2.0 * m * damping * resonance, 0.0)
+        to_force = np.concatenate(
+            [_response(record, unit)[record.block >= 0] for record in records]
+        )
+        # A constant force bends the spring, once it has come to rest.
+        constant = np.full(to_force.size, -1.0 / unit[1])
+        if mass is None:
+            factor, bent = design_solution(np.column_stack([to_force, constant]), measured)
+        else:
+            factor, bent = 1.0, float(np.mean(to_force - measured)) * unit[1]
+        if factor > 0.0:
+            element = (m / factor, unit[1] / factor, unit[2] / factor, float(bent) / factor)
+            elements.append((_misfit(records, element), element))
+    return min(elements)[1] if elements else None
+
+
+def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> ElementScale:
+    """Sizes of an element and its baseline from its motion, or its response to a force."""
+    plain = replace(model, contained=())
+    rows = [
+        record.where_flat(base_columns(plain, record))[:, record.block >= 0] for record in records
+    ]
+    force = [record.where_flat(known_force(model, record))[record.block >= 0] for record in records]
+    design, target = np.concatenate(rows, axis=1), np.concatenate(force)
+    solution = design_solution(design.T, target)
+    mass = model.mass if model.mass is not None else max(float(solution[0]), 0.0)
+    inertia = 0.0 if model.mass is not None else solution[0] * design[0]
+    K1, C1, f0 = (float(value) for value in solution[-3:])
+    restoring = target - inertia
+    if model.by_force:
+        mass, K1, C1, f0 = _linear_element(records, (mass, K1, C1, f0), mass=model.mass)
+    return ElementScale(
+        force=float(restoring.std()) or float(target.std()),
+        deflection=float(design[-3].std()),
+        speed=float(np.sqrt(np.mean(design[-2] ** 2))),
+        m=mass,
+        K1=max(K1, 0.0),
+        C1=max(C1, 0.0),
+        f0=f0,
+    )
+
+
+def _typical_frequency(records: Sequence[ElementRecord]) -> float:
+    q, v = (
+        np.concatenate([record.motion[k][record.block >= 0] for record in records]) for k in (0, 1)
+    )
+    return float(v.std() / q.std())
+
+
+def _instrumental(
+    records: Sequence[ElementRecord], instrument: _Linear, mass: float | None
+) -> _Linear | None:
+    """Solution of ``Zᵀ (A x - f) = 0``; None where it is no element."""
+    products = np.zeros((4, 4))
+    right = np.zeros(4)
+    square = np.zeros(4)
+    for record in records:
+        inside = record.block >= 0
+        q, v, a = (signal[inside] for signal in record.motion)
+        A = np.array([a, v, q, np.ones_like(q)])
+        response = _response(record, instrument)
+        slope = np.gradient(response, record.step)
+        Z = np.array([np.gradient(slope, record.step), slope, response, np.ones_like(response)])[
+            :, inside
+        ]
+        products += Z @ A.T
+        square += np.square(Z).sum(axis=1)
+        # The motion is known in the usable band only: the force in the same band goes with it.
+        right += Z @ band_limited(record.drive, record.step, record.cutoff_hz)[inside]
+    if mass is not None:
+        right, products = right[1:] - mass * products[1:, 0], products[1:, 1:]
+    if not (square.all() and products.any(axis=0).all()):
+        return None
+    # Instruments of unit length: a deflection weighs as much as its second derivative.
+    length = np.sqrt(square[-len(right) :])
+    solution = design_solution(products / length[:, None], right / length)
+    m, C1, K1, f0 = solution if mass is None else (mass, *solution)
+    if not (m > 0.0 and K1 > 0.0):
+        return None
+    return float(m), float(K1), float(max(C1, 2.0 * _LEAST_DAMPING * np.sqrt(m * K1))), float(f0)
+
+
+def _response(record: ElementRecord, element: _Linear) -> FloatArray:
+    """Deflection of a linear element from rest, straight lines between the samples of the force."""
+    m, K1, C1, f0 = element
+    numerator, denominator = _difference_equation(m, K1, C1, record.step)
+    return np.asarray(lfilter(numerator, denominator, record.drive - f0))
+
+
+def _difference_equation(
+    m: float, K1: float, C1: float, step: float
+) -> tuple[FloatArray, FloatArray]:
+    """Filter of force to deflection, exact for straight lines between the samples.
+
+    With ``s = [q, v]`` the exponential of the element with a force and its rise in a step gives
+    ``s_(k+1) = A s_k + B_0 u_k + B_1 u_(k+1)``, and with ``C = [1, 0]``
+    ``q = C adj(z - A) (B_0 + z B_1) / det(z - A) u``.
+
+    References
+    ----------
+    .. [1] G. F. Franklin, J. D. Powell, M. L. Workman, "Digital Control of Dynamic Systems" (1998),
+       triangle hold.
+    """
+    rates = np.zeros((4, 4))
+    rates[0, 1] = step
+    rates[1, :3] = -K1 / m * step, -C1 / m * step, step / m
+    rates[2, 3] = 1.0
+    ahead = expm(rates)
+    (a, b), (c, d) = ahead[:2, :2].tolist()
+    constant, rising = ahead[:2, 2], ahead[:2, 3]
+    (p0, r0), (p1, r1) = (constant - rising).tolist(), rising.tolist()
+    numerator = np.array([p1, p0 - d * p1 + b * r1, b * r0 - d * p0])
+    return numerator, np.array([1.0, -(a + d), a * d - b * c])
+
+
+def _misfit(records: Sequence[ElementRecord], element: _Linear) -> float:
+    """Sum of squares of measured less predicted deflection; infinite for what is no element."""
+    if not (min(element[:2]) > 0.0 and element[2] >= 0.0):
+        return float("inf")
+    missed = [
+        (record.response - _response(record, element))[record.block >= 0] for record in records
+    ]
+    return float(sum(residual @ residual for residual in missed))

@@ -1,13 +1,19 @@
 """The Gram table of kind element: all columns through one filter, products by block."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from carrierflex.diagnosis.classes.columns import GroupColumns, relaxing_branches
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.gram_table import (
+    ColumnGroup,
+    GramTable,
+    IntArray,
+    LawColumns,
+    TableRows,
+)
 from carrierflex.diagnosis.classes.held_out import (
     ClassModel,
     ClassScores,
@@ -99,71 +105,34 @@ _ROUNDING = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class _Layout:
-    """Which rows of the table are what."""
-
-    n_base: int
-    groups: tuple[tuple[GroupColumns[ForceRecord], slice], ...]
-    laws: tuple[LawColumns, ...]
-
-    def scale(self, energy: FloatArray) -> FloatArray:
-        """Factor of each column: target, regressors and laws of unit energy, each group as one."""
-        shared = energy.copy()
-        for _, columns in self.groups:
-            shared[columns] = shared[columns].mean()
-        return np.asarray(1.0 / np.sqrt(np.maximum(shared, 1e-300)))
-
-    def column_groups(self) -> dict[str, ColumnGroup]:
-        """Groups as the table has them."""
-        return {
-            group.id: ColumnGroup(
-                np.arange(columns.start, columns.stop), group.penalty, group.is_nonnegative
-            )
-            for group, columns in self.groups
-        }
-
-
-@dataclass(frozen=True, eq=False)
-class BlockProducts:
-    """Products of the filtered columns of all runs, block by block.
+class ElementRuns:
+    """What the columns of a table are made of.
 
     Parameters
     ----------
-    gram : ndarray, shape (n_blocks, n, n)
-        Products, scaled: target, regressors and laws of unit energy, each group as one.
-    floor : ndarray, shape (n_blocks,)
-        Sum of squares that noise alone leaves.
-    folds : ndarray of int, shape (n_blocks,)
-        Fold in which each block is held out.
-    scale : ndarray, shape (n,)
-        Factor that each column was multiplied by.
-    layout : _Layout
-        Which column is what.
+    records : tuple of ForceRecord
+        Runs.
+    weights : tuple of NoiseWeight
+        Filter of each run.
+    bases : ElementBases
+        Splines and sizes.
     """
 
-    gram: FloatArray
-    floor: FloatArray
-    folds: IntArray
-    scale: FloatArray
-    layout: _Layout
+    records: tuple[ForceRecord, ...]
+    weights: tuple[NoiseWeight, ...]
+    bases: ElementBases
 
 
 @dataclass(frozen=True, eq=False)
-class ElementTable:
+class ElementTable(ElementRuns):
     """Gram table with what its columns are.
 
     Parameters
     ----------
     table : GramTable
         Products.
-    bases : ElementBases
-        Splines and sizes.
     groups : tuple of GroupColumns
         Groups in the order of the table.
-    records : tuple of ForceRecord
-        Runs.
-    weights : tuple of NoiseWeight
-        Filter of each run.
     scores : ClassScores
         Held-out squares of the table, each made once.
     loop : SmoothLoop, optional
@@ -174,13 +143,10 @@ class ElementTable:
     """
 
     table: GramTable
-    bases: ElementBases
     groups: tuple[GroupColumns[ForceRecord], ...]
-    records: tuple[ForceRecord, ...]
-    weights: tuple[NoiseWeight, ...]
     scores: ClassScores
     loop: SmoothLoop | None = None
-    loops: dict[tuple[str, bool], tuple[SmoothLoop, BlockProducts]] = field(default_factory=dict)
+    loops: dict[tuple[str, bool], tuple[SmoothLoop, GramTable]] = field(default_factory=dict)
 
     @property
     def independent_samples(self) -> float:
@@ -189,20 +155,6 @@ class ElementTable:
             np.count_nonzero(run.counts) * min(1.0, 2.0 * run.band_hz * run.step)
             for run in self.records
         )
-
-    @property
-    def runs(self) -> "ElementRuns":
-        """What its columns are made of."""
-        return ElementRuns(self.records, self.weights, self.bases)
-
-
-@dataclass(frozen=True, eq=False)
-class ElementRuns:
-    """What the columns of a table are made of: runs, the filter of each, splines and sizes."""
-
-    records: tuple[ForceRecord, ...]
-    weights: tuple[NoiseWeight, ...]
-    bases: ElementBases
 
 
 def element_table(
@@ -247,16 +199,12 @@ def table_of(
     """Products of all columns along some runs, `more` groups beside those of all classes."""
     bases = runs.bases
     groups = (*group_columns(bases, _side_line(bases, runs.records)), *more)
-    products = products_by_block(
-        runs.records,
-        runs.weights,
-        lambda run: _columns_along(model, run, groups, bases.size),
-        constants.n_folds,
+    products, laws = products_by_block(
+        runs, lambda run: _columns_along(model, run, groups, bases.size), constants.n_folds
     )
-    table = _gram_table(products, model, n_plain=yields(bases.size).size)
-    return ElementTable(
-        table, bases, groups, runs.records, runs.weights, ClassScores(table, constants)
-    )
+    table = _gram_table(products, laws, model, yields(bases.size).size)
+    scores = ClassScores(table, constants)
+    return ElementTable(runs.records, runs.weights, bases, table, groups, scores)
 
 
 def _variances(
@@ -326,41 +274,37 @@ def _side_line(bases: ElementBases, runs: Sequence[ForceRecord]) -> FloatArray:
     return np.linalg.lstsq(design.T, bases.side(side).T, rcond=None)[0]
 
 
-def _gram_table(products: BlockProducts, model: ElementModel, *, n_plain: int) -> GramTable:
+def _gram_table(
+    products: GramTable, laws: Mapping[str, tuple[IntArray, ...]], model: ElementModel, n_plain: int
+) -> GramTable:
     """Table of all classes; its first sliders, which do not bend, are a group too."""
-    groups = products.layout.column_groups()
-    groups["plain_stops"] = ColumnGroup(
-        groups["stops"].columns[:n_plain], np.zeros((n_plain, n_plain)), is_nonnegative=True
-    )
+    stops = products.groups["stops"].columns[:n_plain]
+    plain_stops = ColumnGroup(stops, np.zeros((n_plain, n_plain)), is_nonnegative=True)
     ceiling: tuple[str, ...] = (*_SURFACE, "stops", "prony", "delay", "time", "side")
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
         ceiling = (*_SURFACE, "stops")
-    return GramTable(
-        gram=products.gram,
-        n_base=products.layout.n_base,
-        groups=groups,
+    cards = model.cards
+    columns = [
+        LawColumns(law, places, len(cards[law].parameters) if law in cards else 2)
+        for law, places in laws.items()
+    ]
+    return replace(
+        products,
+        groups={**products.groups, "plain_stops": plain_stops},
         classes=CLASS_GROUPS,
         surface=FORCE_SURFACE,
         ceiling=ceiling,
-        laws=_laws_by_class(products.layout, model),
-        floor=products.floor,
-        folds=products.folds,
-        scale=products.scale,
+        laws={
+            name: tuple(law for law in columns if name in _classes_of(law.id, model))
+            for name in CLASS_GROUPS
+        },
         beyond_laws={MEMORY: "curved_prony"},
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,
         products=_PRODUCT_GROUPS,
         plain=_PLAIN_GROUPS,
     )
-
-
-def _laws_by_class(layout: _Layout, model: ElementModel) -> dict[str, tuple[LawColumns, ...]]:
-    """Laws that lie in each class."""
-    return {
-        name: tuple(law for law in layout.laws if name in _classes_of(law.id, model))
-        for name in CLASS_GROUPS
-    }
 
 
 def _classes_of(law: str, model: ElementModel) -> tuple[str, ...]:
@@ -388,50 +332,39 @@ def _columns_along(
     run: ForceRecord,
     groups: Sequence[GroupColumns[ForceRecord]],
     size: MotionSize,
-) -> tuple[list[FloatArray], _Layout]:
-    """Target, baseline, groups and laws along a run, and where they stand."""
-    rows, layout = group_columns_along(run, groups)
-    first = sum(map(len, rows))
-    known = []
+) -> TableRows:
+    """Target, baseline, groups and laws along a run."""
+    table = group_columns_along(run, groups)
     for law in model.cards:
         if law not in model.contained:
-            shapes = law_columns(model, run, law, size)
-            known.append(_law(rows, first, law, shapes, model))
-            first += len(rows[-1])
-    shapes = presliding_columns(run, size)[:, None]
-    known.append(_law(rows, first, PRESLIDING, shapes, model))
-    return rows, replace(layout, laws=tuple(known))
+            table.add_law(law, law_columns(model, run, law, size))
+    table.add_law(PRESLIDING, presliding_columns(run, size)[:, None])
+    return table
 
 
-def group_columns_along(
-    run: ForceRecord, groups: Sequence[GroupColumns[ForceRecord]]
-) -> tuple[list[FloatArray], _Layout]:
+def group_columns_along(run: ForceRecord, groups: Sequence[GroupColumns[ForceRecord]]) -> TableRows:
     """Target, baseline and groups along a run, without laws."""
-    rows = [run.target[None], run.base]
-    first = 1 + len(run.base)
-    layout = []
+    table = TableRows(run.target[None], run.base)
     for group in groups:
-        rows.append(group.columns(run))
-        layout.append((group, slice(first, first + len(rows[-1]))))
-        first += len(rows[-1])
-    return rows, _Layout(len(run.base), tuple(layout), ())
+        columns = group.columns(run)
+        table.add_group(group.id, columns, group.penalty, is_nonnegative=group.is_nonnegative)
+    return table
 
 
 def products_by_block(
-    runs: Sequence[ForceRecord],
-    weights: Sequence[NoiseWeight],
-    columns: Callable[[ForceRecord], tuple[list[FloatArray], _Layout]],
-    n_folds: int,
-) -> BlockProducts:
-    """Products of columns along some runs, by block; `columns` gives those of a run."""
-    n_blocks = sum(np.unique(run.block[run.counts]).size for run in runs)
+    runs: ElementRuns, columns: Callable[[ForceRecord], TableRows], n_folds: int
+) -> tuple[GramTable, Mapping[str, tuple[IntArray, ...]]]:
+    """Table without classes of the columns of each run, and the places of the laws in it.
+
+    Target, regressors and laws are of unit energy, each group as one.
+    """
+    n_blocks = sum(np.unique(run.block[run.counts]).size for run in runs.records)
     gram = np.empty(0)
     floors: list[float] = []
     folds: list[int] = []
-    layout = None
-    for number, (run, weight) in enumerate(zip(runs, weights, strict=True)):
-        pieces, layout = columns(run)
-        raw = np.concatenate(pieces)
+    for number, (run, weight) in enumerate(zip(runs.records, runs.weights, strict=True)):
+        table = columns(run)
+        raw = np.concatenate(table.rows)
         if not gram.size:
             gram = np.empty((n_blocks, len(raw), len(raw)))
         rows = _filtered_columns(raw, weight)
@@ -443,22 +376,25 @@ def products_by_block(
             np.matmul(inside, inside.T, out=gram[len(floors)])
             floors.append(floor * inside.shape[1])
             folds.append(int(fold[chosen][0]))
-    assert layout is not None
-    scale = layout.scale(np.diag(gram.sum(axis=0)))
+    energy = np.diag(gram.sum(axis=0)).copy()
+    for group in table.groups.values():
+        energy[group.columns] = energy[group.columns].mean()
+    scale = np.asarray(1.0 / np.sqrt(np.maximum(energy, 1e-300)))
     # In place: a table takes tens of megabytes, and a copy as long as its products.
     gram *= np.outer(scale, scale)
-    return BlockProducts(gram, np.array(floors) * scale[0] ** 2, np.array(folds), scale, layout)
-
-
-def _law(
-    rows: list[FloatArray], first: int, law: str, shapes: FloatArray, model: ElementModel
-) -> LawColumns:
-    """Place of a law's columns, which are appended to the rows."""
-    n_shapes, n_columns, n = shapes.shape
-    rows.append(shapes.reshape(-1, n))
-    columns = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
-    card = model.cards.get(law)
-    return LawColumns(law, tuple(columns), len(card.parameters) if card else 2)
+    products = GramTable(
+        gram=gram,
+        n_base=table.n_base,
+        groups=table.groups,
+        classes={},
+        surface="",
+        ceiling=(),
+        laws={},
+        floor=np.array(floors) * scale[0] ** 2,
+        folds=np.array(folds),
+        scale=scale,
+    )
+    return products, table.laws
 
 
 def _filtered_columns(raw: FloatArray, weight: NoiseWeight) -> FloatArray:
@@ -490,14 +426,14 @@ def _best_starts(starts: Sequence[Sequence[FloatArray]], n_base: int) -> list[bo
     may_be = [len(products) > 1 for products in starts]
     best = min(
         (may_be, [False] * len(starts)),
-        key=lambda relaxed: _square_left(_total(starts, relaxed), n_base),
+        key=lambda relaxed: _remaining_square(_total(starts, relaxed), n_base),
     )
-    square = _square_left(_total(starts, best), n_base)
+    square = _remaining_square(_total(starts, best), n_base)
     for number in np.flatnonzero(may_be).tolist():
         # Summed anew: of a column that moves in this run alone a difference leaves rounding, whose
         # square may be negative.
         other = [*best[:number], not best[number], *best[number + 1 :]]
-        square_of_other = _square_left(_total(starts, other), n_base)
+        square_of_other = _remaining_square(_total(starts, other), n_base)
         if square_of_other < square:
             best, square = other, square_of_other
     return best
@@ -535,7 +471,7 @@ def _products(
     return np.asarray(rows @ rows.T)
 
 
-def _square_left(products: FloatArray, n_base: int) -> float:
+def _remaining_square(products: FloatArray, n_base: int) -> float:
     """Square that baseline and memory, of weights of at least zero, leave of the force."""
     square = float(products[0, 0])
     size = np.sqrt(np.maximum(np.diag(products), np.finfo(float).tiny))

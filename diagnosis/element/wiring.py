@@ -5,21 +5,17 @@ prediction shows no delay. A linear element is least squares in force space, so 
 delays can be tried there without a fit of the baseline.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.inference.effect_fit import baseline_left
-from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     TORQUE_SIGN,
     ClockDrift,
-    PredictedRecord,
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
@@ -51,18 +47,17 @@ class _Spectra:
         return np.asarray((np.exp(-1j * np.outer(delays, self.omega)) @ self.cross).real)
 
 
-def element_clocks(problem: ElementProblem) -> tuple[ClockDrift, ...]:
+def element_clocks(records: Sequence[ElementRecord], *, by_force: bool) -> tuple[ClockDrift, ...]:
     """Delay of all responses, and the run whose clock drifts, that explain a linear element best.
 
     With the spectra X of the motion, F of the force and the phase ``e^(i w tau)`` on the one that
     is measured, mass, damping and stiffness of ``F = (K + i w C - w² m) X`` are least squares.
     Each is given where it leaves at most half of what is left without it.
     """
-    if any(record.base is not None or record.is_released for record in problem.records):
+    if any(record.base is not None or record.is_released for record in records):
         return ()
-    by_force = problem.model.by_force
-    spectra = [_spectra(record, record.response, by_force) for record in problem.records]
-    return (*_delay(problem.records, spectra), *_drift(problem.records, spectra, by_force))
+    spectra = [_spectra(record, record.response, by_force) for record in records]
+    return (*_delay(records, spectra), *_drift(records, spectra, by_force))
 
 
 def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Iterator[ClockDrift]:
@@ -158,49 +153,17 @@ def _squares(gram: FloatArray, cross: FloatArray, n_runs: int) -> FloatArray:
     return np.asarray(n_runs - np.einsum("di,ij,dj->d", cross, normal_inverse(gram), cross))
 
 
-def element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
-    """Baseline refitted with the drive of the other sign."""
+def element_rivals(
+    campaign: Campaign, refitted: Callable[[Campaign], float]
+) -> tuple[WiringRival, ...]:
+    """Baseline with the drive of the other sign; `refitted` is what it leaves of a campaign."""
     if not campaign.contract.inputs:
         return ()
     name = next(iter(campaign.contract.inputs))
     runs = tuple(
         replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs
     )
-    square = element_left(replace(campaign, runs=runs))
+    square = refitted(replace(campaign, runs=runs))
     line = sample_of(campaign.runs[0].file, 0)
     rival = WiringRival(TORQUE_SIGN, name, f"'{name}' of the other sign", square, line)
     return (rival,) if np.isfinite(square) else ()
-
-
-def element_left(campaign: Campaign) -> float:
-    """Mean square that the baseline leaves once it is fitted to a campaign."""
-    return baseline_left(element_problem(campaign))
-
-
-def element_predictions(problem: ElementProblem, theta: FloatArray) -> tuple[PredictedRecord, ...]:
-    """Every run with its fitted baseline; NaN where samples do not count."""
-    return tuple(
-        PredictedRecord(
-            record.name,
-            _time(record),
-            np.where(record.block >= 0, record.response, np.nan)[:, None],
-            problem.model.predicted(record, (), theta)[:, None],
-        )
-        for record in problem.records
-    )
-
-
-def element_linear(problem: ElementProblem, theta: FloatArray) -> Iterator[LinearRecord]:
-    """Every run with its fitted baseline, and the slopes of that by its parameters."""
-    slopes = problem.differenced(()).slopes(theta)
-    for record, (residual, columns) in zip(problem.records, slopes, strict=True):
-        time = _time(record)
-        predicted = problem.model.predicted(record, (), theta)
-        missed = np.where(record.block >= 0, residual, np.nan)
-        yield LinearRecord(
-            record.name, time, missed[:, None], predicted[:, None], columns[:, :, None]
-        )
-
-
-def _time(record: ElementRecord) -> FloatArray:
-    return np.asarray(record.step * np.arange(record.response.size), dtype=np.float64)

@@ -26,6 +26,10 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.wiring.rivals import WiringChecks
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.simulation.laws import Law
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,3 +187,11 @@ class ComparisonProblem(ABC):
     def delay_words(self, theta: FloatArray) -> str:
         """What a delay that no record shows does to the baseline; empty where it would show."""
         return ""
+
+    def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
+        """Warnings where records leave the range in which a law of a file was measured."""
+        return ()
+
+    def wiring(self, campaign: Campaign) -> WiringChecks:
+        """What can be tried of the wiring of its campaign."""
+        return WiringChecks(lambda: (), lambda theta: (), lambda other: float("nan"))

@@ -1,21 +1,15 @@
 """The gap of a mounting: map by motion and band, findings, scalars, picture."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 from scipy.stats import chi2
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.overlay import (
-    GAP,
-    LAW,
-    Panel,
-    Picture,
-    Trace,
-    is_function,
-    strip_means,
-)
+from carrierflex.diagnosis.comparison.overlay import Panel, Picture, loop_panel
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
 from carrierflex.diagnosis.gap.findings import (
     CHANNEL,
@@ -33,7 +27,6 @@ from carrierflex.diagnosis.gap.findings import (
 from carrierflex.diagnosis.gap.gap_map import (
     N_DRAWS,
     CellTable,
-    band_edges_hz,
     block_counts,
     block_powers,
     gap_cells,
@@ -47,6 +40,7 @@ from carrierflex.diagnosis.gap.in_time import (
     scatter_p_values,
     significant_non_synchronous,
 )
+from carrierflex.diagnosis.kind.problem_in_time import edges_of_bands_hz
 from carrierflex.diagnosis.mounting.model import Choice, MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.resampling import multinomial_counts
@@ -85,81 +79,12 @@ _MOST_POINTS = 1500
 
 def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
     """Ends of the bands of the map [Hz], shape (n_bands + 1,)."""
-    longest = max(float((record.block == 0).sum()) * record.step for record in records)
-    highest_hz = max(0.5 / record.step for record in records)
-    return band_edges_hz(longest, 1.001 * highest_hz, _BANDS)
+    return edges_of_bands_hz(records, _BANDS)
 
 
-def score_cells(
-    records: Sequence[MountingRecord], edges_hz: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Degrees of freedom and sum of squares of the noise by block and cell of the score."""
-    counts = []
-    noise = []
-    for record in records:
-        is_measured = np.isfinite(record.measured)
-        by_block = block_counts(is_measured, record.block, record.step, edges_hz)
-        square = by_block * record.noise[:, None]
-        n_measured = np.array(
-            [is_measured[record.block == block].sum(axis=0) for block in range(record.n_blocks)]
-        )
-        # The zero's error is constant over a run: it lies in the lowest band.
-        square[:, :, 0] += record.zero_noise * n_measured
-        counts.append(by_block.reshape(record.n_blocks, -1))
-        noise.append(square.reshape(record.n_blocks, -1))
-    return np.concatenate(counts), np.concatenate(noise)
-
-
-def mounting_gap_cells(
-    records: Sequence[MountingRecord],
-    residuals: Sequence[FloatArray],
-    sensors: Sequence[str],
-    channels: Sequence[str],
-) -> Sequence[GapCell]:
-    """Gap map of a residual, largest cell first."""
-    names, matrix = _pattern_matrix(sensors, channels)
-    edges_hz = map_edges_hz(records)
-    n_samples = sum(residual.size for residual in residuals)
-    powers = []
-    expected = []
-    counts = []
-    draws = []
-    for record, residual in zip(records, residuals, strict=True):
-        by_block = block_powers(residual @ matrix.T, record.block, record.step, edges_hz)
-        n_lines = _line_counts(record, edges_hz)
-        noise = np.multiply.outer(matrix**2 @ record.noise, n_lines)
-        # The zero's error is constant over a run: it lies in the lowest band.
-        noise[:, 0] += matrix**2 @ record.zero_noise * len(residual)
-        weights = multinomial_counts(record.n_blocks, N_DRAWS, seed=_SEED)
-        powers.append(by_block.sum(axis=0))
-        expected.append(noise)
-        counts.append(np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape))
-        draws.append(np.tensordot(weights, by_block, axes=1) - noise)
-    power = np.array(powers)
-    noise_power = np.array(expected)
-    degrees = np.array(counts)
-    ratio = power * degrees / np.maximum(noise_power, np.finfo(float).tiny)
-    table = CellTable(
-        runs=tuple(record.name for record in records),
-        patterns=names,
-        orders=(edges_hz[:-1] + edges_hz[1:]) / edges_hz[1],
-        mean_square=power / n_samples,
-        coherent=(power - noise_power) / n_samples,
-        p_value=chi2.sf(ratio, degrees),
-        draws=lambda: np.stack(draws, axis=1) / n_samples,
-        bands_hz=np.column_stack([edges_hz[:-1], edges_hz[1:]]),
-    )
-    return gap_cells([table])
-
-
-def mounting_findings(
-    records: Sequence[MountingRecord],
-    residuals: Sequence[FloatArray],
-    cells: Sequence[GapCell],
-    sensors: Sequence[str],
-    channels: Sequence[str],
-) -> GapFindings:
-    """Where the gap lies, in time, what differs between repeats, and growth with loads and motion.
+@dataclass(frozen=True, eq=False)
+class MountingGap:
+    """Gap of a model of a mounting: its map, findings and scalars.
 
     Parameters
     ----------
@@ -167,69 +92,190 @@ def mounting_findings(
         Runs.
     residuals : sequence of ndarray, shape (n, n_channels)
         Gap of every run, zero where nothing was measured.
-    cells : sequence of GapCell
-        Its map.
     sensors, channels : sequence of str
         Sensor and name of every channel.
-
-    Returns
-    -------
-    GapFindings
-        Trends in time are not among them: loads that change in time make them too.
     """
-    names, matrix = _pattern_matrix(sensors, channels)
-    moments: list[GapMoment] = []
-    for record, residual in zip(records, residuals, strict=True):
-        moments += block_rms(
-            record.name,
-            record.inputs.time,
-            record.block,
-            residual,
-            np.isfinite(record.measured),
+
+    records: Sequence[MountingRecord]
+    residuals: Sequence[FloatArray]
+    sensors: Sequence[str]
+    channels: Sequence[str]
+
+    @cached_property
+    def patterns(self) -> tuple[tuple[str, ...], FloatArray]:
+        """Names of the motions, and their matrix over the channels."""
+        return _pattern_matrix(self.sensors, self.channels)
+
+    @cached_property
+    def cells(self) -> Sequence[GapCell]:
+        """Gap map, largest cell first."""
+        names, matrix = self.patterns
+        edges_hz = map_edges_hz(self.records)
+        n_samples = sum(residual.size for residual in self.residuals)
+        powers = []
+        expected = []
+        counts = []
+        draws = []
+        for record, residual in zip(self.records, self.residuals, strict=True):
+            by_block = block_powers(residual @ matrix.T, record.block, record.step, edges_hz)
+            n_lines = _line_counts(record, edges_hz)
+            noise = np.multiply.outer(matrix**2 @ record.noise, n_lines)
+            # The zero's error is constant over a run: it lies in the lowest band.
+            noise[:, 0] += matrix**2 @ record.zero_noise * len(residual)
+            weights = multinomial_counts(record.n_blocks, N_DRAWS, seed=_SEED)
+            powers.append(by_block.sum(axis=0))
+            expected.append(noise)
+            counts.append(np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape))
+            draws.append(np.tensordot(weights, by_block, axes=1) - noise)
+        power = np.array(powers)
+        noise_power = np.array(expected)
+        degrees = np.array(counts)
+        ratio = power * degrees / np.maximum(noise_power, np.finfo(float).tiny)
+        table = CellTable(
+            runs=tuple(record.name for record in self.records),
+            patterns=names,
+            orders=(edges_hz[:-1] + edges_hz[1:]) / edges_hz[1],
+            mean_square=power / n_samples,
+            coherent=(power - noise_power) / n_samples,
+            p_value=chi2.sf(ratio, degrees),
+            draws=lambda: np.stack(draws, axis=1) / n_samples,
+            bands_hz=np.column_stack([edges_hz[:-1], edges_hz[1:]]),
         )
-    scattered: list[ScatterTable] = []
-    for one, two in combinations(range(len(records)), 2):
-        if _are_repeats(records[one], records[two]):
-            scattered.append(_difference(records, residuals, (one, two), names, matrix))
-    rows = significant_non_synchronous(scattered)
-    return GapFindings(
-        where=_where(cells, records, residuals, names, matrix),
-        numbered_by=MOTION_BANDS,
-        in_time=tuple(moments),
-        non_synchronous=rows,
-        repeatability=repeatability(rows, sum(cell.coherent for cell in cells), "repeat"),
-        growth=_growth(records, residuals, names, matrix),
-        parity=NO_PERIODIC_LOADS,
-    )
+        return gap_cells([table])
 
+    def findings(self) -> GapFindings:
+        """Where the gap lies, in time, what differs between repeats, growth with loads and motion.
 
-def mounting_scalars(
-    records: Sequence[MountingRecord],
-    residuals: Sequence[FloatArray],
-    sensors: Sequence[str],
-    channels: Sequence[str],
-) -> tuple[Scalar, ...]:
-    """Mean and peak to peak of every motion by block, measured and predicted [m]."""
-    names, matrix = _pattern_matrix(sensors, channels)
-    measured: list[FloatArray] = []
-    predicted: list[FloatArray] = []
-    for record, residual in zip(records, residuals, strict=True):
-        is_complete = np.asarray(np.isfinite(record.measured).all(axis=1))
-        motion = np.where(is_complete[:, None], record.measured, 0.0) @ matrix.T
-        for block in range(record.n_blocks):
-            samples = is_complete & (record.block == block)
-            if samples.sum() > 1:
-                measured.append(motion[samples])
-                predicted.append(motion[samples] - residual[samples] @ matrix.T)
-    if not measured:
-        return ()
-    scalars = []
-    for k, name in enumerate(names):
-        for words, size in (("mean", np.mean), ("peak to peak", np.ptp)):
-            sizes = np.array([size(block[:, k]) for block in measured])
-            predicted_sizes = np.array([size(block[:, k]) for block in predicted])
-            scalars.append(Scalar(f"{name}, {words}", "m", sizes, predicted_sizes))
-    return tuple(scalars)
+        Trends in time are not among them: loads that change in time make them too.
+        """
+        moments: list[GapMoment] = []
+        for record, residual in zip(self.records, self.residuals, strict=True):
+            moments += block_rms(
+                record.name, record.time, record.block, residual, record.is_measured
+            )
+        pairs = combinations(range(len(self.records)), 2)
+        rows = significant_non_synchronous(
+            [
+                self._difference(one, two)
+                for one, two in pairs
+                if _are_repeats(self.records[one], self.records[two])
+            ]
+        )
+        return GapFindings(
+            where=self._where(),
+            numbered_by=MOTION_BANDS,
+            in_time=tuple(moments),
+            non_synchronous=rows,
+            repeatability=repeatability(rows, sum(cell.coherent for cell in self.cells), "repeat"),
+            growth=self._growth(),
+            parity=NO_PERIODIC_LOADS,
+        )
+
+    def scalars(self) -> tuple[Scalar, ...]:
+        """Mean and peak to peak of every motion by block, measured and predicted [m]."""
+        names, matrix = self.patterns
+        measured: list[FloatArray] = []
+        predicted: list[FloatArray] = []
+        for record, residual in zip(self.records, self.residuals, strict=True):
+            is_complete = np.asarray(record.is_measured.all(axis=1))
+            motion = np.where(is_complete[:, None], record.measured, 0.0) @ matrix.T
+            for block in range(record.n_blocks):
+                samples = is_complete & (record.block == block)
+                if samples.sum() > 1:
+                    measured.append(motion[samples])
+                    predicted.append(motion[samples] - residual[samples] @ matrix.T)
+        if not measured:
+            return ()
+        scalars = []
+        for k, name in enumerate(names):
+            for words, size in (("mean", np.mean), ("peak to peak", np.ptp)):
+                sizes = np.array([size(block[:, k]) for block in measured])
+                predicted_sizes = np.array([size(block[:, k]) for block in predicted])
+                scalars.append(Scalar(f"{name}, {words}", "m", sizes, predicted_sizes))
+        return tuple(scalars)
+
+    def _where(self) -> tuple[Finding, ...]:
+        """Motion with the largest significant gap; empty where no cell is significant."""
+        names, matrix = self.patterns
+        beyond = significant(self.cells)
+        if not beyond:
+            return ()
+        shares: dict[str, float] = {}
+        for cell in beyond:
+            shares[cell.channel_pattern] = shares.get(cell.channel_pattern, 0.0) + cell.share
+        largest = max(shares, key=lambda name: shares[name])
+        most = largest_cells([cell for cell in beyond if cell.channel_pattern == largest])
+        bands_hz = [cell.frequency_hz for cell in most if cell.frequency_hz]
+        runs = {cell.run for cell in most}
+        row = matrix[names.index(largest)]
+        finding = Finding(
+            kind=MOTION if largest in _PATTERNS else CHANNEL,
+            patterns=(largest,),
+            share=shares[largest],
+            runs=tuple(sorted(runs)),
+            is_in_every_run=len(runs) == len(self.records),
+            band_hz=(min(low for low, _ in bands_hz), max(high for _, high in bands_hz)),
+            follows=_followed_load(self.records, [residual @ row for residual in self.residuals]),
+        )
+        return (finding,)
+
+    def _difference(self, first: int, second: int) -> ScatterTable:
+        """Half of the squared difference of two repeats by motion and band, and its noise."""
+        names, matrix = self.patterns
+        one, two = self.records[first], self.records[second]
+        is_in_both = one.is_measured & two.is_measured
+        edges_hz = map_edges_hz(self.records)
+
+        def half_square(difference: FloatArray) -> FloatArray:
+            """Half the power of a difference of two runs, by band, per sample."""
+            motion = np.where(is_in_both, difference, 0.0) @ matrix.T
+            powers = block_powers(motion, one.block, one.step, edges_hz)
+            return np.asarray(0.5 * powers.sum(axis=0) / is_in_both.size, dtype=np.float64)
+
+        measured = one.measured - two.measured
+        gap = self.residuals[first] - self.residuals[second]
+        n_lines = _line_counts(one, edges_hz)
+        noise = np.multiply.outer(matrix**2 @ (one.noise + two.noise) / 2.0, n_lines)
+        zero_noise = matrix**2 @ (one.zero_noise + two.zero_noise) / 2.0
+        # The zero's error is constant over a run: it lies in the lowest band.
+        noise[:, 0] += zero_noise * is_in_both.all(axis=1).sum()
+        noise /= is_in_both.size
+        gap_square = half_square(gap)
+        degrees = np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape)
+        return ScatterTable(
+            run=f"{one.name} and {two.name}",
+            patterns=names,
+            orders=(edges_hz[:-1] + edges_hz[1:]) / edges_hz[1],
+            measured=half_square(measured),
+            simulated=half_square(measured - gap),
+            gap=gap_square,
+            noise=noise,
+            p_value=scatter_p_values(gap_square, noise, degrees),
+        )
+
+    def _growth(self) -> tuple[PartGrowth, ...]:
+        """Exponents of every motion's gap over the blocks, largest gap first."""
+        names, matrix = self.patterns
+        blocks = [
+            _block_sizes(record, residual, matrix)
+            for record, residual in zip(self.records, self.residuals, strict=True)
+        ]
+        gap, deflection, speed, noise = (
+            np.concatenate([sizes[k] for sizes in blocks]) for k in range(4)
+        )
+        loads = np.concatenate([_block_loads(record) for record in self.records])
+        growths = []
+        for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
+            is_clear = gap[:, k] > _CLEAR * noise[:, k]
+            if not is_clear.any():
+                continue
+            error = noise[is_clear, k]
+            size = np.sqrt(np.maximum(gap[is_clear, k] ** 2 - error**2, 0.0))
+            of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: loads[is_clear, 1]}
+            of_motion = {_DEFLECTION: deflection[is_clear, k], _SPEED: speed[is_clear, k]}
+            both = exponents(size, error, of_loads) | exponents(size, error, of_motion)
+            growths.append(PartGrowth(names[k], float("nan"), "housing", both))
+        return tuple(growths)
 
 
 def mounting_pictures(
@@ -288,37 +334,6 @@ def _line_counts(record: MountingRecord, edges_hz: FloatArray) -> FloatArray:
     return np.asarray(by_block[:, 0].sum(axis=0), dtype=np.float64)
 
 
-def _where(
-    cells: Sequence[GapCell],
-    records: Sequence[MountingRecord],
-    residuals: Sequence[FloatArray],
-    names: Sequence[str],
-    matrix: FloatArray,
-) -> tuple[Finding, ...]:
-    """Motion with the largest significant gap; empty where no cell is significant."""
-    beyond = significant(cells)
-    if not beyond:
-        return ()
-    shares: dict[str, float] = {}
-    for cell in beyond:
-        shares[cell.channel_pattern] = shares.get(cell.channel_pattern, 0.0) + cell.share
-    largest = max(shares, key=lambda name: shares[name])
-    most = largest_cells([cell for cell in beyond if cell.channel_pattern == largest])
-    bands_hz = [cell.frequency_hz for cell in most if cell.frequency_hz]
-    runs = {cell.run for cell in most}
-    row = matrix[names.index(largest)]
-    finding = Finding(
-        kind=MOTION if largest in _PATTERNS else CHANNEL,
-        patterns=(largest,),
-        share=shares[largest],
-        runs=tuple(sorted(runs)),
-        is_in_every_run=len(runs) == len(records),
-        band_hz=(min(low for low, _ in bands_hz), max(high for _, high in bands_hz)),
-        follows=_followed_load(records, [residual @ row for residual in residuals]),
-    )
-    return (finding,)
-
-
 def _followed_load(
     records: Sequence[MountingRecord], gaps: Sequence[FloatArray]
 ) -> FollowedLoad | None:
@@ -347,75 +362,6 @@ def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
     difference = np.square(one.inputs.loads - two.inputs.loads).mean(axis=0)
     size = np.square(one.inputs.loads).mean(axis=0)
     return bool((difference <= _SAME_LOADS**2 * size).all())
-
-
-def _difference(
-    records: Sequence[MountingRecord],
-    residuals: Sequence[FloatArray],
-    pair: tuple[int, int],
-    names: tuple[str, ...],
-    matrix: FloatArray,
-) -> ScatterTable:
-    """Half of the squared difference of two repeats, by motion and band, and the noise of one."""
-    one, two = (records[k] for k in pair)
-    is_in_both = np.isfinite(one.measured) & np.isfinite(two.measured)
-    edges_hz = map_edges_hz(records)
-
-    def half_square(difference: FloatArray) -> FloatArray:
-        """Half the power of a difference of two runs, by band, per sample."""
-        motion = np.where(is_in_both, difference, 0.0) @ matrix.T
-        powers = block_powers(motion, one.block, one.step, edges_hz)
-        return np.asarray(0.5 * powers.sum(axis=0) / is_in_both.size, dtype=np.float64)
-
-    measured = one.measured - two.measured
-    gap = residuals[pair[0]] - residuals[pair[1]]
-    n_lines = _line_counts(one, edges_hz)
-    noise = np.multiply.outer(matrix**2 @ (one.noise + two.noise) / 2.0, n_lines)
-    zero_noise = matrix**2 @ (one.zero_noise + two.zero_noise) / 2.0
-    # The zero's error is constant over a run: it lies in the lowest band.
-    noise[:, 0] += zero_noise * is_in_both.all(axis=1).sum()
-    noise /= is_in_both.size
-    gap_square = half_square(gap)
-    degrees = np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape)
-    return ScatterTable(
-        run=f"{one.name} and {two.name}",
-        patterns=names,
-        orders=(edges_hz[:-1] + edges_hz[1:]) / edges_hz[1],
-        measured=half_square(measured),
-        simulated=half_square(measured - gap),
-        gap=gap_square,
-        noise=noise,
-        p_value=scatter_p_values(gap_square, noise, degrees),
-    )
-
-
-def _growth(
-    records: Sequence[MountingRecord],
-    residuals: Sequence[FloatArray],
-    names: Sequence[str],
-    matrix: FloatArray,
-) -> tuple[PartGrowth, ...]:
-    """Exponents of every motion's gap over the blocks, largest gap first."""
-    blocks = [
-        _block_sizes(record, residual, matrix)
-        for record, residual in zip(records, residuals, strict=True)
-    ]
-    gap, deflection, speed, noise = (
-        np.concatenate([sizes[k] for sizes in blocks]) for k in range(4)
-    )
-    loads = np.concatenate([_block_loads(record) for record in records])
-    growths = []
-    for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
-        is_clear = gap[:, k] > _CLEAR * noise[:, k]
-        if not is_clear.any():
-            continue
-        error = noise[is_clear, k]
-        size = np.sqrt(np.maximum(gap[is_clear, k] ** 2 - error**2, 0.0))
-        of_loads = {_TORQUE: loads[is_clear, 0], _RADIAL_LOAD: loads[is_clear, 1]}
-        of_motion = {_DEFLECTION: deflection[is_clear, k], _SPEED: speed[is_clear, k]}
-        both = exponents(size, error, of_loads) | exponents(size, error, of_motion)
-        growths.append(PartGrowth(names[k], float("nan"), "housing", both))
-    return tuple(growths)
 
 
 def _block_sizes(
@@ -448,20 +394,9 @@ def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
 def _panel(
     record: MountingRecord, motion: FloatArray, gap: FloatArray, law: FloatArray | None
 ) -> Panel:
-    chosen = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
-    traces = [Trace(GAP, motion[chosen], gap[chosen], np.gradient(motion, record.step)[chosen])]
-    if law is not None:
-        traces.append(
-            Trace(
-                LAW,
-                *(
-                    strip_means(motion, law)
-                    if is_function(motion, law)
-                    else (motion[chosen], law[chosen])
-                ),
-            )
-        )
-    return Panel(f"run {record.name}", tuple(traces))
+    drawn = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
+    speed = np.gradient(motion, record.step)
+    return loop_panel(record.name, motion, gap, speed, law=law, drawn=drawn)
 
 
 def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:

@@ -8,13 +8,13 @@ import numpy as np
 from carrierflex.diagnosis.comparison.problem import BASELINE
 from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, Addition, Costs
 from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
-from carrierflex.diagnosis.mounting.experiments import (
+from carrierflex.diagnosis.mounting.problem import (
     LENGTH,
     STEP,
+    MountingProblem,
     blank_record,
     trial_loads,
 )
-from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.mounting.signatures import (
     Column,
@@ -60,22 +60,9 @@ def mounting_pool(
 ) -> MountingPool:
     """What could be added to a campaign of kind mounting.
 
-    Parameters
-    ----------
-    records : sequence of MountingRecord
-        Runs as planned.
-    channels : tuple of str
-        Their channels.
-    costs : Costs
-        Costs by sort.
-    torque, radial_load : float
-        Limits of the rig [N m], [N].
-
-    Returns
-    -------
-    MountingPool
-        Torque, vertical and sideways load as a sine of 0.05 or 1 Hz at a quarter, half and all of
-        the limit, 120 s each; torque beside a constant load; all runs two and four times as long.
+    Torque, vertical and sideways load as a sine of 0.05 or 1 Hz at a quarter, half and all of the
+    limit (`torque` [N m], `radial_load` [N]), 120 s each; torque beside a constant load; all runs
+    two and four times as long.
     """
     once = {record.name: 1.0 for record in records}
     time, loads = trial_loads(torque, radial_load, _SHARES)
@@ -99,22 +86,7 @@ def mounting_pool(
 def mounting_planned_table(
     problem: MountingProblem, pool: MountingPool, note: Callable[[str], None] = lambda text: None
 ) -> PlannedTable:
-    """Products of target, baseline and signatures by run and channel.
-
-    Parameters
-    ----------
-    problem : MountingProblem
-        Campaign as planned, with signals, to which the linear bushings are fitted.
-    pool : MountingPool
-        Planned records and blank ones.
-    note : callable
-        Told each run, for progress.
-
-    Returns
-    -------
-    PlannedTable
-        Parts: every run at every channel.
-    """
+    """Products of target, baseline and signatures by run and channel; `note` shows each run."""
     bare = replace(problem, model=replace(problem.model, contained=()))
     theta = bare.bare_fit()
     known = {(BASELINE, "K1"): float(theta[0]), (BASELINE, "C1"): float(theta[1])}

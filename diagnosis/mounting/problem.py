@@ -1,7 +1,6 @@
 """The kind "mounting" as a comparison problem of the diagnosis: records, library, sums."""
 
-import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,44 +8,25 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, force_library
-from carrierflex.diagnosis.comparison.finite_differences import (
-    DifferencedResiduals,
-    step_halving_error,
-)
+from carrierflex.diagnosis.comparison.effect_cards import force_library
 from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
     declared_errors,
     known_physics,
 )
-from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, signal_overlay
+from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import (
-    BoolArray,
     Effects,
     FloatArray,
-    GapCell,
-    Parameter,
-    Segment,
-    SegmentSums,
     Signatures,
+    bounds_of,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.gap.gap_map import block_powers
-from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
+from carrierflex.diagnosis.inference.effect_fit import Prior, baseline_left, minimised
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
-from carrierflex.diagnosis.mounting.classes.answer import answer_of_table
-from carrierflex.diagnosis.mounting.classes.shapes import beyond_visited, law_cards
-from carrierflex.diagnosis.mounting.classes.table import mounting_table
-from carrierflex.diagnosis.mounting.experiments import mounting_experiments
-from carrierflex.diagnosis.mounting.gap import (
-    map_edges_hz,
-    mounting_findings,
-    mounting_gap_cells,
-    mounting_pictures,
-    mounting_scalars,
-    score_cells,
-)
+from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
+from carrierflex.diagnosis.mounting.answer import answer_of_table
+from carrierflex.diagnosis.mounting.gap import MountingGap, map_edges_hz, mounting_pictures
 from carrierflex.diagnosis.mounting.model import (
     KIND,
     MOUNTING_CARDS,
@@ -56,6 +36,7 @@ from carrierflex.diagnosis.mounting.model import (
     mounting_scale,
 )
 from carrierflex.diagnosis.mounting.records import MountingRecord, mounting_records
+from carrierflex.diagnosis.mounting.shapes import beyond_visited, law_cards
 from carrierflex.diagnosis.mounting.signatures import (
     Column,
     Solution,
@@ -63,6 +44,10 @@ from carrierflex.diagnosis.mounting.signatures import (
     solutions,
     values_array,
 )
+from carrierflex.diagnosis.mounting.table import mounting_table
+from carrierflex.diagnosis.mounting.wiring import mounting_rivals
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
+from carrierflex.diagnosis.wiring.rivals import WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import Law
@@ -71,29 +56,29 @@ from carrierflex.simulation.mounting.effects import SENSOR_DELAY
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.rig import MountingRig
 
-#: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
-_DIFFERENCE = 1e-4
+#: Step and length of a record [s].
+STEP, LENGTH = 0.05, 120.0
+_FREQUENCIES = (0.05, 1.0)
+_SHARES = (0.25, 1.0)
+#: Limits of the rig: 400 kN m (NREL/TP-5000-66594), 200 kN (table 2 of the 2012 paper).
+_TORQUE, _LOAD = 4.0e5, 2.0e5
+_BLOCKS = 4
+#: Problem whose only record has the signals of a model; None where the model leaves its range.
+UnderLoads = Callable[[MountingRecord, Effects, FloatArray], ComparisonProblem | None]
 
 
 @dataclass(frozen=True, eq=False)
-class MountingProblem(ComparisonProblem):
+class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
     """One mounting, its records and its library.
-
-    See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
 
     Parameters
     ----------
-    model : MountingModel
-        Parameters and simulator.
-    records : tuple of MountingRecord
-        Runs.
     noise_is_measured : bool
         Whether the noise was declared.
     """
 
-    model: MountingModel
-    records: tuple[MountingRecord, ...]
     noise_is_measured: bool
+    difference = 1e-4
 
     @property
     def unit(self) -> str:
@@ -101,51 +86,28 @@ class MountingProblem(ComparisonProblem):
         return "m"
 
     @property
-    def n_channels(self) -> int:
-        """Signals that are compared."""
-        return len(self.model.channels)
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels."""
+        return self.model.channels
 
     @cached_property
-    def cards(self) -> Mapping[str, EffectCard]:
-        """Candidates by id."""
-        contained = self.model.contained
-        return {name: card for name, card in self.model.cards.items() if name not in contained}
-
-    @cached_property
-    def segments(self) -> tuple[Segment, ...]:
-        """Blocks of the runs."""
-        return tuple(
-            Segment(
-                record.name,
-                record.condition,
-                block,
-                int(np.isfinite(record.measured[record.block == block]).sum()),
-            )
-            for record in self.records
-            for block in range(record.n_blocks)
-        )
-
-    @cached_property
-    def _edges_hz(self) -> FloatArray:
+    def edges_hz(self) -> FloatArray:
+        """Ends of the bands of the score [Hz]."""
         return map_edges_hz(self.records)[[0, 1, 4, -1]]
 
-    @cached_property
-    def _cells(self) -> tuple[FloatArray, FloatArray]:
-        return score_cells(self.records, self._edges_hz)
-
     @property
-    def cell_counts(self) -> FloatArray:
-        """Degrees of freedom by segment and cell."""
-        return self._cells[0]
+    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Variance of the noise of the channels, and of their zeros."""
+        return [(record.noise, record.zero_noise) for record in self.records]
 
-    @property
-    def noise_square(self) -> FloatArray:
-        """Sum of squares of the noise by segment and cell."""
-        return self._cells[1]
-
-    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
-        """Unknowns of a set."""
-        return self.model.parameters(effects)
+    def simulator(
+        self, effects: Effects
+    ) -> Callable[[MountingRecord, FloatArray, int], FloatArray]:
+        """Signals that a parameter set predicts for a record."""
+        choice = self.choice(effects)
+        return lambda record, theta, refined: self.model.predicted(
+            record, effects, theta, choice, refined=refined
+        )
 
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
@@ -160,56 +122,17 @@ class MountingProblem(ComparisonProblem):
         starts += [{**values, **known} for values in fitted]
         starts += [{**known, **values} for values in fitted]
         starts += [{**fitted[0], **values, **known} for values, _ in self._contained_solutions]
-        lower, upper = np.array([[p.lower, p.upper] for p in parameters]).T
-        return [np.clip(values_array(parameters, values), lower, upper) for values in starts]
+        bounds = bounds_of(parameters)
+        return [np.clip(values_array(parameters, values), *bounds) for values in starts]
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums with derivatives by differences."""
-        return self.differenced(effects).sums(theta, chosen)
-
-    def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Squared residuals by segment and cell; infinite where the motion leaves the model."""
-        result = np.zeros(self.cell_counts.shape)
-        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
-            powers = block_powers(residual, record.block, record.step, self._edges_hz)
-            result[segments] = powers.reshape(len(segments), -1)
-        return result
-
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
-        """Gap by motion pattern, band and run."""
-        return mounting_gap_cells(
-            self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels
-        )
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Where the gap lies, in time, between repeats, and its growth."""
-        return mounting_findings(
-            self.records,
-            self._residuals(effects, theta),
-            self.gap_cells(effects, theta),
-            self.model.sensors,
-            self.model.channels,
-        )
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Mean and peak to peak of every motion."""
-        return mounting_scalars(
-            self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels
-        )
+    def gap(self, effects: Effects, theta: FloatArray) -> MountingGap:
+        """Gap by motion, band and run."""
+        residuals = self.residuals(effects, theta)
+        return MountingGap(self.records, residuals, self.model.sensors, self.model.channels)
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Gap along the motion that holds most of it."""
         return mounting_pictures(self.model, self.records, effects, theta, self.choice(effects))
-
-    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
-        """Every channel of every run as measured and as a model has it."""
-        return [
-            signal_overlay(record.name, name, record.step, measured, residual)
-            for record, residuals in zip(self.records, self._residuals(effects, theta), strict=True)
-            for name, measured, residual in zip(
-                self.model.channels, record.measured.T, residuals.T, strict=True
-            )
-        ]
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
@@ -228,19 +151,49 @@ class MountingProblem(ComparisonProblem):
         return replace(self, records=(replace(record, measured=predicted),))
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
-        """What the declared errors of sensors and loads do to a fit."""
-        reading = _Reading(self.model, effects, theta, self.choice(effects))
-        return reading.misread(self.records, self.differenced(effects).slopes(theta))
+        """What every declared error, and the zero of every run and channel, does to the gradient.
 
-    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
-        """RMS change of the prediction with half the step."""
+        The zero of a run is a mean over its first samples. The noise in it is in all blocks alike,
+        so that their scatter does not show it: it is an error of every run and channel.
+        """
+        errors = declared_errors(self.model.known)
+        scores = np.zeros((len(errors), theta.size))
+        of_zeros = []
+        slopes = self.differenced(effects).slopes(theta)
+        for record, (_, changes) in zip(self.records, slopes, strict=True):
+            by_parameter = changes.reshape(len(changes), -1)
+            for e, error in enumerate(errors):
+                change = self._misread(record, error, effects, theta)
+                scores[e] += by_parameter @ np.where(record.is_measured, change, 0.0).ravel()
+            of_channels = np.where(record.is_measured, changes, 0.0).sum(axis=1)
+            of_zeros.append((of_channels * np.sqrt(record.zero_noise)).T)
+        return Misreading(errors, np.concatenate([scores, *of_zeros]))
+
+    def _misread(
+        self, record: MountingRecord, error: DeclaredError, effects: Effects, theta: FloatArray
+    ) -> FloatArray:
+        """Change of the residual where a signal is read one standard deviation off, (n, C)."""
         choice = self.choice(effects)
-        return step_halving_error(
-            self.records,
-            lambda record, factor: self.model.predicted(
-                record, effects, theta, choice, refined=factor
-            ),
-        )
+        if error.is_of_input or error.part is Measurement.DELAY:
+            predicted = self.model.predicted(record, effects, theta, choice)
+            if not error.is_of_input:
+                late = (*effects, SENSOR_DELAY.id), np.append(theta, error.std)
+                return self.model.predicted(record, *late, choice) - predicted
+            inputs = record.inputs.columns()
+            inputs[error.signal] = error.misread(inputs[error.signal])
+            misread = replace(record, inputs=MountingInputs(**inputs))
+            return predicted - self.model.predicted(misread, effects, theta, choice)
+        change = np.zeros(record.measured.shape)
+        signal = record.measured[:, error.channel]
+        change[:, error.channel] = error.misread(signal) - signal
+        return change
+
+    def linear_records(self, theta: FloatArray) -> Iterator[LinearRecord]:
+        """None of another simulator's prediction."""
+        if not self.model.fixed:
+            for record, linear in zip(self.records, super().linear_records(theta), strict=True):
+                # Where nothing was measured the prediction is not known either.
+                yield replace(linear, predicted=record.measured - linear.residual)
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
@@ -255,6 +208,15 @@ class MountingProblem(ComparisonProblem):
     def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
         """Warning where records leave the range in which a law of a file was measured."""
         return beyond_visited(law, self.model, self.records, self._bare[1])
+
+    def wiring(self, campaign: Campaign) -> WiringChecks:
+        """Signs and gains of loads, exchanged sensors, delays and drifts."""
+        return WiringChecks(
+            lambda: mounting_rivals(self),
+            self.predictions,
+            lambda other: baseline_left(mounting_problem(other)),
+            self.linear_records,
+        )
 
     def choice(self, effects: Effects) -> Choice:
         """Channel of each effect of one sensor, by least squares over the signatures.
@@ -298,9 +260,7 @@ class MountingProblem(ComparisonProblem):
     @cached_property
     def _columns(self) -> tuple[Signatures, tuple[Column, ...]]:
         bare, theta = self._bare
-        return mounting_signatures(
-            self.model, self.records, bare._residuals((), theta), self._known
-        )
+        return mounting_signatures(self.model, self.records, bare.residuals((), theta), self._known)
 
     def bare_fit(self) -> FloatArray:
         """K1 and C1 of the linear bushings alone, shape (2,)."""
@@ -320,50 +280,9 @@ class MountingProblem(ComparisonProblem):
             self._known_solutions[effects] = solutions(*self._columns, effects, self._known)
         return self._known_solutions[effects]
 
-    def differenced(self, effects: Effects) -> DifferencedResiduals[MountingRecord]:
-        """Residuals of a set of effects as a function of its parameters."""
-        # The channels of sensors' effects are chosen here, before any thread asks for them.
-        choice = self.choice(effects)
-        return DifferencedResiduals(
-            self.records,
-            lambda record, theta: self._residual(record, effects, theta, choice),
-            self.parameters(effects),
-            relative_step=_DIFFERENCE,
-            n_threads=os.cpu_count() or 1,
-        )
-
-    def _residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
-        choice = self.choice(effects)
-        return [self._residual(record, effects, theta, choice) for record in self.records]
-
-    def _residual(
-        self, record: MountingRecord, effects: Effects, theta: FloatArray, choice: Choice
-    ) -> FloatArray:
-        """Measured less predicted; zero where nothing was measured."""
-        residual = record.measured - self.model.predicted(record, effects, theta, choice)
-        return np.where(np.isfinite(record.measured), residual, 0.0)
-
 
 def mounting_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> MountingProblem:
-    """ComparisonProblem of a campaign of kind ``mounting``.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Measured runs and the effects the baseline contains.
-    measured_laws : sequence of Law
-        Laws of files, further candidates.
-
-    Returns
-    -------
-    MountingProblem
-        Ready to be diagnosed.
-
-    Raises
-    ------
-    ValueError
-        Where a signal is missing throughout, the loads never change, or a user's card is refused.
-    """
+    """Problem of a campaign of kind ``mounting``; laws of files are further candidates."""
     records = mounting_records(campaign)
     added = law_cards(measured_laws)
     cards, laws = force_library(KIND, (*MOUNTING_CARDS, *added))
@@ -382,21 +301,8 @@ def mounting_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> M
     return MountingProblem(model, records, declared)
 
 
-def mounting_beside_prediction(problem: MountingProblem, campaign: Campaign) -> MountingProblem:
-    """ComparisonProblem whose baseline is the prediction in the run files.
-
-    Parameters
-    ----------
-    problem : MountingProblem
-        ComparisonProblem of the same campaign with the model as its baseline.
-    campaign : Campaign
-        Campaign with predictions.
-
-    Returns
-    -------
-    MountingProblem
-        Same records; K1 and C1 held at what the prediction obeys.
-    """
+def mounting_with_prediction(problem: MountingProblem, campaign: Campaign) -> MountingProblem:
+    """Problem whose baseline is the prediction in the run files, K1 and C1 those that it obeys."""
     # The floor is the measurement's: a prediction has no noise to be estimated.
     channels = tuple(replace(channel, noise_std=0.0) for channel in campaign.channels)
     runs = tuple(replace(run, signals=run.predictions) for run in campaign.runs)
@@ -425,60 +331,67 @@ def mounting_beside_prediction(problem: MountingProblem, campaign: Campaign) -> 
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Reading:
-    """A fitted set of effects, whose records may be misread."""
+def trial_loads(
+    torque: float, radial_load: float, shares: Sequence[float]
+) -> tuple[FloatArray, dict[str, Mapping[str, FloatArray]]]:
+    """Time [s], and loads by their text, up to a torque [N m] and a radial load [N].
 
-    model: MountingModel
-    effects: Effects
-    theta: FloatArray
-    choice: Choice
+    Torque, vertical and sideways load alone as a slow and a fast sine of some shares of the limit;
+    torque with a sine beside a constant load.
+    """
+    time = STEP * np.arange(round(LENGTH / STEP), dtype=np.float64)
+    rise = np.asarray(np.clip((time - 5.0) / 10.0, 0.0, 1.0), dtype=np.float64)
+    loads: dict[str, Mapping[str, FloatArray]] = {}
+    for name, words, largest, unit in (
+        ("torque", "torque", torque, "kN m"),
+        ("ntl_z", "vertical load", radial_load, "kN"),
+        ("ntl_y", "sideways load", radial_load, "kN"),
+    ):
+        for share in shares:
+            for frequency in _FREQUENCIES:
+                size = f"{share * largest / 1e3:g} {unit}"
+                text = f"{words} alone, a sine of {frequency:g} Hz and {size}"
+                wave = share * largest * rise * np.sin(2.0 * np.pi * frequency * time)
+                loads[text] = {name: wave}
+    wave = 0.5 * torque * rise * (1.0 + 0.5 * np.sin(np.pi * time))
+    for name, words in (("ntl_z", "vertical"), ("ntl_y", "sideways")):
+        text = (
+            f"torque of {0.5 * torque / 1e3:g} kN m with a sine of 0.5 Hz and "
+            f"{0.25 * torque / 1e3:g} kN m beside a constant {words} load of "
+            f"{radial_load / 1e3:g} kN"
+        )
+        loads[text] = {"torque": wave, name: radial_load * rise}
+    return time, loads
 
-    def misread(
-        self,
-        records: Sequence[MountingRecord],
-        slopes: Iterable[tuple[FloatArray, FloatArray]],
-    ) -> Misreading:
-        """What every declared error, and the zero of every run and channel, does to the gradient.
 
-        The zero of a run is a mean over its first samples. The noise in it is in all blocks alike,
-        so that their scatter does not show it: it is an error of every run and channel. `slopes`
-        are residual, (n, C), and change of the prediction by every parameter, (p, n, C), run by
-        run.
-        """
-        errors = declared_errors(self.model.known)
-        scores = np.zeros((len(errors), self.theta.size))
-        of_zeros = []
-        for record, (_, changes) in zip(records, slopes, strict=True):
-            predicted = self._predicted(record)
-            by_parameter = changes.reshape(len(changes), -1)
-            for e, error in enumerate(errors):
-                change = self._change(record, error, predicted)
-                change = np.where(np.isfinite(record.measured), change, 0.0)
-                scores[e] += by_parameter @ change.ravel()
-            of_channels = np.where(np.isfinite(record.measured), changes, 0.0).sum(axis=1)
-            of_zeros.append((of_channels * np.sqrt(record.zero_noise)).T)
-        return Misreading(errors, np.concatenate([scores, *of_zeros]))
+def blank_record(
+    record: MountingRecord, name: str, time: FloatArray, loads: Mapping[str, FloatArray]
+) -> MountingRecord:
+    """Record under some loads without signals."""
+    names = ("torque", "speed", "carrier_angle", "ntl_y", "ntl_z")
+    columns = {load: loads.get(load, np.zeros(time.size)) for load in names}
+    return replace(
+        record,
+        name=name,
+        condition=name,
+        inputs=MountingInputs.from_columns(time, columns),
+        measured=np.zeros((time.size, record.measured.shape[1])),
+        block=np.arange(time.size) * _BLOCKS // time.size,
+    )
 
-    def _change(
-        self, record: MountingRecord, error: DeclaredError, predicted: FloatArray
-    ) -> FloatArray:
-        """Change of the residual where a signal is read one standard deviation off, (n, C)."""
-        if error.is_of_input:
-            inputs = record.inputs.columns()
-            inputs[error.signal] = error.misread(inputs[error.signal])
-            return predicted - self._predicted(replace(record, inputs=MountingInputs(**inputs)))
-        if error.part is Measurement.DELAY:
-            late = replace(
-                self,
-                effects=(*self.effects, SENSOR_DELAY.id),
-                theta=np.append(self.theta, error.std),
-            )
-            return late._predicted(record) - predicted
-        change = np.zeros(record.measured.shape)
-        signal = record.measured[:, error.channel]
-        change[:, error.channel] = error.misread(signal) - signal
-        return change
 
-    def _predicted(self, record: MountingRecord) -> FloatArray:
-        return self.model.predicted(record, self.effects, self.theta, self.choice)
+def mounting_experiments(
+    record: MountingRecord, under: UnderLoads
+) -> tuple[CandidateExperiment, ...]:
+    """Feasible loads of the dynamometer, with the channels and the noise of a measured record."""
+    time, loads = trial_loads(_TORQUE, _LOAD, _SHARES)
+    return tuple(
+        CandidateExperiment(text, _builder(blank_record(record, "trial", time, columns), under))
+        for text, columns in loads.items()
+    )
+
+
+def _builder(
+    blank: MountingRecord, under: UnderLoads
+) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
+    return lambda effects, theta: under(blank, effects, theta)

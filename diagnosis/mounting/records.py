@@ -84,6 +84,16 @@ class MountingRecord:
         return int(self.block[-1]) + 1
 
     @property
+    def time(self) -> FloatArray:
+        """Time [s]."""
+        return self.inputs.time
+
+    @property
+    def is_measured(self) -> NDArray[np.bool_]:
+        """Samples of every channel that were measured."""
+        return np.isfinite(self.measured)
+
+    @property
     def step(self) -> float:
         """Sampling interval [s]."""
         return self.inputs.step

@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
-from carrierflex.diagnosis.mounting.problem import MountingProblem
+from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
+from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     INPUT_GAIN,
     SENSOR_ORDER,
     TORQUE_SIGN,
-    PredictedRecord,
     WiringRival,
 )
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 
 FloatArray = NDArray[np.float64]
+MountingInTime = ProblemInTime[MountingModel, MountingRecord]
 
 _LOADS = ("torque", "ntl_y", "ntl_z")
 #: Factor of the answer to a load below which its sign is wrong.
@@ -35,18 +35,10 @@ _EXCHANGED = 0.5
 _SMALLEST_GAIN = 0.02
 
 
-def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
+def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
     """Baseline refitted with what looks turned or exchanged put right.
 
-    Parameters
-    ----------
-    problem : MountingProblem
-        Campaign whose baseline is the model.
-
-    Returns
-    -------
-    tuple of WiringRival
-        Empty where nothing looks wrong, or the baseline is another simulator's.
+    Empty where nothing looks wrong, or the baseline is another simulator's.
     """
     if problem.model.fixed:
         return ()
@@ -73,7 +65,7 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
     return (*rivals, *([best] if best else []))
 
 
-def _gain_rivals(problem: MountingProblem, measured: FloatArray) -> Iterator[WiringRival]:
+def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[WiringRival]:
     """Baseline refitted with one load larger or smaller beside the others."""
     theta = fit_effects(problem, ()).theta
     answers = [_answers(problem, record, theta) for record in problem.records]
@@ -92,9 +84,7 @@ def _gain_rivals(problem: MountingProblem, measured: FloatArray) -> Iterator[Wir
         yield WiringRival(INPUT_GAIN, name, text, mean_square, "run files")
 
 
-def _exchanged(
-    problem: MountingProblem, order: Sequence[int], turned: Sequence[str]
-) -> WiringRival:
+def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[str]) -> WiringRival:
     """Baseline refitted with the sensors in another order and loads of the other sign."""
     names = problem.model.channels
     records = tuple(
@@ -110,50 +100,7 @@ def _exchanged(
     return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", mean_square, line)
 
 
-def mounting_predictions(
-    problem: MountingProblem, theta: FloatArray
-) -> tuple[PredictedRecord, ...]:
-    """Every run beside a fitted baseline."""
-    choice = problem.choice(())
-    return tuple(
-        PredictedRecord(
-            record.name,
-            record.inputs.time,
-            record.measured,
-            problem.model.predicted(record, (), theta, choice),
-        )
-        for record in problem.records
-    )
-
-
-def mounting_linear(problem: MountingProblem, theta: FloatArray) -> Iterator[LinearRecord]:
-    """Every run beside its baseline, and the slopes of that by its parameters.
-
-    Parameters
-    ----------
-    problem : MountingProblem
-        Campaign.
-    theta : ndarray, shape (p,)
-        Fitted parameters of the baseline.
-
-    Yields
-    ------
-    LinearRecord
-        One a run; none of another simulator's prediction.
-    """
-    if problem.model.fixed:
-        return
-    slopes = problem.differenced(()).slopes(theta)
-    for record, (residual, columns) in zip(problem.records, slopes, strict=True):
-        time = record.inputs.time
-        known = np.isfinite(record.measured)
-        # Zero where nothing was measured: there the prediction is not known either.
-        predicted = np.where(known, record.measured - residual, np.nan)
-        missed = np.where(known, residual, np.nan)
-        yield LinearRecord(record.name, time, missed, predicted, columns)
-
-
-def _nominal(problem: MountingProblem) -> FloatArray:
+def _nominal(problem: MountingInTime) -> FloatArray:
     """Nominal bushings, contained effects off."""
     rig = problem.model.rig
     nominal = {"K1": rig.bushing_radial_stiffness, "C1": rig.bushing_radial_damping}
@@ -161,15 +108,15 @@ def _nominal(problem: MountingProblem) -> FloatArray:
     return np.array([nominal.get(p.name, max(p.lower, min(p.upper, 0.0))) for p in parameters])
 
 
-def _answers(problem: MountingProblem, record: MountingRecord, theta: FloatArray) -> FloatArray:
+def _answers(problem: MountingInTime, record: MountingRecord, theta: FloatArray) -> FloatArray:
     """Signals under each load alone, shape (3, n, n_channels)."""
-    choice = problem.choice(())
+    predicted = problem.simulator(())
     still = np.zeros_like(record.inputs.torque)
     rows = []
     for name in _LOADS:
         others = {other: still for other in _LOADS if other != name}
         alone = replace(record, inputs=replace(record.inputs, **others))
-        rows.append(problem.model.predicted(alone, (), theta, choice))
+        rows.append(predicted(alone, theta, 1))
     return np.array(rows)
 
 

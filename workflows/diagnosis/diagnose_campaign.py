@@ -254,13 +254,13 @@ def _write(
 
 def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: str | None) -> None:
     """Write the measured shape of the class found."""
-    from carrierflex.diagnosis.kinds import kept_law
+    from carrierflex.diagnosis.kinds import saved_law
     from carrierflex.simulation.law_files import write_law
 
     if diagnosis.classes is None:
         raise ValueError(f"{path}: no law to save: the records give no answer by class")
     try:
-        law = kept_law(measured, diagnosis.classes, law_class)
+        law = saved_law(measured, diagnosis.classes, law_class)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     write_law(path, law)

@@ -38,8 +38,8 @@ from carrierflex.blind_check.truth.mounting.other_forms import (
 from carrierflex.blind_check.truth.mounting.sizes import withheld
 from carrierflex.blind_check.truth.mounting.state import MountingState
 from carrierflex.blind_check.truth.mounting.time_integration import Bushings
-from carrierflex.diagnosis.mounting.classes.answer import contract_id
-from carrierflex.diagnosis.mounting.classes.catalogue import SHAPE_OF_LAW
+from carrierflex.diagnosis.mounting.answer import contract_id
+from carrierflex.diagnosis.mounting.table import SHAPE_OF_LAW
 
 
 def form(number, first, second=0.0):

@@ -23,7 +23,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
 )
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.kinds import kept_law, law_findings, problem_of
+from carrierflex.diagnosis.kinds import law_findings, problem_of, saved_law
 from carrierflex.simulation.carrier.measured_laws.carrier_laws import law_signal
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from carrierflex.simulation.law_files import read_law, write_law
@@ -120,7 +120,7 @@ def saved(signal, path, **options):
     """Answer by class of first records, and its law as a file holds it."""
     first = campaign_of(signal, loads=FIRST, turns=6, **options)
     answer = carrier_problem(first, CURVES).class_answer()
-    write_law(path, kept_law(first, answer, None))
+    write_law(path, saved_law(first, answer, None))
     return answer, read_law(path)
 
 

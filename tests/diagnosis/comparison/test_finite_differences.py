@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.comparison.finite_differences import (
+from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.kind.problem_in_time import (
     DifferencedResiduals,
     step_halving_error,
 )
-from carrierflex.diagnosis.comparison.problem import Parameter
 
 TIME = np.linspace(0.0, 1.0, 40)
 THETA = np.array([2.0, 0.5])

@@ -80,7 +80,7 @@ def loops(monkeypatch):
             np.full(own.table.floor.size, floors / own.table.floor.size), (), ()
         ), None
 
-    monkeypatch.setattr(answers, "_left_by_loop", left_by_loop)
+    monkeypatch.setattr(answers, "_remaining_with_loop", left_by_loop)
     monkeypatch.setattr(answers, "_with_loop", lambda model, own, loop: own)
     return known
 

@@ -10,12 +10,12 @@ from scipy.signal import lfilter
 from carrierflex.blind_check.labels import SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
-from carrierflex.diagnosis.element.measured_laws import (
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.shapes import (
     beyond_visited,
     law_cards,
     law_of_answer,
 )
-from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.results import NAMING
 from carrierflex.identification.campaign.campaign_files import write_campaign

@@ -9,10 +9,10 @@ from scipy.signal import cont2discrete, lfilter
 
 from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.diagnosis.element import starts
+from carrierflex.diagnosis.element import signatures
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
-from carrierflex.diagnosis.element.starts import _linear_element
+from carrierflex.diagnosis.element.signatures import _linear_element
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
 from carrierflex.diagnosis.kinds import problem_of
 from tests.diagnosis.element.element_campaigns import (
@@ -91,7 +91,7 @@ def test_a_long_gap_in_a_record_leaves_the_other_blocks():
 def test_where_no_round_gives_an_element_resonances_are_tried(monkeypatch):
     """Mass and spring of zero, on which every simulation runs away, are no start."""
     exact = element_records(force_campaign(no_law, amplitudes=(2.0, 2.0), noise=1e-6))
-    monkeypatch.setattr(starts, "_instrumental", lambda records, instrument, mass: None)
+    monkeypatch.setattr(signatures, "_instrumental", lambda records, instrument, mass: None)
     for mass in (None, MASS):
         m, K1, C1, _ = _linear_element(exact, (0.0, 0.0, DAMPING, 0.0), mass=mass)
         # Resonances are tried at steps of 21 %.
@@ -133,7 +133,7 @@ def test_the_response_is_exact_for_straight_lines_between_samples(damping_ratio:
     """A ramp's closed form: ``q = r/K1 (t - C1/K1 + decaying)``, from rest."""
     m, K1, step = 8.0, 2e3, 0.05
     C1 = 2.0 * damping_ratio * np.sqrt(K1 * m)
-    numerator, denominator = starts._difference_equation(m, K1, C1, step)
+    numerator, denominator = signatures._difference_equation(m, K1, C1, step)
     t = step * np.arange(400)
     ramp = lfilter(numerator, denominator, t)
     poles = np.roots([m, C1, K1]).astype(complex)

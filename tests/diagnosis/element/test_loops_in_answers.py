@@ -45,7 +45,7 @@ def decided(
     def left_by_loop(own, beside, is_curve=False):
         return left(loops[beside][is_curve]), f"loop beside {beside}"
 
-    monkeypatch.setattr(answers, "_left_by_loop", left_by_loop)
+    monkeypatch.setattr(answers, "_remaining_with_loop", left_by_loop)
     monkeypatch.setattr(answers, "_with_loop", lambda model, own, loop: loop)
     own = SimpleNamespace(
         table=SimpleNamespace(surface=SURFACE, is_in_surface=lambda name: name != "memory"),

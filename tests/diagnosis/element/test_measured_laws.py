@@ -8,12 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING, ClassAnswer, ClassFinding
-from carrierflex.diagnosis.element.measured_laws import (
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.shapes import (
     beyond_visited,
     law_cards,
     law_of_answer,
 )
-from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.simulation.element.law_forces import element_law

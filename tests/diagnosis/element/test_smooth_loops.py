@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.classes.columns import stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS
-from carrierflex.diagnosis.element.measured_laws import law_of_answer
 from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.shapes import law_of_answer
 from carrierflex.simulation.element.loop_kernels import loop_states, moved_loop
 from carrierflex.simulation.element.memory_kernels import forces_along
 from carrierflex.simulation.element.memory_laws import (

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.classes.columns import dahl_friction, stops
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.element.columns import parts_of_stops
+from carrierflex.diagnosis.element.columns import memory_of_stops
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.shapes import _stops_of_bristles
 from carrierflex.diagnosis.element.table import _best_starts, element_table
@@ -91,7 +91,7 @@ def test_stops_turn_as_a_bristle_does():
     q = 4e-4 * np.abs((np.arange(4000) / 500.0 + 1.0) % 4.0 - 2.0) - 4e-4
     bristle = force * dahl_friction(q, np.array([length]), from_rest=True)[0]
     yields, weights = _stops_of_bristles(np.array([length]), np.array([force]))
-    parts = parts_of_stops({"slip": (yields, weights)}, 0.0, 1e-3)
+    parts = memory_of_stops({"slip": (yields, weights)}, 0.0, 1e-3)
     assert weights.sum() == pytest.approx(force)
     found = forces_along(q, 1e-3, flat_parts(parts))
     after_first_turn = slice(1200, None)

@@ -9,11 +9,11 @@ from numpy.testing import assert_allclose
 from carrierflex.blind_check.labels import SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS
-from carrierflex.diagnosis.element.measured_laws import (
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.shapes import (
     beyond_visited,
     law_of_answer,
 )
-from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.simulation.element.kernels import (

@@ -18,20 +18,25 @@ from tests.diagnosis.element.element_campaigns import (
 CAMPAIGNS = {"force": force_campaign, "displacement": displacement_campaign}
 
 
+def clocks_of(campaign):
+    problem = element_problem(campaign)
+    return element_clocks(problem.records, by_force=problem.model.by_force)
+
+
 @pytest.mark.parametrize("drive", list(CAMPAIGNS))
 @pytest.mark.parametrize("delay", [0.0, 0.05, pytest.param(-0.04, marks=pytest.mark.long)])
 def test_the_delay_of_a_linear_element_is_found(drive, delay):
     """Within half a step; damping and mass make up for a delay of a drive that ends at 4.7 Hz."""
     campaign = CAMPAIGNS[drive](no_law)
     step = campaign.runs[0].time[1]
-    clocks = element_clocks(element_problem(late(campaign, delay)))
+    clocks = clocks_of(late(campaign, delay))
     found = next((clock.delay for clock in clocks if not clock.run), 0.0)
     assert found == pytest.approx(delay, abs={"force": 0.5, "displacement": 2.0}[drive] * step)
 
 
 def test_a_nonlinear_element_on_time_has_no_delay():
     campaign = displacement_campaign(lambda q, v: 40.0 * np.sign(v))
-    assert element_clocks(element_problem(campaign)) == ()
+    assert clocks_of(campaign) == ()
 
 
 def drifting(campaign, number, growth):
@@ -49,7 +54,7 @@ def test_the_run_whose_clock_drifts_is_found(drive, growth):
     campaign = CAMPAIGNS[drive](no_law)
     number = len(campaign.runs) - 1
     step = campaign.runs[number].time[1]
-    clocks = element_clocks(element_problem(drifting(campaign, number, growth)))
+    clocks = clocks_of(drifting(campaign, number, growth))
     (clock,) = [own for own in clocks if own.run]
     assert clock.run == campaign.runs[number].name
     assert clock.growth == pytest.approx(growth, abs=step)

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.mounting.classes import table as module
-from carrierflex.diagnosis.mounting.classes.catalogue import DELAY_WAYS, FORCE_GROUPS
-from carrierflex.diagnosis.mounting.classes.columns import DELAYS
-from carrierflex.diagnosis.mounting.classes.table import _nearest_delays, _remaining_squares
+from carrierflex.diagnosis.mounting import table as module
+from carrierflex.diagnosis.mounting.columns import DELAYS
+from carrierflex.diagnosis.mounting.table import (
+    DELAY_WAYS,
+    FORCE_GROUPS,
+    _nearest_delays,
+    _remaining_squares,
+)
 
 
 def test_what_a_delay_leaves_is_what_a_fit_beside_the_other_columns_leaves():

@@ -11,9 +11,9 @@ from carrierflex.blind_check.labels import FORM
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.kinds import kept_law, law_findings, problem_of
-from carrierflex.diagnosis.mounting.classes.shapes import bushing_law_of_answer
+from carrierflex.diagnosis.kinds import law_findings, problem_of, saved_law
 from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
 from carrierflex.simulation.law_files import read_law, write_law
 from carrierflex.simulation.laws import (
     APART,
@@ -79,7 +79,7 @@ def test_a_saved_law_explains_its_class_on_new_records(cause, tmp_path):
     shape = answer.classes[0].shape
     assert (shape.band[:, 0] <= shape.y).all()
     assert (shape.band[:, 1] >= shape.y).all()
-    write_law(tmp_path / "law.toml", kept_law(first, answer, None))
+    write_law(tmp_path / "law.toml", saved_law(first, answer, None))
     law = read_law(tmp_path / "law.toml")
     problem = mounting_problem(moved(true, 7), (law,))
     found = problem.class_answer()

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
-from carrierflex.diagnosis.mounting.classes.answer import _INPUT_MAP, _STIFFNESS_MAP, contract_id
-from carrierflex.diagnosis.mounting.classes.catalogue import SHAPE_OF_LAW
-from carrierflex.diagnosis.mounting.classes.columns import _guide_forces, bushing_size, force_groups
-from carrierflex.diagnosis.mounting.classes.motion import N_FREE, bushing_motions, rigid_body
+from carrierflex.diagnosis.mounting.answer import _INPUT_MAP, _STIFFNESS_MAP, contract_id
+from carrierflex.diagnosis.mounting.columns import _guide_forces, bushing_size, force_groups
+from carrierflex.diagnosis.mounting.motion import N_FREE, bushing_motions, rigid_body
 from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.diagnosis.mounting.table import SHAPE_OF_LAW
 from carrierflex.simulation.laws import APART, BOTH, MOUNTING, RADIAL, SMOOTH, Law, Stop
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
 from carrierflex.simulation.mounting.rig import MountingRig

@@ -7,13 +7,13 @@ import pytest
 
 from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
-from carrierflex.diagnosis.mounting.classes.answer import (
+from carrierflex.diagnosis.mounting.answer import (
     _separating_load,
     _with_fewest_columns,
     _with_sparse_maps,
     _with_unequal_stiffness,
 )
-from carrierflex.diagnosis.mounting.classes.motion import N_FREE
+from carrierflex.diagnosis.mounting.motion import N_FREE
 from tests.diagnosis.classes.toy_table import known_scores
 
 AXIAL, STIFFNESS = "housing/stiffness/axial", "housing/stiffness/full"

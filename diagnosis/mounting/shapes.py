@@ -30,7 +30,11 @@ from carrierflex.diagnosis.classes.shapes import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.mounting.classes.catalogue import (
+from carrierflex.diagnosis.mounting.columns import ForceGroup, force_groups, law_forces
+from carrierflex.diagnosis.mounting.model import KIND, MountingModel
+from carrierflex.diagnosis.mounting.motion import BushingMotion, bushing_motions, rigid_body
+from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.mounting.table import (
     CHANGE,
     COUPLED,
     DISSIPATION,
@@ -39,12 +43,8 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     HYSTERESIS,
     MEMORY,
     SAME,
+    MountingTable,
 )
-from carrierflex.diagnosis.mounting.classes.columns import ForceGroup, force_groups, law_forces
-from carrierflex.diagnosis.mounting.classes.motion import BushingMotion, bushing_motions, rigid_body
-from carrierflex.diagnosis.mounting.classes.table import MountingTable
-from carrierflex.diagnosis.mounting.model import KIND, MountingModel
-from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import (
     APART,
@@ -82,7 +82,7 @@ _BUSHINGS: Mapping[str, tuple[int, ...]] = {BOTH: (0, 1), STARBOARD: (0,), PORT:
 #: Share of the visited sizes that are small deflections.
 _SMALL = 0.25
 #: Classes whose curves hold a straight part that the linear bushings take up.
-_KEPT = (FORCE, DISSIPATION, COUPLED)
+_WITH_STRAIGHT_LINE = (FORCE, DISSIPATION, COUPLED)
 #: Classes that a law file holds, and what it calls them.
 _NAMES: Mapping[str, str] = {
     name: name.rpartition("/")[2] for name in (FORCE, DISSIPATION, COUPLED, HYSTERESIS, MEMORY)
@@ -146,28 +146,7 @@ def measured_shape(
 
 
 def bushing_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
-    """Measured shape of a class of the answer.
-
-    Parameters
-    ----------
-    answer : ClassAnswer
-        Answer by class.
-    campaign : str
-        Name of the campaign.
-    wanted : str, optional
-        Class as its law calls it; default: the one of the largest share.
-
-    Returns
-    -------
-    Law
-        Tables without what the linear bushings take up; stops or branches of a class with a memory.
-
-    Raises
-    ------
-    ValueError
-        Where no class is named or leading, the answer has not the wanted one, it has no law, or
-        holds dry friction.
-    """
+    """Measured shape of a class of the answer, without what the linear bushings take up."""
     return law_of_class(answer, campaign, _NAMES, wanted, _refusal)
 
 
@@ -255,7 +234,7 @@ def _words(
 ) -> str:
     """Curve in words; along the size of a motion it is the same in either sense."""
     kind = fit.shape.rpartition("/")[2]
-    if fit.shape in _KEPT and fit.acts == (RADIAL,):
+    if fit.shape in _WITH_STRAIGHT_LINE and fit.acts == (RADIAL,):
         sign = 1.0 if fit.shape == COUPLED else -1.0
         x = np.concatenate([-x[:0:-1], x])
         y = np.concatenate([sign * y[:0:-1], y])
@@ -402,7 +381,7 @@ def _tables(
     table: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
 ) -> tuple[tuple[Part, ...], tuple[float, float]]:
     """Tables of the law, and its largest steps at rest, which no table holds."""
-    if fit.shape not in _KEPT:
+    if fit.shape not in _WITH_STRAIGHT_LINE:
         return (), (0.0, 0.0)
     tables = []
     steps = (0.0, 0.0)
@@ -446,7 +425,7 @@ def _law_curve(
     table: MountingTable, shape: str, law: NearestLaw, x: FloatArray, y: FloatArray
 ) -> FloatArray:
     """Law of the class fitted to its curve with a straight line; empty where none can be drawn."""
-    if not law.id or shape not in _KEPT:
+    if not law.id or shape not in _WITH_STRAIGHT_LINE:
         return np.empty(0)
     shapes = law_forces(table.model, table.size, _motion(table, shape, x), law.id)[:, :, 0, 1]
     fits = [fitted_law(columns, x, y) for columns in shapes]

@@ -6,62 +6,98 @@ balance of generalised forces, each weighted by the compliance of its motion: th
 noise of the sensors is white.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, LawColumns, TableRows
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.shape_decision import FURTHER_CAUSE, shape_of
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
-from carrierflex.diagnosis.mounting.classes.catalogue import (
-    BUSHINGS,
-    DELAY,
-    DELAY_WAYS,
-    FORCE_GROUPS,
-    FULL,
-    GAIN,
-    LOAD_WAYS,
-    LOADS,
-    SHAPE_OF_LAW,
-    SHAPES_OF_USER,
-    STIFFNESS,
-    UNEQUAL,
-    ZERO,
-    class_groups,
-)
-from carrierflex.diagnosis.mounting.classes.columns import (
+from carrierflex.diagnosis.mounting.columns import (
     DELAYS,
     BushingSize,
     ForceGroup,
     axial_column,
     bearing_column,
     bushing_size,
+    channel_column,
     delay_columns,
     force_groups,
     full_stiffness,
     gain_channels,
-    gain_column,
     law_signals,
     load_columns,
+    shows_load_gain,
     signals_of,
-    tells_load_gain,
     unequal_column,
-    zero_column,
 )
-from carrierflex.diagnosis.mounting.classes.motion import (
+from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.motion import (
     N_FREE,
     BushingMotion,
     RigidBody,
     bushing_motions,
     rigid_body,
 )
-from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 
+#: Place of the forces that follow.
+BUSHINGS = "bushings"
+FORCE = "bushings/restoring_force"
+DISSIPATION = "bushings/dissipation"
+HYSTERESIS = "bushings/hysteresis"
+MEMORY = "bushings/memory"
+COUPLED = "bushings/coupled_damping"
+CHANGE = "bushings/time_variation"
+STIFFNESS = "housing/stiffness"
+LOADS = "loads/map"
+GAIN = "sensors/gain"
+ZERO = "sensors/zero"
+DELAY = "clock/delay"
+
+SAME = "same"
+EACH = "each"
+FULL = "full"
+#: One bushing stiffer than the other.
+UNEQUAL = "unequal"
+#: Groups of columns of each force, for both bushings alike; one each has them twice.
+FORCE_GROUPS: Mapping[str, tuple[str, ...]] = {
+    FORCE: ("f", "radial_f"),
+    DISSIPATION: ("g", "radial_g"),
+    HYSTERESIS: ("stops", "radial_stops", "smooth_stops"),
+    MEMORY: ("prony",),
+    COUPLED: ("h", "radial_h"),
+    CHANGE: ("time",),
+}
+#: Ways of the maps, the sparse ones first.
+STIFFNESS_WAYS = ("axial", "main_bearing", UNEQUAL, FULL)
+LOAD_WAYS = ("torque_from_load", "direction", "gain", FULL)
+DELAY_WAYS = ("all", "torque", "radial_load")
+#: Maps from loads to signals: one class where slow loads act in one direction.
+LINEAR_MAPS = (STIFFNESS, LOADS, GAIN)
+
+#: Shape of each law of the library.
+SHAPE_OF_LAW: Mapping[str, str] = {
+    "cubic_stiffness": FORCE,
+    "quintic_stiffness": FORCE,
+    "deflection_dependent_damping": COUPLED,
+    "fluid_branch": MEMORY,
+    "elasto_plastic_friction": HYSTERESIS,
+    "parasitic_torque": LOADS,
+    "ntl_direction": LOADS,
+    "axial_bushing_stiffness": STIFFNESS,
+    "main_bearing_compliance": STIFFNESS,
+    "unequal_bushings": STIFFNESS,
+    "sensor_gain": GAIN,
+    "sensor_zero": ZERO,
+    "sensor_delay": DELAY,
+}
+#: Shapes that hold a user's law: a force of deflection and speed in both bushings.
+SHAPES_OF_USER = (FORCE, DISSIPATION, COUPLED)
 #: Share of the floor that is added to what a class leaves: errors of the sensors' gains, which
 #: every rig has, leave up to a third of the floor's amplitude, and a map of many columns learns
 #: them.
@@ -76,6 +112,30 @@ _ROUNDING = 1e-20
 _DELAY_ROUNDING = 1e-10
 #: Either sign: loads may be late, or signals.
 _CANDIDATES = np.concatenate([DELAYS, -DELAYS])
+
+
+def class_groups(
+    channels: Sequence[str], contained: Sequence[str], known: Container[str]
+) -> dict[str, tuple[str, ...]]:
+    """Groups of columns of every class, the simplest way of a shape first."""
+    classes: dict[str, tuple[str, ...]] = {}
+    for shape, groups in FORCE_GROUPS.items():
+        classes[f"{shape}/{SAME}"] = groups
+        classes[f"{shape}/{EACH}"] = tuple(
+            f"{group}:{side}" for group in groups for side in ("starboard", "port")
+        )
+    for shape, ways in ((STIFFNESS, STIFFNESS_WAYS), (LOADS, LOAD_WAYS), (DELAY, DELAY_WAYS)):
+        for way in ways:
+            if f"{shape}:{way}" in known:
+                classes[f"{shape}/{way}"] = (f"{shape}:{way}",)
+    for shape in (GAIN, ZERO):
+        measured = [channel for channel in channels if f"{shape}:{channel}" in known]
+        for channel in measured:
+            classes[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
+        if measured:
+            classes[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in measured)
+    taken = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
+    return {name: of for name, of in classes.items() if name.rpartition("/")[0] not in taken}
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,15 +193,6 @@ class MountingTable:
 
 
 @dataclass(frozen=True, eq=False)
-class _Layout:
-    """Rows of the table: target and baseline, groups, laws."""
-
-    #: Columns, penalty and sign of each group; columns of each shape of a law.
-    groups: dict[str, tuple[slice, FloatArray, bool]]
-    laws: dict[str, tuple[IntArray, ...]]
-
-
-@dataclass(frozen=True, eq=False)
 class _Columns:
     """What the columns of every run are."""
 
@@ -173,7 +224,7 @@ def mounting_table(
     if not size.deflection > 0.0:
         return None
     turn, weights = _channel_space(body, records, motions)
-    has_gain = tells_load_gain(body, motions)
+    has_gain = shows_load_gain(body, motions)
     groups = force_groups(size)
     columns = _Columns(
         model,
@@ -189,9 +240,8 @@ def mounting_table(
     grams = []
     floors = []
     folds = []
-    layout = _Layout({}, {})
     for number, run in enumerate(motions):
-        rows, layout = _rows(columns, run, turn * weights)
+        rows = _rows(columns, run, turn * weights)
         counts = _counting(run, limit)
         block = _block_of_grid(run)
         noise = float(np.sum((run.record.noise + run.record.zero_noise) * weights**2))
@@ -199,14 +249,18 @@ def mounting_table(
             chosen = counts & (block == b)
             if not chosen.any():
                 continue
-            grams.append(_products(rows, _samples(chosen)))
+            grams.append(_products(rows.rows, _samples(chosen)))
             floors.append(noise * int(chosen.sum()))
             folds.append((b + number) % constants.n_folds)
     if len(grams) < constants.fewest_blocks:
         return None
-    table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), layout)
+    table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), rows)
     scores = ClassScores(table, constants)
-    return MountingTable(table, body, size, motions, model, limit, scores, _class_sizes(table))
+    sizes = {
+        name: sum(table.groups[group].columns.size for group in members)
+        for name, members in table.classes.items()
+    }
+    return MountingTable(table, body, size, motions, model, limit, scores, sizes)
 
 
 def _counting(run: BushingMotion, reach: float) -> BoolArray:
@@ -268,51 +322,31 @@ def _visited(motions: Sequence[BushingMotion], n_folds: int) -> float:
     return float(np.sort(largest)[-_VISITED])
 
 
-def _base_rows(body: RigidBody, run: BushingMotion) -> FloatArray:
-    """What stiffer and more damped bushings add, shape (2, n_channels, n)."""
-    return signals_of(body, run, body.on_coordinates(np.array([run.u, run.v])))
-
-
-def _rows(
-    columns: _Columns, run: BushingMotion, rotation: FloatArray
-) -> tuple[list[FloatArray], _Layout]:
+def _rows(columns: _Columns, run: BushingMotion, rotation: FloatArray) -> TableRows:
     """Target, baseline, groups and laws along a run in rotated channels."""
     model, body = columns.model, columns.body
-    n_base = 0 if model.fixed else 2
-    rows = [rotation @ np.nan_to_num(run.gap)[None], rotation @ _base_rows(body, run)[:n_base]]
-    first = 1 + n_base
-    layout = _Layout({}, {})
-
-    def put(name: str, values: FloatArray, penalty: FloatArray, *, positive: bool) -> None:
-        nonlocal first
-        rows.append(rotation @ values)
-        layout.groups[name] = (slice(first, first + len(values)), penalty, positive)
-        first += len(values)
-
+    # What stiffer and more damped bushings add.
+    base = signals_of(body, run, body.on_coordinates(np.array([run.u, run.v])))
+    base = base[: 0 if model.fixed else 2]
+    table = TableRows(rotation @ np.nan_to_num(run.gap)[None], rotation @ base)
     for group in columns.groups:
         forces = group.columns(run)
-        same = _of_sides(body, run, forces)
-        put(group.id, same[0] + same[1], group.penalty, positive=group.is_nonnegative)
-        for name, side in zip(("starboard", "port"), same, strict=True):
-            put(f"{group.id}:{name}", side, group.penalty, positive=group.is_nonnegative)
+        starboard, port = (
+            signals_of(body, run, body.of_side(forces[:, side], side)) for side in range(2)
+        )
+        for name, values in (
+            (group.id, starboard + port),
+            (f"{group.id}:starboard", starboard),
+            (f"{group.id}:port", port),
+        ):
+            table.add_group(
+                name, rotation @ values, group.penalty, is_nonnegative=group.is_nonnegative
+            )
     for name, values in _map_columns(columns, run).items():
-        put(name, values, np.eye(len(values)), positive=False)
+        table.add_group(name, rotation @ values, np.eye(len(values)))
     for law in columns.laws:
-        values = law_signals(body, model, columns.size, run, law)
-        n_shapes, n_columns = values.shape[:2]
-        rows.append(rotation @ values.reshape(-1, *values.shape[2:]))
-        numbers = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
-        layout.laws[law] = tuple(numbers)
-        first += n_shapes * n_columns
-    return rows, layout
-
-
-def _of_sides(body: RigidBody, run: BushingMotion, forces: FloatArray) -> list[FloatArray]:
-    """Signals of the forces of the starboard and of the port bushing."""
-    signals = []
-    for side in range(2):
-        signals.append(signals_of(body, run, body.of_side(forces[:, side], side)))
-    return signals
+        table.add_law(law, rotation @ law_signals(body, model, columns.size, run, law))
+    return table
 
 
 def _map_columns(columns: _Columns, run: BushingMotion) -> dict[str, FloatArray]:
@@ -330,39 +364,39 @@ def _map_columns(columns: _Columns, run: BushingMotion) -> dict[str, FloatArray]
         maps[f"{DELAY}:{way}"] = delay_columns(body, run, way, [delay])
     for k, channel in enumerate(columns.model.channels):
         if k in columns.with_gain:
-            maps[f"{GAIN}:{channel}"] = gain_column(run, k)
-        maps[f"{ZERO}:{channel}"] = zero_column(run, k)
+            maps[f"{GAIN}:{channel}"] = channel_column(run, k, run.signals[k])
+        maps[f"{ZERO}:{channel}"] = channel_column(run, k, 1.0)
     return maps
 
 
 def _assembled(
-    model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout
+    model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, rows: TableRows
 ) -> GramTable:
     """Table of unit energies, each group scaled as one; contained laws join the baseline."""
-    n_base = 0 if model.fixed else 2
-    gram, layout, n_base = _with_contained(model, gram, layout, n_base)
-    energy = np.diag(gram.sum(axis=0)).copy()
-    for name, (columns, _, _) in layout.groups.items():
-        if not name.startswith((STIFFNESS, LOADS)):
-            energy[columns] = energy[columns].mean()
-    scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    order, n_base = _with_contained(model, gram.sum(axis=0), rows)
+    shift = n_base - rows.n_base
+    if shift:
+        gram = gram[:, order[:, None], order[None]]
     groups = {
-        name: ColumnGroup(np.arange(columns.start, columns.stop), penalty, positive)
-        for name, (columns, penalty, positive) in layout.groups.items()
+        name: replace(group, columns=group.columns + shift) for name, group in rows.groups.items()
     }
-    classes = {
-        name: members
-        for name, members in class_groups(model.channels, model.contained, groups).items()
-    }
+    energy = np.diag(gram.sum(axis=0)).copy()
+    for name, group in groups.items():
+        if not name.startswith((STIFFNESS, LOADS)):
+            energy[group.columns] = energy[group.columns].mean()
+    scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    classes = class_groups(model.channels, model.contained, groups)
     laws = {
         name: tuple(
-            LawColumns(law, variants, len(model.cards[law].parameters))
-            for law, variants in layout.laws.items()
+            LawColumns(
+                law, tuple(places + shift for places in variants), len(model.cards[law].parameters)
+            )
+            for law, variants in rows.laws.items()
             if law not in model.contained and shape_of(name) in _shapes_of_law(model, law)
         )
         for name in classes
     }
-    every = [*(group for members in FORCE_GROUPS.values() for group in members)]
+    every = [group for members in FORCE_GROUPS.values() for group in members]
     every += [f"{STIFFNESS}:{FULL}", f"{LOADS}:{FULL}", f"{DELAY}:all"]
     every += [name for name in groups if name.startswith((f"{GAIN}:", f"{ZERO}:"))]
     return GramTable(
@@ -387,46 +421,26 @@ def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
 
 
 def _with_contained(
-    model: MountingModel, gram: FloatArray, layout: _Layout, n_base: int
-) -> tuple[FloatArray, _Layout, int]:
-    """Table whose baseline holds the contained laws, each at the shape that fits best beside it."""
+    model: MountingModel, total: FloatArray, rows: TableRows
+) -> tuple[IntArray, int]:
+    """Order of the columns in which contained laws stand behind the baseline, and its number.
+
+    They are copies, each law at the shape that fits best beside the others.
+    """
+    n_base = rows.n_base
     base = list(range(1, 1 + n_base))
-    total = gram.sum(axis=0)
     for law in model.contained:
-        variants = layout.laws.get(law, ())
-        if not variants:
-            continue
-        squares = [_remaining_square(total, [*base, *variant.tolist()]) for variant in variants]
-        base += variants[int(np.argmin(squares))].tolist()
-    added = base[n_base:]
-    if not added:
-        return gram, layout, n_base
-    rest = np.arange(1 + n_base, len(total))
-    order = np.concatenate([[0], base, rest]).astype(int)
-    shift = len(added)
-    groups = {
-        name: (slice(columns.start + shift, columns.stop + shift), penalty, positive)
-        for name, (columns, penalty, positive) in layout.groups.items()
-    }
-    laws = {
-        law: tuple(variant + shift for variant in of_shapes)
-        for law, of_shapes in layout.laws.items()
-    }
-    return gram[:, order[:, None], order[None]], _Layout(groups, laws), n_base + shift
+        variants = rows.laws.get(law, ())
+        if variants:
+            squares = [_remaining_square(total, [*base, *variant.tolist()]) for variant in variants]
+            base += variants[int(np.argmin(squares))].tolist()
+    return np.array([0, *base, *range(1 + n_base, len(total))]), len(base)
 
 
 def _remaining_square(total: FloatArray, columns: list[int]) -> float:
     """Square that some columns leave of the target."""
     A, b = total[np.ix_(columns, columns)], total[columns, 0]
     return float(total[0, 0] - b @ np.linalg.pinv(A, hermitian=True) @ b)
-
-
-def _class_sizes(table: GramTable) -> dict[str, int]:
-    """Columns of each class."""
-    return {
-        name: sum(table.groups[group].columns.size for group in members)
-        for name, members in table.classes.items()
-    }
 
 
 def _nearest_delays(
@@ -436,32 +450,15 @@ def _nearest_delays(
     channels: FloatArray,
     constants: ClassConstants,
 ) -> dict[str, float]:
-    """Delay of every way that leaves least of the gap, alone or beside one force of the bushings.
+    """Delay [s] of every way that leaves least of the gap, alone or beside one force.
 
     Beside a force where that takes half of what the best delay leaves alone: a force that does not
     is not missing, and a delay of another size may serve it.
 
     A delay that is sought beside stiffness and damping alone takes up what a force makes of them:
     beside a loop of the bushings, which holds the motion back, it gets the wrong size, and both
-    together explain half of what they are.
-
-    Parameters
-    ----------
-    body : RigidBody
-        Housing on the fitted linear bushings.
-    motions : sequence of BushingMotion
-        Runs.
-    groups : sequence of ForceGroup
-        Forces of the bushings.
-    channels : ndarray, shape (m, n_channels)
-        Weights of the channels in m sums of unit noise that show every free motion.
-    constants : ClassConstants
-        How well the noise is known, and the part of what is left that a richer answer must take.
-
-    Returns
-    -------
-    dict
-        Delay [s] by way.
+    together explain half of what they are. `channels`, shape (m, n_channels), are weights of the
+    channels in m sums of unit noise that show every free motion.
     """
     numbers: Mapping[str, IntArray] = {}
     gram = np.zeros((0, 0))

@@ -9,6 +9,7 @@ axial guide) that motion shows at once, and loads the bushings besides.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numba import njit
@@ -22,8 +23,8 @@ from carrierflex.diagnosis.classes.columns import (
     stops,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.mounting.classes.motion import N_FREE, BushingMotion, RigidBody
 from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.motion import N_FREE, BushingMotion, RigidBody
 from carrierflex.simulation.force_laws import Force
 from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
 
@@ -46,7 +47,7 @@ DELAYS = np.geomspace(0.004, 0.3, 14)
 #: Motion of a channel over what is missing in it from which a gain may be the reason.
 _LEAST_MOVED = 1.5
 #: Share of the motion that the smaller of torque and radial load must make.
-_LEAST_PART = 0.1
+_LEAST_SHARE = 0.1
 _LOADS = {"all": (0, 1, 2), "torque": (0,), "radial_load": (1, 2)}
 #: Relaxation times and yield deflections of the laws over the time of a step and the largest
 #: deflection.
@@ -144,46 +145,39 @@ def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
 
 
 def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
-    """Every group of forces."""
-    of_deflection = (
-        ForceGroup("f", lambda run: _static_force(size, run.u), difference_penalty(_N_FORCE, 2)),
-        ForceGroup("radial_f", lambda run: _radial_force(size, run), _second(_N_RADIAL)),
+    """Every group of forces: of the deflection, of time, of the speed, with a memory."""
+    curvature = partial(difference_penalty, order=2)
+    of_sliders = np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS))
+    h = size.coupled_splines()
+    return (
+        ForceGroup("f", lambda run: _splined(size.force_splines(), run.u), curvature(_N_FORCE)),
+        ForceGroup("radial_f", lambda run: _radial_force(size, run), curvature(_N_RADIAL)),
         ForceGroup("time", lambda run: _in_time(size, run), difference_penalty(_N_TIME, 1)),
-    )
-    of_speed = (
-        ForceGroup("g", lambda run: _speed_force(size, run.v), _with_step(_second(_N_SPEED), 2)),
-        ForceGroup("radial_g", lambda run: _radial_speed(size, run), _radial_speed_penalty()),
-        ForceGroup("h", lambda run: _coupled_force(size, run.u, run.v), _second(_N_COUPLED)),
-        ForceGroup("radial_h", lambda run: _radial_coupled(size, run), _second(_N_COUPLED)),
-    )
-    with_memory = (
+        ForceGroup("g", lambda run: _speed_force(size, run.v), _with_step(curvature(_N_SPEED), 2)),
         ForceGroup(
-            "stops", lambda run: _stops_apart(size, run), np.zeros((_N_YIELDS, _N_YIELDS)), True
+            "radial_g",
+            lambda run: _radial_speed(size, run),
+            _with_step(curvature(_N_RADIAL_SPEED), 1),
         ),
+        ForceGroup("h", lambda run: _splined(h, run.u) * run.v, curvature(_N_COUPLED)),
+        ForceGroup("radial_h", lambda run: _radial_coupled(size, run), curvature(_N_COUPLED)),
         ForceGroup(
-            "radial_stops",
-            lambda run: _radial_stops(size, run),
-            np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS)),
+            "stops",
+            lambda run: _stop_forces(run, size.yields),
+            np.zeros((_N_YIELDS, _N_YIELDS)),
             True,
         ),
+        ForceGroup("radial_stops", lambda run: _radial_stops(size, run), of_sliders, True),
         ForceGroup(
             "smooth_stops",
-            lambda run: _smooth_stops(size, run),
-            np.zeros((_N_RADIAL_YIELDS, _N_RADIAL_YIELDS)),
+            lambda run: _in_plane(run, size.radial_yields, _given_way),
+            of_sliders,
             True,
         ),
         ForceGroup(
-            "prony",
-            lambda run: _branches(run, size.taus),
-            np.zeros((_N_PRONY, _N_PRONY)),
-            True,
+            "prony", lambda run: _branches(run, size.taus), np.zeros((_N_PRONY, _N_PRONY)), True
         ),
     )
-    return (*of_deflection, *of_speed, *with_memory)
-
-
-def _second(n: int) -> FloatArray:
-    return difference_penalty(n, 2)
 
 
 def _with_step(penalty: FloatArray, n_free: int) -> FloatArray:
@@ -194,18 +188,9 @@ def _with_step(penalty: FloatArray, n_free: int) -> FloatArray:
     return wider
 
 
-def _radial_speed_penalty() -> FloatArray:
-    return _with_step(_second(_N_RADIAL_SPEED), 1)
-
-
 def _splined(basis: SplineBasis, values: FloatArray) -> FloatArray:
     """Splines of every value, shape (n_splines, *values.shape)."""
     return basis(values.ravel()).reshape(basis.n, *values.shape)
-
-
-def _static_force(size: BushingSize, u: FloatArray) -> FloatArray:
-    """f(u), shape (n_columns, *u.shape)."""
-    return _splined(size.force_splines(), u)
 
 
 def _speed_force(size: BushingSize, v: FloatArray) -> FloatArray:
@@ -213,11 +198,6 @@ def _speed_force(size: BushingSize, v: FloatArray) -> FloatArray:
     sign = np.tanh(v / size.rest_speed)
     steps = np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
     return np.concatenate([_splined(size.speed_splines(), size.curved_speed(v)), steps])
-
-
-def _coupled_force(size: BushingSize, u: FloatArray, v: FloatArray) -> FloatArray:
-    """h(u) v, shape (n_columns, *u.shape)."""
-    return _splined(size.coupled_splines(), u) * v
 
 
 def _radius(u: FloatArray) -> FloatArray:
@@ -278,17 +258,19 @@ def _branches(run: BushingMotion, taus: FloatArray) -> FloatArray:
     )
 
 
-def _stops_apart(size: BushingSize, run: BushingMotion) -> FloatArray:
-    return _stop_forces(run, size.yields)
-
-
 def _radial_stops(size: BushingSize, run: BushingMotion) -> FloatArray:
     """Sliders that yield in the direction of their deflection."""
     yields = size.radial_yields
-    forces = np.empty((yields.size, *run.u.shape))
-    for bushing in range(2):
-        forces[:, bushing] = _returned(np.ascontiguousarray(run.u[bushing]), yields)
-    return forces / yields[:, None, None, None]
+    return _in_plane(run, yields, _returned) / yields[:, None, None, None]
+
+
+def _in_plane(
+    run: BushingMotion,
+    yields: FloatArray,
+    sliders: Callable[[FloatArray, FloatArray], FloatArray],
+) -> FloatArray:
+    """Sliders of both bushings in the plane, shape (n_yields, 2, 2, n)."""
+    return np.stack([sliders(np.ascontiguousarray(u), yields) for u in run.u], axis=1)
 
 
 @njit(cache=True)
@@ -308,18 +290,12 @@ def _returned(u, yields):  # type: ignore[no-untyped-def]
     return z
 
 
-def _smooth_stops(size: BushingSize, run: BushingMotion) -> FloatArray:
-    """Sliders that give way along their path: what small loops left, they lose in the next ones."""
-    yields = size.radial_yields
-    forces = np.empty((yields.size, *run.u.shape))
-    for bushing in range(2):
-        forces[:, bushing] = _given_way(np.ascontiguousarray(run.u[bushing]), yields)
-    return forces
-
-
 @njit(cache=True)
 def _given_way(u, yields):  # type: ignore[no-untyped-def]
-    """Share of the force at slip: ``dz = (du - |du| z) / yield`` on a straight way (Dahl, 1968)."""
+    """Share of the force at slip: ``dz = (du - |du| z) / yield`` on a straight way (Dahl, 1968).
+
+    Such sliders give way along their path: what small loops left, they lose in the next ones.
+    """
     n = u.shape[1]
     z = np.zeros((yields.size, 2, n))
     for i in range(yields.size):
@@ -449,7 +425,7 @@ def load_columns(body: RigidBody, run: BushingMotion, way: str) -> FloatArray:
     return np.concatenate([signals_of(body, run, np.array(others)), _guide_motions(body, run, b)])
 
 
-def tells_load_gain(body: RigidBody, motions: Sequence[BushingMotion]) -> bool:
+def shows_load_gain(body: RigidBody, motions: Sequence[BushingMotion]) -> bool:
     """Whether torque and radial load both move the housing."""
     squares = np.zeros(2)
     for run in motions:
@@ -457,7 +433,7 @@ def tells_load_gain(body: RigidBody, motions: Sequence[BushingMotion]) -> bool:
             p = body.G[:N_FREE, columns] @ run.loads[:, columns].T
             moved = signals_of(body, run, p[None])
             squares[k] += float(np.sum(moved**2))
-    return bool(squares.min() >= _LEAST_PART**2 * squares.sum())
+    return bool(squares.min() >= _LEAST_SHARE**2 * squares.sum())
 
 
 def delay_columns(
@@ -472,13 +448,6 @@ def delay_columns(
     return signals_of(body, run, body.G[:N_FREE] @ added.transpose(0, 2, 1))
 
 
-def gain_column(run: BushingMotion, channel: int) -> FloatArray:
-    """One channel's own signal, shape (1, n_channels, n)."""
-    column = np.zeros((1, *run.signals.shape))
-    column[0, channel] = run.signals[channel]
-    return column
-
-
 def gain_channels(motions: Sequence[BushingMotion]) -> list[int]:
     """Channels whose gain may be wrong: the baseline moves them, and more than they are off."""
     squares = [
@@ -488,10 +457,10 @@ def gain_channels(motions: Sequence[BushingMotion]) -> list[int]:
     return np.flatnonzero(squares[0] > _LEAST_MOVED**2 * squares[1]).tolist()
 
 
-def zero_column(run: BushingMotion, channel: int) -> FloatArray:
-    """A constant in one channel, shape (1, n_channels, n)."""
+def channel_column(run: BushingMotion, channel: int, values: FloatArray | float) -> FloatArray:
+    """Values in one channel, shape (1, n_channels, n): its signal for a gain, one for a zero."""
     column = np.zeros((1, *run.signals.shape))
-    column[0, channel] = 1.0
+    column[0, channel] = values
     return column
 
 
@@ -501,9 +470,9 @@ def law_signals(
     """Signals of a law for unit amplitude, shape (n_shapes, n_columns, n_channels, n)."""
     channels = range(len(model.channels))
     if law == "sensor_gain":
-        return np.array([gain_column(run, k) for k in channels])
+        return np.array([channel_column(run, k, run.signals[k]) for k in channels])
     if law == "sensor_zero":
-        return np.array([zero_column(run, k) for k in channels])
+        return np.array([channel_column(run, k, 1.0) for k in channels])
     if law == "sensor_delay":
         delays = np.concatenate([DELAYS, -DELAYS])
         return delay_columns(body, run, "all", delays)[:, None]

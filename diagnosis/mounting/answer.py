@@ -25,7 +25,9 @@ from carrierflex.diagnosis.classes.shape_decision import (
     way_of,
 )
 from carrierflex.diagnosis.classes.shares import Shares
-from carrierflex.diagnosis.mounting.classes.catalogue import (
+from carrierflex.diagnosis.mounting.motion import N_FREE
+from carrierflex.diagnosis.mounting.shapes import measured_shape
+from carrierflex.diagnosis.mounting.table import (
     CHANGE,
     DELAY,
     EACH,
@@ -38,10 +40,8 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     STIFFNESS,
     UNEQUAL,
     ZERO,
+    MountingTable,
 )
-from carrierflex.diagnosis.mounting.classes.motion import N_FREE
-from carrierflex.diagnosis.mounting.classes.shapes import measured_shape
-from carrierflex.diagnosis.mounting.classes.table import MountingTable
 
 #: Loads in words, and the share of the largest load's motion below which one is absent.
 _LOADS = ("a torque", "a sideways load", "a vertical load")

@@ -99,15 +99,7 @@ class RigidBody:
         return np.asarray(-rows.T @ forces.reshape(len(forces), 4, -1))
 
     def of_side(self, forces: FloatArray, side: int) -> FloatArray:
-        """Generalised forces on the free coordinates of forces in one bushing, shape (m, 3, n).
-
-        Parameters
-        ----------
-        forces : ndarray, shape (m, 2, n)
-            Internal forces in y and in z.
-        side : int
-            0 starboard, 1 port.
-        """
+        """Generalised forces on the free coordinates of forces in one bushing, shape (m, 3, n)."""
         return np.asarray(-self.rows[side, :, :N_FREE].T @ forces)
 
     def response(self, p: FloatArray, step: float) -> FloatArray:

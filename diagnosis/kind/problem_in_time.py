@@ -1,0 +1,415 @@
+"""A comparison problem whose simulator integrates in time, and its derivatives by differences.
+
+The kinds element and mounting are such problems: records of evenly sampled signals, cut into blocks
+and bands of frequency, beside the prediction of a model. The residual of a run is measured less
+predicted; its derivatives are differences, taken in threads.
+"""
+
+import os
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
+from carrierflex.diagnosis.comparison.problem import (
+    BoolArray,
+    Effects,
+    FloatArray,
+    GapCell,
+    Parameter,
+    Segment,
+    SegmentSums,
+)
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
+from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord
+from carrierflex.diagnosis.wiring.rivals import PredictedRecord
+
+#: A difference is taken over a share of a parameter, or of this part of its scale if that is more.
+_LEAST_SHARE = 0.1
+#: Samples of all runs from which threads are worth their start.
+_THREADED = 2_000
+
+
+class _BlockedRecord(Protocol):
+    """Record of a run, cut into blocks: samples of block b, none of them where it is -1."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def block(self) -> NDArray[Any]: ...
+    @property
+    def n_blocks(self) -> int: ...
+
+
+class _TimeRecord(_BlockedRecord, Protocol):
+    """Record of evenly sampled signals: of one channel, shape (n,), or of several, shape (n, C)."""
+
+    @property
+    def condition(self) -> str: ...
+    @property
+    def step(self) -> float: ...
+    @property
+    def time(self) -> FloatArray: ...
+    @property
+    def measured(self) -> FloatArray: ...
+    @property
+    def is_measured(self) -> BoolArray: ...
+
+
+class _Model(Protocol):
+    """Parameters and library of a simulator, and the effects that its baseline contains."""
+
+    @property
+    def cards(self) -> Mapping[str, EffectCard]: ...
+    @property
+    def contained(self) -> Effects: ...
+    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
+        """Unknowns of baseline + effects."""
+
+
+class _Gap(Protocol):
+    """Gap of a model: its map, findings and scalars."""
+
+    @property
+    def cells(self) -> Sequence[GapCell]: ...
+    def findings(self) -> GapFindings:
+        """Where it lies, in time, what does not repeat, growth."""
+
+    def scalars(self) -> Sequence[Scalar]:
+        """Quantities of interest."""
+
+
+R = TypeVar("R", bound=_BlockedRecord)
+T = TypeVar("T", bound=_TimeRecord)
+M = TypeVar("M", bound=_Model)
+
+
+@dataclass(frozen=True, eq=False)
+class DifferencedResiduals(Generic[R]):
+    """Measured less predicted signals of all runs as a function of the parameters.
+
+    Parameters
+    ----------
+    records : sequence of SegmentedRecord
+        Runs.
+    residual : callable
+        Residual of a record at a parameter set, shape (n,) or (n, n_channels); zero where nothing
+        was measured, infinite where the motion diverges. Called from several threads.
+    parameters : sequence of Parameter
+        Unknowns, shape (p,).
+    relative_step : float
+        Step of the differences, relative to a parameter.
+    n_threads : int
+        Threads; one does without.
+    """
+
+    records: Sequence[R]
+    residual: Callable[[R, FloatArray], FloatArray]
+    parameters: Sequence[Parameter]
+    relative_step: float
+    n_threads: int
+
+    def chosen(
+        self, theta: FloatArray, chosen: BoolArray
+    ) -> list[tuple[R, NDArray[np.int64], FloatArray]]:
+        """Runs with a chosen segment: record, indices of all its segments, its residual."""
+        runs = _runs_with_segments(self.records, chosen)
+        residuals = self._in_threads(lambda k: self.residual(runs[k][0], theta), len(runs))
+        return [
+            (record, segments, residual)
+            for (record, segments), residual in zip(runs, residuals, strict=True)
+        ]
+
+    def sums(self, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+        """Gauss-Newton sums by segment; infinite squares where the motion diverges.
+
+        The sums of runs without a chosen segment stay zero.
+        """
+        n = chosen.size
+        p = theta.size
+        matrix = np.zeros((n, p, p))
+        right = np.zeros((n, p))
+        square = np.zeros(n)
+        for record, segments, residual in self.chosen(theta, chosen):
+            if not np.isfinite(residual).all():
+                square[segments] = np.inf
+                continue
+            rows = self._derivatives(record, theta, residual)
+            for block, segment in enumerate(segments):
+                samples = record.block == block
+                block_rows = rows[:, samples].reshape(p, -1)
+                block_residual = residual[samples].ravel()
+                matrix[segment] = block_rows @ block_rows.T
+                right[segment] = block_rows @ block_residual
+                square[segment] = block_residual @ block_residual
+        return SegmentSums(matrix, right, square)
+
+    def slopes(self, theta: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Residual and change of the prediction by every parameter, (p, ...), record by record."""
+        for record in self.records:
+            residual = self.residual(record, theta)
+            yield residual, self._derivatives(record, theta, residual)
+
+    def _derivatives(self, record: R, theta: FloatArray, residual: FloatArray) -> FloatArray:
+        """Change of the prediction by every parameter, shape (p, *residual.shape)."""
+        rows = self._in_threads(lambda k: self._derivative(record, theta, residual, k), theta.size)
+        return np.array(rows)
+
+    def _derivative(self, record: R, theta: FloatArray, residual: FloatArray, k: int) -> FloatArray:
+        """Change of the prediction by parameter k; zero where the changed motion diverges."""
+        parameter = self.parameters[k]
+        if parameter.run is not None and parameter.run != record.name:
+            return np.zeros(residual.shape)
+        step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
+        if theta[k] + step > parameter.upper:
+            step = -step
+        changed_theta = theta.copy()
+        changed_theta[k] += step
+        changed = self.residual(record, changed_theta)
+        if not np.isfinite(changed).all():
+            return np.zeros(residual.shape)
+        return (residual - changed) / step
+
+    def _in_threads(self, work: Callable[[int], FloatArray], count: int) -> list[FloatArray]:
+        """Results for every number; the compiled motion runs without the interpreter's lock."""
+        if self.n_threads == 1:
+            return list(map(work, range(count)))
+        with ThreadPoolExecutor(self.n_threads) as threads:
+            return list(threads.map(work, range(count)))
+
+
+def _runs_with_segments(
+    records: Iterable[R], chosen: BoolArray
+) -> list[tuple[R, NDArray[np.int64]]]:
+    """Runs with a chosen segment."""
+    first = 0
+    runs = []
+    for record in records:
+        segments = np.arange(first, first + record.n_blocks)
+        if chosen[segments].any():
+            runs.append((record, segments))
+        first += record.n_blocks
+    return runs
+
+
+@dataclass(frozen=True, eq=False)
+class ProblemInTime(ComparisonProblem, Generic[M, T]):
+    """Records of evenly sampled signals beside a model that is integrated in time.
+
+    Parameters
+    ----------
+    model : Model
+        Parameters and simulator.
+    records : tuple of _TimeRecord
+        Runs.
+    """
+
+    model: M
+    records: tuple[T, ...]
+    #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
+    difference: ClassVar[float]
+
+    @property
+    @abstractmethod
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels."""
+
+    @property
+    @abstractmethod
+    def edges_hz(self) -> FloatArray:
+        """Ends of the bands of the score [Hz], shape (n_bands + 1,)."""
+
+    @property
+    @abstractmethod
+    def noise_by_run(self) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Variance of the noise of a sample and of the zero of a run, shape (n_channels,) each."""
+
+    @abstractmethod
+    def simulator(self, effects: Effects) -> Callable[[T, FloatArray, int], FloatArray]:
+        """Prediction of a record by a parameter set, its steps refined by a factor.
+
+        Infinite where the motion diverges. What all threads share is made before it is returned.
+        """
+
+    @abstractmethod
+    def gap(self, effects: Effects, theta: FloatArray) -> _Gap:
+        """Gap of a model."""
+
+    @property
+    def n_channels(self) -> int:
+        """Signals that are compared."""
+        return len(self.channels)
+
+    @cached_property
+    def cards(self) -> Mapping[str, EffectCard]:
+        """Candidates by id."""
+        contained = self.model.contained
+        return {name: card for name, card in self.model.cards.items() if name not in contained}
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """Blocks of the runs."""
+        return tuple(
+            Segment(
+                record.name,
+                record.condition,
+                block,
+                int(record.is_measured[record.block == block].sum()),
+            )
+            for record in self.records
+            for block in range(record.n_blocks)
+        )
+
+    @cached_property
+    def _cells(self) -> tuple[FloatArray, FloatArray]:
+        """Degrees of freedom and sum of squares of the noise by block, and channel and band."""
+        counts = []
+        noise = []
+        for record, (of_sample, of_zero) in zip(self.records, self.noise_by_run, strict=True):
+            is_measured = _by_channel(record.is_measured)
+            by_block = block_counts(is_measured, record.block, record.step, self.edges_hz)
+            square = by_block * of_sample[:, None]
+            n_measured = np.array(
+                [is_measured[record.block == block].sum(axis=0) for block in range(record.n_blocks)]
+            )
+            # The zero's error is constant over a run: it lies in the lowest band.
+            square[:, :, 0] += of_zero * n_measured
+            counts.append(by_block.reshape(record.n_blocks, -1))
+            noise.append(square.reshape(record.n_blocks, -1))
+        return np.concatenate(counts), np.concatenate(noise)
+
+    @property
+    def cell_counts(self) -> FloatArray:
+        """Degrees of freedom by segment and cell."""
+        return self._cells[0]
+
+    @property
+    def noise_square(self) -> FloatArray:
+        """Sum of squares of the noise by segment and cell."""
+        return self._cells[1]
+
+    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
+        """Unknowns of a set."""
+        return self.model.parameters(effects)
+
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+        """Gauss-Newton sums with derivatives by differences."""
+        return self.differenced(effects).sums(theta, chosen)
+
+    def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
+        """Squared residuals by segment and cell; infinite where the motion diverges."""
+        result = np.zeros(self.cell_counts.shape)
+        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
+            powers = block_powers(_by_channel(residual), record.block, record.step, self.edges_hz)
+            result[segments] = powers.reshape(len(segments), -1)
+        return result
+
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
+        """Gap map of a model, largest share first."""
+        return self.gap(effects, theta).cells
+
+    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
+        """Where the gap of a model lies, in time, what does not repeat, growth."""
+        return self.gap(effects, theta).findings()
+
+    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
+        """Quantities of interest of a model."""
+        return self.gap(effects, theta).scalars()
+
+    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
+        """Every channel of every run as measured and as a model has it."""
+        return [
+            signal_overlay(record.name, name, record.step, measured, residual)
+            for record, residuals in zip(self.records, self.residuals(effects, theta), strict=True)
+            for name, measured, residual in zip(
+                self.channels,
+                _by_channel(record.measured).T,
+                _by_channel(residuals).T,
+                strict=True,
+            )
+        ]
+
+    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
+        """RMS change of the prediction with half the step."""
+        predicted = self.simulator(effects)
+        return step_halving_error(
+            self.records, lambda record, factor: predicted(record, theta, factor)
+        )
+
+    def predictions(self, theta: FloatArray) -> tuple[PredictedRecord, ...]:
+        """Every run with its fitted baseline; NaN where samples do not count."""
+        predicted = self.simulator(())
+        return tuple(
+            PredictedRecord(
+                record.name,
+                record.time,
+                _by_channel(np.where(record.is_measured, record.measured, np.nan)),
+                _by_channel(predicted(record, theta, 1)),
+            )
+            for record in self.records
+        )
+
+    def linear_records(self, theta: FloatArray) -> Iterator[LinearRecord]:
+        """Every run with its fitted baseline, and the slopes of that by its parameters."""
+        predicted = self.simulator(())
+        slopes = self.differenced(()).slopes(theta)
+        for record, (residual, columns) in zip(self.records, slopes, strict=True):
+            yield LinearRecord(
+                record.name,
+                record.time,
+                _by_channel(np.where(record.is_measured, residual, np.nan)),
+                _by_channel(predicted(record, theta, 1)),
+                columns.reshape(*columns.shape[:2], -1),
+            )
+
+    def residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
+        """Residual of every run, of the shape of its signals."""
+        differenced = self.differenced(effects)
+        return [differenced.residual(record, theta) for record in self.records]
+
+    def differenced(self, effects: Effects) -> DifferencedResiduals[T]:
+        """Residuals of a set of effects as a function of its parameters."""
+        predicted = self.simulator(effects)
+
+        def residual(record: T, theta: FloatArray) -> FloatArray:
+            """Measured less predicted; zero where nothing was measured."""
+            response = predicted(record, theta, 1)
+            if not np.isfinite(response).all():  # the motion diverged
+                return np.where(record.is_measured, np.inf, 0.0)
+            return np.where(record.is_measured, record.measured - response, 0.0)
+
+        n_samples = sum(record.measured.size for record in self.records)
+        return DifferencedResiduals(
+            self.records,
+            residual,
+            self.parameters(effects),
+            relative_step=self.difference,
+            n_threads=(os.cpu_count() or 1) if n_samples >= _THREADED else 1,
+        )
+
+
+def _by_channel(signals: NDArray[Any]) -> NDArray[Any]:
+    """Signals of one channel or several, shape (n, n_channels)."""
+    return signals.reshape(len(signals), -1)
+
+
+def edges_of_bands_hz(records: Sequence[_TimeRecord], n_bands: int) -> FloatArray:
+    """Ends of bands common to all records [Hz], evenly wide on a logarithmic axis."""
+    longest = max(float((record.block == 0).sum()) * record.step for record in records)
+    highest_hz = max(0.5 / record.step for record in records)
+    return band_edges_hz(longest, 1.001 * highest_hz, n_bands)
+
+
+def step_halving_error(records: Iterable[R], predicted: Callable[[R, int], FloatArray]) -> float:
+    """RMS change of a prediction, a function of record and refinement, with half the step."""
+    changes = [predicted(record, 2) - predicted(record, 1) for record in records]
+    return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))

@@ -1,1 +1,0 @@
-"""Classes of missing effect of a mounting: bushings, housing, loads, sensors, clock."""
