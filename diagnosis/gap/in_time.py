@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,30 +135,15 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> _Trend:
 
 @dataclass(frozen=True, eq=False)
 class DriftTable:
-    """Trends of all cells of a run.
+    """Trends of all cells of a run."""
 
-    Parameters
-    ----------
-    run : str
-        Run.
-    patterns : tuple of str
-        Channels or sensor patterns.
-    orders : ndarray, shape (n_orders,)
-        Orders, or lines.
-    change, share, p_value : ndarray, shape (n_patterns, n_orders)
-        As of :class:`carrierflex.diagnosis.gap.findings.Drift`; p-values not adjusted, NaN where
-        unknown.
-    used : ndarray of bool, shape (n_patterns, n_orders)
-        Cells that exist.
-    """
-
-    run: str
-    patterns: tuple[str, ...]
-    orders: FloatArray
-    change: FloatArray
-    share: FloatArray
-    p_value: FloatArray
-    used: BoolArray
+    run: Annotated[str, "Run"]
+    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
+    orders: Annotated[FloatArray, "Orders, or lines, shape (n_orders,)"]
+    change: Annotated[FloatArray, "Amplitude of the change, shape (n_patterns, n_orders)"]
+    share: Annotated[FloatArray, "Share of the mean square that the trend makes up"]
+    p_value: Annotated[FloatArray, "Without a trend, not adjusted; NaN where unknown"]
+    used: Annotated[BoolArray, "Cells that exist, shape (n_patterns, n_orders)"]
 
     def beyond(self, p_values: FloatArray) -> list[Drift]:
         """Trends beyond chance, by the adjusted p-values of all that exist."""
@@ -196,35 +182,21 @@ def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
 
 @dataclass(frozen=True, eq=False)
 class ScatterTable:
-    """Scatter of all cells of a run, or of runs of one condition.
+    """Scatter of all cells of a run, or of runs of one condition."""
 
-    Parameters
-    ----------
-    run : str
-        Name of the run or runs.
-    patterns : tuple of str
-        Channels or sensor patterns.
-    orders : ndarray, shape (n_orders,)
-        Orders, lines or middles of bands.
-    measured, simulated, gap : ndarray, shape (n_patterns, n_orders)
-        Mean square that does not repeat in the measured signal, the simulated one and the gap.
-    noise : ndarray, shape (n_patterns, n_orders)
-        What the noise alone leaves there.
-    p_value : ndarray, shape (n_patterns, n_orders)
-        Without more than noise, not adjusted; NaN where unknown.
-    used : ndarray of bool, shape (n_patterns, n_orders), optional
-        Cells that exist; all where it is left out.
-    """
-
-    run: str
-    patterns: tuple[str, ...]
-    orders: FloatArray
-    measured: FloatArray
-    simulated: FloatArray
-    gap: FloatArray
-    noise: FloatArray
-    p_value: FloatArray
-    used: BoolArray | None = None
+    run: Annotated[str, "Name of the run or runs"]
+    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
+    orders: Annotated[FloatArray, "Orders, lines or middles of bands, shape (n_orders,)"]
+    measured: Annotated[
+        FloatArray, "Mean square that does not repeat when measured, shape (n_patterns, n_orders)"
+    ]
+    simulated: Annotated[FloatArray, "The same of the simulated signal"]
+    gap: Annotated[FloatArray, "The same of the gap"]
+    noise: Annotated[FloatArray, "What the noise alone leaves there"]
+    p_value: Annotated[FloatArray, "Without more than noise, not adjusted; NaN where unknown"]
+    used: Annotated[
+        BoolArray | None, "Cells that exist; all where it is left out, shape (n_patterns, n_orders)"
+    ] = None
 
     def is_used(self) -> BoolArray:
         """Cells that exist, shape (n_patterns, n_orders)."""

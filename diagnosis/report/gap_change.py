@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -51,40 +51,22 @@ class _RunError:
 
 @dataclass(frozen=True, eq=False)
 class DiagnosisSide:
-    """What one diagnosis says of its baseline.
+    """What one diagnosis says of its baseline."""
 
-    Parameters
-    ----------
-    folder : Path
-        Where its diagnosis.json stands.
-    campaign, kind, unit, verdict : str
-        As in the file.
-    measured : str
-        Digest of the measured records.
-    causes : tuple of str
-        What it says is missing: named effects; classes where no effect is named.
-    rms, noise_floor : float
-        Held-out RMS of the baseline's gap and of the noise.
-    blocks : mapping of BlockKey to BlockGap
-        Held-out gap by block.
-    cells : mapping of CellKey to CellGap
-        Gap map.
-    runs : mapping of str to RunError
-        Comparison error by run.
-    """
-
-    folder: Path
-    campaign: str
-    kind: str
-    unit: str
-    verdict: str
-    measured: str
-    causes: tuple[str, ...]
-    rms: float
-    noise_floor: float
-    blocks: Mapping[_BlockKey, _BlockGap]
-    cells: Mapping[_CellKey, _CellGap]
-    runs: Mapping[str, _RunError]
+    folder: Annotated[Path, "Where its diagnosis.json stands"]
+    campaign: Annotated[str, "Name of the campaign"]
+    kind: Annotated[str, "Its kind"]
+    unit: Annotated[str, "Unit of every RMS"]
+    verdict: Annotated[str, "Verdict"]
+    measured: Annotated[str, "Digest of the measured records"]
+    causes: Annotated[
+        tuple[str, ...], "What it says is missing: named effects; classes where no effect is named"
+    ]
+    rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
+    noise_floor: Annotated[float, "RMS of the noise [unit]"]
+    blocks: Annotated[Mapping[_BlockKey, _BlockGap], "Held-out gap by block"]
+    cells: Annotated[Mapping[_CellKey, _CellGap], "Gap map"]
+    runs: Annotated[Mapping[str, _RunError], "Comparison error by run"]
 
 
 def read_side(folder: Path) -> DiagnosisSide:
@@ -197,32 +179,18 @@ _SEED = 17
 
 @dataclass(frozen=True, eq=False)
 class CellChange:
-    """One cell of the gap map before and after.
+    """One cell of the gap map before and after."""
 
-    Parameters
-    ----------
-    run, channel_pattern : str
-        Cell.
-    order : float
-        Order, line, or frequency over the lowest of the map.
-    rms_before, rms_after : float
-        RMS above the noise; zero where the map does not list the cell.
-    u : float
-        RMS of the noise in the cell.
-    what : str
-        GONE, SMALLER, SAME, LARGER or NEW.
-    frequency_hz : tuple of float, optional
-        Band of the cell [Hz].
-    """
-
-    run: str
-    channel_pattern: str
-    order: float
-    rms_before: float
-    rms_after: float
-    u: float
-    what: str
-    frequency_hz: tuple[float, float] | None = None
+    run: Annotated[str, "Run of the cell"]
+    channel_pattern: Annotated[str, "Its sensor pattern or channel"]
+    order: Annotated[float, "Order, line, or frequency over the lowest of the map"]
+    rms_before: Annotated[
+        float, "RMS above the noise before; zero where the map does not list the cell"
+    ]
+    rms_after: Annotated[float, "The same after"]
+    u: Annotated[float, "RMS of the noise in the cell"]
+    what: Annotated[str, "GONE, SMALLER, SAME, LARGER or NEW"]
+    frequency_hz: Annotated[tuple[float, float] | None, "Band of the cell [Hz]"] = None
 
     @property
     def change(self) -> float:
@@ -232,54 +200,32 @@ class CellChange:
 
 @dataclass(frozen=True, eq=False)
 class RunChange:
-    """Comparison error of a run before and after, beside its uncertainty.
+    """Comparison error of a run before and after, beside its uncertainty."""
 
-    Parameters
-    ----------
-    run : str
-        Run.
-    error_before, error_after : float
-        RMS of measured less simulated.
-    u_val : float
-        Uncertainty of both.
-    """
-
-    run: str
-    error_before: float
-    error_after: float
-    u_val: float
+    run: Annotated[str, "Run"]
+    error_before: Annotated[float, "RMS of measured less simulated before"]
+    error_after: Annotated[float, "The same after"]
+    u_val: Annotated[float, "Uncertainty of both"]
 
 
 @dataclass(frozen=True, eq=False)
 class GapChange:
-    """Two diagnoses of one measurement.
+    """Two diagnoses of one measurement."""
 
-    Parameters
-    ----------
-    before, after : DiagnosisSide
-        Both.
-    ratio, ratio_ci95 : float, tuple of float
-        RMS of the gap after over before on the same held-out blocks.
-    explained : float
-        Share of the mean square above the noise that the change took; negative where it added.
-    cells : tuple of CellChange
-        Significant cells of either map, largest change of the mean square first.
-    runs : tuple of RunChange
-        Every run.
-    solved, remaining, added : tuple of str
-        Causes named before only, both times, and after only.
-    """
-
-    before: DiagnosisSide
-    after: DiagnosisSide
-    ratio: float
-    ratio_ci95: Interval
-    explained: float
-    cells: tuple[CellChange, ...]
-    runs: tuple[RunChange, ...]
-    solved: tuple[str, ...]
-    remaining: tuple[str, ...]
-    added: tuple[str, ...]
+    before: Annotated[DiagnosisSide, "First diagnosis"]
+    after: Annotated[DiagnosisSide, "Second diagnosis"]
+    ratio: Annotated[float, "RMS of the gap after over before, on the same held-out blocks"]
+    ratio_ci95: Annotated[Interval, "95 % interval of the ratio"]
+    explained: Annotated[
+        float, "Share of the mean square above the noise that the change took; negative: added"
+    ]
+    cells: Annotated[
+        tuple[CellChange, ...], "Significant cells of either map, largest change first"
+    ]
+    runs: Annotated[tuple[RunChange, ...], "Every run"]
+    solved: Annotated[tuple[str, ...], "Causes named before only"]
+    remaining: Annotated[tuple[str, ...], "Causes named both times"]
+    added: Annotated[tuple[str, ...], "Causes named after only"]
 
 
 def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:

@@ -6,7 +6,7 @@ The report draws a part of it; ``carrierflex view`` turns the rim in space with 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,29 +36,22 @@ _DIRECTIONS = ("axial", "radial")
 
 @dataclass(frozen=True, eq=False)
 class RimSignal:
-    """Mean turn of one sensor in one run.
+    """Mean turn of one sensor in one run."""
 
-    Parameters
-    ----------
-    run, channel : str
-        Where it was measured.
-    direction : str
-        ``axial`` or ``radial``: which displacement of the rim the sensor reads.
-    sensor_angle : float
-        Housing angle of the sensor [rad].
-    measured, simulated : ndarray, shape (n,)
-        Displacement at the carrier angles ``2 pi k / n`` [unit]; simulated by the baseline.
-    with_effects : ndarray, shape (n,), optional
-        Simulated with the effects that the diagnosis added; None where it added none.
-    """
-
-    run: str
-    channel: str
-    direction: str
-    sensor_angle: float
-    measured: FloatArray
-    simulated: FloatArray
-    with_effects: FloatArray | None = None
+    run: Annotated[str, "Run"]
+    channel: Annotated[str, "Sensor"]
+    direction: Annotated[
+        str, "``axial`` or ``radial``: which displacement of the rim the sensor reads"
+    ]
+    sensor_angle: Annotated[float, "Housing angle of the sensor [rad]"]
+    measured: Annotated[
+        FloatArray, "Measured at the carrier angles ``2 pi k / n`` [unit], shape (n,)"
+    ]
+    simulated: Annotated[FloatArray, "Simulated by the baseline [unit]"]
+    with_effects: Annotated[
+        FloatArray | None,
+        "Simulated with the effects that the diagnosis added; None where it added none, shape (n,)",
+    ] = None
 
 
 @dataclass(frozen=True, eq=False)

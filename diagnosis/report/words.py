@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import Annotated, NamedTuple, TypeVar
 
 from markupsafe import Markup, escape
 
@@ -27,18 +27,10 @@ from carrierflex.diagnosis.results import Diagnosis
 
 @dataclass(frozen=True)
 class Phrase:
-    """Part of a sentence.
+    """Part of a sentence."""
 
-    Parameters
-    ----------
-    plain : str
-        Plain text, powers as ``torque^1.0``.
-    markup : Markup
-        HTML, powers raised; a template shows it by :meth:`__html__`.
-    """
-
-    plain: str
-    markup: Markup
+    plain: Annotated[str, "Plain text, powers as ``torque^1.0``"]
+    markup: Annotated[Markup, "HTML, powers raised; a template shows it by :meth:`__html__`"]
 
     def __html__(self) -> str:
         """HTML, not to be escaped again."""

@@ -15,6 +15,7 @@ of ``g`` is that of least squares times the correlation of the residual from sam
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,28 +42,20 @@ _AS_SURE = 1.0
 
 @dataclass(frozen=True, eq=False)
 class LinearRecord:
-    """One run beside a baseline that is linear in its parameters.
+    """One run beside a baseline that is linear in its parameters."""
 
-    Parameters
-    ----------
-    run : str
-        Its name.
-    time : ndarray, shape (n,)
-        Time [s].
-    residual, predicted : ndarray, shape (n, n_channels)
-        Measured less predicted, NaN where missing; what the baseline predicts.
-    columns : ndarray, shape (q + p, n, n_channels)
-        Derivatives of the prediction by the baseline's parameters: q of this run alone, p of all.
-    n_of_run : int
-        q.
-    """
-
-    run: str
-    time: FloatArray
-    residual: FloatArray
-    predicted: FloatArray
-    columns: FloatArray
-    n_of_run: int = 0
+    run: Annotated[str, "Its name"]
+    time: Annotated[FloatArray, "Time [s], shape (n,)"]
+    residual: Annotated[
+        FloatArray, "Measured less predicted, NaN where missing, shape (n, n_channels)"
+    ]
+    predicted: Annotated[FloatArray, "What the baseline predicts"]
+    columns: Annotated[
+        FloatArray,
+        "Derivatives of the prediction by the baseline's parameters: q of this run alone, p of "
+        "all, shape (q + p, n, n_channels)",
+    ]
+    n_of_run: Annotated[int, "q"] = 0
 
     @property
     def slope(self) -> FloatArray:
@@ -72,39 +65,26 @@ class LinearRecord:
 
 @dataclass(frozen=True)
 class Lateness:
-    """Delay of the signals [s] and its standard deviation.
+    """Delay of the signals [s] and its standard deviation."""
 
-    Parameters
-    ----------
-    run : str
-        Run over which the delay grows by `seconds`; empty for a delay that all runs share.
-    seconds, std : float
-        Its size.
-    explained : float
-        Share of the residual's square over all records that it explains beside the baseline.
-    """
-
-    run: str
-    seconds: float
-    std: float
-    explained: float
+    run: Annotated[
+        str, "Run over which the delay grows by `seconds`; empty for a delay that all runs share"
+    ]
+    seconds: Annotated[float, "Its size"]
+    std: Annotated[float, "Standard deviation"]
+    explained: Annotated[
+        float,
+        "Share of the residual's square over all records that it explains beside the baseline",
+    ]
 
 
 @dataclass(frozen=True)
 class ChannelGain:
-    """Gain error of a channel.
+    """Gain error of a channel."""
 
-    Parameters
-    ----------
-    channel : int
-        Number of the channel.
-    gain, std : float
-        Its gain less one, and the standard deviation of that.
-    """
-
-    channel: int
-    gain: float
-    std: float
+    channel: Annotated[int, "Number of the channel"]
+    gain: Annotated[float, "Gain less one"]
+    std: Annotated[float, "Standard deviation"]
 
     @property
     def sureness(self) -> float:

@@ -50,37 +50,19 @@ _MOST_ADDITIONS = 40
 
 @dataclass(frozen=True, eq=False)
 class PlannedCampaign:
-    """A plan with the runs and channels that it looked at.
+    """A plan with the runs and channels that it looked at."""
 
-    Parameters
-    ----------
-    plan : CampaignPlan
-        Sizes, pairs and additions.
-    pool : CarrierPool or MountingPool
-        What is planned and what could be added.
-    """
-
-    plan: CampaignPlan
-    pool: CarrierPool | MountingPool
+    plan: Annotated[CampaignPlan, "Sizes, pairs and additions"]
+    pool: Annotated[CarrierPool | MountingPool, "What is planned and what could be added"]
 
 
 @dataclass(frozen=True)
 class PlanSettings:
-    """What a plan is asked for.
+    """What a plan is asked for."""
 
-    Parameters
-    ----------
-    gap : float
-        Gap in floors at which causes are to be told apart.
-    costs : Costs
-        What additions cost.
-    limits : RigLimits
-        What the rig can do.
-    """
-
-    gap: float = 6.0
-    costs: Costs = field(default_factory=Costs)
-    limits: RigLimits = field(default_factory=RigLimits)
+    gap: Annotated[float, "Gap in floors at which causes are to be told apart"] = 6.0
+    costs: Annotated[Costs, "What additions cost"] = field(default_factory=Costs)
+    limits: Annotated[RigLimits, "What the rig can do"] = field(default_factory=RigLimits)
 
 
 def main(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,21 +18,11 @@ _ABSENT = 1e-24
 
 @dataclass(frozen=True)
 class Signature:
-    """Columns of one effect at one value of its shape, or on one channel.
+    """Columns of one effect at one value of its shape, or on one channel."""
 
-    Parameters
-    ----------
-    effect : str
-        Effect id.
-    variant : tuple of float
-        Shape or channel; empty without.
-    columns : tuple of int
-        Numbers of the columns in the table.
-    """
-
-    effect: str
-    variant: tuple[float, ...]
-    columns: tuple[int, ...]
+    effect: Annotated[str, "Effect id"]
+    variant: Annotated[tuple[float, ...], "Shape or channel; empty without"]
+    columns: Annotated[tuple[int, ...], "Numbers of the columns in the table"]
 
 
 @dataclass(frozen=True)
@@ -49,41 +40,29 @@ class PlannedTable:
 
     A part is one channel of one run; signals of parts that were not measured are zero. Columns are
     those of unit parameters times their scale: the amplitudes count in sizes worth noticing.
-
-    Parameters
-    ----------
-    gram : ndarray, shape (n_parts, n, n)
-        Products ``X' X / sigma²``: the target first, then `n_base` regressors, then signatures.
-    n_base : int
-        Regressors of the baseline.
-    known : ndarray, shape (n_base,)
-        Precision of what is known of each baseline parameter, in the units of its column; zero
-        where nothing is.
-    signatures : tuple of Signature
-        Columns by effect and variant.
-    parameters : mapping of str to ScaledParameter
-        First amplitude of every effect.
-    runs, channels : ndarray of int, shape (n_parts,)
-        Run and channel of every part.
-    n_samples : ndarray, shape (n_parts,)
-        Samples of every part.
-    run_names, channel_names : tuple of str
-        Names by number.
-    noise_std : float
-        Root of the mean variance of the noise, in the unit of the channels.
     """
 
-    gram: FloatArray
-    n_base: int
-    known: FloatArray
-    signatures: tuple[Signature, ...]
-    parameters: Mapping[str, ScaledParameter]
-    runs: IntArray
-    channels: IntArray
-    n_samples: FloatArray
-    run_names: tuple[str, ...]
-    channel_names: tuple[str, ...]
-    noise_std: float
+    gram: Annotated[
+        FloatArray,
+        "Products ``X' X / sigma²``: the target first, then `n_base` regressors, then "
+        "signatures, shape (n_parts, n, n)",
+    ]
+    n_base: Annotated[int, "Regressors of the baseline"]
+    known: Annotated[
+        FloatArray,
+        "Precision of what is known of each baseline parameter, in the units of its column; "
+        "zero where nothing is, shape (n_base,)",
+    ]
+    signatures: Annotated[tuple[Signature, ...], "Columns by effect and variant"]
+    parameters: Annotated[Mapping[str, ScaledParameter], "First amplitude of every effect"]
+    runs: Annotated[IntArray, "Run of every part"]
+    channels: Annotated[IntArray, "Channel of every part"]
+    n_samples: Annotated[FloatArray, "Samples of every part, shape (n_parts,)"]
+    run_names: Annotated[tuple[str, ...], "Runs by number"]
+    channel_names: Annotated[tuple[str, ...], "Channels by number"]
+    noise_std: Annotated[
+        float, "Root of the mean variance of the noise, in the unit of the channels"
+    ]
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -139,21 +118,15 @@ class PlannedTable:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredGram:
-    """What a campaign tells of the signatures.
+    """What a campaign tells of the signatures."""
 
-    Parameters
-    ----------
-    projected : ndarray, shape (n, n)
-        Products of what the baseline leaves of the columns, over the noise's variance.
-    square : ndarray, shape (n,)
-        Squares of the whole columns.
-    n_samples : float
-        Samples of all channels.
-    """
-
-    projected: FloatArray
-    square: FloatArray
-    n_samples: float
+    projected: Annotated[
+        FloatArray,
+        "Products of what the baseline leaves of the columns, over the noise's variance, shape "
+        "(n, n)",
+    ]
+    square: Annotated[FloatArray, "Squares of the whole columns, shape (n,)"]
+    n_samples: Annotated[float, "Samples of all channels"]
 
 
 def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
