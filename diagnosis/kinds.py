@@ -46,7 +46,7 @@ from carrierflex.diagnosis.mounting.wiring import (
     mounting_predictions,
     mounting_rivals,
 )
-from carrierflex.diagnosis.wiring.rivals import WiringChecks
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning

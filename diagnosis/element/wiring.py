@@ -16,7 +16,7 @@ from carrierflex.diagnosis.element.problem import ElementProblem, element_proble
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.inference.effect_fit import baseline_left
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import (
+from carrierflex.diagnosis.wiring.refits import (
     TORQUE_SIGN,
     ClockDrift,
     PredictedRecord,

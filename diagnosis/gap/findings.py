@@ -4,15 +4,16 @@ Where it lies, how it develops in time, what does not repeat, how it grows with 
 quantities of interest.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import norm, wasserstein_distance
 from scipy.stats import t as student_t
 
-from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 
 #: A condition varies where its largest value is at least this many times its smallest.
 _SPAN = 1.3
@@ -304,3 +305,92 @@ class GapDetail:
     findings: Annotated[GapFindings, "Where it lies, what does not repeat, growth, parity"]
     cells: Annotated[tuple[CellValidation, ...], "Significant cells, largest error first"]
     scalars: Annotated[tuple[ScalarGap, ...], "Area metric"]
+
+
+@dataclass(frozen=True, eq=False)
+class OffOrderMotion:
+    """A line or a band beside the shaft's orders."""
+
+    id: Annotated[
+        str,
+        "Class: ``nonsynchronous/0.47X``, or ``channel/0.47X`` where one channel alone shows it",
+    ]
+    label: Annotated[
+        str,
+        "Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency",
+    ]
+    channels: Annotated[tuple[str, ...], "Channels that show it"]
+    runs: Annotated[tuple[str, ...], "Runs that show it"]
+    is_in_every_run: Annotated[bool, "Whether these are all runs"]
+    band_hz: Annotated[tuple[float, float], "Lowest and highest frequency over lines and runs [Hz]"]
+    mean_square: Annotated[Mapping[str, float], "Mean square over the channels by run"]
+    explained: Annotated[float, "Share of its power that amplitudes fitted to other turns predict"]
+    p_value: Annotated[float, "Probability that noise makes it anywhere in the records"]
+
+
+#: Cells of hundreds of runs are some hundred thousand, and the first 200 are written.
+_MOST_CELLS = 1000
+
+
+def cell_validations(
+    before: Sequence[GapCell], after: Sequence[GapCell], numerical: float
+) -> tuple[CellValidation, ...]:
+    """Comparison error and its uncertainty of every significant cell.
+
+    ASME V&V 20-2009, section 1-5.
+    """
+    every = map_of(before)
+    significant = every.chosen(every.are_significant)
+    shown = significant.sorted_by(-np.sqrt(significant.mean_squares))[:_MOST_CELLS]
+    rows = zip(
+        shown,
+        np.sqrt(shown.mean_squares).tolist(),
+        np.sqrt(np.maximum(_mean_squares_after(shown, map_of(after)), 0.0)).tolist(),
+        np.sqrt(numerical**2 + shown.noise).tolist(),
+        strict=True,
+    )
+    return tuple(
+        CellValidation(
+            channel_pattern=cell.channel_pattern,
+            order=cell.order,
+            run=cell.run,
+            error_before=error_before,
+            error_after=error_after,
+            u_val=u_val,
+            is_beyond=error_before > u_val,
+        )
+        for cell, error_before, error_after, u_val in rows
+    )
+
+
+def _mean_squares_after(shown: GapMap, after: GapMap) -> list[float]:
+    """Mean squares of the same cells in another map, which may hold a million."""
+    sought = [(cell.run, cell.channel_pattern, cell.order) for cell in shown]
+    wanted = set(sought)
+    mean_squares = {}
+    rows = zip(after.places, after.orders, after.mean_squares, strict=True)
+    for (run, pattern), order, mean_square in rows:
+        key = (after.runs[run], after.patterns[pattern], float(order))
+        if key in wanted:
+            mean_squares[key] = float(mean_square)
+    return [mean_squares[key] for key in sought]
+
+
+def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[ScalarGap, ...]:
+    """Area metric of every scalar, before and after.
+
+    References
+    ----------
+    .. [1] S. Ferson, W. L. Oberkampf, L. Ginzburg, "Model validation and predictive capability for
+       the thermal challenge problem", Comput. Methods Appl. Mech. Engrg. 197 (2008) 2408-2430.
+    """
+    return tuple(
+        ScalarGap(
+            name=old.name,
+            unit=old.unit,
+            measured_mean=float(np.mean(old.measured)),
+            area_before=float(wasserstein_distance(old.measured, old.predicted)),
+            area_after=float(wasserstein_distance(new.measured, new.predicted)),
+        )
+        for old, new in zip(before, after, strict=True)
+    )

@@ -24,8 +24,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Segment,
     SegmentSums,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
 
 
 @dataclass(frozen=True, eq=False)

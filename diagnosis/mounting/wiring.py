@@ -15,7 +15,7 @@ from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effect
 from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import (
+from carrierflex.diagnosis.wiring.refits import (
     INPUT_GAIN,
     SENSOR_ORDER,
     TORQUE_SIGN,

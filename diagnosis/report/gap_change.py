@@ -55,13 +55,11 @@ class DiagnosisSide:
 
     folder: Annotated[Path, "Where its diagnosis.json stands"]
     campaign: Annotated[str, "Name of the campaign"]
-    kind: Annotated[str, "Its kind"]
+    kind: Annotated[str, "Kind of the campaign"]
     unit: Annotated[str, "Unit of every RMS"]
     verdict: Annotated[str, "Verdict"]
-    measured: Annotated[str, "Digest of the measured records"]
-    causes: Annotated[
-        tuple[str, ...], "What it says is missing: named effects; classes where no effect is named"
-    ]
+    measured: Annotated[str, "SHA-256 of the measured records"]
+    causes: Annotated[tuple[str, ...], "Named effects, or classes where no effect is named"]
     rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
     noise_floor: Annotated[float, "RMS of the noise [unit]"]
     blocks: Annotated[Mapping[_BlockKey, _BlockGap], "Held-out gap by block"]
@@ -222,7 +220,7 @@ class GapChange:
     cells: Annotated[
         tuple[CellChange, ...], "Significant cells of either map, largest change first"
     ]
-    runs: Annotated[tuple[RunChange, ...], "Every run"]
+    runs: Annotated[tuple[RunChange, ...], "Error by run"]
     solved: Annotated[tuple[str, ...], "Causes named before only"]
     remaining: Annotated[tuple[str, ...], "Causes named both times"]
     added: Annotated[tuple[str, ...], "Causes named after only"]

@@ -113,7 +113,7 @@ class CampaignPlan:
     """What a campaign could see and part, and what to add."""
 
     campaign: Annotated[str, "Name of the case or campaign"]
-    kind: Annotated[str, "Its kind"]
+    kind: Annotated[str, "Kind of the campaign"]
     unit: Annotated[str, "Unit of the channels"]
     gap: Annotated[float, "Gap in floors at which causes are to be told apart"]
     noise_std: Annotated[float, "Floor: root of the mean variance of the noise [unit]"]
@@ -122,12 +122,12 @@ class CampaignPlan:
         "Whether records say which amplitudes a cause has; else those that another imitates best",
     ]
     left_wanted: Annotated[float, "RMS that a rival must leave, in floors"]
-    sizes: Annotated[tuple[VisibleSize, ...], "Size from which each cause is seen"]
+    sizes: Annotated[tuple[VisibleSize, ...], "Size from which each cause is seen; infinite: never"]
     pairs: Annotated[tuple[CausePair, ...], "Every cause with every rival"]
     additions: Annotated[
         tuple[RankedAddition, ...], "Cheapest sufficient first, then most parted for their cost"
     ]
-    costs: Annotated[Costs, "What additions cost"]
+    costs: Annotated[Costs, "What additions cost [min]"]
 
     @property
     def alike(self) -> tuple[CausePair, ...]:
