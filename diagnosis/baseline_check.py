@@ -18,6 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     CLASS_NAMED,
     NAMING,
 )
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import (
@@ -50,8 +51,6 @@ from carrierflex.identification.campaign_check.campaign_warning import (
 )
 from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
 
-#: Mean square of the gap over the floor from which wiring is looked at.
-_GAP = 1.2
 #: Share of the gap above the floor that a wiring must explain to be told.
 _TOLD = 0.5
 #: Share by which it may explain less than what is named and still be as good.
@@ -86,30 +85,18 @@ def checked_baseline(
 ) -> BaselineCheck:
     """Fit the baseline, and again with the wiring put right where there is a gap.
 
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Problem of the campaign.
-    campaign : Campaign
-        Measured runs.
-    wiring : WiringChecks
-        What can be tried of its wiring, :func:`carrierflex.diagnosis.kinds.wiring_of`.
-    fit : EffectFit, optional
-        Fit of the baseline, where a diagnosis made it already.
-
-    Returns
-    -------
-    BaselineCheck
-        Checks ``wiring``, ``clock``, ``delay``, ``gain``, ``bound``, ``declared_noise``,
-        ``unchecked``, and ``outliers`` and ``tone`` beside the prediction.
+    `fit` is that of the baseline, where a diagnosis made it already. Checks ``wiring``, ``clock``,
+    ``delay``, ``gain``, ``bound``, ``declared_noise``, ``unchecked``, and ``outliers`` and ``tone``
+    beside the prediction.
     """
     fit = fit or fit_effects(problem, ())
     before = mean_square_left(problem, fit)
     floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
     warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
-    if before <= _GAP * floor:
+    highest = Thresholds().floor_ratio * floor
+    if before <= highest:
         # A visible gap would be taken for a delay; and there a delay is an effect of the library.
-        warnings += _late(wiring, campaign, fit.theta, _GAP * floor)
+        warnings += _late(wiring, campaign, fit.theta, highest)
         warnings += _off_gain(wiring, campaign, fit.theta)
         return BaselineCheck(tuple(warnings), ())
     tried = list(wiring.rivals())
@@ -120,7 +107,7 @@ def checked_baseline(
     # None of another simulator's prediction: it stands as it is.
     if records:
         enough = floor + _AS_GOOD * (before - floor)
-        late = [refitted_clock(campaign, own, wiring.refitted, enough) for own in wiring.late()]
+        late = [refitted_clock(campaign, guess, wiring.refitted, enough) for guess in wiring.late()]
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
         tried += exchanged_runs(records, campaign, wiring.refitted)
@@ -157,22 +144,7 @@ def _drifting(
 def with_findings(
     diagnosis: Diagnosis, records: tuple[CampaignWarning, ...], baseline: BaselineCheck
 ) -> Diagnosis:
-    """Diagnosis with the findings, and "aliased" where a wiring is as good as what is named.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Result of the inference.
-    records : tuple of CampaignWarning
-        Findings of the records.
-    baseline : BaselineCheck
-        Findings with the baseline.
-
-    Returns
-    -------
-    Diagnosis
-        Copy with its findings.
-    """
+    """Diagnosis with the findings, and "aliased" where a wiring is as good as what is named."""
     diagnosis = replace(diagnosis, warnings=(*records, *baseline.warnings))
     reduction = diagnosis.reduction
     if diagnosis.verdict not in (*NAMING, CLASS_NAMED) or reduction is None:
@@ -206,7 +178,7 @@ def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Laws, or classes where no law is named, that are a delay of the signals."""
     if _SENSOR_DELAY in diagnosis.attribution.effects:
         return (_SENSOR_DELAY,)
-    return tuple(own for own in _class_ids(diagnosis) if _DELAY in own.split("/"))
+    return tuple(name for name in _class_ids(diagnosis) if _DELAY in name.split("/"))
 
 
 def _class_ids(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -396,21 +368,10 @@ _OF_THE_GAP = 0.3
 def _residual_findings(
     records: Sequence[PredictedRecord], campaign: Campaign, floor: float
 ) -> Iterator[CampaignWarning]:
-    """Findings about what the fitted baseline leaves of the records.
+    """Checks ``outliers`` and ``tone`` of what the fitted baseline leaves of the records.
 
-    Parameters
-    ----------
-    records : sequence of PredictedRecord
-        All runs beside the fitted baseline, which leaves a gap.
-    campaign : Campaign
-        The same runs.
-    floor : float
-        Mean square of the noise.
-
-    Yields
-    ------
-    CampaignWarning
-        Checks ``outliers`` and ``tone``.
+    Beside a signal three thousand times the noise a tone of ten floors, or a sample that repeats
+    the one before, is no more to be seen than the gap itself.
     """
     runs = {run.name: run for run in campaign.runs}
     files = {run.name: run.file for run in campaign.runs}

@@ -258,7 +258,7 @@ def _gap(detail: GapDetail, unit: str) -> dict[str, Any]:
         _GAP,
         findings,
         detail,
-        text=scatter_words(findings, unit).plain,
+        text=scatter_words(findings, unit),
         parity=parity_words(findings.parity),
         drift=findings.drifts,
         incoherent=findings.non_synchronous,

@@ -8,9 +8,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
-from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
+from carrierflex.diagnosis.inference.results import (
+    NO_INTERVAL,
+    BlockScore,
+    Interval,
+    RunValidation,
+)
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
 from carrierflex.files.shown_values import shown
@@ -20,33 +25,6 @@ from carrierflex.identification.estimation.resampling import two_level_counts
 _CellKey = tuple[str, str, float]
 #: A block of a run.
 _BlockKey = tuple[str, int]
-
-
-@dataclass(frozen=True, eq=False)
-class _BlockGap:
-    """Held-out gap of the baseline in one block: condition, samples, mean square."""
-
-    condition: str
-    samples: int
-    mean_square: float
-
-
-@dataclass(frozen=True, eq=False)
-class _CellGap:
-    """One cell of the baseline's gap map."""
-
-    mean_square: float
-    coherent: float
-    p_value: float
-    frequency_hz: tuple[float, float] | None
-
-
-@dataclass(frozen=True, eq=False)
-class _RunError:
-    """Comparison error of a run and its uncertainty (ASME V&V 20)."""
-
-    error: float
-    u_val: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,24 +40,16 @@ class DiagnosisSide:
     causes: Annotated[tuple[str, ...], "Named effects, or classes where no effect is named"]
     rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
     noise_floor: Annotated[float, "RMS of the noise [unit]"]
-    blocks: Annotated[Mapping[_BlockKey, _BlockGap], "Held-out gap by block"]
-    cells: Annotated[Mapping[_CellKey, _CellGap], "Gap map"]
-    runs: Annotated[Mapping[str, _RunError], "Comparison error by run"]
+    blocks: Annotated[Mapping[_BlockKey, BlockScore], "Held-out gap by block"]
+    cells: Annotated[Mapping[_CellKey, GapCell], "Gap map"]
+    runs: Annotated[Mapping[str, RunValidation], "Comparison error by run"]
 
 
 def read_side(folder: Path) -> DiagnosisSide:
-    """Read one diagnosis.
+    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of ``carrierflex diagnose --out``.
-
-    Raises
-    ------
-    ValueError
-        Where its diagnosis.json is missing, of another format or of a newer version, holds no
-        digest of its records, made no diagnosis, or lacks a key.
+    ValueError where its diagnosis.json is missing, of another format or of a newer version, holds
+    no digest of its records, made no diagnosis, or lacks a key.
     """
     path = folder / DIAGNOSIS_FILE
     document = read_diagnosis(path)
@@ -112,20 +82,11 @@ def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
         causes=_causes(document["effects"], document["classes"]),
         rms=_number(far["rms_before"]),
         noise_floor=_number(far["noise_floor"]),
-        blocks={
-            (_text(row["run"]), int(row["block"])): _BlockGap(
-                _text(row["condition"]), int(row["samples"]), _number(row["mean_square"])
-            )
-            for row in document["held_out"]
-        },
+        blocks={(row.run, row.block): row for row in map(_block, document["held_out"])},
         cells={
-            (_text(row["run"]), _text(row["channel_pattern"]), _number(row["order"])): _cell(row)
-            for row in document["where"]
+            (row.run, row.channel_pattern, row.order): row for row in map(_cell, document["where"])
         },
-        runs={
-            _text(row["run"]): _RunError(_number(row["error_before"]), _number(row["u_val"]))
-            for row in document["validation"]
-        },
+        runs={row.run: row for row in map(_run, document["validation"])},
     )
 
 
@@ -135,14 +96,30 @@ def _causes(effects: Sequence[Any], classes: Sequence[Mapping[str, Any]]) -> tup
     return tuple(named or of_class)
 
 
-def _cell(row: Mapping[str, Any]) -> _CellGap:
+def _block(row: Mapping[str, Any]) -> BlockScore:
+    run, condition = _text(row["run"]), _text(row["condition"])
+    samples, square = int(row["samples"]), _number(row["mean_square"])
+    return BlockScore(run, condition, int(row["block"]), samples, square)
+
+
+def _cell(row: Mapping[str, Any]) -> GapCell:
     band = row.get("frequency_hz")
-    return _CellGap(
-        _number(row["mean_square"]),
-        _number(row["coherent"]),
-        _number(row["p_value"]),
-        None if band is None else (_number(band[0]), _number(band[1])),
+    return GapCell(
+        channel_pattern=_text(row["channel_pattern"]),
+        order=_number(row["order"]),
+        run=_text(row["run"]),
+        mean_square=_number(row["mean_square"]),
+        coherent=_number(row["coherent"]),
+        share=math.nan,
+        share_ci95=NO_INTERVAL,
+        p_value=_number(row["p_value"]),
+        frequency_hz=None if band is None else (_number(band[0]), _number(band[1])),
     )
+
+
+def _run(row: Mapping[str, Any]) -> RunValidation:
+    errors = (_number(row[name]) for name in ("error_before", "error_after", "u_val"))
+    return RunValidation(_text(row["run"]), *errors)
 
 
 def _text(value: object) -> str:
@@ -308,7 +285,7 @@ def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellC
 
 
 def _cell_change(
-    key: _CellKey, old: _CellGap | None, new: _CellGap | None, is_real: list[bool]
+    key: _CellKey, old: GapCell | None, new: GapCell | None, is_real: list[bool]
 ) -> CellChange:
     rms = [_above_noise(cell) for cell in (old, new)]
     u = max(_noise(cell) for cell in (old, new))
@@ -325,18 +302,18 @@ def _cell_change(
     )
 
 
-def _above_noise(cell: _CellGap | None) -> float:
+def _above_noise(cell: GapCell | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.coherent, 0.0)))
 
 
-def _noise(cell: _CellGap | None) -> float:
+def _noise(cell: GapCell | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.mean_square - cell.coherent, 0.0)))
 
 
 def _run_changes(
-    before: Mapping[str, _RunError], after: Mapping[str, _RunError]
+    before: Mapping[str, RunValidation], after: Mapping[str, RunValidation]
 ) -> Iterator[RunChange]:
     for run, old in before.items():
         new = after.get(run)
         if new is not None:
-            yield RunChange(run, old.error, new.error, max(old.u_val, new.u_val))
+            yield RunChange(run, old.error_before, new.error_before, max(old.u_val, new.u_val))

@@ -75,7 +75,7 @@ def rendered_page(template: str, content: Mapping[str, Any]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["plain_name"] = plain_name
+    environment.filters |= {"plain_name": plain_name, "raised": words.raised}
     return environment.get_template(template).render(**content, words=words)
 
 

@@ -107,22 +107,11 @@ def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | Non
 def off_gains(
     records: Iterable[LinearRecord], smallest: Sequence[float]
 ) -> tuple[ChannelGain, ...]:
-    """Channel whose gain is off beyond doubt, with those that are as likely to be the one.
+    """Channel whose gain is off beyond doubt, the surest first, with those as likely to be the one.
 
     One gain that is off shows in the other channels too, since the baseline gives way to it: the
-    surest is told. Two channels whose size the baseline fits cannot be told from each other.
-
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        All runs, met once.
-    smallest : sequence of float
-        Gain error of each channel that none is told below: that of its calibration.
-
-    Returns
-    -------
-    tuple of ChannelGain
-        The surest first; empty where every gain may be right.
+    surest is reported. Two channels whose size the baseline fits cannot be distinguished.
+    `smallest` is the gain error of each channel below which none is reported: its calibration's.
     """
     gains = sorted(_channel_gains(records), key=lambda gain: -gain.sureness)
     if not gains or gains[0].sureness <= _SURE:

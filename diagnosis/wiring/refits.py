@@ -117,19 +117,8 @@ def drifting_clocks(
 ) -> tuple[WiringRival, ...]:
     """Baseline refitted with the signals of a run put back in time, where its delay drifts.
 
-    Parameters
-    ----------
-    records : sequence of PredictedRecord
-        All runs beside the fitted baseline.
-    campaign : Campaign
-        The same runs.
-    refitted : callable
-        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
-
-    Returns
-    -------
-    tuple of WiringRival
-        Runs whose drift is beyond doubt.
+    `records` are the runs of the campaign beside the fitted baseline; `refitted` gives the mean
+    square that the baseline leaves once it is fitted to a campaign.
     """
     runs = {run.name: run for run in campaign.runs}
     drifts = []
@@ -151,22 +140,9 @@ def exchanged_runs(
     campaign: Campaign,
     refitted: Callable[[Campaign], float],
 ) -> tuple[WiringRival, ...]:
-    """Baseline refitted with the signals of runs exchanged, where that may be better.
+    """Baseline refitted with the signals of runs exchanged: what leaves least, or none.
 
-    Parameters
-    ----------
-    records : sequence of PredictedRecord
-        All runs beside the fitted baseline.
-    campaign : Campaign
-        The same runs.
-    refitted : callable
-        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
-
-    Returns
-    -------
-    tuple of WiringRival
-        The exchange that leaves least, or none where every run fits its own inputs far better.
-        Only runs of one length can be exchanged.
+    None where every run fits its own inputs far better. Only runs of one length can be exchanged.
     """
     if {record.run for record in records} != {run.name for run in campaign.runs}:
         return ()
@@ -187,28 +163,11 @@ def refitted_clock(
     refitted: Callable[[Campaign], float],
     enough: float,
 ) -> tuple[ClockDrift, float]:
-    """Delay and drift about a first guess with which the refitted baseline leaves least.
+    """Delay and drift about a guess with which the refitted baseline leaves least, and that.
 
-    A guess that comes from another measure than the refit (forces that a linear element leaves)
-    may be off: where it does not explain the gap, its factor is sought by refits, within a bracket,
-    by Brent's method.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    guess : ClockDrift
-        First guess.
-    refitted : callable
-        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
-    enough : float
-        Mean square up to which the guess stands: it explains the gap.
-
-    Returns
-    -------
-    tuple of (ClockDrift, float)
-        The best of all that were tried, and what is left with it; infinite where every fit runs
-        away.
+    A guess that comes from another measure than the refit (forces that a linear element leaves) may
+    be off: where it leaves more than `enough`, its factor is sought by refits, within a bracket, by
+    Brent's method. The mean square is infinite where every fit runs away.
     """
     tried: dict[float, float] = {}
 
@@ -237,17 +196,7 @@ def without_delay(campaign: Campaign, delay: float) -> Campaign:
 
 
 def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> WiringRival:
-    """Rival that says that a clock drifts.
-
-    Parameters
-    ----------
-    run, file : str
-        Run and its file.
-    seconds : float
-        Drift over the run [s].
-    mean_square : float
-        What is left with it, over all records.
-    """
+    """Rival that says that a clock drifts by `seconds` over a run."""
     text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
     return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
 

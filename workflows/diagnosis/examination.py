@@ -27,8 +27,6 @@ class ExaminedCampaign:
     warnings: Annotated[tuple[CampaignWarning, ...], "What the records say by themselves"]
     problem: Annotated[ComparisonProblem, "Records, simulator and library"]
     floor_is_measured: Annotated[bool, "Whether the noise floor was declared or comes from repeats"]
-    curves: Annotated[Curves | None, "Deflection curves"] = None
-    laws: Annotated[tuple[Law, ...], "Laws of files"] = ()
 
     def baseline(self, fit: EffectFit | None = None) -> BaselineCheck:
         """Findings with the baseline; `fit` where a diagnosis made it already."""
@@ -89,4 +87,4 @@ def examined(
     warnings = records_findings(campaign, curves, copies)
     distinct = without_copies(campaign, copies)
     problem, floor_is_measured = problem_of(distinct, curves, laws)
-    return ExaminedCampaign(distinct, warnings, problem, floor_is_measured, curves, tuple(laws))
+    return ExaminedCampaign(distinct, warnings, problem, floor_is_measured)

@@ -99,32 +99,13 @@ class PlannedTable:
         minutes: Mapping[str, float],
         channels: Sequence[str],
     ) -> FloatArray:
-        """How often every part is measured.
-
-        Parameters
-        ----------
-        minutes : mapping of str to float
-            Length of every run that is made, over that in the table.
-        channels : sequence of str
-            Channels that are there.
-
-        Returns
-        -------
-        ndarray, shape (n_parts,)
-            Zero for what is not measured.
-        """
+        """How often every part is measured by runs of these lengths, over those in the table."""
         of_run = np.array([minutes.get(name, 0.0) for name in self.run_names])
         of_channel = np.array([float(name in channels) for name in self.channel_names])
         return np.asarray(of_run[self.runs] * of_channel[self.channels])
 
     def measured(self, weights: FloatArray) -> "_MeasuredGram":
-        """Products over the parts that are measured, the baseline's regressors taken out.
-
-        Parameters
-        ----------
-        weights : ndarray, shape (n_parts,)
-            How often every part is measured.
-        """
+        """Products over the parts that are measured, the regressors of the baseline taken out."""
         some = np.flatnonzero(weights)
         products = np.einsum("p,pij->ij", weights[some], self.gram[some])
         base = np.arange(1, 1 + self.n_base)
@@ -198,16 +179,14 @@ def campaign_plan(
     is_measured: bool,
     note: Callable[[str], None] = lambda text: None,
 ) -> CampaignPlan:
-    """Plan of a campaign.
+    """Plan of a campaign with what could be added to it.
 
     Parameters
     ----------
     table : PlannedTable
         Products of the signatures over all that is planned or could be added.
-    additions : sequence of Addition
-        What could be added.
-    planned : Addition
-        The campaign as planned.
+    additions, planned : sequence of Addition, Addition
+        What could be added; the campaign as planned.
     gap : float
         Gap in floors at which causes are to be told apart; that of the records where there are any.
     names : tuple of str
@@ -218,11 +197,6 @@ def campaign_plan(
         Whether the target holds records, whose gap then says which amplitudes a cause has.
     note : callable
         Told each step, for progress.
-
-    Returns
-    -------
-    CampaignPlan
-        Sizes, pairs, additions.
     """
     wanted = Thresholds().exchange_ratio
     measured = table.measured(table.weights(planned.minutes, planned.channels))
