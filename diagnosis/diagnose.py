@@ -8,8 +8,7 @@ from concurrent.futures import Executor
 
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
-from carrierflex.diagnosis.gap.findings import GapDetail
-from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
+from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
 from carrierflex.diagnosis.inference.law_fits import (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.wiring.rivals import (
+from carrierflex.diagnosis.wiring.refits import (
     TORQUE_SIGN,
     ClockDrift,
     WiringRival,

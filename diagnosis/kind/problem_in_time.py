@@ -31,7 +31,7 @@ from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import PredictedRecord
+from carrierflex.diagnosis.wiring.refits import PredictedRecord
 
 #: A difference is taken over a share of a parameter, or of this part of its scale if that is more.
 _LEAST_SHARE = 0.1
