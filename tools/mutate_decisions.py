@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 TESTS = {
     "diagnosis/classes/decision.py": (
         "tests/diagnosis/classes/test_decision.py",
-        "tests/diagnosis/classes/test_plain_parts.py",
+        "tests/diagnosis/classes/test_shape_decision.py",
     ),
     "diagnosis/classes/answer.py": (
         "tests/diagnosis/classes/test_answer.py",
@@ -39,7 +39,6 @@ TESTS = {
     "diagnosis/verdict.py": ("tests/diagnosis/test_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
-    "diagnosis/classes/shape_decision.py": ("tests/diagnosis/classes/test_shape_decision.py",),
     "diagnosis/element/answer.py": (
         "tests/diagnosis/element/test_answer_of_table.py",
         "tests/diagnosis/element/test_loops_in_answers.py",
