@@ -101,12 +101,11 @@ def fitted_loop(
         spread[half, half] = 1.0
     problem = _problem(runs, weights, size, others, spread)
     at_values = np.linspace(-1.0, 1.0, N_STIFFNESS)
-    starts = [
-        np.linalg.lstsq(
-            spread, np.log(np.interp(at_values, (-1.0, 0.0, 1.0), stiffness)), rcond=None
-        )[0]
+    logs_c = [
+        np.log(np.interp(at_values, (-1.0, 0.0, 1.0), stiffness))
         for stiffness in (_OF_SLIDERS, _OF_HARDENING)
     ]
+    starts: list[FloatArray] = [np.linalg.lstsq(spread, log_c)[0] for log_c in logs_c]
     start = min(starts, key=lambda unknowns: float(np.square(problem.residual(unknowns)).sum()))
     fit = least_squares(
         problem.residual, start, jac=problem.jacobian, ftol=_SETTLED, max_nfev=_MOST_STEPS
