@@ -105,7 +105,7 @@ def fitted_loop(
         np.log(np.interp(at_values, (-1.0, 0.0, 1.0), stiffness))
         for stiffness in (_OF_SLIDERS, _OF_HARDENING)
     ]
-    starts: list[FloatArray] = [np.linalg.lstsq(spread, log_c)[0] for log_c in logs_c]
+    starts = [np.asarray(np.linalg.lstsq(spread, log_c)[0], dtype=np.float64) for log_c in logs_c]
     start = min(starts, key=lambda unknowns: float(np.square(problem.residual(unknowns)).sum()))
     fit = least_squares(
         problem.residual, start, jac=problem.jacobian, ftol=_SETTLED, max_nfev=_MOST_STEPS
