@@ -5,6 +5,7 @@ Table of classes and laws, answer by class, one fit of each nearest set of laws,
 
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import replace
 
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
@@ -21,6 +22,8 @@ from carrierflex.diagnosis.inference.law_fits import (
 from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
+    AT_NOISE_FLOOR,
+    FLOOR_UNKNOWN,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
     Attribution,
@@ -32,6 +35,9 @@ from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.line_verdict import line_verdict
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.verdict import Verdict, verdict_of
+
+#: Share of the signal, mean square, that an estimated noise may be and be agreement.
+_MOST_UNEXPLAINED = 0.1
 
 
 def diagnose(
@@ -80,6 +86,8 @@ def diagnose(
     of_laws = gap_reduction(fits, selection.accepted)
     judged = verdict_of(selection, of_laws, answer, limits, floor_is_measured=floor_is_measured)
     judged = _with_lines(judged, problem)
+    if not floor_is_measured:
+        judged = _with_earned_all_clear(judged, problem, float(fits.score(()).square.sum()))
     before, after = fits.score(()).fit, fits.score(selection.accepted).fit
     floor_ratio = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
     published = published_values(problem, after, floor_ratio=floor_ratio)
@@ -92,13 +100,14 @@ def diagnose(
         kind=kind,
         verdict=judged.verdict,
         reason=judged.reason,
+        reason_id=judged.reason_id,
         unit=problem.unit,
         attribution=Attribution(
             effects=judged.effects,
             aliases=aliases,
             parameters=published.parameters,
             ranking=selection.ranking,
-            discriminating_experiment=trial,
+            discriminating_experiment=trial or judged.experiment,
             gains=published.gains,
             undetermined=published.undetermined,
         ),
@@ -121,6 +130,29 @@ def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
         return judged
     effects = judged.effects if joint.verdict != NONE_OF_THESE else ()
     return Verdict(joint.verdict, joint.reason, effects, joint.answer, joint.reduction)
+
+
+def _with_earned_all_clear(
+    judged: Verdict, problem: ComparisonProblem, gap_square: float
+) -> Verdict:
+    """Verdict; no agreement within a noise that is not known, or that would be half the signal.
+
+    `gap_square` is the sum of squares that the baseline leaves of held-out records.
+    """
+    unexplained = gap_square / problem.signal_square
+    is_large = unexplained > _MOST_UNEXPLAINED
+    if judged.verdict != AT_NOISE_FLOOR or not (problem.unknown_floor or is_large):
+        return judged
+    why = problem.unknown_floor or "the noise was taken from the spectrum, not from what repeats"
+    return replace(
+        judged,
+        verdict=NOT_DIAGNOSABLE,
+        reason_id=FLOOR_UNKNOWN,
+        reason=f"the baseline leaves {unexplained:.1%} of the signal (mean square), and whether "
+        f"that is noise is not known: {why}",
+        experiment="declare noise_std of the channel from a record at rest, or record equal runs "
+        "or periods that repeat: what repeats and is not explained is no noise",
+    )
 
 
 def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:

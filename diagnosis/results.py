@@ -31,6 +31,9 @@ class Diagnosis:
     reduction: Annotated[
         GapReduction | None, "How far; None where the records allow no diagnosis"
     ] = None
+    reason_id: Annotated[
+        str, "`floor_unknown` where a gap cannot be told from noise of unknown size; else empty"
+    ] = ""
     pictures: Annotated[tuple[Picture, ...], "Gap along the motion, where the kind draws it"] = ()
     gap: Annotated[
         GapDetail | None, "Gap of the baseline beyond its map; None where nothing was diagnosed"

@@ -47,6 +47,10 @@ class Verdict:
         are too short for a comparison of classes.
     reduction : GapReduction
         How far what is named shrinks the gap.
+    reason_id : str
+        FLOOR_UNKNOWN where the size of the noise is not known; else empty.
+    experiment : str
+        What would decide it; empty where the verdict needs nothing more.
     """
 
     verdict: str
@@ -54,6 +58,8 @@ class Verdict:
     effects: Effects
     answer: ClassAnswer | None
     reduction: GapReduction
+    reason_id: str = ""
+    experiment: str = ""
 
 
 def verdict_of(

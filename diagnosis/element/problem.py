@@ -236,6 +236,11 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         responses = [record.response[record.counts] for record in self.records]
         return float(sum(np.sum((response - response.mean()) ** 2) for response in responses))
 
+    @property
+    def unknown_floor(self) -> str:
+        """Why the noise floor is not known; empty where records or declarations bound it."""
+        return self.noise_note
+
     @cached_property
     def has_one_frequency(self) -> bool:
         """Whether one and the same frequency drives all runs."""

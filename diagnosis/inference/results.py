@@ -15,6 +15,8 @@ ALIASED = "aliased"
 NONE_OF_THESE = "none_of_these"
 AT_NOISE_FLOOR = "at_noise_floor"
 NOT_DIAGNOSABLE = "not_diagnosable"
+#: Reason of a diagnosis that is not possible: no gap can be told from a noise of unknown size.
+FLOOR_UNKNOWN = "floor_unknown"
 VERDICTS = (
     NAMED,
     NAMED_WITH_REMAINDER,

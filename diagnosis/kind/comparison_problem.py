@@ -147,6 +147,11 @@ class ComparisonProblem(ABC):
         return float("nan")
 
     @property
+    def unknown_floor(self) -> str:
+        """Why the noise floor is not known; empty where records or declarations bound it."""
+        return ""
+
+    @property
     def has_one_frequency(self) -> bool:
         """Whether one and the same frequency drives all runs."""
         return False

@@ -104,7 +104,7 @@ DIAGNOSIS = json_table(
     "DiagnosisDocument",
     "diagnosis.json, written by diagnose and run.",
     {
-        Diagnosis: "campaign reason unit records warnings",
+        Diagnosis: "campaign reason reason_id unit records warnings",
         Attribution: "effects aliases parameters undetermined ranking",
     },
     format=(Literal["carrierflex-diagnosis"], "Kind of the file"),

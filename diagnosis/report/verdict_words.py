@@ -15,6 +15,7 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     CLASS_NAMED,
+    FLOOR_UNKNOWN,
     NAMED,
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
@@ -178,6 +179,8 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
             return f"The simulation lacks {_class_names(answer)}, or what looks the same here"
     if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
         return "These records show that an effect is missing, not which one"
+    if diagnosis.reason_id == FLOOR_UNKNOWN:
+        return "Whether an effect is missing is not known: the size of the noise is not"
     return _HEADINGS[diagnosis.verdict].format(
         effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     )
@@ -212,7 +215,7 @@ def next_step(diagnosis: Diagnosis) -> str:
     names = listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     experiment = experiment_text(diagnosis)
     if diagnosis.verdict == NOT_DIAGNOSABLE:
-        return f"Measure again: {diagnosis.reason}."
+        return experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."
     if diagnosis.warnings:
         first = diagnosis.warnings[0]
         return f"First check {first.about}: {first.remedy}. {_by_verdict(diagnosis, names)}".strip()

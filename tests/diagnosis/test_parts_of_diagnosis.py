@@ -16,6 +16,7 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     CLASS_NAMED,
+    FLOOR_UNKNOWN,
     NAMED,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
@@ -217,3 +218,33 @@ def test_classes_on_the_orders_and_motion_beside_them_are_told_together():
     assert told.reduction_law.rho == 1.0
     assert told.reduction_law.rms_before**2 == pytest.approx(26.0)
     assert told.reduction.rms_before**2 == pytest.approx(42.0)
+
+
+@pytest.mark.parametrize(
+    ("signal_square", "unknown_floor", "measured", "is_earned"),
+    [
+        (1e4, "", False, True),
+        (1e4, "", True, True),
+        # A plateau that lies far below what no class learns.
+        (1e4, "filtered", False, False),
+        # An estimated noise of half the signal is as good a cause; a declared one is a statement.
+        (200.0, "", False, False),
+        (200.0, "", True, True),
+    ],
+)
+def test_agreement_is_said_of_a_noise_that_is_known_and_small(
+    signal_square, unknown_floor, measured, is_earned
+):
+    quiet = type(
+        "Quiet",
+        (type(linear_problem({})),),
+        {"signal_square": signal_square, "unknown_floor": unknown_floor},
+    )
+    diagnosis = found(quiet(**vars(linear_problem({}))), floor_is_measured=measured)
+    if is_earned:
+        assert (diagnosis.verdict, diagnosis.reason_id) == (AT_NOISE_FLOOR, "")
+        return
+    assert (diagnosis.verdict, diagnosis.reason_id) == (NOT_DIAGNOSABLE, FLOOR_UNKNOWN)
+    share = 6 * 16 / signal_square
+    assert diagnosis.reason.startswith(f"the baseline leaves {share:.1%} of the signal")
+    assert "declare noise_std" in diagnosis.attribution.discriminating_experiment
