@@ -52,7 +52,7 @@ _ONE, _SEVERAL = (1, 1), (0, 100)
 _TYPES: Mapping[str, Mapping[str, Mapping[str, tuple[int, int]]]] = {
     ELEMENT: {
         RESTORING_FORCE: {"table": _ONE},
-        DISSIPATION: {"table": _ONE, "friction": (0, 1)},
+        DISSIPATION: {"table": _ONE, "friction": (0, 1), "stop": _SEVERAL},
         COUPLED_DAMPING: {"table": _ONE},
         HYSTERESIS: {"stop": _SEVERAL, "loop": _SEVERAL},
         MEMORY: {"branch": _SEVERAL},

@@ -208,6 +208,11 @@ class CarrierProblem(ComparisonProblem):
         """Lines and bands off the orders."""
         return self.motion.motions
 
+    @property
+    def brought(self) -> Effects:
+        """Laws of the library that came from files."""
+        return tuple(self.model.class_of_measured)
+
     def class_answer(self) -> ClassAnswer | None:
         """Class of what the baseline lacks; None where the records are too short."""
         table = self._class_table()

@@ -237,6 +237,11 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         return float(sum(np.sum((response - response.mean()) ** 2) for response in responses))
 
     @property
+    def brought(self) -> Effects:
+        """Laws of the library that came from files."""
+        return tuple(self.model.measured)
+
+    @property
     def unknown_floor(self) -> str:
         """Why the noise floor is not known; empty where records or declarations bound it."""
         return self.noise_note

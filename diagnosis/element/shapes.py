@@ -44,6 +44,7 @@ from carrierflex.diagnosis.element.columns import (
 from carrierflex.diagnosis.element.laws import (
     DRIVE_SIDE,
     TIME_VARIATION,
+    MotionSize,
     static_law,
 )
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -68,10 +69,12 @@ from carrierflex.simulation.laws import (
     Table,
 )
 
+#: Group of the bristles that turn as dry friction begins to slip.
+_PRESLIDING = "presliding"
 #: Groups whose columns make the curve of a class.
 _GROUPS: dict[str, tuple[str, ...]] = {
     RESTORING_FORCE: ("f",),
-    DISSIPATION: ("g", "jump"),
+    DISSIPATION: ("g", "jump", _PRESLIDING),
     COUPLED_DAMPING: ("h",),
     HYSTERESIS: ("stops",),
     MEMORY: ("prony",),
@@ -82,7 +85,6 @@ _GROUPS: dict[str, tuple[str, ...]] = {
 _SETTLING = 12
 #: Groups whose columns make the surface, dry friction with a memory last.
 _SURFACE_GROUPS = ("f", "g", "jump", "h", "surface")
-_PRESLIDING = "presliding"
 #: Points of the table over deflection, and half of those over speed.
 _POINTS = 33
 #: Where in the range of the deflection the curves are drawn.
@@ -176,14 +178,31 @@ def _law(
     """Law of a curve, without name; None of a class that no file holds."""
     if name in TABULATED:
         parts: list[Part] = [Table(ELEMENT, shape.x, shape.smooth)]
-        if any(shape.steps):
-            parts.append(Friction(ELEMENT, *shape.steps))
+        if name == DISSIPATION:
+            parts += _friction_parts(table.bases.size, shape.steps, weights)
         return Law("", ELEMENT, name, units, tuple(parts))
     if name not in WITH_MEMORY:
         return None
     size = table.bases.size
     rows = _rows_with_memory(table, name, weights)
     return Law("", ELEMENT, name, units, law_parts(rows), {"deflection": (size.low, size.high)})
+
+
+def _friction_parts(
+    size: MotionSize, steps: tuple[float, float], weights: FloatArray
+) -> Sequence[Part]:
+    """Dry friction whose steps at rest are those of the curve, its bristles as stops.
+
+    `weights` are those of the class's columns, the bristles last.
+    """
+    slips = np.maximum(weights[-size.presliding.size :], 0.0)
+    turning = min(float(slips.sum()), *steps)
+    parts: list[Part] = []
+    if turning > 0.0:
+        bristles = _stops_of_bristles(size.presliding, slips * turning / slips.sum())
+        parts += law_parts(memory_of_stops({"slip": bristles}, 0.0, size.half_range))
+    plus, minus = (step - turning for step in steps)
+    return [*parts, Friction(ELEMENT, plus, minus)] if plus or minus else parts
 
 
 def _rows_with_memory(table: ElementTable, name: str, weights: FloatArray) -> MemoryParts:
@@ -212,7 +231,10 @@ def _curve(table: ElementTable, name: str, units: tuple[str, str]) -> _Curve:
         curved = np.linspace(bases.speed.low, bases.speed.high, 2 * POINTS)
         v = 0.1 * size.speed * np.sinh(curved)
         sign = np.tanh(v / size.rest_speed)
-        rows = np.vstack([bases.speed(curved), np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
+        # A bristle that has turned holds its whole force against the motion.
+        turned = np.tile(sign, (size.presliding.size, 1))
+        steps = np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
+        rows = np.concatenate([bases.speed(curved), steps, turned])
         return _Curve(v, rows, ("speed", "dissipative force"), (f"{length}/s", force))
     if name == HYSTERESIS:
         middle = 0.5 * (size.low + size.high)

@@ -332,7 +332,9 @@ def candidate_sets(
     """
     if of_table is None:
         return tuple((law,) for law in problem.cards)
-    return tuple(laws for laws in of_table if set(laws) <= set(problem.cards))[:_MOST_SETS]
+    brought = [(law,) for law in problem.brought if law in problem.cards]
+    proposed = [laws for laws in of_table if set(laws) <= set(problem.cards)]
+    return tuple(dict.fromkeys((*brought, *proposed[:_MOST_SETS])))
 
 
 def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:

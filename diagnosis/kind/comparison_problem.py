@@ -147,6 +147,11 @@ class ComparisonProblem(ABC):
         return float("nan")
 
     @property
+    def brought(self) -> Effects:
+        """Laws of the library that came from files: they are fitted whatever the table says."""
+        return ()
+
+    @property
     def unknown_floor(self) -> str:
         """Why the noise floor is not known; empty where records or declarations bound it."""
         return ""

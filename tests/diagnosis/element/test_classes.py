@@ -20,6 +20,8 @@ from carrierflex.diagnosis.element.force_records import (
 from carrierflex.diagnosis.element.motion import with_all_lines
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.table import _is_switched_on
+from carrierflex.simulation.element.law_forces import element_law
+from carrierflex.simulation.element.memory_laws import FIRST_FORCE
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     MASS,
@@ -68,6 +70,19 @@ def test_friction_by_no_law_is_dissipation():
     found = answer(displacement_campaign(lambda q, v: 3.0 * np.tanh(v / 5e-3) * (1 + v**2), n=2000))
     assert found.ids == ("dissipation",)
     assert "at rest" in found.classes[0].shape.words
+
+
+@pytest.mark.parametrize("friction", [3.0, 12.0])
+def test_the_step_at_rest_is_the_whole_friction_with_its_bristles(friction):
+    # Bristles that turn over 1 % of the motion carry all of it, the columns of the speed nothing.
+    turning = along(lambda time, q: friction * dahl_friction(q, np.array([2e-5]))[0])
+    finding = answer(turning).classes[0]
+    assert finding.id == "dissipation"
+    assert_allclose(finding.shape.steps, friction, rtol=0.15)
+    law = element_law(finding.measured_law)
+    slips = law.parts.stops[:, FIRST_FORCE:].sum()
+    assert_allclose(law.friction + slips, finding.shape.steps, rtol=1e-6)
+    assert slips > 0.5 * friction
 
 
 def test_a_slider_that_grips_harder_outwards_is_a_hysteresis():
