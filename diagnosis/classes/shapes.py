@@ -116,8 +116,9 @@ def without_steps(
 ) -> tuple[FloatArray, tuple[float, float]]:
     """Curve over the speed without its steps at rest, and their heights.
 
-    A step is what the curve has risen by where the sign of the speed is certain; columns of the
-    splines and of the steps share it between them in any way. Friction never drives.
+    A step is where the curve beyond the speeds whose sign is certain reaches rest on a straight
+    line; columns of the splines and of the steps share it between them in any way, and a force that
+    rises beyond those speeds is no step. Friction never drives.
 
     Parameters
     ----------
@@ -134,7 +135,8 @@ def without_steps(
     certain = CERTAIN_SIGN * rest_speed
     edges = np.array([min(certain, v[-1]), max(-certain, v[0])])
     first, second = np.interp(edges, v, y)
-    steps = (max(float(first), 0.0), max(-float(second), 0.0))
+    at_rest = 1.5 * np.interp(edges, v, y) - 0.5 * np.interp(3.0 * edges, v, y)
+    steps = (max(float(at_rest[0]), 0.0), max(-float(at_rest[1]), 0.0))
     rest = np.where(v > 0.0, y - steps[0], y + steps[1])
     inner = (v > edges[1]) & (v < edges[0])
     rest[inner] = np.interp(v[inner], edges[::-1], [second + steps[1], first - steps[0]])
