@@ -16,7 +16,7 @@ from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import OUTSIDE
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
 from carrierflex.diagnosis.carrier.off_order_lines import off_orders
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 
 SMALLEST, LARGEST = 2.0, 10.0

@@ -8,11 +8,16 @@ from concurrent.futures import Executor
 
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
-from carrierflex.diagnosis.gap.findings import GapDetail
-from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
+from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
-from carrierflex.diagnosis.inference.law_fits import LawFits, law_fits
+from carrierflex.diagnosis.inference.law_fits import (
+    LawFits,
+    Selection,
+    candidate_sets,
+    law_fits,
+    selected,
+)
 from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -21,7 +26,6 @@ from carrierflex.diagnosis.inference.results import (
     Attribution,
     GapReduction,
 )
-from carrierflex.diagnosis.inference.selection import Selection, candidate_sets, selected
 from carrierflex.diagnosis.inference.separating_trial import separating_trial
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem

@@ -22,7 +22,7 @@ from carrierflex.diagnosis.element.shapes import law_of_answer
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.mounting.problem import mounting_problem, mounting_with_prediction
 from carrierflex.diagnosis.mounting.shapes import bushing_law_of_answer
-from carrierflex.diagnosis.wiring.rivals import WiringChecks
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning

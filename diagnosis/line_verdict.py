@@ -16,8 +16,8 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
     ClassFinding,
 )
+from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.gap.gap_map import map_of
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,

@@ -17,6 +17,7 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.inference.law_fits import Selection
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -28,7 +29,6 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     GapReduction,
 )
-from carrierflex.diagnosis.inference.selection import Selection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 
@@ -134,8 +134,8 @@ def _of_laws(
             AT_NOISE_FLOOR,
             f"the held-out gap is {ratio:.3f} times the mean square of the noise floor",
         )
-    is_learnt = answer is not None and answer.learnable > limits.nothing_learnt
-    if ratio <= limits.coloured_ratio and not is_learnt and not laws:
+    learns_nothing = answer is None or answer.state == NOTHING
+    if ratio <= ClassConstants().coloured_ratio and learns_nothing and not laws:
         return AT_NOISE_FLOOR, (
             f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and no "
             "class learns anything of it: as from noise whose neighbouring samples are correlated"
@@ -290,7 +290,7 @@ def _without_class(
     if not laws:
         return Verdict(verdict, reason, (), answer, reduction)
     is_near_floor = reduction.floor_multiple <= limits.near_floor
-    if is_near_floor or reduction.phi >= max(answer.learnable, limits.named_alone):
+    if is_near_floor or reduction.phi >= answer.learnable:
         return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
     text = (
         f"the best class explains {max(answer.share, 0.0):.0%} of the gap in force space, so that "

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from carrierflex.files.plain_files import plain_content
+from carrierflex.files.shown_values import shown
 from carrierflex.files.whole_files import whole_file
 
 
@@ -66,6 +67,38 @@ def read_json(path: Path, expected: str, most_bytes: int = 100_000_000) -> Any:
         if str(path) in str(error):
             raise
         raise ValueError(f"{path}: not JSON ({error}); expected {expected}") from error
+
+
+def read_document(
+    path: Path, expected: str, name: str, version: int, most_bytes: int = 100_000_000
+) -> dict[str, Any]:
+    """Content of a JSON file that states a format and its version.
+
+    Parameters
+    ----------
+    path, expected, most_bytes
+        As of :func:`read_json`.
+    name, version : str, int
+        Its format, and the newest version of it that is known.
+
+    Raises
+    ------
+    ValueError
+        Where the file is missing, no JSON, of another format, or written by a newer version.
+    """
+    document = read_json(path, expected, most_bytes)
+    stated = document.get("format") if isinstance(document, dict) else None
+    if stated != name:
+        raise ValueError(f"{path}: key 'format' is {shown(stated)}; expected '{name}'")
+    number = document.get("version")
+    if not isinstance(number, int) or isinstance(number, bool) or number < 1:
+        raise ValueError(f"{path}: key 'version' is {shown(number)}; expected {version}")
+    if number > version:
+        raise ValueError(
+            f"{path}: key 'version' is {number}, written by a newer version; expected {version}: "
+            "update carrierflex"
+        )
+    return dict(document)
 
 
 def save_json(path: Path, content: object) -> None:

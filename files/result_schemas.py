@@ -1,8 +1,9 @@
-"""JSON Schema of the JSON files that are written, from the types that they are made of.
+"""JSON files that are written: their content and their schema, from the types they are made of.
 
-A file is a ``TypedDict`` whose values are plain or dataclasses, as :func:`json_files.plain` writes
-them: arrays and tuples are lists, a number that is not finite is null. The words of a key are those
-of its annotation, ``Annotated[float, "RMS [m]"]``, or of the docstring of its dataclass.
+A file is a :func:`json_table` or a ``TypedDict`` whose values are plain or dataclasses, as
+:func:`json_files.plain` writes them: arrays and tuples are lists, a number that is not finite is
+null. The words of a key are those of its annotation, ``Annotated[float, "RMS [m]"]``, or of the
+docstring of its dataclass.
 """
 
 import ast
@@ -88,6 +89,80 @@ def result_schema(
     return ({"$defs": tables} if tables else {}) | top
 
 
+def json_table(
+    name: str,
+    words: str,
+    fields: Mapping[type, str],
+    /,
+    optional: str = "",
+    **keys: tuple[Any, str],
+) -> Any:
+    """Type of a table of a JSON file: fields of results, with their words, and further keys.
+
+    Parameters
+    ----------
+    name, words : str
+        Name in a schema; what the table is.
+    fields : mapping of type to str
+        Dataclasses and the names of their fields that are written, with blanks between.
+    optional : str
+        Keys that may be absent.
+    **keys : tuple of (type, str)
+        Other keys: type and words; ``[T]`` is a list of T. A type ``Literal["a"]`` of one value is
+        also its content.
+    """
+    written = [
+        (field, Any, dataclasses.field(metadata={"of": source}))
+        for source, names in fields.items()
+        for field in names.split()
+    ]
+    written += [
+        (key, _described(hint, text, key in optional.split()), dataclasses.field())
+        for key, (hint, text) in keys.items()
+    ]
+    return dataclasses.make_dataclass(
+        name, written, namespace={"__doc__": words, "__module__": __name__}
+    )
+
+
+def _described(hint: Any, words: str, is_optional: bool) -> Any:
+    described: Any = Annotated
+    described = described[Sequence[hint[0]] if isinstance(hint, list) else hint, words]
+    return NotRequired[described] if is_optional else described
+
+
+def json_content(table: Any, *values: Any, **keys: Any) -> dict[str, Any]:
+    """Content of a table: given keys, constants, then what the values hold; None where none does.
+
+    Parameters
+    ----------
+    table : type
+        As of :func:`json_table`.
+    *values : objects
+        Results that hold its fields; the first that has one counts.
+    **keys : objects
+        Keys that are not written as the values hold them.
+
+    Examples
+    --------
+    >>> Size = json_table("Size", "A size.", {}, a=(Literal["x"], "Kind"), b=([int], "Numbers"))
+    >>> json_content(Size, b=[1])
+    {'a': 'x', 'b': [1]}
+    """
+    content: dict[str, Any] = {}
+    for field in dataclasses.fields(table):
+        hint = next(iter(get_args(field.type)), None)
+        choices = get_args(hint) if get_origin(hint) is Literal else ()
+        if field.name in keys:
+            content[field.name] = keys[field.name]
+        elif len(choices) == 1:
+            content[field.name] = choices[0]
+        else:
+            of = (value for value in values if hasattr(value, field.name))
+            content[field.name] = getattr(next(of, None), field.name, None)
+    return content
+
+
 def type_hints(annotated: Any) -> dict[str, Any]:
     """Types of a class or function by name, also those that its module imports for checkers alone.
 
@@ -161,12 +236,15 @@ def _list(parts: tuple[Any, ...], definitions: _Definitions) -> Schema:
 
 def _table(table: Any, definitions: _Definitions) -> Schema:
     hints = type_hints(table)
+    words = _words(inspect.getdoc(table) or "")
     if is_typeddict(table):
         required = [name for name in hints if name in table.__required_keys__]
     else:
-        hints = {field.name: hints[field.name] for field in dataclasses.fields(table)}
-        required = list(hints)
-    words = _words(inspect.getdoc(table) or "")
+        fields = {field.name: field.metadata.get("of") for field in dataclasses.fields(table)}
+        hints = {name: type_hints(of)[name] if of else hints[name] for name, of in fields.items()}
+        required = [name for name, hint in hints.items() if get_origin(hint) is not NotRequired]
+        for source in dict.fromkeys(fields.values()):
+            words |= _words(inspect.getdoc(source) or "") if source else {}
     properties = {}
     for name, hint in hints.items():
         described = {"description": words[name]} if name in words else {}

@@ -74,7 +74,7 @@ def identification_document(
         "runs": {run: _run(estimate, run) for run, estimate in by_run.items()},
         "undetermined": list(texts),
         "outliers": outliers,
-        "warnings": [warning.entry() for warning in warnings],
+        "warnings": warnings,
         "covariance_source": first.covariance_source,
         "correlation": {
             key: _correlation(estimate)

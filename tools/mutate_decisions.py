@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 TESTS = {
     "diagnosis/classes/decision.py": (
         "tests/diagnosis/classes/test_decision.py",
-        "tests/diagnosis/classes/test_plain_parts.py",
+        "tests/diagnosis/classes/test_shape_decision.py",
     ),
     "diagnosis/classes/answer.py": (
         "tests/diagnosis/classes/test_answer.py",
@@ -39,15 +39,16 @@ TESTS = {
     "diagnosis/verdict.py": ("tests/diagnosis/test_verdict.py",),
     "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
     "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_shares.py",),
-    "diagnosis/classes/shape_decision.py": ("tests/diagnosis/classes/test_shape_decision.py",),
     "diagnosis/element/answer.py": (
         "tests/diagnosis/element/test_answer_of_table.py",
         "tests/diagnosis/element/test_loops_in_answers.py",
         "tests/diagnosis/element/test_element_shown.py",
     ),
     "diagnosis/mounting/answer.py": ("tests/diagnosis/mounting/test_sparsest_classes.py",),
-    "diagnosis/inference/selection.py": ("tests/diagnosis/inference/test_selection.py",),
-    "diagnosis/inference/law_fits.py": ("tests/diagnosis/inference/test_law_fits.py",),
+    "diagnosis/inference/law_fits.py": (
+        "tests/diagnosis/inference/test_law_fits.py",
+        "tests/diagnosis/inference/test_selection.py",
+    ),
     "diagnosis/inference/separating_trial.py": (
         "tests/diagnosis/inference/test_separating_trial.py",
     ),

@@ -29,6 +29,7 @@ from carrierflex.diagnosis.gap.findings import (
     GapFindings,
     GapMoment,
     NonSynchronousCell,
+    OffOrderMotion,
     Scalar,
 )
 from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
@@ -44,7 +45,6 @@ from carrierflex.diagnosis.gap.in_time import (
     sliding_rms,
     trend,
 )
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.revolutions import whole_revolutions

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.carrier.records.off_orders import (
     RunOffOrders,
     campaign_off_orders,
 )
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 
 #: Lines of the spectrum for each line that the longest record resolves.

@@ -21,6 +21,7 @@ from carrierflex.diagnosis.carrier.signature_rows import (
     rows_at,
 )
 from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.inference.planning.plan import PlannedTable, ScaledParameter, Signature
 from carrierflex.diagnosis.inference.planning.results import (
     LOADS,
     MINUTES,
@@ -29,7 +30,6 @@ from carrierflex.diagnosis.inference.planning.results import (
     Costs,
     RigLimits,
 )
-from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run

@@ -46,8 +46,7 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
     bounds_of,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.fe.deflection_curves import DeflectionCurve

@@ -16,7 +16,7 @@ from scipy.optimize import lsq_linear
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import inputs_of
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import (
+from carrierflex.diagnosis.wiring.refits import (
     ANGLE_DIRECTION,
     SENSOR_ORDER,
     TORQUE_SIGN,

@@ -58,8 +58,6 @@ def nearest_law(scores: ClassScores, shares: Shares, name: str, partners: Classe
     is_equal = behind <= max(limits.law_named, error) and _explains(shares, result)
     is_equal = is_equal and not _is_small(scores, shares, name, partners)
     is_equal = is_equal and not _is_coupled(scores, shares, name, law_id, partners)
-    is_equal = is_equal and not _is_curved(scores, shares, name, partners)
-    is_equal = is_equal and not _is_in_curved(scores, name, partners)
     return NearestLaw(law_id, columns, result, is_equal)
 
 
@@ -98,34 +96,6 @@ def _is_coupled(
     products = [scores.products.of((name, *others)) for name in table.products]
     coupled = min([scores.of((table.surface, *others)), *products], key=lambda result: result.total)
     return shares.is_clear_gain(coupled, scores.of(answer), scores.constants.law_parameter)
-
-
-def _is_curved(scores: ClassScores, shares: Shares, class_id: str, partners: Classes) -> bool:
-    """Whether the class would be curved: by no small part, or where nothing else explains as much.
-
-    A spring in series with a dashpot is all but a Maxwell branch, and the branch leaves little.
-    """
-    table, limits = scores.table, scores.constants
-    group = table.beyond_laws.get(class_id)
-    if group is None:
-        return False
-    answer = (class_id, *partners)
-    result, curved = scores.of(answer), scores.beyond_laws(answer, group)
-    error = limits.standard_errors * shares.gain_error(curved, result)
-    if shares.gain(curved, result) > max(limits.least_curved, error):
-        return True
-    others = [scores.of((*answer, name)).total for name in table.classes if name not in answer]
-    return curved.total < min([result.total, *others])
-
-
-def _is_in_curved(scores: ClassScores, class_id: str, partners: Classes) -> bool:
-    """Whether a class beside the law leaves no more without it where its own laws are curved.
-
-    A nonlinear spring in series with a dashpot leaves to a linear memory what looks like a damper.
-    """
-    result = scores.of((class_id, *partners))
-    groups = [group for name, group in scores.table.beyond_laws.items() if name in partners]
-    return any(scores.beyond_laws(partners, group).total <= result.total for group in groups)
 
 
 def _explains(shares: Shares, result: HeldOutSquares) -> bool:

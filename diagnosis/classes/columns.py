@@ -176,7 +176,10 @@ def along(
     *,
     from_rest: bool,
 ) -> FloatArray:
-    """Elements along a motion, relaxed at first or as the motion played backwards leaves them.
+    """Rate-independent elements along a motion, relaxed at first or as its way backwards ends.
+
+    Between two reversals such elements move as in one stretch, so that backwards the reversals are
+    enough.
 
     Parameters
     ----------
@@ -190,8 +193,16 @@ def along(
         Whether they are relaxed at the first sample.
     """
     if not from_rest:
-        elements(np.ascontiguousarray(x[::-1]), state)
+        elements(_reversals(x)[::-1].copy(), state)
     return np.asarray(elements(np.ascontiguousarray(x), state), dtype=np.float64)
+
+
+def _reversals(x: FloatArray) -> FloatArray:
+    """First and last value of a motion, and those at which it turns."""
+    moves = np.diff(x)
+    moving = np.flatnonzero(moves)
+    turns = moving[1:][np.diff(np.sign(moves[moving])) != 0.0]
+    return x[np.concatenate([[0], turns, [x.size - 1]])]
 
 
 def relaxing_branches(

@@ -52,9 +52,6 @@ class ClassConstants:
         same if it takes the first share of what the first class leaves and the second of the gap,
         by so many standard errors of the ratio over the blocks: what a class has in second order
         another one takes in part only, or is less.
-    beside_bent : float
-        The same beside a class that needs the members that bend its law: what such a class leaves
-        of its own (loops of Bouc and Wen leave 3 to 16 % of their gap to sliders).
     gain_of_left : float
         Share of what the first answer leaves that a richer one must take.
     separable_from_drive : float
@@ -67,9 +64,6 @@ class ClassConstants:
         Share that a class must explain for its law to be named, where it does not reach the floor:
         a law leaves nothing but noise, and what its class leaves is no law's (friction that its own
         heat softens follows Coulomb's law as well as any friction, and both leave a tenth).
-    least_curved : float
-        Share of the gap that curved members of a class must gain for its law to lose its name: what
-        a law and its baseline may be off themselves gains a few ten-thousandths.
     law_parameter : float
         Share that a further parameter of a law must gain among laws, and a coupled class over the
         class of a law for the law to lose its name.
@@ -100,12 +94,10 @@ class ClassConstants:
     small_cause_takes: float = 0.67
     small_cause_gain: float = 0.0015
     small_cause_errors: float = 4.0
-    beside_bent: float = 0.05
     gain_of_left: float = 0.5
     separable_from_drive: float = 0.3
     law_named: float = 0.01
     law_explains: float = 0.97
-    least_curved: float = 5e-4
     law_parameter: float = 0.005
     bootstrap_samples: int = 400
     band_samples: int = 100

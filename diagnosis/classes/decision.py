@@ -1,7 +1,15 @@
-"""The rule that names a class: nothing, one class, ties, pairs, a coupled surface."""
+"""The rule that names the classes which the held-out blocks show.
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+A class is ``shape/way``, or a shape that comes in one way alone: frame and pattern of a carrier and
+what it follows, a force of bushings and whether both have the same, a force of an element. Sets of
+classes of different shapes grow by the one that leaves least, as long as each is a gain and
+together they are a clear one; then every member is replaced by the simplest way that the records
+cannot tell from it. An element has two causes at most (:func:`decide`).
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
@@ -13,6 +21,17 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.classes.shares import Shares
 
+#: Classes of an answer at most: five causes and an error of the sensors.
+_MOST_CLASSES = 6
+#: Share of the gap that a further class must gain: a cause of two floors beside four of five is
+#: 4 % of their gap by itself, and half of that once the others have taken what they can. Signals of
+#: these kinds are linear in the columns, so that there is no second order of a first class to take
+#: for a second one, as there is of an element's.
+FURTHER_CAUSE = 0.01
+
+
+#: Whether a simpler result may stand for the best one.
+_AsGood = Callable[[Shares, HeldOutSquares, HeldOutSquares], bool]
 _MORE_NOTE = (
     "one frequency drives all runs: a second cause is not separable from what one class leaves "
     "in these records"
@@ -56,6 +75,271 @@ class Decision:
     is_inseparable: bool = False
 
 
+def _is_equal(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
+    """Whether the records cannot tell a simpler result from the best."""
+    return shares.are_equal(simpler, best)
+
+
+def is_no_clear_gain(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
+    """Whether the best result gains no more over a simpler one than a small second cause would."""
+    return not shares.is_clear_gain(best, simpler, shares.constants.second_cause)
+
+
+def decide_by_shape(
+    scores: ClassScores,
+    shares: Shares,
+    sizes: Mapping[str, int],
+    *,
+    as_good: _AsGood = _is_equal,
+    chooses_anew: bool = False,
+    most_classes: int = _MOST_CLASSES,
+) -> Decision:
+    """Name the classes that the held-out blocks show.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Held-out squares of any set.
+    shares : Shares
+        Gap, floor and scatter.
+    sizes : mapping of str to int
+        Columns of each class.
+    as_good : callable
+        Which simpler way of a shape takes the place of its best.
+    chooses_anew : bool
+        Whether sets grow by any way of a further shape, and all members' ways are chosen again
+        beside it: alone a class follows the loads as what it imitates besides does. Of maps with a
+        column for every pair of motions that is too much freedom: together they are a resonance at
+        any frequency that one sensor shows by itself.
+    most_classes : int
+        Classes of an answer at most.
+
+    Returns
+    -------
+    Decision
+        Answer; its ties are other shapes of no more columns that leave as much.
+    """
+    first = _best_of_shapes(scores, sizes)
+    singles = [(name,) for name in first]
+    pairs = list(combinations(sorted(first), 2))
+    best_pair = _best(scores, pairs)
+    results = [scores.of(classes) for classes in (*singles, best_pair)]
+    if is_nothing(scores, shares, results):
+        return Decision(NOTHING, (), (), scores.of(()), best_pair)
+    if chooses_anew:
+        enlarged = partial(_anew, scores, sizes, most_classes)
+        answer = _grown(scores, shares, _best(scores, singles), enlarged)
+    else:
+        enlarged = partial(_with_one_more, scores, first, most_classes)
+        answer = _grown(scores, shares, _best(scores, singles), enlarged, best_pair)
+    answer = simplest(scores, shares, answer, sizes, as_good)
+    answer = _needed(scores, shares, answer, sizes, as_good)
+    result = scores.of(answer)
+    ties = ties_of(scores, shares, answer, sizes)
+    return Decision(state_of(shares, result), answer, ties, result, best_pair)
+
+
+def shape_of(class_name: str) -> str:
+    """Shape of a class: all of its id but the last part."""
+    return class_name.rsplit("/", 1)[0]
+
+
+def way_of(class_name: str) -> str:
+    """Way of a class: the last part of its id."""
+    return class_name.rsplit("/", 1)[1]
+
+
+def _best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
+    """Class that alone leaves least of every shape, the best shape first."""
+    best: dict[str, str] = {}
+    for name in sorted(names, key=lambda name: scores.of((name,)).total):
+        best.setdefault(shape_of(name), name)
+    return list(best.values())
+
+
+def rivals_of(scores: ClassScores, decision: Decision, names: Iterable[str]) -> list[str]:
+    """Best class of every shape that a decision does not name."""
+    taken = {shape_of(name) for name in decision.classes}
+    return [name for name in _best_of_shapes(scores, names) if shape_of(name) not in taken]
+
+
+def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
+    """Set that leaves least."""
+    return min(sets, key=lambda classes: scores.of(classes).total)
+
+
+def _grown(
+    scores: ClassScores,
+    shares: Shares,
+    single: Classes,
+    enlarged: Callable[[Classes], Classes | None],
+    pair: Classes | None = None,
+) -> Classes:
+    """Set that further shapes do not clearly improve, one or several together.
+
+    Of four causes of like size none takes half of what the first one leaves, all three together do.
+    Every one must gain what a second cause has to, or with the next one what two have to; the
+    answer is the last set that takes its part of what the answer before it leaves. The first pair
+    need not hold the best single class.
+    """
+    answer = grown = single
+    larger = pair or enlarged(single)
+    least = shares.constants.second_cause
+    while larger is not None and not _fits_all(scores, shares, grown):
+        if not shares.is_gain(scores.of(larger), scores.of(grown), least):
+            larger = _two_more(scores, shares, grown, larger, enlarged)
+        if larger is None:
+            break
+        grown = larger
+        if shares.is_clear_gain(scores.of(grown), scores.of(answer), least):
+            answer = grown
+        larger = enlarged(grown)
+    return answer
+
+
+def _two_more(
+    scores: ClassScores,
+    shares: Shares,
+    grown: Classes,
+    larger: Classes,
+    enlarged: Callable[[Classes], Classes | None],
+) -> Classes | None:
+    """Set with one shape beyond a larger one that is no gain, where both together are two gains.
+
+    What one cause gains scatters with what another one leaves: beside it, it stands clear.
+    """
+    both = enlarged(larger)
+    if both is None:
+        return None
+    least = shares.constants.second_cause
+    is_next = shares.is_gain(scores.of(both), scores.of(larger), least)
+    are_two = shares.is_gain(scores.of(both), scores.of(grown), 2.0 * least)
+    return both if is_next and are_two else None
+
+
+def _with_one_more(
+    scores: ClassScores, names: Iterable[str], most: int, grown: Classes
+) -> Classes | None:
+    """Best set with one class more of another shape; None where none may be added."""
+    if len(grown) >= most:
+        return None
+    taken = {shape_of(name) for name in grown}
+    sets = [tuple(sorted((*grown, name))) for name in names if shape_of(name) not in taken]
+    return _best(scores, sets) if sets else None
+
+
+def _anew(
+    scores: ClassScores, sizes: Mapping[str, int], most: int, grown: Classes
+) -> Classes | None:
+    """Best set with one shape more in any way, the way of every member chosen again beside it."""
+    larger = _with_one_more(scores, sizes, most, grown)
+    if larger is None:
+        return None
+    for member in larger:
+        others = tuple(name for name in larger if name != member)
+        larger = _in_best_way(scores, others, member, sizes)
+    return larger
+
+
+def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
+    """Whether a set leaves nothing of the records once it is fitted to all of them.
+
+    It lacks no cause then: what it leaves held out is how far its curves must reach beyond the
+    other conditions.
+    """
+    return shares.is_at_floor(scores.fitted(answer))
+
+
+def simplest(
+    scores: ClassScores,
+    shares: Shares,
+    answer: Classes,
+    sizes: Mapping[str, int],
+    as_good: _AsGood,
+) -> Classes:
+    """Answer whose members follow the loads in the simplest way that leaves as much."""
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
+        ways = [name for name in sizes if shape_of(name) == shape_of(member)]
+        sets = [tuple(sorted((*others, way))) for way in sorted(ways, key=lambda n: sizes[n])]
+        best = scores.of(_best(scores, sets))
+        answer = next(one for one in sets if as_good(shares, scores.of(one), best))
+    return answer
+
+
+def _needed(
+    scores: ClassScores,
+    shares: Shares,
+    answer: Classes,
+    sizes: Mapping[str, int],
+    as_good: _AsGood,
+) -> Classes:
+    """Answer without members that pay no more once the others follow the loads as they do best.
+
+    As in its growth each has to gain, and all together to take their part of what the best of them
+    leaves alone.
+    """
+    if len(answer) == 1:
+        return answer
+    least = shares.constants.second_cause
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
+        rest = simplest(scores, shares, others, sizes, as_good)
+        if not shares.is_gain(scores.of(answer), scores.of(rest), least):
+            return _needed(scores, shares, rest, sizes, as_good)
+    single = _best(
+        scores, [simplest(scores, shares, (member,), sizes, as_good) for member in answer]
+    )
+    return answer if shares.is_clear_gain(scores.of(answer), scores.of(single), least) else single
+
+
+def ties_of(
+    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+) -> tuple[Classes, ...]:
+    """Sets with one member of another shape that leave as much with no more columns.
+
+    Of the ways to follow the loads of a shape the simplest is listed. What leaves a little more in
+    one condition after the other is no tie: of waves of which 96 % are alike 4 % tell.
+    """
+    result = scores.of(answer)
+    taken = {shape_of(name) for name in answer}
+    ties: dict[tuple[str, ...], Classes] = {}
+    for member in answer:
+        others = tuple(name for name in answer if name != member)
+        for name in sorted(sizes, key=lambda n: sizes[n]):
+            if shape_of(name) in taken or sizes[name] > sizes[member]:
+                continue
+            rival = tuple(sorted((*others, name)))
+            # A simpler way leaves more than its shape does: what would be equal to it alone is not.
+            best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, member)]
+            pairs = [(result, scores.of(rival)), (best[1], best[0])]
+            if all(_is_tie(scores, shares, *pair) for pair in pairs):
+                ties.setdefault(tuple(sorted(map(shape_of, rival))), rival)
+    return tuple(ties.values())
+
+
+def _is_tie(
+    scores: ClassScores, shares: Shares, result: HeldOutSquares, rival: HeldOutSquares
+) -> bool:
+    """Whether the records do not tell a result from a rival.
+
+    Folds of blocks of every condition lack the same and agree on anything.
+    """
+    table = scores.table
+    is_distinguished = table.has_whole_conditions and shares.folds_prefer(
+        result, rival, table.folds
+    )
+    return shares.are_equal(result, rival) and not is_distinguished
+
+
+def _in_best_way(
+    scores: ClassScores, others: Classes, member: str, sizes: Mapping[str, int]
+) -> Classes:
+    """Some classes and, beside them, the way of another class's shape that leaves least."""
+    ways = [name for name in sizes if shape_of(name) == shape_of(member)]
+    return _best(scores, [tuple(sorted((*others, way))) for way in ways])
+
+
 def decide(
     scores: ClassScores,
     shares: Shares,
@@ -66,7 +350,7 @@ def decide(
     shows_small_causes: bool = True,
     drive_note: str = "",
 ) -> Decision:
-    """Name the class, or the pair, that the held-out blocks show.
+    """Name the class, or the two, of an element that the held-out blocks show.
 
     Parameters
     ----------
@@ -94,113 +378,85 @@ def decide(
     Decision
         Answer with its ties.
     """
-    singles, pairs = _singles(scores, candidates), _pairs(scores, candidates)
-    best_pair = min(pairs, key=lambda pair: pairs[pair].total)
-    if is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
-        return Decision(NOTHING, (), (), scores.of(()), best_pair)
-    answer, ties = _answer(
-        scores,
-        shares,
-        candidates,
-        shows_two_causes=shows_two_causes,
-        shows_small_causes=shows_small_causes,
-    )
-    result = scores.of(answer)
-    limits = scores.constants
-    is_single = len(answer) == 1 and answer != (scores.table.surface,)
-    holds_all = scores.table.surface in answer and not shows_small_causes
+    # Every class comes in one way, and none is simpler than another.
+    ways = dict.fromkeys(candidates, 1)
+    decision = decide_by_shape(scores, shares, ways, most_classes=2)
+    if decision.state == NOTHING:
+        return decision
+
+    def coupled(answer: Decision, *, shows_small_causes: bool) -> Decision:
+        answer = _with_surface(scores, shares, answer, candidates)
+        return _with_damping(scores, shares, answer, shows_small_causes=shows_small_causes)
+
+    small = _with_small_cause(scores, shares, decision)
+    with_small = coupled(small, shows_small_causes=True)
+    without_small = coupled(decision, shows_small_causes=False)
+    decision = with_small if shows_small_causes else without_small
+    result, surface, limits = decision.held, scores.table.surface, scores.constants
+    is_single = len(decision.classes) == 1 and decision.classes != (surface,)
+    holds_all = surface in decision.classes and not shows_small_causes
     gains = (
         shares.is_clear_gain(scores.of((name,)), result, limits.second_cause)
         for name in inseparable
     )
     is_mixed = holds_all or not (shows_two_causes or is_single) or any(gains)
     # What a small cause would take: the drive does not tell it from what the answer lacks itself.
-    is_more = not shows_small_causes and _answer(scores, shares, candidates)[0] != answer
+    is_more = not shows_small_causes and with_small.classes != decision.classes
     explained = state_of(shares, result)
     state = NO_CLASS if is_mixed or is_more else explained
     notes = (drive_note, _SURFACE_NOTE if holds_all else "", _MORE_NOTE if is_more else "")
     note = "; ".join(text for text in notes if text)
-    return Decision(state, answer, ties, result, best_pair, note, state != explained)
+    return replace(decision, state=state, note=note, is_inseparable=state != explained)
 
 
-def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
-    """Whether all classes together explain more than an answer by what a second cause would.
+def _with_small_cause(scores: ClassScores, shares: Shares, decision: Decision) -> Decision:
+    """Decision for the best pair where the second class takes most of what the first leaves.
 
-    No second class explains that much more by itself, else it would be in the answer: what is
-    missing are more causes than two, or one that no class holds whole.
+    Whether one damping has two parts, and whether they are a product, is asked apart.
     """
-    least = scores.constants.second_cause
-    return shares.is_gain(scores.ceiling(), decision.held, least)
+    pair = decision.best_pair
+    if len(decision.classes) > 1 or set(pair) == scores.table.coupled_parts:
+        return decision
+    takes = scores.constants.small_cause_takes
+    if not shares.takes_of_left(scores.of(pair), decision.held, takes):
+        return decision
+    return replace(decision, classes=pair, ties=(), held=scores.of(pair))
 
 
-def _singles(scores: ClassScores, candidates: Sequence[str]) -> dict[str, HeldOutSquares]:
-    return {name: scores.of((name,)) for name in candidates}
+def _with_surface(
+    scores: ClassScores, shares: Shares, decision: Decision, candidates: Sequence[str]
+) -> Decision:
+    """Decision for the coupled class, with a second cause that it does not hold where there is one.
 
-
-def _pairs(scores: ClassScores, candidates: Sequence[str]) -> dict[Classes, HeldOutSquares]:
-    return {pair: scores.of(pair) for pair in combinations(sorted(candidates), 2)}
-
-
-def _answer(
-    scores: ClassScores,
-    shares: Shares,
-    candidates: Sequence[str],
-    *,
-    shows_two_causes: bool = True,
-    shows_small_causes: bool = True,
-) -> tuple[Classes, tuple[Classes, ...]]:
-    """The class, pair or coupled class that explains the gap best, and its ties."""
-    answer, ties = _single_or_pair(
-        shares,
-        _singles(scores, candidates),
-        _pairs(scores, candidates),
-        one_damping=scores.table.coupled_parts,
-        shows_small_causes=shows_small_causes,
-    )
-    second_cause = scores.constants.second_cause
-    coupled = _coupled(scores, shares, candidates, shows_small_causes=shows_small_causes)
-    if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), second_cause):
-        answer, ties = coupled, ()
-    damping = _sum_or_product(scores, shares, answer, shows_small_causes=shows_small_causes)
-    if damping != answer:
-        answer, ties = damping, ()
-    plain = _plain_first(scores, shares, answer, candidates) if shows_two_causes else answer
-    if plain != answer:
-        answer, ties = plain, ()
-    return answer, ties
-
-
-def state_of(shares: Shares, result: HeldOutSquares) -> str:
-    """Whether an answer is named, leads, or is no class, by the share it explains."""
-    limits, share = shares.constants, shares.of(result)
-    if share >= 1.0 - limits.named_left:
-        return NAMED_CLASS
-    return LEADING_CLASS if share >= limits.leading_share else NO_CLASS
-
-
-def _coupled(
-    scores: ClassScores, shares: Shares, candidates: Sequence[str], *, shows_small_causes: bool
-) -> Classes:
-    """The coupled class, with a second cause that it does not hold where there is one."""
-    table = scores.table
+    It takes the place of the classes that it holds where it clearly gains.
+    """
+    table, second_cause = scores.table, scores.constants.second_cause
     if not table.surface:
-        return ()
-    partners = [name for name in candidates if not table.is_in_surface(name)]
-    alone = (table.surface,)
-    pairs: list[Classes] = [tuple(sorted((table.surface, name))) for name in partners]
-    best = min(pairs, key=lambda pair: scores.of(pair).total, default=alone)
-    is_cause = _is_cause(shares, scores.of(best), scores.of(alone), may_be_small=shows_small_causes)
-    return best if is_cause else alone
+        return decision
+    classes: Classes = (table.surface,)
+    pairs = [
+        tuple(sorted((table.surface, name))) for name in candidates if not table.is_in_surface(name)
+    ]
+    if pairs:
+        pair = _best(scores, pairs)
+        is_cause = shares.is_clear_gain(scores.of(pair), scores.of(classes), second_cause)
+        classes = pair if is_cause else classes
+    result = scores.of(classes)
+    if not shares.is_clear_gain(result, decision.held, second_cause):
+        return decision
+    return replace(decision, classes=classes, ties=(), held=result)
 
 
-def _is_cause(
-    shares: Shares, richer: HeldOutSquares, simpler: HeldOutSquares, *, may_be_small: bool
-) -> bool:
-    """Whether what a richer answer adds is a second cause, however small where that is seen."""
-    limits = shares.constants
-    return shares.is_clear_gain(richer, simpler, limits.second_cause) or (
-        may_be_small and shares.takes_of_left(richer, simpler, limits.small_cause_takes)
+def _with_damping(
+    scores: ClassScores, shares: Shares, decision: Decision, *, shows_small_causes: bool
+) -> Decision:
+    """Decision whose damping is a sum or a product where that is the better one."""
+    classes = _sum_or_product(
+        scores, shares, decision.classes, shows_small_causes=shows_small_causes
     )
+    if classes == decision.classes:
+        return decision
+    return replace(decision, classes=classes, ties=(), held=scores.of(classes))
 
 
 def _sum_or_product(
@@ -257,39 +513,22 @@ def _product(scores: ClassScores, partners: Classes) -> HeldOutSquares:
     )
 
 
-def _plain_first(
-    scores: ClassScores, shares: Shares, answer: Classes, candidates: Sequence[str]
-) -> Classes:
-    """Answer in which no class bends to what is another's."""
-    for name in scores.table.plain:
-        if answer == (name,):
-            return _with_plain_law(scores, shares, name, candidates)
-        if len(answer) == 2 and name in answer:
-            return _without_other(scores, shares, name, answer)
-    return answer
+def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
+    """Whether all classes together explain more than an answer by what a second cause would.
+
+    No second class explains that much more by itself, else it would be in the answer: what is
+    missing are more causes than two, or one that no class holds whole.
+    """
+    least = scores.constants.second_cause
+    return shares.is_gain(scores.ceiling(), decision.held, least)
 
 
-def _with_plain_law(
-    scores: ClassScores, shares: Shares, bent: str, candidates: Sequence[str]
-) -> Classes:
-    """A class with the best one beside its plain law, where that explains what bending would."""
-    pairs = [(bent, name) for name in candidates if name != bent]
-    if not pairs:
-        return (bent,)
-    best = min(pairs, key=lambda pair: scores.plain.of(pair).total)
-    pair_result, straight = scores.plain.of(best), scores.plain.of((bent,))
-    is_cause = shares.is_clear_gain(pair_result, straight, scores.constants.second_cause)
-    if is_cause and shares.leaves_less(pair_result, scores.of((bent,))):
-        return tuple(sorted(best))
-    return (bent,)
-
-
-def _without_other(scores: ClassScores, shares: Shares, name: str, answer: Classes) -> Classes:
-    """A class alone where it bends anyway, and what stands beside it gains little."""
-    bent = scores.of((name,))
-    needs_bending = shares.leaves_less(bent, scores.plain.of(answer))
-    gains = shares.gain(scores.of(answer), bent) > scores.constants.beside_bent
-    return answer if gains or not needs_bending else (name,)
+def state_of(shares: Shares, result: HeldOutSquares) -> str:
+    """Whether an answer is named, leads, or is no class, by the share it explains."""
+    limits, share = shares.constants, shares.of(result)
+    if share >= 1.0 - limits.named_left:
+        return NAMED_CLASS
+    return LEADING_CLASS if share >= limits.leading_share else NO_CLASS
 
 
 def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
@@ -308,41 +547,3 @@ def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSqu
         > max(limits.nothing_learnt, limits.standard_errors * shares.gain_error(result, before))
         for result in results
     )
-
-
-def _single_or_pair(
-    shares: Shares,
-    singles: dict[str, HeldOutSquares],
-    pairs: dict[Classes, HeldOutSquares],
-    *,
-    one_damping: frozenset[str],
-    shows_small_causes: bool,
-) -> tuple[Classes, tuple[Classes, ...]]:
-    """The best class with its ties, or the best pair where it clearly gains."""
-    best = min(singles, key=lambda name: singles[name].total)
-    best_result = singles[best]
-    tied = tuple(
-        (name,)
-        for name, other in singles.items()
-        if name != best and shares.are_equal(other, best_result)
-    )
-    pair = _best_pair(shares, pairs, best)
-    # Whether one damping has two parts, and whether they are a product, is asked apart.
-    may_be_small = shows_small_causes and set(pair) != one_damping
-    if not _is_cause(shares, pairs[pair], best_result, may_be_small=may_be_small):
-        return (best,), tied
-    equal = [
-        other
-        for other, result in pairs.items()
-        if other != pair and shares.are_equal(result, pairs[pair])
-    ]
-    return pair, tuple(equal)
-
-
-def _best_pair(shares: Shares, pairs: dict[Classes, HeldOutSquares], best: str) -> Classes:
-    """The pair that leaves least; one that holds the best single class where that is equal."""
-    first = min(pairs, key=lambda pair: pairs[pair].total)
-    if best in first:
-        return first
-    holding = min((pair for pair in pairs if best in pair), key=lambda pair: pairs[pair].total)
-    return holding if shares.are_equal(pairs[holding], pairs[first]) else first

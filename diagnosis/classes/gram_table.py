@@ -79,9 +79,6 @@ class GramTable:
         Fold in which each block is held out.
     scale : ndarray, shape (n,)
         Factor that each column was multiplied by.
-    beyond_laws : mapping of str to str
-        Group of columns that a class would have if its laws were curved: no class of its own, but
-        where it explains most of what a law leaves, the law is not the cause.
     coupled_parts : frozenset of str
         Classes that share out one coupled cause where an answer holds them all: a damping
         ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws. The
@@ -92,9 +89,6 @@ class GramTable:
     products : mapping of str to tuple of str
         Groups of the coupled class in as few columns as the sum of its parts, by what they are: a
         power of the speed other than the first, times any function of the place.
-    plain : mapping of str to tuple of str
-        Groups of a class without the members that bend its law: these imitate other classes, and
-        another class beside the plain law is asked before them.
     has_whole_conditions : bool
         Whether each fold is a condition of its own.
     """
@@ -109,11 +103,9 @@ class GramTable:
     floor: FloatArray
     folds: IntArray
     scale: FloatArray
-    beyond_laws: Mapping[str, str] = field(default_factory=dict)
     coupled_parts: frozenset[str] = frozenset()
     uncoupled_part: str = ""
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    plain: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
 
     @property

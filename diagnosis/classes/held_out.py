@@ -255,17 +255,6 @@ class ClassScores:
         return self.known[key]
 
     @cached_property
-    def plain(self) -> "ClassScores":
-        """Scores of the same classes without the members that bend their laws."""
-        table = replace(self.table, classes={**self.table.classes, **self.table.plain})
-        shared = {
-            key: result
-            for key, result in self.known.items()
-            if set(self.table.plain).isdisjoint(key)
-        }
-        return ClassScores(table, self.constants, shared)
-
-    @cached_property
     def products(self) -> "ClassScores":
         """Scores of the same classes, and of the products of the coupled class as if they were."""
         table = replace(self.table, classes={**self.table.classes, **self.table.products})
@@ -292,15 +281,6 @@ class ClassScores:
             model = self.model(result)
             squares = squares_left(products_of(self.table.gram, model), self._fit(model))
             self.known[key] = HeldOutSquares(squares, result.groups, result.ridges)
-        return self.known[key]
-
-    def beyond_laws(self, classes: Sequence[str], group: str) -> HeldOutSquares:
-        """Held-out squares of some classes with one group more, which is no class."""
-        key = (*sorted(classes), f"group {group}")
-        if key not in self.known:
-            partners = self.of(classes)
-            options = [(*partners.ridges, ridge) for ridge in self._ridges]
-            self.known[key] = self._best((*partners.groups, group), options)
         return self.known[key]
 
     def with_law(self, classes: Sequence[str], columns: IntArray) -> HeldOutSquares:

@@ -70,12 +70,17 @@ def law_sets(
     nearest = [_nearest(scores, shares, of_each_class, classes) for classes in sets_of_classes]
     sets = [entry for entries in nearest for entry in entries]
     sets += _grown(scores, shares, library)
+    # A law of many shapes bends to what other laws leave and ends at a bound: others do without it.
+    rigid = {name: law for name, law in library.items() if len(law.variants) == 1}
+    of_answer = nearest[0] if nearest else []
+    completed = [_completed(scores, shares, library, entry) for entry in of_answer[:1]]
+    completed += [_completed(scores, shares, rigid, entry) for entry in of_answer]
     of_classes = [scores.of(classes) for classes in sets_of_classes if classes]
     explaining = [held for held in of_classes if state_of(shares, held) == NAMED_CLASS]
     near = _near_best(shares, sets, explaining)
     # In force space a law is known less well than by simulation, friction at rest least: the
     # nearest laws of the answer are fitted, and a simpler set beside them.
-    proposed = [*_with_simpler(nearest[0]), *near] if of_classes else near
+    proposed = [*completed, *_with_simpler(of_answer), *near]
     return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in proposed if entry.laws))
 
 
@@ -117,6 +122,43 @@ def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns
         best, extended = ordered[0], ordered[:_EXTENDED]
         returned += ordered[:_RETURNED]
     return returned
+
+
+def _completed(
+    scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns], entry: _LawSet
+) -> _LawSet:
+    """Set of laws of a library with those that it lacks, and without those that explain nothing.
+
+    A class may hold several laws: the housing tilts with the torque and with the radial load.
+    """
+    least = scores.constants.least_gain
+    entry = _fitted_set(scores, [library[name] for name in entry.laws if name in library])
+    while larger := _larger(scores, entry, library):
+        if not shares.is_gain(larger[0].result, entry.result, least):
+            break
+        entry = larger[0]
+    while smaller := _smaller(scores, entry, library):
+        if shares.is_clear_gain(entry.result, smaller[0].result, least):
+            break
+        entry = smaller[0]
+    return entry
+
+
+def _larger(scores: ClassScores, base: _LawSet, library: Mapping[str, LawColumns]) -> list[_LawSet]:
+    """Sets with one law more, the one that leaves least first."""
+    sets = [_with_law(scores, base, law) for name, law in library.items() if name not in base.laws]
+    return sorted(sets, key=lambda entry: entry.result.total)
+
+
+def _smaller(
+    scores: ClassScores, entry: _LawSet, library: Mapping[str, LawColumns]
+) -> list[_LawSet]:
+    """Sets with one law less, the one that leaves least first."""
+    sets = [
+        _fitted_set(scores, [library[other] for other in entry.laws if other != name])
+        for name in entry.laws
+    ]
+    return sorted(sets, key=lambda smaller: smaller.result.total)
 
 
 def _near_best(

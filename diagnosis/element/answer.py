@@ -9,7 +9,6 @@ from carrierflex.diagnosis.classes.answer import (
     ShapeOf,
     class_answer,
     class_decision,
-    nearest_law,
     without_classes,
 )
 from carrierflex.diagnosis.classes.columns import GroupColumns
@@ -41,7 +40,6 @@ from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.smooth_loops import SmoothLoop, fitted_loop
 from carrierflex.diagnosis.element.table import (
     CLASS_GROUPS,
-    PRESLIDING,
     ElementTable,
     group_columns_along,
     products_by_block,
@@ -141,7 +139,6 @@ def answer_of_table(
         falls_short=falls_short(table, decision),
         drive_note=drive_note,
     )
-    decision = _or_friction(table, shares, decision)
     is_cut = decision.state in (NAMED_CLASS, LEADING_CLASS) and falls_short(table, decision)
     if is_cut:
         decision = _unnamed(decision)
@@ -305,24 +302,6 @@ def _answered(decision: Decision, classes: Classes, squares: HeldOutSquares, not
         note=note,
         is_inseparable=False,
     )
-
-
-def _or_friction(table: ElementTable, shares: Shares, decision: Decision) -> Decision:
-    """Decision with dry friction as a tie of hysteresis where one friction explains more.
-
-    Friction that turns over a length (Dahl) is a loop, and is dry friction. Where dry friction is
-    no answer, its length is a loop's.
-    """
-    if HYSTERESIS not in decision.classes or DISSIPATION in decision.classes:
-        return decision
-    others = tuple(name for name in decision.classes if name != HYSTERESIS)
-    law = nearest_law(table.scores, shares, HYSTERESIS, others)
-    if law.id != PRESLIDING or law.held is None or law.held.total >= decision.held.total:
-        return decision
-    tied: Classes = tuple(sorted((DISSIPATION, *others)))
-    if state_of(shares, table.scores.of(tied)) != NAMED_CLASS:
-        return decision
-    return replace(decision, ties=tuple(dict.fromkeys((*decision.ties, tied))))
 
 
 def _unnamed(decision: Decision) -> Decision:

@@ -144,7 +144,6 @@ def group_columns(
             is_nonnegative=True,
         ),
         GroupColumns("prony", partial(_branches, bases), np.zeros((_N_PRONY,) * 2), True),
-        GroupColumns("curved_prony", partial(_curved_branches, bases), np.eye(2 * _N_PRONY)),
         GroupColumns("delay", lambda run: change_by_delay(run)[None], np.zeros((1, 1))),
         *_by_deflection(bases),
         GroupColumns(
@@ -191,21 +190,6 @@ def surface_products(bases: ElementBases, x: FloatArray, v: FloatArray) -> Float
 def _branches(bases: ElementBases, run: ForceRecord) -> FloatArray:
     """Relaxing branches along a run, shape (n_taus, n)."""
     return relaxing_branches(run.x, bases.taus, run.step, from_rest=run.from_rest)
-
-
-def _curved_branches(bases: ElementBases, run: ForceRecord) -> FloatArray:
-    """What branches z gain where their springs are curved, shape (2 n_taus, n).
-
-    First order in p of a spring ``z + p z^k`` in series with a dashpot, for k of 2 and 3: z^k,
-    relaxed like z.
-    """
-    z = _branches(bases, run) / bases.size.half_range
-    rows = [
-        relaxing_branches(branch**power, tau, run.step, from_rest=run.from_rest)
-        for branch, tau in zip(z, bases.taus[:, None], strict=True)
-        for power in (2, 3)
-    ]
-    return np.concatenate(rows)
 
 
 def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -> FloatArray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.columns import along, dahl_friction, relaxing_branches, stops
+from carrierflex.diagnosis.classes.columns import dahl_friction, relaxing_branches, stops
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, discrepancy_shift
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray, Parameter
 from carrierflex.diagnosis.element.force_records import ForceRecord
@@ -145,9 +145,9 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
 def _memory_force(parts: MemoryParts, run: ForceRecord) -> FloatArray:
     """Force of a law's branches and stops along a run, begun as the class's columns are."""
     flat = flat_parts(replace(parts, levels=NO_PARTS.levels))
-    return along(
-        lambda x, moved: forces_along(x, run.step, moved), run.x, flat, from_rest=run.from_rest
-    )
+    if not run.from_rest:
+        forces_along(np.ascontiguousarray(run.x[::-1]), run.step, flat)
+    return np.asarray(forces_along(np.ascontiguousarray(run.x), run.step, flat))
 
 
 def _shapes_of(law: str, size: MotionSize) -> FloatArray:

@@ -44,7 +44,7 @@ from carrierflex.diagnosis.element.wiring import element_clocks, element_rivals
 from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime, edges_of_bands_hz
-from carrierflex.diagnosis.wiring.rivals import WiringChecks
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import even_time, filled
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning

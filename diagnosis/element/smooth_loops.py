@@ -92,7 +92,7 @@ def fitted_loop(
     """Smooth loop that leaves least of the force beside the baseline.
 
     `others` are columns of a class that shares the force with it; where `is_curve` the state goes
-    back as it came. Best of the fits from each start.
+    back as it came. The fit begins at the start that leaves less.
     """
     spread = np.eye(N_STIFFNESS)
     if is_curve:
@@ -100,19 +100,17 @@ def fitted_loop(
         spread = (spread + spread[::-1])[:, : half + 1]
         spread[half, half] = 1.0
     problem = _problem(runs, weights, size, others, spread)
-    fits = []
-    for stiffness in (_OF_SLIDERS, _OF_HARDENING):
-        start = np.interp(np.linspace(-1.0, 1.0, N_STIFFNESS), (-1.0, 0.0, 1.0), stiffness)
-        fit = least_squares(
-            problem.residual,
-            np.linalg.lstsq(spread, np.log(start), rcond=None)[0],
-            jac=problem.jacobian,
-            ftol=_SETTLED,
-            max_nfev=_MOST_STEPS,
-        )
-        fits.append((float(fit.cost), fit.x))
-    best = min(fits, key=lambda fit: fit[0])[1]
-    return problem.loop(best)
+    at_values = np.linspace(-1.0, 1.0, N_STIFFNESS)
+    logs_c = [
+        np.log(np.interp(at_values, (-1.0, 0.0, 1.0), stiffness))
+        for stiffness in (_OF_SLIDERS, _OF_HARDENING)
+    ]
+    starts = [np.asarray(np.linalg.lstsq(spread, log_c)[0], dtype=np.float64) for log_c in logs_c]
+    start = min(starts, key=lambda unknowns: float(np.square(problem.residual(unknowns)).sum()))
+    fit = least_squares(
+        problem.residual, start, jac=problem.jacobian, ftol=_SETTLED, max_nfev=_MOST_STEPS
+    )
+    return problem.loop(fit.x)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ import numpy as np
 from carrierflex.diagnosis.classes.columns import GroupColumns, relaxing_branches
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import (
-    ColumnGroup,
     GramTable,
     IntArray,
     LawColumns,
@@ -48,7 +47,6 @@ from carrierflex.diagnosis.element.laws import (
     classes_of,
     law_columns,
     presliding_columns,
-    yields,
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.motion import with_all_lines
@@ -83,8 +81,6 @@ _PRODUCT_GROUPS: dict[str, tuple[str, ...]] = {
     "dry and g(v)": (*CLASS_GROUPS[DISSIPATION], "dry_by_place"),
     "quadratic and g(v)": (*CLASS_GROUPS[DISSIPATION], "quadratic_by_place"),
 }
-#: Hysteresis of one strength and one straight spring: sliders alike in both directions (Masing).
-_PLAIN_GROUPS: dict[str, tuple[str, ...]] = {HYSTERESIS: ("plain_stops",)}
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
 _REST_SPEED = (0.01, 0.3)
 #: The sign of a speed with a normal error rises over this many of its standard deviations: the
@@ -202,7 +198,7 @@ def table_of(
     products, laws = products_by_block(
         runs, lambda run: _columns_along(model, run, groups, bases.size), constants.n_folds
     )
-    table = _gram_table(products, laws, model, yields(bases.size).size)
+    table = _gram_table(products, laws, model)
     scores = ClassScores(table, constants)
     return ElementTable(runs.records, runs.weights, bases, table, groups, scores)
 
@@ -275,11 +271,9 @@ def _side_line(bases: ElementBases, runs: Sequence[ForceRecord]) -> FloatArray:
 
 
 def _gram_table(
-    products: GramTable, laws: Mapping[str, tuple[IntArray, ...]], model: ElementModel, n_plain: int
+    products: GramTable, laws: Mapping[str, tuple[IntArray, ...]], model: ElementModel
 ) -> GramTable:
-    """Table of all classes; its first sliders, which do not bend, are a group too."""
-    stops = products.groups["stops"].columns[:n_plain]
-    plain_stops = ColumnGroup(stops, np.zeros((n_plain, n_plain)), is_nonnegative=True)
+    """Table of all classes."""
     ceiling: tuple[str, ...] = (*_SURFACE, "stops", "prony", "delay", "time", "side")
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
@@ -291,7 +285,6 @@ def _gram_table(
     ]
     return replace(
         products,
-        groups={**products.groups, "plain_stops": plain_stops},
         classes=CLASS_GROUPS,
         surface=FORCE_SURFACE,
         ceiling=ceiling,
@@ -299,11 +292,9 @@ def _gram_table(
             name: tuple(law for law in columns if name in _classes_of(law.id, model))
             for name in CLASS_GROUPS
         },
-        beyond_laws={MEMORY: "curved_prony"},
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,
         products=_PRODUCT_GROUPS,
-        plain=_PLAIN_GROUPS,
     )
 
 

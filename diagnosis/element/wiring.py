@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.wiring.rivals import (
+from carrierflex.diagnosis.wiring.refits import (
     TORQUE_SIGN,
     ClockDrift,
     WiringRival,
@@ -42,9 +42,13 @@ class _Spectra:
     gram: FloatArray
     cross: ComplexArray
 
-    def delayed(self, delays: FloatArray) -> FloatArray:
+    def phases(self, delays: FloatArray) -> ComplexArray:
+        """Factors of late responses, shape (n_delays, n)."""
+        return np.exp(-1j * np.outer(delays, self.omega))
+
+    def delayed(self, phases: ComplexArray) -> FloatArray:
         """Products with the force where the response was late, shape (n_delays, 3)."""
-        return np.asarray((np.exp(-1j * np.outer(delays, self.omega)) @ self.cross).real)
+        return np.asarray((phases @ self.cross).real)
 
 
 def element_clocks(records: Sequence[ElementRecord], *, by_force: bool) -> tuple[ClockDrift, ...]:
@@ -64,7 +68,7 @@ def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Ite
     """Delay that all runs share."""
     steps = np.arange(-_MOST_STEPS * _PER_STEP, _MOST_STEPS * _PER_STEP + 1) / _PER_STEP
     delays = float(np.median([record.step for record in records])) * steps
-    cross = np.sum([run.delayed(delays) for run in spectra], axis=0)
+    cross = np.sum([run.delayed(run.phases(delays)) for run in spectra], axis=0)
     squares = _squares(np.sum([run.gram for run in spectra], axis=0), cross, len(spectra))
     best = int(np.argmin(squares))
     is_inner = best not in (0, squares.size - 1)
@@ -80,7 +84,7 @@ def _drift(
     if len(records) < 2:
         return
     gram = np.sum([run.gram for run in spectra], axis=0)
-    products = [run.delayed(np.zeros(1)) for run in spectra]
+    products = [run.delayed(run.phases(np.zeros(1))) for run in spectra]
     cross = np.sum(products, axis=0)
     on_time = float(_squares(gram, cross, len(spectra))[0])
     drifts = []
@@ -107,26 +111,30 @@ class _LateRun:
         """Growth of the delay and delay in the middle [s], and the square that they leave."""
         steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1, dtype=np.float64)
         step = self.record.step
-        table = np.array([self.squares(growth, step * steps) for growth in step * steps])
+        phases = self._spectra(0.0).phases(step * steps)
+        table = np.array([self._squares(self._spectra(g), phases) for g in step * steps])
         g, d = np.unravel_index(int(np.argmin(table)), table.shape)
 
         def square(pair: FloatArray) -> float:
             """Square with a growth and a delay in steps of time."""
-            return float(self.squares(step * pair[0], step * pair[1:])[0])
+            run = self._spectra(step * pair[0])
+            return float(self._squares(run, run.phases(step * pair[1:]))[0])
 
         guess = np.array([steps[g], steps[d]])
         fine = minimize(square, guess, method="Nelder-Mead", options=_FINE)
         growth, delay = (step * fine.x).tolist()
         return growth, delay, float(fine.fun)
 
-    def squares(self, growth: float, delays: FloatArray) -> FloatArray:
-        """Squares that all runs leave with a growth and some delays of this one."""
+    def _spectra(self, growth: float) -> _Spectra:
+        """Spectra with the response where its inputs were, but for the delay in the middle."""
         time = self.record.step * np.arange(self.record.response.size)
         along = time / time[-1] - 0.5
-        # The response where its inputs were, but for the delay in its middle.
         response = np.interp(time + growth * along, time, self.record.response)
-        run = _spectra(self.record, response, self.by_force)
-        return _squares(self.gram + run.gram, self.cross + run.delayed(delays), self.n_runs)
+        return _spectra(self.record, response, self.by_force)
+
+    def _squares(self, run: _Spectra, phases: ComplexArray) -> FloatArray:
+        """Squares that all runs leave with some delays of this one."""
+        return _squares(self.gram + run.gram, self.cross + run.delayed(phases), self.n_runs)
 
 
 def _spectra(record: ElementRecord, response: FloatArray, by_force: bool) -> _Spectra:

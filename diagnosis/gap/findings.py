@@ -4,14 +4,16 @@ Where it lies, how it develops in time, what does not repeat, how it grows with 
 quantities of interest.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import norm, wasserstein_distance
 from scipy.stats import t as student_t
 
-from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 
 #: A condition varies where its largest value is at least this many times its smallest.
 _SPAN = 1.3
@@ -25,28 +27,15 @@ _LEAST_ERROR = 5e-3
 
 @dataclass(frozen=True, eq=False)
 class Exponent:
-    """Exponent of one condition.
+    """Exponent of one condition."""
 
-    Parameters
-    ----------
-    value : float
-        Exponent; NaN where the conditions do not determine it.
-    ci95 : tuple of float
-        Interval of 95 %.
-    p_value : float
-        Probability of such an exponent where the gap does not depend on the condition.
-    n_points : int
-        Amplitudes that were used. With as many as unknowns the interval knows the noise only, not
-        the misfit of the law.
-    reason : str
-        Why it is not determinable; empty where it is.
-    """
-
-    value: float
-    ci95: tuple[float, float]
-    p_value: float
-    n_points: int
-    reason: str = ""
+    value: Annotated[float, "Exponent; NaN where the conditions do not determine it"]
+    ci95: Annotated[tuple[float, float], "Interval of 95 %"]
+    p_value: Annotated[float, "Probability of such an exponent where the gap does not depend on it"]
+    n_points: Annotated[
+        int, "Amplitudes used; with as many as unknowns the interval holds the noise only"
+    ]
+    reason: Annotated[str, "Why it is not determinable; empty where it is"] = ""
 
 
 def exponents(
@@ -129,7 +118,7 @@ def _fitted(design: FloatArray, target: FloatArray, error: FloatArray) -> Expone
 
 
 def _none(n: int, reason: str) -> Exponent:
-    nan = float("nan")
+    nan = np.nan
     return Exponent(nan, (nan, nan), nan, n, reason)
 
 
@@ -160,307 +149,248 @@ NO_ODD_DRIVE = "no odd drive"
 
 @dataclass(frozen=True, eq=False)
 class FollowedLoad:
-    """The load that a gap follows in time.
+    """The load that a gap follows in time."""
 
-    Parameters
-    ----------
-    load : str
-        Name of the input.
-    is_rate : bool
-        Whether it follows the load's rate rather than the load.
-    correlation : float
-        Size of the correlation.
-    """
-
-    load: str
-    is_rate: bool
-    correlation: float
+    load: Annotated[str, "Name of the input"]
+    is_rate: Annotated[bool, "Whether it follows the load's rate rather than the load"]
+    correlation: Annotated[float, "Size of the correlation"]
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """One statement about where the gap lies.
+    """One statement about where the gap lies."""
 
-    Parameters
-    ----------
-    kind : str
-        ORDER, SMALL_ORDER, LINE, BAND, MOTION or CHANNEL.
-    patterns : tuple of str
-        Sensor patterns, the motion, or the measured quantity; largest first.
-    share : float
-        Share of the gap.
-    runs : tuple of str
-        Runs in which it is significant.
-    is_in_every_run : bool
-        Whether these are all runs.
-    order : int, optional
-        Shaft order; negative for backward motion of a radial pair.
-    band_hz : tuple of float, optional
-        Band of frequency [Hz].
-    frame : str
-        What it is fixed to; empty where nothing turns.
-    p_value : float
-        Largest of the significant runs; NaN where it is unknown.
-    exponents : mapping of str to Exponent
-        Amplitude-scaling exponents by condition.
-    changes_with : str
-        Condition with which it changes, though not by a power; empty where none.
-    follows : FollowedLoad, optional
-        Load that it follows in time.
-    line : str
-        Name of a line beside the orders: ``0.47X`` or ``0.83Hz``; empty otherwise.
-    """
-
-    kind: str
-    patterns: tuple[str, ...]
-    share: float
-    runs: tuple[str, ...]
-    is_in_every_run: bool
-    order: int | None = None
-    band_hz: tuple[float, float] | None = None
-    frame: str = ""
-    p_value: float = float("nan")
-    exponents: Mapping[str, Exponent] = field(default_factory=dict)
-    changes_with: str = ""
-    follows: FollowedLoad | None = None
-    line: str = ""
+    kind: Annotated[str, "ORDER, SMALL_ORDER, LINE, BAND, MOTION or CHANNEL"]
+    patterns: Annotated[tuple[str, ...], "Sensor patterns, motion or quantity; largest first"]
+    share: Annotated[float, "Share of the gap"]
+    runs: Annotated[tuple[str, ...], "Runs in which it is significant"]
+    is_in_every_run: Annotated[bool, "Whether these are all runs"]
+    order: Annotated[int | None, "Shaft order; negative: backward motion"] = None
+    band_hz: Annotated[tuple[float, float] | None, "Band of frequency [Hz]"] = None
+    frame: Annotated[str, "What it is fixed to; empty where nothing turns"] = ""
+    p_value: Annotated[float, "Largest of the significant runs; NaN: unknown"] = np.nan
+    exponents: Annotated[Mapping[str, Exponent], "How it grows, by condition"] = field(
+        default_factory=dict
+    )
+    changes_with: Annotated[
+        str, "Condition with which it changes, though not by a power, or empty"
+    ] = ""
+    follows: Annotated[FollowedLoad | None, "Load that it follows in time"] = None
+    line: Annotated[str, "Name of a line beside the orders, ``0.47X`` or ``0.83Hz``, or empty"] = ""
 
 
 @dataclass(frozen=True, eq=False)
 class GapMoment:
-    """RMS of the gap in one window of a run.
+    """RMS of the gap in one window of a run."""
 
-    Parameters
-    ----------
-    run : str
-        Run.
-    time : float
-        Middle of the window [s].
-    rms : float
-        RMS over the channels in their unit.
-    """
-
-    run: str
-    time: float
-    rms: float
+    run: Annotated[str, "Run"]
+    time: Annotated[float, "Middle of the window [s]"]
+    rms: Annotated[float, "RMS over the channels in their unit"]
 
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """Trend of one cell of the map over a run.
+    """Trend of one cell of the map over a run."""
 
-    Parameters
-    ----------
-    run, channel_pattern : str
-        Cell.
-    order : float
-        Order, or line.
-    change : float
-        Amplitude of the change from the first to the last repetition, in the unit of the channels.
-    share : float
-        Share of the cell's mean square in that run that the trend makes up.
-    p_value : float
-        Without a trend; adjusted for the number of cells (Benjamini-Yekutieli).
-    """
-
-    run: str
-    channel_pattern: str
-    order: float
-    change: float
-    share: float
-    p_value: float
+    run: Annotated[str, "Run of the cell"]
+    channel_pattern: Annotated[str, "Its sensor pattern or channel"]
+    order: Annotated[float, "Order, or line"]
+    change: Annotated[
+        float, "Amplitude of the change from first to last repetition, in the channels' unit"
+    ]
+    share: Annotated[float, "Share of the cell's mean square in that run that the trend makes up"]
+    p_value: Annotated[float, "Without a trend; adjusted for the number of cells"]
 
 
 @dataclass(frozen=True, eq=False)
 class NonSynchronousCell:
-    """Scatter of one cell over the repetitions, or everything off the orders.
+    """Scatter of one cell over the repetitions, or everything off the orders."""
 
-    Parameters
-    ----------
-    run, channel_pattern : str
-        Cell; the names of several runs, joined by "and", for what differs between repeats of one
-        condition.
-    order : float, optional
-        Order or line; None for everything off the orders.
-    measured, simulated : float
-        Mean square that does not repeat in the measured and in the simulated signal.
-    gap, noise : float
-        Mean square that does not repeat in the gap, and what the noise alone leaves there.
-    p_value : float
-        Without more than noise; adjusted (Benjamini-Yekutieli); NaN where the noise is itself
-        estimated from this scatter.
-    """
-
-    run: str
-    channel_pattern: str
-    order: float | None
-    measured: float
-    simulated: float
-    gap: float
-    noise: float
-    p_value: float
+    run: Annotated[
+        str, 'Run; names joined by "and" for what differs between repeats of one condition'
+    ]
+    channel_pattern: Annotated[str, "Sensor pattern or channel"]
+    order: Annotated[float | None, "Order or line; None for everything off the orders"]
+    measured: Annotated[float, "Mean square that does not repeat in the measured signal"]
+    simulated: Annotated[float, "The same in the simulated signal"]
+    gap: Annotated[float, "The same in the gap"]
+    noise: Annotated[float, "What the noise alone leaves there"]
+    p_value: Annotated[
+        float, "Without more than noise, adjusted; NaN where the noise is estimated from it"
+    ]
 
 
 @dataclass(frozen=True, eq=False)
 class PartGrowth:
-    """How one part of the gap (a pattern and order over all runs) depends on the conditions.
+    """How one part of the gap (a pattern and order over all runs) depends on the conditions."""
 
-    Parameters
-    ----------
-    channel_pattern : str
-        Pattern or channel.
-    order : float
-        Order; NaN where all orders or lines are taken together.
-    frame : str
-        ``housing``, ``carrier`` or ``undecided``: what it is fixed to; empty where nothing turns.
-    exponents : mapping of str to Exponent
-        By condition.
-    """
-
-    channel_pattern: str
-    order: float
-    frame: str
-    exponents: Mapping[str, Exponent]
+    channel_pattern: Annotated[str, "Pattern or channel"]
+    order: Annotated[float, "Order; NaN where all orders or lines are taken together"]
+    frame: Annotated[str, "``housing``, ``carrier``, ``undecided``, or empty where nothing turns"]
+    exponents: Annotated[Mapping[str, Exponent], "By condition"]
 
 
 @dataclass(frozen=True, eq=False)
 class CellValidation:
-    """Comparison error of one significant cell and its uncertainty (ASME V&V 20).
+    """Comparison error of one significant cell and its uncertainty (ASME V&V 20)."""
 
-    Parameters
-    ----------
-    channel_pattern, run : str
-        Cell.
-    order : float
-        Order or line.
-    error_before, error_after : float
-        RMS of E, measured less simulated.
-    u_val : float
-        ``sqrt(u_num² + u_D²)``: step of integration and scatter of the measured cell; the inputs'
-        own error is not declared.
-    is_beyond : bool
-        Whether |E| before exceeds u_val, so that a shrink may be claimed.
-    """
-
-    channel_pattern: str
-    order: float
-    run: str
-    error_before: float
-    error_after: float
-    u_val: float
-    is_beyond: bool
+    channel_pattern: Annotated[str, "Sensor pattern or channel"]
+    order: Annotated[float, "Order or line"]
+    run: Annotated[str, "Run"]
+    error_before: Annotated[float, "RMS of measured less simulated, with the baseline"]
+    error_after: Annotated[float, "The same with the effects"]
+    u_val: Annotated[
+        float, "``sqrt(u_num² + u_D²)``: step of integration, scatter of the measured cell"
+    ]
+    is_beyond: Annotated[bool, "Whether |E| before exceeds u_val, so that a shrink may be claimed"]
 
 
 @dataclass(frozen=True, eq=False)
 class Scalar:
-    """A quantity of interest, one value for every repetition in every condition.
+    """A quantity of interest, one value for every repetition in every condition."""
 
-    Parameters
-    ----------
-    name, unit : str
-        What it is, and its unit.
-    measured, predicted : ndarray, shape (n,)
-        Values by repetition.
-    """
-
-    name: str
-    unit: str
-    measured: FloatArray
-    predicted: FloatArray
+    name: Annotated[str, "What it is"]
+    unit: Annotated[str, "Its unit"]
+    measured: Annotated[FloatArray, "Measured by repetition, shape (n,)"]
+    predicted: Annotated[FloatArray, "Simulated by repetition, shape (n,)"]
 
 
 @dataclass(frozen=True, eq=False)
 class ScalarGap:
-    """Area between measured and simulated distribution of a scalar, ``integral |F_s - F_m| dx``.
+    """Area between measured and simulated distribution of a scalar, ``integral |F_s - F_m| dx``."""
 
-    Parameters
-    ----------
-    name, unit : str
-        What it is, and its unit.
-    measured_mean : float
-        Mean of the measured values.
-    area_before, area_after : float
-        Area with the baseline and with the accepted effects, in `unit`.
-    """
-
-    name: str
-    unit: str
-    measured_mean: float
-    area_before: float
-    area_after: float
+    name: Annotated[str, "What it is"]
+    unit: Annotated[str, "Its unit"]
+    measured_mean: Annotated[float, "Mean of the measured values"]
+    area_before: Annotated[float, "Area with the baseline, in `unit`"]
+    area_after: Annotated[float, "Area with the accepted effects, in `unit`"]
 
 
 @dataclass(frozen=True, eq=False)
 class Repeatability:
-    """How far the gap repeats from one repetition to the next.
+    """How far the gap repeats from one repetition to the next."""
 
-    Parameters
-    ----------
-    repetition : str
-        What repeats: ``revolution``, ``period`` or ``repeat``.
-    rms : float
-        RMS by run of what does not repeat, above the noise, in the unit of the channels.
-    share : float
-        Its mean square over that of the repeating gap.
-    largest : NonSynchronousCell, optional
-        Cell with most of it; None where what does not repeat is noise.
-    """
-
-    repetition: str
-    rms: float
-    share: float
-    largest: NonSynchronousCell | None
+    repetition: Annotated[str, "What repeats: ``revolution``, ``period`` or ``repeat``"]
+    rms: Annotated[
+        float, "RMS by run of what does not repeat, above the noise, in the channels' unit"
+    ]
+    share: Annotated[float, "Its mean square over that of the repeating gap"]
+    largest: Annotated[NonSynchronousCell | None, "Cell with most of it; None where it is noise"]
 
 
 @dataclass(frozen=True, eq=False)
 class GapFindings:
-    """What a kind finds about the gap of one model beyond the cells of its map.
+    """What a kind finds about the gap of one model beyond the cells of its map."""
 
-    Parameters
-    ----------
-    where : tuple of Finding
-        Where it lies, largest first; empty where no cell is significant.
-    numbered_by : str
-        What the cells are numbered by: ORDERS, LINES or MOTION_BANDS.
-    in_time : tuple of GapMoment
-        RMS in windows of the runs.
-    drifts : tuple of Drift
-        Significant trends, largest change first.
-    non_synchronous : tuple of NonSynchronousCell
-        Cells whose scatter is beyond noise, largest excess first.
-    repeatability : tuple of Repeatability
-        What they amount to, by sort of repetition.
-    growth : tuple of PartGrowth
-        Amplitude-scaling exponents of the largest parts.
-    parity : str
-        ODD, EVEN, ODD_AND_EVEN, or one of the reasons why it is not determinable; empty where a
-        parity has no meaning.
-    """
-
-    where: tuple[Finding, ...]
-    numbered_by: str
-    in_time: tuple[GapMoment, ...] = ()
-    drifts: tuple[Drift, ...] = ()
-    non_synchronous: tuple[NonSynchronousCell, ...] = ()
-    repeatability: tuple[Repeatability, ...] = ()
-    growth: tuple[PartGrowth, ...] = ()
-    parity: str = ""
+    where: Annotated[
+        tuple[Finding, ...], "Where it lies, largest first; empty where nothing is significant"
+    ]
+    numbered_by: Annotated[str, "What the cells are numbered by: ORDERS, LINES or MOTION_BANDS"]
+    in_time: Annotated[tuple[GapMoment, ...], "RMS in windows of the runs"] = ()
+    drifts: Annotated[tuple[Drift, ...], "Significant trends, largest change first"] = ()
+    non_synchronous: Annotated[
+        tuple[NonSynchronousCell, ...], "Cells that scatter beyond noise, largest excess first"
+    ] = ()
+    repeatability: Annotated[tuple[Repeatability, ...], "What they amount to, by repetition"] = ()
+    growth: Annotated[tuple[PartGrowth, ...], "How the largest parts grow"] = ()
+    parity: Annotated[str, "ODD, EVEN, ODD_AND_EVEN, or why it is not determinable; else empty"] = (
+        ""
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class GapDetail:
-    """The gap of the baseline beyond its map.
+    """The gap of the baseline beyond its map."""
 
-    Parameters
-    ----------
-    findings : GapFindings
-        Where it lies, in time, what does not repeat, growth and parity.
-    cells : tuple of CellValidation
-        Significant cells, largest error first.
-    scalars : tuple of ScalarGap
-        Area metric.
+    findings: Annotated[GapFindings, "Where it lies, what does not repeat, growth, parity"]
+    cells: Annotated[tuple[CellValidation, ...], "Significant cells, largest error first"]
+    scalars: Annotated[tuple[ScalarGap, ...], "Area metric"]
+
+
+@dataclass(frozen=True, eq=False)
+class OffOrderMotion:
+    """A line or a band beside the shaft's orders."""
+
+    id: Annotated[
+        str,
+        "Class: ``nonsynchronous/0.47X``, or ``channel/0.47X`` where one channel alone shows it",
+    ]
+    label: Annotated[
+        str,
+        "Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency",
+    ]
+    channels: Annotated[tuple[str, ...], "Channels that show it"]
+    runs: Annotated[tuple[str, ...], "Runs that show it"]
+    is_in_every_run: Annotated[bool, "Whether these are all runs"]
+    band_hz: Annotated[tuple[float, float], "Lowest and highest frequency over lines and runs [Hz]"]
+    mean_square: Annotated[Mapping[str, float], "Mean square over the channels by run"]
+    explained: Annotated[float, "Share of its power that amplitudes fitted to other turns predict"]
+    p_value: Annotated[float, "Probability that noise makes it anywhere in the records"]
+
+
+#: Cells of hundreds of runs are some hundred thousand, and the first 200 are written.
+_MOST_CELLS = 1000
+
+
+def cell_validations(
+    before: Sequence[GapCell], after: Sequence[GapCell], numerical: float
+) -> tuple[CellValidation, ...]:
+    """Comparison error and its uncertainty of every significant cell.
+
+    ASME V&V 20-2009, section 1-5.
     """
+    every = map_of(before)
+    significant = every.chosen(every.are_significant)
+    shown = significant.sorted_by(-np.sqrt(significant.mean_squares))[:_MOST_CELLS]
+    rows = zip(
+        shown,
+        np.sqrt(shown.mean_squares).tolist(),
+        np.sqrt(np.maximum(_mean_squares_after(shown, map_of(after)), 0.0)).tolist(),
+        np.sqrt(numerical**2 + shown.noise).tolist(),
+        strict=True,
+    )
+    return tuple(
+        CellValidation(
+            channel_pattern=cell.channel_pattern,
+            order=cell.order,
+            run=cell.run,
+            error_before=error_before,
+            error_after=error_after,
+            u_val=u_val,
+            is_beyond=error_before > u_val,
+        )
+        for cell, error_before, error_after, u_val in rows
+    )
 
-    findings: GapFindings
-    cells: tuple[CellValidation, ...]
-    scalars: tuple[ScalarGap, ...]
+
+def _mean_squares_after(shown: GapMap, after: GapMap) -> list[float]:
+    """Mean squares of the same cells in another map, which may hold a million."""
+    sought = [(cell.run, cell.channel_pattern, cell.order) for cell in shown]
+    wanted = set(sought)
+    mean_squares = {}
+    rows = zip(after.places, after.orders, after.mean_squares, strict=True)
+    for (run, pattern), order, mean_square in rows:
+        key = (after.runs[run], after.patterns[pattern], float(order))
+        if key in wanted:
+            mean_squares[key] = float(mean_square)
+    return [mean_squares[key] for key in sought]
+
+
+def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[ScalarGap, ...]:
+    """Area metric of every scalar, before and after.
+
+    References
+    ----------
+    .. [1] S. Ferson, W. L. Oberkampf, L. Ginzburg, "Model validation and predictive capability for
+       the thermal challenge problem", Comput. Methods Appl. Mech. Engrg. 197 (2008) 2408-2430.
+    """
+    return tuple(
+        ScalarGap(
+            name=old.name,
+            unit=old.unit,
+            measured_mean=float(np.mean(old.measured)),
+            area_before=float(wasserstein_distance(old.measured, old.predicted)),
+            area_after=float(wasserstein_distance(new.measured, new.predicted)),
+        )
+        for old, new in zip(before, after, strict=True)
+    )

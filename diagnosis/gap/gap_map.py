@@ -10,7 +10,7 @@ amplitudes to its samples: white noise of variance s² leaves ``s² times amplit
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import overload
+from typing import Annotated, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -178,34 +178,27 @@ N_DRAWS = 200
 
 @dataclass(frozen=True, eq=False)
 class CellTable:
-    """Cells of the runs whose repetitions are drawn together.
+    """Cells of the runs whose repetitions are drawn together."""
 
-    Parameters
-    ----------
-    runs, patterns : tuple of str
-        Runs; channels or sensor patterns.
-    orders : ndarray, shape (n_orders,)
-        Shaft orders, lines, or middles of bands.
-    mean_square, coherent, p_value : ndarray, shape (n_runs, n_patterns, n_orders)
-        Mean square of the gap; the same less the noise; probability without a gap, not adjusted.
-    draws : callable
-        Coherent part in bootstrap draws of the repetitions, shape (N_DRAWS, n_runs, n_patterns,
-        n_orders); made when the intervals are, for those of many runs are more than their map.
-    bands_hz : ndarray, shape (n_orders, 2), optional
-        Ends of the band behind every order [Hz].
-    used : ndarray of bool, shape (n_patterns, n_orders), optional
-        Cells that exist; all where it is left out.
-    """
-
-    runs: tuple[str, ...]
-    patterns: tuple[str, ...]
-    orders: FloatArray
-    mean_square: FloatArray
-    coherent: FloatArray
-    p_value: FloatArray
-    draws: Callable[[], FloatArray]
-    bands_hz: FloatArray | None = None
-    used: BoolArray | None = None
+    runs: Annotated[tuple[str, ...], "Runs"]
+    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
+    orders: Annotated[FloatArray, "Shaft orders, lines, or middles of bands, shape (n_orders,)"]
+    mean_square: Annotated[
+        FloatArray, "Mean square of the gap, shape (n_runs, n_patterns, n_orders)"
+    ]
+    coherent: Annotated[FloatArray, "The same less the noise"]
+    p_value: Annotated[FloatArray, "Probability of each without a gap, not adjusted"]
+    draws: Annotated[
+        Callable[[], FloatArray],
+        "``() -> coherent part`` in N_DRAWS bootstrap draws of the repetitions; not made before "
+        "the intervals are, for those of many runs are more than their map",
+    ]
+    bands_hz: Annotated[
+        FloatArray | None, "Ends of the band behind every order [Hz], shape (n_orders, 2)"
+    ] = None
+    used: Annotated[
+        BoolArray | None, "Cells that exist; all where it is left out, shape (n_patterns, n_orders)"
+    ] = None
 
     def is_used(self) -> BoolArray:
         """Cells that exist, shape (n_runs, n_patterns, n_orders)."""
@@ -216,23 +209,16 @@ class CellTable:
 
 @dataclass(frozen=True, eq=False)
 class GapMap(Sequence[GapCell]):
-    """Cells of a map, each made when it is looked at: those of many runs are a million.
+    """Cells of a map, each made when it is looked at: those of many runs are a million."""
 
-    Parameters
-    ----------
-    runs, patterns : tuple of str
-        Names that the cells point to.
-    places : ndarray of int, shape (n, 2)
-        Number of the run and of the pattern of every cell.
-    values : ndarray, shape (n, 9)
-        Order, mean square, coherent part, share, both ends of its interval, p-value, both ends of
-        the band; NaN where there is no band.
-    """
-
-    runs: tuple[str, ...]
-    patterns: tuple[str, ...]
-    places: IntArray
-    values: FloatArray
+    runs: Annotated[tuple[str, ...], "Names of runs that the cells point to"]
+    patterns: Annotated[tuple[str, ...], "Names of patterns that the cells point to"]
+    places: Annotated[IntArray, "Number of the run and of the pattern of every cell, shape (n, 2)"]
+    values: Annotated[
+        FloatArray,
+        "Order, mean square, coherent part, share, both ends of its interval, p-value, both "
+        "ends of the band; NaN where there is no band, shape (n, 9)",
+    ]
 
     @property
     def orders(self) -> FloatArray:

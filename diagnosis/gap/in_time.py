@@ -1,7 +1,8 @@
 """The gap in time: windows, trends over a run, and what does not repeat."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,19 +25,8 @@ _TERMS = 2
 def sliding_rms(run: str, time: FloatArray, square: FloatArray) -> tuple[GapMoment, ...]:
     """RMS in sliding windows of up to 20 repetitions.
 
-    Parameters
-    ----------
-    run : str
-        Run.
-    time : ndarray, shape (R,)
-        Middle of every repetition [s].
-    square : ndarray, shape (R,)
-        Mean square of the gap in every repetition; NaN where unknown.
-
-    Returns
-    -------
-    tuple of GapMoment
-        One for each window.
+    `time` is the middle of every repetition [s], `square` the mean square of the gap in it, NaN
+    where unknown.
     """
     n = time.size
     length = max(1, min(_WINDOW, n - _FEWEST_WINDOWS + 1))
@@ -132,50 +122,50 @@ def trend(time: FloatArray, amplitudes: ComplexArray) -> _Trend:
     return _Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
 
 
-@dataclass(frozen=True, eq=False)
-class DriftTable:
-    """Trends of all cells of a run.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _RunCells:
+    """Cells of a run, or of runs of one condition; all values have one shape."""
 
-    Parameters
-    ----------
-    run : str
-        Run.
-    patterns : tuple of str
-        Channels or sensor patterns.
-    orders : ndarray, shape (n_orders,)
-        Orders, or lines.
-    change, share, p_value : ndarray, shape (n_patterns, n_orders)
-        As of :class:`carrierflex.diagnosis.gap.findings.Drift`; p-values not adjusted, NaN where
-        unknown.
-    used : ndarray of bool, shape (n_patterns, n_orders)
-        Cells that exist.
-    """
+    run: Annotated[str, "Name of the run or runs"]
+    patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
+    orders: Annotated[FloatArray, "Orders, lines or middles of bands, shape (n_orders,)"]
+    p_value: Annotated[FloatArray, "By chance, not adjusted, shape (n_patterns, n_orders)"]
+    used: Annotated[BoolArray | None, "Cells that exist; all where it is left out"] = None
 
-    run: str
-    patterns: tuple[str, ...]
-    orders: FloatArray
-    change: FloatArray
-    share: FloatArray
-    p_value: FloatArray
-    used: BoolArray
+    def known_p_values(self) -> FloatArray:
+        """P-values of the cells that exist, shape (n,)."""
+        return self.p_value[self._is_used()]
 
-    def beyond(self, p_values: FloatArray) -> list[Drift]:
-        """Trends beyond chance, by the adjusted p-values of all that exist."""
-        indices = np.argwhere(self.used)
-        is_beyond = p_values < SIGNIFICANCE
-        return [
-            Drift(
-                run=self.run,
-                channel_pattern=self.patterns[p],
-                order=float(self.orders[n]),
-                change=float(self.change[p, n]),
-                share=float(self.share[p, n]),
-                p_value=p_value,
-            )
-            for (p, n), p_value in zip(
-                indices[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
-            )
-        ]
+    def _is_used(self) -> BoolArray:
+        return np.ones(self.p_value.shape, dtype=bool) if self.used is None else self.used
+
+    def beyond(self, p_values: FloatArray, *values: FloatArray) -> Iterator[tuple[Any, ...]]:
+        """Run, pattern, order, values and p-value of the cells beyond chance.
+
+        `p_values` are the adjusted ones of all cells that exist.
+        """
+        for (p, n), p_value in zip(np.argwhere(self._is_used()), p_values.tolist(), strict=True):
+            if p_value < SIGNIFICANCE:
+                row = [float(value[p, n]) for value in values]
+                yield (self.run, self.patterns[p], float(self.orders[n]), *row, p_value)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DriftTable(_RunCells):
+    """Trends of all cells of a run."""
+
+    change: Annotated[FloatArray, "Amplitude of the change"]
+    share: Annotated[FloatArray, "Share of the mean square that the trend makes up"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ScatterTable(_RunCells):
+    """Mean square of all cells that does not repeat."""
+
+    measured: Annotated[FloatArray, "In the measured signal"]
+    simulated: Annotated[FloatArray, "In the simulated signal"]
+    gap: Annotated[FloatArray, "In the gap"]
+    noise: Annotated[FloatArray, "By the noise alone"]
 
 
 def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
@@ -185,70 +175,13 @@ def significant_drifts(tables: Sequence[DriftTable]) -> tuple[Drift, ...]:
     """
     if not tables:
         return ()
-    by_table = adjusted_together([table.p_value[table.used] for table in tables])
+    by_table = adjusted_together([table.known_p_values() for table in tables])
     rows = [
-        row
+        Drift(*row)
         for table, p_values in zip(tables, by_table, strict=True)
-        for row in table.beyond(p_values)
+        for row in table.beyond(p_values, table.change, table.share)
     ]
     return tuple(sorted(rows, key=lambda row: -row.change))
-
-
-@dataclass(frozen=True, eq=False)
-class ScatterTable:
-    """Scatter of all cells of a run, or of runs of one condition.
-
-    Parameters
-    ----------
-    run : str
-        Name of the run or runs.
-    patterns : tuple of str
-        Channels or sensor patterns.
-    orders : ndarray, shape (n_orders,)
-        Orders, lines or middles of bands.
-    measured, simulated, gap : ndarray, shape (n_patterns, n_orders)
-        Mean square that does not repeat in the measured signal, the simulated one and the gap.
-    noise : ndarray, shape (n_patterns, n_orders)
-        What the noise alone leaves there.
-    p_value : ndarray, shape (n_patterns, n_orders)
-        Without more than noise, not adjusted; NaN where unknown.
-    used : ndarray of bool, shape (n_patterns, n_orders), optional
-        Cells that exist; all where it is left out.
-    """
-
-    run: str
-    patterns: tuple[str, ...]
-    orders: FloatArray
-    measured: FloatArray
-    simulated: FloatArray
-    gap: FloatArray
-    noise: FloatArray
-    p_value: FloatArray
-    used: BoolArray | None = None
-
-    def is_used(self) -> BoolArray:
-        """Cells that exist, shape (n_patterns, n_orders)."""
-        return np.ones(self.gap.shape, dtype=bool) if self.used is None else self.used
-
-    def beyond(self, p_values: FloatArray) -> list[NonSynchronousCell]:
-        """Cells beyond noise, by the adjusted p-values of all that exist."""
-        indices = np.argwhere(self.is_used())
-        is_beyond = p_values < SIGNIFICANCE
-        return [
-            NonSynchronousCell(
-                run=self.run,
-                channel_pattern=self.patterns[p],
-                order=float(self.orders[n]),
-                measured=float(self.measured[p, n]),
-                simulated=float(self.simulated[p, n]),
-                gap=float(self.gap[p, n]),
-                noise=float(self.noise[p, n]),
-                p_value=p_value,
-            )
-            for (p, n), p_value in zip(
-                indices[is_beyond].tolist(), p_values[is_beyond].tolist(), strict=True
-            )
-        ]
 
 
 def scatter_p_values(scatter: FloatArray, noise: FloatArray, degrees: FloatArray) -> FloatArray:
@@ -272,13 +205,13 @@ def significant_non_synchronous(
 
     P-values are adjusted here; NaN where they are unknown.
     """
-    raw = [table.p_value[table.is_used()] for table in tables]
+    raw = [table.known_p_values() for table in tables]
     raw.append(np.array([cell.p_value for cell in off_orders]))
     *by_table, of_others = adjusted_together(raw)
     rows = [
-        cell
+        NonSynchronousCell(*row)
         for table, p_values in zip(tables, by_table, strict=True)
-        for cell in table.beyond(p_values)
+        for row in table.beyond(p_values, table.measured, table.simulated, table.gap, table.noise)
     ]
     rows += [
         replace(cell, p_value=p_value)

@@ -7,8 +7,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell, Segment
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
-from carrierflex.diagnosis.inference.folds import Fold
-from carrierflex.diagnosis.inference.held_out import HeldOut, fold_theta
+from carrierflex.diagnosis.inference.held_out import Fold, HeldOut, fold_theta
 from carrierflex.diagnosis.inference.law_fits import (
     LawFits,
     explained_share,

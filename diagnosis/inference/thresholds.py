@@ -19,12 +19,6 @@ class Thresholds:
         with declared noise stay below 1.05; noise known to 5 % adds another 10 %.
     floor_ratio_estimated : float
         The same where the floor itself is estimated from the record.
-    coloured_ratio : float
-        The same where a flexible model learns nothing of the gap: noise whose neighbours are
-        correlated by a half carries, at low frequencies, three times the mean square of white noise
-        of the declared size.
-    nothing_learnt : float
-        Largest share of the gap that counts as nothing learnt.
     explained : float
         An effect belongs to a set only where it explains this share of what is left without it: a
         smaller share is a remainder, not a cause.
@@ -42,9 +36,6 @@ class Thresholds:
         passes for a quadratic one at 0.6.
     near_floor : float
         RMS left over the floor up to which laws leave no more than noise.
-    named_alone : float
-        Share from which laws are named where no class of force space holds them, though they leave
-        more than noise.
     fold_consistency : float
         Largest difference of a parameter between folds, in its standard deviations over the folds.
     remainder : float
@@ -79,15 +70,12 @@ class Thresholds:
 
     floor_ratio: float = 1.15
     floor_ratio_estimated: float = 1.5
-    coloured_ratio: float = 3.0
-    nothing_learnt: float = 0.1
     explained: float = 0.5
     material: float = 0.01
     stands_out: float = 2.0
     clears: float = 0.9
     named_share: float = 0.7
     near_floor: float = 1.15
-    named_alone: float = 0.91
     fold_consistency: float = 3.0
     remainder: float = 1.25
     surviving_share: float = 0.05

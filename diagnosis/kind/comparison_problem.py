@@ -24,9 +24,8 @@ from carrierflex.diagnosis.comparison.problem import (
     Segment,
     SegmentSums,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
-from carrierflex.diagnosis.wiring.rivals import WiringChecks
+from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import Law

@@ -32,7 +32,7 @@ from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import PredictedRecord
+from carrierflex.diagnosis.wiring.refits import PredictedRecord
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force
 from carrierflex.simulation.measurement import Measurement

@@ -11,11 +11,8 @@ from itertools import combinations
 import numpy as np
 
 from carrierflex.diagnosis.classes.answer import answer_of
-from carrierflex.diagnosis.classes.decision import Decision
-from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.law_sets import law_sets
-from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer, ClassFinding
-from carrierflex.diagnosis.classes.shape_decision import (
+from carrierflex.diagnosis.classes.decision import (
+    Decision,
     decide_by_shape,
     is_no_clear_gain,
     rivals_of,
@@ -24,6 +21,9 @@ from carrierflex.diagnosis.classes.shape_decision import (
     ties_of,
     way_of,
 )
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.law_sets import law_sets
+from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.mounting.motion import N_FREE
 from carrierflex.diagnosis.mounting.shapes import measured_shape

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BASELINE
+from carrierflex.diagnosis.inference.planning.plan import PlannedTable, ScaledParameter, Signature
 from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, Addition, Costs
-from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
 from carrierflex.diagnosis.mounting.problem import (
     LENGTH,
     STEP,

@@ -47,7 +47,7 @@ from carrierflex.diagnosis.mounting.signatures import (
 from carrierflex.diagnosis.mounting.table import mounting_table
 from carrierflex.diagnosis.mounting.wiring import mounting_rivals
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import WiringChecks
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import Law

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
+from carrierflex.diagnosis.classes.decision import shape_of, way_of
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
     BesideCurve,
@@ -14,7 +15,6 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
     MeasuredShape,
 )
-from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
 from carrierflex.diagnosis.classes.shapes import (
     POINTS,
     SIZE,

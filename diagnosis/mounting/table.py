@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import FURTHER_CAUSE, shape_of
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray, LawColumns, TableRows
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
-from carrierflex.diagnosis.classes.shape_decision import FURTHER_CAUSE, shape_of
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.diagnosis.mounting.columns import (

@@ -15,7 +15,7 @@ from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effect
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.wiring.rivals import (
+from carrierflex.diagnosis.wiring.refits import (
     INPUT_GAIN,
     SENSOR_ORDER,
     TORQUE_SIGN,

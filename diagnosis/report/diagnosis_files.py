@@ -1,67 +1,163 @@
-"""Writing and reading of diagnosis.json and writing of report.html.
-
-A file appears complete or not at all.
-"""
+"""What diagnosis.json holds, its writing and its reading."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer, MeasuredShape
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    ClassAnswer,
+    ClassFinding,
+    MeasuredShape,
+)
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import GapDetail
+from carrierflex.diagnosis.gap.findings import Drift, GapDetail, GapFindings, NonSynchronousCell
 from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE, map_of
-from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
+from carrierflex.diagnosis.inference.results import (
+    CLASS_NAMED,
+    NO_INTERVAL,
+    Attribution,
+    BlockScore,
+    GapReduction,
+    RunValidation,
+    SelectionStep,
+)
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.files.json_files import plain, read_json, save_plain_json, save_text
-from carrierflex.files.shown_values import shown
+from carrierflex.files.json_files import plain, read_document, save_plain_json
+from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.versions import software_name
 
 DIAGNOSIS_FILE = "diagnosis.json"
-FORMAT = "carrierflex-diagnosis"
-VERSION = 2
+FORMAT, VERSION = "carrierflex-diagnosis", 2
 #: Rows of a table in the file at most, and the smallest share worth a row where chance could make
 #: it.
 _MOST_ROWS = 200
 _SMALLEST_SHARE = 1e-3
+
+Verdict = Annotated[
+    Literal[
+        "named",
+        "named_with_remainder",
+        "class_named",
+        "aliased",
+        "none_of_these",
+        "at_noise_floor",
+        "not_diagnosable",
+    ],
+    "What the diagnosis says",
+]
+
+#: Tables of diagnosis.json.
+_CELL = json_table(
+    "Cell",
+    "One cell of the gap map.",
+    {GapCell: "order share p_value"},
+    optional="frequency_hz",
+    channel_pattern=(str, "Channel or sensor pattern"),
+    run=(str, "Run"),
+    mean_square=(float, "Mean square of the gap [unit squared]"),
+    coherent=(float, "The same less the noise floor; may be negative"),
+    share_ci95=([float], "95 % interval of the share"),
+    frequency_hz=([float], "Band of the cell [Hz]"),
+)
+_HOW_FAR = json_table(
+    "HowFar",
+    "How far the gap shrinks on held-out records; null where no diagnosis was made.",
+    {GapReduction: "floor_multiple extrapolation_rho"},
+    rms_before=(float, "Held-out RMS of the baseline [unit]"),
+    rms_after=(float, "Held-out RMS with the effects [unit]"),
+    noise_floor=(float, "RMS that the noise alone leaves [unit]"),
+    rho=(float, "RMS after over before"),
+    phi=(float, "Share of the mean square above the floor that is explained"),
+    rho_ci95=([float], "95 % interval of rho"),
+    phi_ci95=([float], "95 % interval of phi"),
+    held_out=(Literal[True], "Always on records that were not fitted to"),
+)
+_SHAPE = json_table(
+    "Shape",
+    "Measured shape of a class.",
+    {MeasuredShape: "band law words name beside"},
+    x=([float], "Abscissa"),
+    y=([float], "Central curve"),
+    labels=([str], "Names of both axes"),
+    units=([str], "Units of both axes"),
+)
+_CLASS = json_table(
+    "NamedClass",
+    "A class of effects that the gap is of.",
+    {ClassFinding: "id share share_ci95 law_share law_named"},
+    law=(str | None, "Nearest law of the library; null where the class holds none"),
+    shape=(_SHAPE | None, "Its measured shape; null where it has none"),
+)
+_GAP = json_table(
+    "GapBeyondMap",
+    "The baseline's gap beyond its map.",
+    {GapFindings: "in_time growth", GapDetail: "cells scalars"},
+    text=(str, "What does not repeat, in words"),
+    parity=(str, "Parity of the missing law in words"),
+    drift=([Drift], "Trends over a run"),
+    incoherent=([NonSynchronousCell], "What does not repeat"),
+)
+#: diagnosis.json, written by diagnose and run.
+DIAGNOSIS = json_table(
+    "DiagnosisDocument",
+    "diagnosis.json, written by diagnose and run.",
+    {
+        Diagnosis: "campaign reason unit records warnings",
+        Attribution: "effects aliases parameters undetermined ranking",
+    },
+    format=(Literal["carrierflex-diagnosis"], "Kind of the file"),
+    version=(Literal[2], "Version of the format"),
+    software=(str, "Name and version of this software"),
+    kind=(Literal["carrier", "mounting", "element"], "Kind of the campaign"),
+    verdict=(Verdict, "What the diagnosis says"),
+    incomplete=(bool, "Whether a class leads without explaining what a cause would"),
+    gains=(str | None, "What the intervals hold of the signals' gains"),
+    where=([_CELL], "Largest cells of the gap"),
+    where_text=(str, "Where the gap lies, in words"),
+    how_far=(_HOW_FAR, "How far the gap shrinks"),
+    how_far_law=(_HOW_FAR, "The same of the nearest laws"),
+    classes=([_CLASS], "Classes of the gap; empty where none is named"),
+    class_ties=([Sequence[str]], "Classes that the records cannot tell apart"),
+    class_rivals=(Mapping[str, float], "Share that another class alone explains"),
+    beyond_share=(float, "Share of the gap beyond the classes"),
+    beyond_learnable=(float, "Share that a flexible model learns beyond the classes"),
+    class_note=(str, "What the records cannot say of classes"),
+    remaining=([_CELL], "Largest cells of the remaining gap"),
+    ladder=([SelectionStep], "Held-out RMS as the effects are added"),
+    validation=([RunValidation], "Comparison error by run (ASME V&V 20)"),
+    held_out=([BlockScore], "Held-out gap of the baseline by block"),
+    gap=(_GAP | None, "The gap beyond its map"),
+    separating_test=(str, "Measurement that would tell rivals apart"),
+)
 
 
 def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     """Content of diagnosis.json; what is not finite is null."""
     which = diagnosis.attribution
     reduction = diagnosis.reduction
-    content = {
-        "format": FORMAT,
-        "version": VERSION,
-        "campaign": diagnosis.campaign,
-        "kind": diagnosis.kind,
-        "software": software_name(),
-        "verdict": diagnosis.verdict,
-        "incomplete": _is_incomplete(diagnosis),
-        "reason": diagnosis.reason,
-        "effects": which.effects,
-        "aliases": which.aliases,
-        "parameters": which.parameters,
-        "gains": which.gains or None,
-        "undetermined": which.undetermined,
-        "ranking": _ranking(which),
-        "where": _cells(reduction.cells_before if reduction else ()),
-        "where_text": where_text(diagnosis),
-        "how_far": _how_far(reduction),
-        "how_far_law": _how_far(diagnosis.reduction_law or reduction),
-        **class_keys(diagnosis.classes),
-        "unit": diagnosis.unit,
-        "remaining": _cells(reduction.cells_after if reduction else ()),
-        "ladder": reduction.steps if reduction else (),
-        "validation": reduction.validation if reduction else (),
-        "held_out": reduction.blocks if reduction else (),
-        "records": diagnosis.records,
-        "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
-        "separating_test": which.discriminating_experiment,
-        "warnings": [warning.entry() for warning in diagnosis.warnings],
-    }
-    document: dict[str, Any] = plain(content)
+    document: dict[str, Any] = plain(
+        json_content(
+            DIAGNOSIS,
+            diagnosis,
+            which,
+            software=software_name(),
+            incomplete=_is_incomplete(diagnosis),
+            gains=which.gains or None,
+            where=_cells(reduction.cells_before if reduction else ()),
+            where_text=where_text(diagnosis),
+            how_far=_how_far(reduction),
+            how_far_law=_how_far(diagnosis.reduction_law or reduction),
+            **class_keys(diagnosis.classes),
+            remaining=_cells(reduction.cells_after if reduction else ()),
+            ladder=reduction.steps if reduction else (),
+            validation=reduction.validation if reduction else (),
+            held_out=reduction.blocks if reduction else (),
+            gap=None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
+            separating_test=which.discriminating_experiment,
+        )
+    )
     return document
 
 
@@ -76,11 +172,6 @@ def _is_incomplete(diagnosis: Diagnosis) -> bool:
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     """Write diagnosis.json."""
     save_plain_json(path, diagnosis_document(diagnosis))
-
-
-def write_report(path: Path, page: str) -> None:
-    """Write report.html."""
-    save_text(path, page)
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:
@@ -101,19 +192,7 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     ValueError
         Where the file is missing, no JSON, of another format, or written by a newer version.
     """
-    document = read_json(path, "a diagnosis.json")
-    name = document.get("format") if isinstance(document, dict) else None
-    if name != FORMAT:
-        raise ValueError(f"{path}: key 'format' is {shown(name)}; expected '{FORMAT}'")
-    version = document.get("version")
-    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
-        raise ValueError(f"{path}: key 'version' is {shown(version)}; expected {VERSION}")
-    if version > VERSION:
-        raise ValueError(
-            f"{path}: key 'version' is {shown(version)}, written by a newer version; "
-            f"expected {VERSION}"
-        )
-    return document
+    return read_document(path, "a diagnosis.json", FORMAT, VERSION)
 
 
 def _share(value: float) -> float:
@@ -134,15 +213,15 @@ def class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
         }
     return {
         "classes": [
-            {
-                "id": finding.id,
-                "share": _share(finding.share),
-                "share_ci95": [_share(end) for end in finding.share_ci95],
-                "law": finding.law or None,
-                "law_share": _share(finding.law_share),
-                "law_named": finding.law_named,
-                "shape": _shape(finding.shape),
-            }
+            json_content(
+                _CLASS,
+                finding,
+                share=_share(finding.share),
+                share_ci95=[_share(end) for end in finding.share_ci95],
+                law=finding.law or None,
+                law_share=_share(finding.law_share),
+                shape=finding.shape and json_content(_SHAPE, finding.shape),
+            )
             for finding in answer.classes
         ],
         "class_ties": answer.ties,
@@ -153,58 +232,10 @@ def class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
     }
 
 
-def _shape(shape: MeasuredShape | None) -> dict[str, Any] | None:
-    if shape is None:
-        return None
-    return {
-        "x": shape.x,
-        "y": shape.y,
-        "band": shape.band,
-        "law": shape.law,
-        "labels": shape.labels,
-        "units": shape.units,
-        "words": shape.words,
-        "name": shape.name,
-        "beside": [
-            {"name": other.name, "x": other.x, "y": other.y, "band": other.band}
-            for other in shape.beside
-        ],
-    }
-
-
-def _ranking(which: Attribution) -> list[dict[str, Any]]:
-    return [
-        {
-            "effects": ranked.effects,
-            "held_out_rms": ranked.held_out_rms,
-            "refused": ranked.refused,
-        }
-        for ranked in which.ranking
-    ]
-
-
-#: Keys of ``how_far`` by the field that they hold.
-_HOW_FAR = {
-    "rms_before": "rms_before",
-    "rms_after": "rms_after",
-    "noise_floor": "noise_floor",
-    "rho": "rho",
-    "phi": "phi",
-    "floor_multiple": "floor_multiple",
-    "extrapolation_rho": "extrapolation_rho",
-}
-_HOW_FAR_INTERVALS = ("rho_ci95", "phi_ci95")
-
-
 def _how_far(reduction: GapReduction | None) -> dict[str, Any]:
     """Figures of merit; all null where no diagnosis was made."""
-    if reduction is None:
-        document: dict[str, Any] = dict.fromkeys(_HOW_FAR)
-        document |= {key: (None, None) for key in _HOW_FAR_INTERVALS}
-    else:
-        document = {key: getattr(reduction, field) for key, field in _HOW_FAR.items()}
-        document |= {key: getattr(reduction, key) for key in _HOW_FAR_INTERVALS}
-    return document | {"held_out": True}
+    intervals = dict.fromkeys(("rho_ci95", "phi_ci95"), NO_INTERVAL) if reduction is None else {}
+    return json_content(_HOW_FAR, reduction, **intervals)
 
 
 def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
@@ -221,18 +252,17 @@ def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
 
 
 def _gap(detail: GapDetail, unit: str) -> dict[str, Any]:
-    """Content of the key ``gap``."""
+    """Content of the key ``gap``, no list of more than 200 rows."""
     findings = detail.findings
-    tables: dict[str, Sequence[Any]] = {
-        "in_time": findings.in_time,
-        "drift": findings.drifts,
-        "incoherent": findings.non_synchronous,
-        "growth": findings.growth,
-        "cells": detail.cells,
-        "scalars": detail.scalars,
-    }
+    content = json_content(
+        _GAP,
+        findings,
+        detail,
+        text=scatter_words(findings, unit),
+        parity=parity_words(findings.parity),
+        drift=findings.drifts,
+        incoherent=findings.non_synchronous,
+    )
     return {
-        "text": scatter_words(findings, unit).plain,
-        "parity": parity_words(findings.parity),
-        **{name: rows[:_MOST_ROWS] for name, rows in tables.items()},
+        key: rows[:_MOST_ROWS] if isinstance(rows, tuple) else rows for key, rows in content.items()
     }

@@ -4,13 +4,18 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
-from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
+from carrierflex.diagnosis.inference.results import (
+    NO_INTERVAL,
+    BlockScore,
+    Interval,
+    RunValidation,
+)
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
 from carrierflex.files.shown_values import shown
@@ -23,83 +28,28 @@ _BlockKey = tuple[str, int]
 
 
 @dataclass(frozen=True, eq=False)
-class _BlockGap:
-    """Held-out gap of the baseline in one block: condition, samples, mean square."""
-
-    condition: str
-    samples: int
-    mean_square: float
-
-
-@dataclass(frozen=True, eq=False)
-class _CellGap:
-    """One cell of the baseline's gap map."""
-
-    mean_square: float
-    coherent: float
-    p_value: float
-    frequency_hz: tuple[float, float] | None
-
-
-@dataclass(frozen=True, eq=False)
-class _RunError:
-    """Comparison error of a run and its uncertainty (ASME V&V 20)."""
-
-    error: float
-    u_val: float
-
-
-@dataclass(frozen=True, eq=False)
 class DiagnosisSide:
-    """What one diagnosis says of its baseline.
+    """What one diagnosis says of its baseline."""
 
-    Parameters
-    ----------
-    folder : Path
-        Where its diagnosis.json stands.
-    campaign, kind, unit, verdict : str
-        As in the file.
-    measured : str
-        Digest of the measured records.
-    causes : tuple of str
-        What it says is missing: named effects; classes where no effect is named.
-    rms, noise_floor : float
-        Held-out RMS of the baseline's gap and of the noise.
-    blocks : mapping of BlockKey to BlockGap
-        Held-out gap by block.
-    cells : mapping of CellKey to CellGap
-        Gap map.
-    runs : mapping of str to RunError
-        Comparison error by run.
-    """
-
-    folder: Path
-    campaign: str
-    kind: str
-    unit: str
-    verdict: str
-    measured: str
-    causes: tuple[str, ...]
-    rms: float
-    noise_floor: float
-    blocks: Mapping[_BlockKey, _BlockGap]
-    cells: Mapping[_CellKey, _CellGap]
-    runs: Mapping[str, _RunError]
+    folder: Annotated[Path, "Where its diagnosis.json stands"]
+    campaign: Annotated[str, "Name of the campaign"]
+    kind: Annotated[str, "Kind of the campaign"]
+    unit: Annotated[str, "Unit of every RMS"]
+    verdict: Annotated[str, "Verdict"]
+    measured: Annotated[str, "SHA-256 of the measured records"]
+    causes: Annotated[tuple[str, ...], "Named effects, or classes where no effect is named"]
+    rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
+    noise_floor: Annotated[float, "RMS of the noise [unit]"]
+    blocks: Annotated[Mapping[_BlockKey, BlockScore], "Held-out gap by block"]
+    cells: Annotated[Mapping[_CellKey, GapCell], "Gap map"]
+    runs: Annotated[Mapping[str, RunValidation], "Comparison error by run"]
 
 
 def read_side(folder: Path) -> DiagnosisSide:
-    """Read one diagnosis.
+    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of ``carrierflex diagnose --out``.
-
-    Raises
-    ------
-    ValueError
-        Where its diagnosis.json is missing, of another format or of a newer version, holds no
-        digest of its records, made no diagnosis, or lacks a key.
+    ValueError where its diagnosis.json is missing, of another format or of a newer version, holds
+    no digest of its records, made no diagnosis, or lacks a key.
     """
     path = folder / DIAGNOSIS_FILE
     document = read_diagnosis(path)
@@ -132,20 +82,11 @@ def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
         causes=_causes(document["effects"], document["classes"]),
         rms=_number(far["rms_before"]),
         noise_floor=_number(far["noise_floor"]),
-        blocks={
-            (_text(row["run"]), int(row["block"])): _BlockGap(
-                _text(row["condition"]), int(row["samples"]), _number(row["mean_square"])
-            )
-            for row in document["held_out"]
-        },
+        blocks={(row.run, row.block): row for row in map(_block, document["held_out"])},
         cells={
-            (_text(row["run"]), _text(row["channel_pattern"]), _number(row["order"])): _cell(row)
-            for row in document["where"]
+            (row.run, row.channel_pattern, row.order): row for row in map(_cell, document["where"])
         },
-        runs={
-            _text(row["run"]): _RunError(_number(row["error_before"]), _number(row["u_val"]))
-            for row in document["validation"]
-        },
+        runs={row.run: row for row in map(_run, document["validation"])},
     )
 
 
@@ -155,14 +96,30 @@ def _causes(effects: Sequence[Any], classes: Sequence[Mapping[str, Any]]) -> tup
     return tuple(named or of_class)
 
 
-def _cell(row: Mapping[str, Any]) -> _CellGap:
+def _block(row: Mapping[str, Any]) -> BlockScore:
+    run, condition = _text(row["run"]), _text(row["condition"])
+    samples, square = int(row["samples"]), _number(row["mean_square"])
+    return BlockScore(run, condition, int(row["block"]), samples, square)
+
+
+def _cell(row: Mapping[str, Any]) -> GapCell:
     band = row.get("frequency_hz")
-    return _CellGap(
-        _number(row["mean_square"]),
-        _number(row["coherent"]),
-        _number(row["p_value"]),
-        None if band is None else (_number(band[0]), _number(band[1])),
+    return GapCell(
+        channel_pattern=_text(row["channel_pattern"]),
+        order=_number(row["order"]),
+        run=_text(row["run"]),
+        mean_square=_number(row["mean_square"]),
+        coherent=_number(row["coherent"]),
+        share=math.nan,
+        share_ci95=NO_INTERVAL,
+        p_value=_number(row["p_value"]),
+        frequency_hz=None if band is None else (_number(band[0]), _number(band[1])),
     )
+
+
+def _run(row: Mapping[str, Any]) -> RunValidation:
+    errors = (_number(row[name]) for name in ("error_before", "error_after", "u_val"))
+    return RunValidation(_text(row["run"]), *errors)
 
 
 def _text(value: object) -> str:
@@ -197,32 +154,18 @@ _SEED = 17
 
 @dataclass(frozen=True, eq=False)
 class CellChange:
-    """One cell of the gap map before and after.
+    """One cell of the gap map before and after."""
 
-    Parameters
-    ----------
-    run, channel_pattern : str
-        Cell.
-    order : float
-        Order, line, or frequency over the lowest of the map.
-    rms_before, rms_after : float
-        RMS above the noise; zero where the map does not list the cell.
-    u : float
-        RMS of the noise in the cell.
-    what : str
-        GONE, SMALLER, SAME, LARGER or NEW.
-    frequency_hz : tuple of float, optional
-        Band of the cell [Hz].
-    """
-
-    run: str
-    channel_pattern: str
-    order: float
-    rms_before: float
-    rms_after: float
-    u: float
-    what: str
-    frequency_hz: tuple[float, float] | None = None
+    run: Annotated[str, "Run of the cell"]
+    channel_pattern: Annotated[str, "Its sensor pattern or channel"]
+    order: Annotated[float, "Order, line, or frequency over the lowest of the map"]
+    rms_before: Annotated[
+        float, "RMS above the noise before; zero where the map does not list the cell"
+    ]
+    rms_after: Annotated[float, "The same after"]
+    u: Annotated[float, "RMS of the noise in the cell"]
+    what: Annotated[str, "GONE, SMALLER, SAME, LARGER or NEW"]
+    frequency_hz: Annotated[tuple[float, float] | None, "Band of the cell [Hz]"] = None
 
     @property
     def change(self) -> float:
@@ -232,54 +175,32 @@ class CellChange:
 
 @dataclass(frozen=True, eq=False)
 class RunChange:
-    """Comparison error of a run before and after, beside its uncertainty.
+    """Comparison error of a run before and after, beside its uncertainty."""
 
-    Parameters
-    ----------
-    run : str
-        Run.
-    error_before, error_after : float
-        RMS of measured less simulated.
-    u_val : float
-        Uncertainty of both.
-    """
-
-    run: str
-    error_before: float
-    error_after: float
-    u_val: float
+    run: Annotated[str, "Run"]
+    error_before: Annotated[float, "RMS of measured less simulated before"]
+    error_after: Annotated[float, "The same after"]
+    u_val: Annotated[float, "Uncertainty of both"]
 
 
 @dataclass(frozen=True, eq=False)
 class GapChange:
-    """Two diagnoses of one measurement.
+    """Two diagnoses of one measurement."""
 
-    Parameters
-    ----------
-    before, after : DiagnosisSide
-        Both.
-    ratio, ratio_ci95 : float, tuple of float
-        RMS of the gap after over before on the same held-out blocks.
-    explained : float
-        Share of the mean square above the noise that the change took; negative where it added.
-    cells : tuple of CellChange
-        Significant cells of either map, largest change of the mean square first.
-    runs : tuple of RunChange
-        Every run.
-    solved, remaining, added : tuple of str
-        Causes named before only, both times, and after only.
-    """
-
-    before: DiagnosisSide
-    after: DiagnosisSide
-    ratio: float
-    ratio_ci95: Interval
-    explained: float
-    cells: tuple[CellChange, ...]
-    runs: tuple[RunChange, ...]
-    solved: tuple[str, ...]
-    remaining: tuple[str, ...]
-    added: tuple[str, ...]
+    before: Annotated[DiagnosisSide, "First diagnosis"]
+    after: Annotated[DiagnosisSide, "Second diagnosis"]
+    ratio: Annotated[float, "RMS of the gap after over before, on the same held-out blocks"]
+    ratio_ci95: Annotated[Interval, "95 % interval of the ratio"]
+    explained: Annotated[
+        float, "Share of the mean square above the noise that the change took; negative: added"
+    ]
+    cells: Annotated[
+        tuple[CellChange, ...], "Significant cells of either map, largest change first"
+    ]
+    runs: Annotated[tuple[RunChange, ...], "Error by run"]
+    solved: Annotated[tuple[str, ...], "Causes named before only"]
+    remaining: Annotated[tuple[str, ...], "Causes named both times"]
+    added: Annotated[tuple[str, ...], "Causes named after only"]
 
 
 def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
@@ -364,7 +285,7 @@ def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellC
 
 
 def _cell_change(
-    key: _CellKey, old: _CellGap | None, new: _CellGap | None, is_real: list[bool]
+    key: _CellKey, old: GapCell | None, new: GapCell | None, is_real: list[bool]
 ) -> CellChange:
     rms = [_above_noise(cell) for cell in (old, new)]
     u = max(_noise(cell) for cell in (old, new))
@@ -381,18 +302,18 @@ def _cell_change(
     )
 
 
-def _above_noise(cell: _CellGap | None) -> float:
+def _above_noise(cell: GapCell | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.coherent, 0.0)))
 
 
-def _noise(cell: _CellGap | None) -> float:
+def _noise(cell: GapCell | None) -> float:
     return 0.0 if cell is None else float(np.sqrt(max(cell.mean_square - cell.coherent, 0.0)))
 
 
 def _run_changes(
-    before: Mapping[str, _RunError], after: Mapping[str, _RunError]
+    before: Mapping[str, RunValidation], after: Mapping[str, RunValidation]
 ) -> Iterator[RunChange]:
     for run, old in before.items():
         new = after.get(run)
         if new is not None:
-            yield RunChange(run, old.error, new.error, max(old.u_val, new.u_val))
+            yield RunChange(run, old.error_before, new.error_before, max(old.u_val, new.u_val))

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.report.diagnosis_files import Verdict
 from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg
 from carrierflex.diagnosis.report.gap_change import (
     GONE,
@@ -14,6 +15,7 @@ from carrierflex.diagnosis.report.gap_change import (
     NEW,
     SMALLER,
     CellChange,
+    DiagnosisSide,
     GapChange,
     RunChange,
 )
@@ -27,14 +29,33 @@ from carrierflex.diagnosis.report.words import (
     sized,
 )
 from carrierflex.files.json_files import plain
+from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.versions import software_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_FORMAT = "carrierflex-comparison"
-_VERSION = 1
+_SIDE = json_table(
+    "Side",
+    "One of two diagnoses.",
+    {DiagnosisSide: "folder campaign causes rms noise_floor"},
+    verdict=(Verdict, "What the diagnosis says"),
+)
+_CAUSES = json_table("Causes", "What became of the causes.", {GapChange: "solved remaining added"})
+#: comparison.json.
+COMPARISON = json_table(
+    "ComparisonDocument",
+    "comparison.json, written by compare.",
+    {DiagnosisSide: "kind unit measured", GapChange: "ratio ratio_ci95 explained cells runs"},
+    format=(Literal["carrierflex-comparison"], "Kind of the file"),
+    version=(Literal[1], "Version of the format"),
+    software=(str, "Name and version of this software"),
+    text=(str, "What became of the gap, in one sentence"),
+    before=(_SIDE, "First diagnosis"),
+    after=(_SIDE, "Second diagnosis"),
+    causes=(_CAUSES, "Causes"),
+)
 #: Cells that are named in a sentence.
 _MOST_NAMED = 3
 
@@ -93,37 +114,19 @@ def _cell_name(cell: CellChange) -> str:
 def change_document(change: GapChange) -> dict[str, Any]:
     """Content of comparison.json."""
     sides = {
-        name: {
-            "folder": str(side.folder),
-            "campaign": side.campaign,
-            "verdict": side.verdict,
-            "causes": side.causes,
-            "rms": side.rms,
-            "noise_floor": side.noise_floor,
-        }
+        name: json_content(_SIDE, side)
         for name, side in (("before", change.before), ("after", change.after))
     }
     document: dict[str, Any] = plain(
-        {
-            "format": _FORMAT,
-            "version": _VERSION,
-            "software": software_name(),
-            "text": first_sentence(change),
-            "kind": change.before.kind,
-            "unit": change.before.unit,
-            "measured": change.before.measured,
+        json_content(
+            COMPARISON,
+            change,
+            change.before,
+            software=software_name(),
+            text=first_sentence(change),
+            causes=json_content(_CAUSES, change),
             **sides,
-            "ratio": change.ratio,
-            "ratio_ci95": change.ratio_ci95,
-            "explained": change.explained,
-            "causes": {
-                "solved": change.solved,
-                "remaining": change.remaining,
-                "added": change.added,
-            },
-            "cells": change.cells,
-            "runs": change.runs,
-        }
+        )
     )
     return document
 

@@ -5,7 +5,7 @@ Rows of a map are sensor patterns, or runs where there is one channel; columns o
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,31 +31,26 @@ _MOST_COLUMNS = 30
 
 @dataclass(frozen=True, eq=False)
 class GapGrid:
-    """RMS of the gap by row and column.
+    """RMS of the gap by row and column."""
 
-    Parameters
-    ----------
-    row_name : str
-        What the rows are: ``sensor pattern``, ``motion or sensor`` or ``run``.
-    rows : tuple of str
-        Their names.
-    edges : ndarray, shape (n_columns + 1,)
-        Ends of the columns: frequency [Hz], or shaft order less and plus a half.
-    is_frequency : bool
-        Which of the two.
-    rms : ndarray, shape (n_rows, n_columns)
-        RMS of the gap above the noise, over the runs, in the unit of the channels; NaN where the
-        map has no cell.
-    is_significant : ndarray of bool, shape (n_rows, n_columns)
-        Whether a cell of it is beyond chance in any run.
-    """
-
-    row_name: str
-    rows: tuple[str, ...]
-    edges: FloatArray
-    is_frequency: bool
-    rms: FloatArray
-    is_significant: BoolArray
+    row_name: Annotated[
+        str, "What the rows are: ``sensor pattern``, ``motion or sensor`` or ``run``"
+    ]
+    rows: Annotated[tuple[str, ...], "Their names"]
+    edges: Annotated[
+        FloatArray,
+        "Ends of the columns: frequency [Hz], or shaft order less and plus a half, shape "
+        "(n_columns + 1,)",
+    ]
+    is_frequency: Annotated[bool, "Which of the two"]
+    rms: Annotated[
+        FloatArray,
+        "RMS of the gap above the noise, over the runs, in the unit of the channels; NaN where "
+        "the map has no cell, shape (n_rows, n_columns)",
+    ]
+    is_significant: Annotated[
+        BoolArray, "Whether a cell of it is beyond chance in any run, shape (n_rows, n_columns)"
+    ]
 
 
 def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:

@@ -24,15 +24,7 @@ from carrierflex.diagnosis.gap.findings import (
     GapFindings,
     Repeatability,
 )
-from carrierflex.diagnosis.report.words import (
-    Phrase,
-    counted,
-    in_scientific_notation,
-    joined,
-    phrase,
-    power,
-    sized,
-)
+from carrierflex.diagnosis.report.words import counted, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
@@ -89,21 +81,26 @@ def where_text(diagnosis: Diagnosis) -> str:
     if diagnosis.gap is None:
         return _NOT_DIAGNOSED
     findings = diagnosis.gap.findings
-    return joined("; ", (place_words(findings), further_words(findings, diagnosis.unit))).plain
+    return _joined(place_words(findings), further_words(findings, diagnosis.unit))
 
 
-def place_words(findings: GapFindings) -> Phrase:
+def _joined(*clauses: str) -> str:
+    """Clauses that say anything, with semicolons between them."""
+    return "; ".join(clause for clause in clauses if clause)
+
+
+def place_words(findings: GapFindings) -> str:
     """Largest parts of the gap with their shares, or that no part is significant."""
     largest = [finding for finding in findings.where if finding.kind != SMALL_ORDER]
     if not largest:
-        return phrase(_NOTHING[findings.numbered_by])
+        return _NOTHING[findings.numbered_by]
     first, *others = largest
     sentences = [_finding_words(first, "of the gap ", findings.parity)]
     sentences += [_finding_words(finding, "", findings.parity) for finding in others]
-    return joined("; ", sentences)
+    return "; ".join(sentences)
 
 
-def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> Phrase:
+def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> str:
     """What is said beside the largest parts: small orders, scatter and drift.
 
     Orders of a share below `smallest_order` are not said.
@@ -113,17 +110,17 @@ def further_words(findings: GapFindings, unit: str, smallest_order: float = 0.0)
         for finding in findings.where
         if finding.kind == SMALL_ORDER and finding.share >= smallest_order
     ]
-    return joined("; ", (_small_order_words(small), scatter_words(findings, unit)))
+    return _joined(_small_order_words(small), scatter_words(findings, unit))
 
 
-def scatter_words(findings: GapFindings, unit: str) -> Phrase:
+def scatter_words(findings: GapFindings, unit: str) -> str:
     """What does not repeat, and what drifts: the key ``gap.text`` of diagnosis.json."""
     noun = _NOUNS[findings.numbered_by]
     clauses = [
         _repeatability_words(repeatability, noun, unit) for repeatability in findings.repeatability
     ]
     clauses.append(_drift_words(findings, noun, unit))
-    return phrase("; ".join(clause for clause in clauses if clause))
+    return _joined(*clauses)
 
 
 def parity_words(parity: str) -> str:
@@ -131,12 +128,12 @@ def parity_words(parity: str) -> str:
     return ({"": ""} | _PARITIES | _NO_PARITIES)[parity]
 
 
-def _finding_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+def _finding_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """One of the largest parts with its share."""
     return _SENTENCES[finding.kind](finding, of_the_gap, parity)
 
 
-def _order_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+def _order_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """``67 % of the gap is order 3, m=-1 (waves fixed to the carrier), in every run``."""
     start = (
         f"{100.0 * finding.share:.0f} % {of_the_gap}is order {finding.order}, "
@@ -145,19 +142,19 @@ def _order_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
     torque = finding.exponents["torque"]
     reason = f" (growth with torque not determinable: {torque.reason})" if torque.reason else ""
     changes = f", changing with the {finding.changes_with}" if finding.changes_with else ""
-    return phrase(start) + _growth_words(finding.exponents) + reason + changes
+    return start + _growth_words(finding.exponents) + reason + changes
 
 
-def _growth_words(exponents: Mapping[str, Exponent]) -> Phrase:
+def _growth_words(exponents: Mapping[str, Exponent]) -> str:
     """How a part grows with every condition, as far as the runs tell."""
-    text = phrase("")
+    text = ""
     for condition, exponent in exponents.items():
         if not _is_within(exponent, _ORDER_WITHIN):
             continue
         if abs(exponent.value) < _FLAT:
             text += f", whatever the {condition}"
         else:
-            text += phrase(", growing as ") + power(condition, f"{exponent.value:.1f}")
+            text += f", growing as {condition}^{exponent.value:.1f}"
     return text
 
 
@@ -174,36 +171,34 @@ def _meaning(finding: Finding) -> str:
     return f" ({_FRAMES[finding.frame]})"
 
 
-def _line_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+def _line_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """``30 % of the gap is a line at 0.47X (0.17 Hz), beside the shaft's orders, in s137``."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
     hertz = f"{high:.3g} Hz" if high <= 1.01 * low else f"{low:.3g} to {high:.3g} Hz"
     alone = f"{finding.patterns[0]} alone" if len(finding.patterns) == 1 else "several channels"
-    return phrase(
+    return (
         f"{100.0 * finding.share:.0f} % {of_the_gap}is a line at {finding.line} ({hertz}), beside "
         f"the shaft's orders, in {alone}, {_run_words(finding)}"
     )
 
 
-def _band_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+def _band_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2``, growth and parity."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
     band = f"at {high:.3g} Hz" if high <= 1.001 * low else f"between {low:.3g} and {high:.3g} Hz"
     share = min(100.0 * finding.share, 100.0)
-    text = phrase(
-        f"{share:.0f} % {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
-    )
+    text = f"{share:.0f} % {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
     for condition, exponent in finding.exponents.items():
         if _is_within(exponent, _BAND_WITHIN):
             low_end, high_end = exponent.ci95
-            text += phrase(", grows with ") + power(condition, f"{exponent.value:.1f}")
+            text += f", grows with {condition}^{exponent.value:.1f}"
             text += f" (95 %: {low_end:.1f} to {high_end:.1f})"
     return text + (f", {_PARITIES[parity]}" if parity in _PARITIES else "")
 
 
-def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """``71 % of the gap is roll motion of the housing, mostly below 0.7 Hz, in every run``."""
     assert finding.band_hz is not None
     name = finding.patterns[0]
@@ -217,7 +212,7 @@ def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
         of_rate = "the rate of " if finding.follows.is_rate else ""
         load = _LOADS[finding.follows.load]
         text += f", and follows {of_rate}{load} (correlation {finding.follows.correlation:.2f})"
-    return phrase(text)
+    return text
 
 
 _SENTENCES = {
@@ -229,26 +224,23 @@ _SENTENCES = {
 }
 
 
-def _small_order_words(findings: Sequence[Finding]) -> Phrase:
+def _small_order_words(findings: Sequence[Finding]) -> str:
     """``small yet beyond chance: order 6, m=2 (0.04 %, p <= 1e-09 in every run)``."""
     if not findings:
-        return phrase("")
+        return ""
     orders = []
     for finding in findings:
         patterns = " and ".join(finding.patterns)
         orders.append(
-            phrase(f"order {finding.order}, {patterns} ({100.0 * finding.share:.2g} %, ")
-            + _bound_words(finding.p_value)
-            + f" {_run_words(finding)})"
+            f"order {finding.order}, {patterns} ({100.0 * finding.share:.2g} %, "
+            f"{_bound_words(finding.p_value)} {_run_words(finding)})"
         )
-    return phrase("small yet beyond chance: ") + joined(", ", orders)
+    return f"small yet beyond chance: {', '.join(orders)}"
 
 
-def _bound_words(p_value: float) -> Phrase:
-    if p_value <= _SMALLEST_P:
-        return phrase("p < ") + in_scientific_notation(f"{_SMALLEST_P:.0e}")
-    bound = in_scientific_notation(f"{p_value:.0e}")
-    return Phrase(f"p <= {bound.plain}", phrase("p ≤ ").markup + bound.markup)
+def _bound_words(p_value: float) -> str:
+    is_smallest = p_value <= _SMALLEST_P
+    return f"p < {_SMALLEST_P:.0e}" if is_smallest else f"p <= {p_value:.0e}"
 
 
 def _run_words(finding: Finding) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -50,27 +50,15 @@ _SMALLEST_SHARE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class ReportSource:
-    """What a report says about where it comes from.
+    """What a report says about where it comes from."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Measured records.
-    folder : str
-        Where they were read.
-    versions : mapping of str to str
-        Versions of what can change a result.
-    written : str
-        Date and time.
-    view : str
-        Page beside the report on which the rim turns in space; empty where there is none.
-    """
-
-    campaign: Campaign
-    folder: str
-    versions: Mapping[str, str]
-    written: str
-    view: str = ""
+    campaign: Annotated[Campaign, "Measured records"]
+    folder: Annotated[str, "Where they were read"]
+    versions: Annotated[Mapping[str, str], "Versions of what can change a result"]
+    written: Annotated[str, "Date and time"]
+    view: Annotated[
+        str, "Page beside the report on which the rim turns in space; empty where there is none"
+    ] = ""
 
 
 def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
@@ -87,7 +75,7 @@ def rendered_page(template: str, content: Mapping[str, Any]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["plain_name"] = plain_name
+    environment.filters |= {"plain_name": plain_name, "raised": words.raised}
     return environment.get_template(template).render(**content, words=words)
 
 

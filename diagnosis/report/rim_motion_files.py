@@ -6,22 +6,22 @@ The report draws a part of it; ``carrierflex view`` turns the rim in space with 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.report.words import added_effects
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.files.json_files import read_json, save_json
+from carrierflex.files.json_files import read_document, save_json
+from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown
 from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
 
 RIM_MOTION_FILE = "rim_motion.json"
-_FORMAT = "carrierflex-rim-motion"
-_VERSION = 1
+_FORMAT, _VERSION = "carrierflex-rim-motion", 1
 #: Every so many samples of the mean turn are written: 90 a turn, and its highest order is 12.
 _STEP = 2
 #: Digits of the samples: a millionth of the signal.
@@ -36,45 +36,34 @@ _DIRECTIONS = ("axial", "radial")
 
 @dataclass(frozen=True, eq=False)
 class RimSignal:
-    """Mean turn of one sensor in one run.
+    """Mean turn of one sensor in one run."""
 
-    Parameters
-    ----------
-    run, channel : str
-        Where it was measured.
-    direction : str
-        ``axial`` or ``radial``: which displacement of the rim the sensor reads.
-    sensor_angle : float
-        Housing angle of the sensor [rad].
-    measured, simulated : ndarray, shape (n,)
-        Displacement at the carrier angles ``2 pi k / n`` [unit]; simulated by the baseline.
-    with_effects : ndarray, shape (n,), optional
-        Simulated with the effects that the diagnosis added; None where it added none.
-    """
-
-    run: str
-    channel: str
-    direction: str
-    sensor_angle: float
-    measured: FloatArray
-    simulated: FloatArray
-    with_effects: FloatArray | None = None
+    run: Annotated[str, "Run"]
+    channel: Annotated[str, "Sensor"]
+    direction: Annotated[
+        str, "``axial`` or ``radial``: which displacement of the rim the sensor reads"
+    ]
+    sensor_angle: Annotated[float, "Housing angle of the sensor [rad]"]
+    measured: Annotated[
+        FloatArray, "Measured at the carrier angles ``2 pi k / n`` [unit], shape (n,)"
+    ]
+    simulated: Annotated[FloatArray, "Simulated by the baseline [unit]"]
+    with_effects: Annotated[
+        FloatArray | None,
+        "Simulated with the effects that the diagnosis added; None where it added none, shape (n,)",
+    ] = None
 
 
 @dataclass(frozen=True, eq=False)
 class RimMotion:
-    """Motion of a carrier's rim at all sensors in all runs.
+    """Motion of a carrier's rim at all sensors in all runs."""
 
-    Name of the campaign, unit of the signals, number of pins, radius of the sensors' circle [m],
-    effects behind `with_effects`, and the signals.
-    """
-
-    campaign: str
-    unit: str
-    n_planets: int
-    radius: float
-    effects: tuple[str, ...]
-    signals: tuple[RimSignal, ...]
+    campaign: Annotated[str, "Name of the campaign"]
+    unit: Annotated[str, "Unit of the signals"]
+    n_planets: Annotated[int, "Number of pins"]
+    radius: Annotated[float, "Radius of the sensors' circle [m]"]
+    effects: Annotated[tuple[str, ...], "Effects that the diagnosis added"]
+    signals: Annotated[tuple[RimSignal, ...], "Every sensor in every run"]
 
 
 def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
@@ -126,36 +115,41 @@ def _chosen_runs(campaign: Campaign) -> set[str]:
     return {name for _, name in ranked[:most]}
 
 
+_SIGNAL = json_table(
+    "RimSignalEntry",
+    "Mean turn of one sensor in one run.",
+    {RimSignal: "run channel measured simulated with_effects"},
+    direction=(Literal["axial", "radial"], "Displacement of the rim that it reads"),
+    sensor_angle_deg=(float, "Housing angle of the sensor [deg]"),
+)
+#: rim_motion.json.
+RIM_MOTION = json_table(
+    "RimMotionDocument",
+    "rim_motion.json, written by diagnose (kind carrier) and read by view.",
+    {RimMotion: "campaign unit n_planets radius effects"},
+    format=(Literal["carrierflex-rim-motion"], "Kind of the file"),
+    version=(Literal[1], "Version of the format"),
+    carrier_angle_deg=([float], "Angles of one turn [deg]"),
+    signals=([_SIGNAL], "Every sensor in every run"),
+)
+
+
 def write_rim_motion(path: Path, motion: RimMotion) -> None:
     """Write rim_motion.json; its folder exists."""
     n = motion.signals[0].measured.size if motion.signals else 0
-    save_json(
-        path,
-        {
-            "format": _FORMAT,
-            "version": _VERSION,
-            "campaign": motion.campaign,
-            "unit": motion.unit,
-            "n_planets": motion.n_planets,
-            "radius": motion.radius,
-            "effects": motion.effects,
-            "carrier_angle_deg": [360.0 * k / n for k in range(n)],
-            "signals": [
-                {
-                    "run": signal.run,
-                    "channel": signal.channel,
-                    "direction": signal.direction,
-                    "sensor_angle_deg": float(np.rad2deg(signal.sensor_angle)),
-                    "measured": _shortened(signal.measured),
-                    "simulated": _shortened(signal.simulated),
-                    "with_effects": None
-                    if signal.with_effects is None
-                    else _shortened(signal.with_effects),
-                }
-                for signal in motion.signals
-            ],
-        },
-    )
+    angles = [360.0 * k / n for k in range(n)]
+    signals = [
+        json_content(
+            _SIGNAL,
+            signal,
+            sensor_angle_deg=float(np.rad2deg(signal.sensor_angle)),
+            measured=_shortened(signal.measured),
+            simulated=_shortened(signal.simulated),
+            with_effects=None if signal.with_effects is None else _shortened(signal.with_effects),
+        )
+        for signal in motion.signals
+    ]
+    save_json(path, json_content(RIM_MOTION, motion, carrier_angle_deg=angles, signals=signals))
 
 
 def _shortened(values: FloatArray) -> list[float]:
@@ -170,15 +164,7 @@ def read_rim_motion(path: Path) -> RimMotion:
     ValueError
         Where it is missing, no such file, of a newer version, or a key is not what it should be.
     """
-    document = read_json(path, f"a {RIM_MOTION_FILE}", _MOST_BYTES)
-    name = document.get("format") if isinstance(document, dict) else None
-    if name != _FORMAT:
-        raise ValueError(f"{path}: key 'format' is {shown(name)}; expected '{_FORMAT}'")
-    if document.get("version") != _VERSION:
-        raise ValueError(
-            f"{path}: key 'version' is {shown(document.get('version'))}; expected {_VERSION}: "
-            "update carrierflex"
-        )
+    document = read_document(path, f"a {RIM_MOTION_FILE}", _FORMAT, _VERSION, _MOST_BYTES)
     try:
         return _motion(document)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
@@ -133,20 +132,13 @@ def remaining_words(answer: ClassAnswer | None) -> str:
     return f"{text}; {_share_words(rest)} by none."
 
 
-class _RivalRow(NamedTuple):
-    """Row of the table of classes."""
-
-    name: str
-    share: str
-
-
-def rival_rows(answer: ClassAnswer | None) -> list[_RivalRow]:
+def rival_rows(answer: ClassAnswer | None) -> list[tuple[str, str]]:
     """Other classes alone, largest first."""
     if answer is None:
         return []
     ordered = sorted(answer.rivals.items(), key=lambda item: -item[1])
     return [
-        _RivalRow(plain_name(name), _share_words(share))
+        (plain_name(name), _share_words(share))
         for name, share in ordered[:_MOST_RIVALS]
         if share >= _LEAST_RIVAL
     ]

@@ -1,13 +1,12 @@
 """Numbers, units, parameters and table rows of the report in words.
 
-Phrases have two notations: plain for diagnosis.json and a terminal, HTML for the report. Values
-have as many digits as their error allows.
+Texts are plain, powers as ``torque^1.0``; the report raises them. Values have as many digits as
+their error allows.
 """
 
 import math
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 from markupsafe import Markup, escape
@@ -24,85 +23,15 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.results import Diagnosis
 
-
-@dataclass(frozen=True)
-class Phrase:
-    """Part of a sentence.
-
-    Parameters
-    ----------
-    plain : str
-        Plain text, powers as ``torque^1.0``.
-    markup : Markup
-        HTML, powers raised; a template shows it by :meth:`__html__`.
-    """
-
-    plain: str
-    markup: Markup
-
-    def __html__(self) -> str:
-        """HTML, not to be escaped again."""
-        return str(self.markup)
-
-    def __str__(self) -> str:
-        """Plain text."""
-        return self.plain
-
-    def __bool__(self) -> bool:
-        """Whether it says anything."""
-        return bool(self.plain)
-
-    def __add__(self, other: "Phrase | str") -> "Phrase":
-        """Both one after the other."""
-        after = other if isinstance(other, Phrase) else phrase(other)
-        return Phrase(self.plain + after.plain, self.markup + after.markup)
-
-    def capitalised(self) -> "Phrase":
-        """The same with its first letter large; it begins with plain text."""
-        return Phrase(
-            self.plain[:1].upper() + self.plain[1:],
-            self.markup[:1].upper() + self.markup[1:],
-        )
+_POWER = re.compile(r"\^(-?\d+(?:\.\d+)?)")
+_POWER_OF_TEN = re.compile(r"(^|(?:&lt;|≤) )(-?\d+(?:\.\d+)?)e([+-]?\d+)")
 
 
-def phrase(text: str) -> Phrase:
-    """Plain text as a phrase."""
-    return Phrase(text, escape(text))
-
-
-def joined(separator: str, phrases: Iterable[Phrase]) -> Phrase:
-    """Phrases that say anything, with a separator between them."""
-    said = [item for item in phrases if item]
-    return Phrase(
-        separator.join(item.plain for item in said),
-        Markup(separator).join(item.markup for item in said),
-    )
-
-
-def power(base: str, exponent: str) -> Phrase:
-    """Power: ``torque^-0.5``."""
-    raised = Markup("{}<sup>{}</sup>").format(base, exponent.replace("-", "−"))
-    return Phrase(f"{base}^{exponent}", raised)
-
-
-def in_scientific_notation(number: str) -> Phrase:
-    """Number as Python writes it, its power of ten raised: ``5.80e-4``."""
-    mantissa, _, exponent = number.partition("e")
-    if not exponent:
-        return phrase(number)
-    raised = power("10", str(int(exponent))).markup
-    return Phrase(number, Markup("{}·{}").format(mantissa, raised))
-
-
-def _unit_phrase(unit: str) -> Phrase:
-    """Unit with its powers raised: ``N s^2/m^3``."""
-    first, *others = unit.split("^")
-    markup = escape(first)
-    for item in others:
-        rest = item.lstrip("-.0123456789")
-        exponent = item[: len(item) - len(rest)]
-        markup += Markup("<sup>{}</sup>{}").format(exponent.replace("-", "−"), rest)
-    return Phrase(unit, markup)
+def raised(text: str) -> Markup:
+    """HTML of a plain text: ``torque^-0.5``, ``5.80e-4`` and ``p <= 1e-09`` as they are printed."""
+    html = str(escape(text)).replace("&lt;=", "≤")
+    html = _POWER_OF_TEN.sub(lambda m: f"{m[1]}{m[2]}·10^{int(m[3])}", html)
+    return Markup(_POWER.sub(lambda m: f"<sup>{m[1].replace('-', '−')}</sup>", html))
 
 
 #: Factor and unit that a unit of the contract is shown in.
@@ -348,26 +277,26 @@ def sized(value: float, unit: str) -> str:
     return f"{factor * value:.3g} {shown}"
 
 
-def with_error(value: float, std: float) -> tuple[Phrase, Phrase]:
+def with_error(value: float, std: float) -> tuple[str, str]:
     """Value and standard deviation to the second digit of the latter, under one power of ten.
 
     For example ``5.80e-4`` and ``0.10e-4``; "not determined" where the error is beyond all bounds.
     """
     if not math.isfinite(value):
-        return phrase(UNKNOWN), phrase(UNKNOWN)
+        return UNKNOWN, UNKNOWN
     if math.isnan(std):
-        return in_scientific_notation(f"{value:.4g}"), phrase("not determined")
+        return f"{value:.4g}", "not determined"
     if not (math.isfinite(std) and std > 0.0):
-        return in_scientific_notation(f"{value:.4g}"), phrase(UNKNOWN)
+        return f"{value:.4g}", UNKNOWN
     if std > _UNDETERMINED * abs(value):
-        return in_scientific_notation(f"{value:.1g}"), phrase("not determined")
+        return f"{value:.1g}", "not determined"
     power = math.floor(math.log10(max(abs(value), std)))
     shift = 0 if -3 <= power < 5 else power
     decimals = min(max(0, shift - math.floor(math.log10(std)) + 1), _MOST_DECIMALS)
     ending = f"e{shift}" if shift else ""
     value_text = f"{value / 10.0**shift:.{decimals}f}{ending}"
     error_text = f"{std / 10.0**shift:.{decimals}f}{ending}"
-    return in_scientific_notation(value_text), in_scientific_notation(error_text)
+    return value_text, error_text
 
 
 class _ParameterRow(NamedTuple):
@@ -376,9 +305,9 @@ class _ParameterRow(NamedTuple):
     effect: str
     words: str
     name: str
-    value: Phrase
-    std: Phrase
-    unit: Phrase
+    value: str
+    std: str
+    unit: str
 
 
 def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
@@ -395,9 +324,7 @@ def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
 def _parameter_row(effect: str, name: str, named: NamedValue) -> _ParameterRow:
     factor, unit = _shown_unit(name, named.unit)
     value, std = with_error(factor * named.value, factor * named.std)
-    return _ParameterRow(
-        effect, _parameter_words(effect, name), name, value, std, _unit_phrase(unit)
-    )
+    return _ParameterRow(effect, _parameter_words(effect, name), name, value, std, unit)
 
 
 def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
@@ -444,22 +371,13 @@ def beyond_chance(rows: Sequence[_Row]) -> list[_Row]:
     return [row for row in rows if row.p_value < SIGNIFICANCE][:_MOST_BEYOND]
 
 
-class _GrowthRow(NamedTuple):
-    """Row of the table of amplitude-scaling exponents."""
-
-    component: str
-    frame: str
-    condition: str
-    exponent: Exponent
-
-
-def growth_rows(growth: Sequence[PartGrowth]) -> list[_GrowthRow]:
-    """Every exponent that is determined, at most twelve rows."""
+def growth_rows(growth: Sequence[PartGrowth]) -> list[tuple[str, str, str, Exponent]]:
+    """Part, frame, condition and every exponent that is determined, at most twelve rows."""
     rows = []
     for group in growth:
         order = f", order {group.order:g}" if math.isfinite(group.order) else ""
         rows += [
-            _GrowthRow(group.channel_pattern + order, group.frame or UNKNOWN, condition, exponent)
+            (group.channel_pattern + order, group.frame or UNKNOWN, condition, exponent)
             for condition, exponent in group.exponents.items()
             if math.isfinite(exponent.value)
             and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
@@ -467,26 +385,19 @@ def growth_rows(growth: Sequence[PartGrowth]) -> list[_GrowthRow]:
     return rows[:_MOST_ROWS]
 
 
-def p_value(value: float) -> Phrase:
+def p_value(value: float) -> str:
     """Probability with its power of ten; very small ones as a bound."""
     if not math.isfinite(value):
-        return phrase(UNKNOWN)
+        return UNKNOWN
     if value < _SMALLEST_P:
-        return phrase("< ") + in_scientific_notation(f"{_SMALLEST_P:.0e}")
-    return in_scientific_notation(f"{value:.1g}")
+        return f"< {_SMALLEST_P:.0e}"
+    return f"{value:.1g}"
 
 
-class _ScatterRow(NamedTuple):
-    """Row of the table of what does not repeat; RMS of measured, simulated and noise."""
-
-    cell: str
-    run: str
-    sizes: list[str]
-    p_value: float
-
-
-def scatter_rows(cells: Sequence[NonSynchronousCell], unit: str) -> tuple[list[_ScatterRow], str]:
-    """What does not repeat beyond chance, all sizes in one unit, and that unit.
+def scatter_rows(
+    cells: Sequence[NonSynchronousCell], unit: str
+) -> tuple[list[tuple[str, str, list[str], float]], str]:
+    """Cell, run, sizes (measured, simulated, noise) and p of what does not repeat, and their unit.
 
     The mean squares may be slightly negative above a subtracted noise.
     """
@@ -500,7 +411,5 @@ def scatter_rows(cells: Sequence[NonSynchronousCell], unit: str) -> tuple[list[_
     for number_of_row, row in enumerate(rows):
         position = "off the orders" if row.order is None else f"order {row.order:g}"
         row_sizes = sizes[3 * number_of_row : 3 * number_of_row + 3]
-        table.append(
-            _ScatterRow(f"{row.channel_pattern}, {position}", row.run, row_sizes, row.p_value)
-        )
+        table.append((f"{row.channel_pattern}, {position}", row.run, row_sizes, row.p_value))
     return table, shown

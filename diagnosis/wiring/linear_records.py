@@ -15,6 +15,7 @@ of ``g`` is that of least squares times the correlation of the residual from sam
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,28 +42,20 @@ _AS_SURE = 1.0
 
 @dataclass(frozen=True, eq=False)
 class LinearRecord:
-    """One run beside a baseline that is linear in its parameters.
+    """One run beside a baseline that is linear in its parameters."""
 
-    Parameters
-    ----------
-    run : str
-        Its name.
-    time : ndarray, shape (n,)
-        Time [s].
-    residual, predicted : ndarray, shape (n, n_channels)
-        Measured less predicted, NaN where missing; what the baseline predicts.
-    columns : ndarray, shape (q + p, n, n_channels)
-        Derivatives of the prediction by the baseline's parameters: q of this run alone, p of all.
-    n_of_run : int
-        q.
-    """
-
-    run: str
-    time: FloatArray
-    residual: FloatArray
-    predicted: FloatArray
-    columns: FloatArray
-    n_of_run: int = 0
+    run: Annotated[str, "Its name"]
+    time: Annotated[FloatArray, "Time [s], shape (n,)"]
+    residual: Annotated[
+        FloatArray, "Measured less predicted, NaN where missing, shape (n, n_channels)"
+    ]
+    predicted: Annotated[FloatArray, "What the baseline predicts"]
+    columns: Annotated[
+        FloatArray,
+        "Derivatives of the prediction by the baseline's parameters: q of this run alone, p of "
+        "all, shape (q + p, n, n_channels)",
+    ]
+    n_of_run: Annotated[int, "q"] = 0
 
     @property
     def slope(self) -> FloatArray:
@@ -72,39 +65,26 @@ class LinearRecord:
 
 @dataclass(frozen=True)
 class Lateness:
-    """Delay of the signals [s] and its standard deviation.
+    """Delay of the signals [s] and its standard deviation."""
 
-    Parameters
-    ----------
-    run : str
-        Run over which the delay grows by `seconds`; empty for a delay that all runs share.
-    seconds, std : float
-        Its size.
-    explained : float
-        Share of the residual's square over all records that it explains beside the baseline.
-    """
-
-    run: str
-    seconds: float
-    std: float
-    explained: float
+    run: Annotated[
+        str, "Run over which the delay grows by `seconds`; empty for a delay that all runs share"
+    ]
+    seconds: Annotated[float, "Its size"]
+    std: Annotated[float, "Standard deviation"]
+    explained: Annotated[
+        float,
+        "Share of the residual's square over all records that it explains beside the baseline",
+    ]
 
 
 @dataclass(frozen=True)
 class ChannelGain:
-    """Gain error of a channel.
+    """Gain error of a channel."""
 
-    Parameters
-    ----------
-    channel : int
-        Number of the channel.
-    gain, std : float
-        Its gain less one, and the standard deviation of that.
-    """
-
-    channel: int
-    gain: float
-    std: float
+    channel: Annotated[int, "Number of the channel"]
+    gain: Annotated[float, "Gain less one"]
+    std: Annotated[float, "Standard deviation"]
 
     @property
     def sureness(self) -> float:
@@ -127,22 +107,11 @@ def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | Non
 def off_gains(
     records: Iterable[LinearRecord], smallest: Sequence[float]
 ) -> tuple[ChannelGain, ...]:
-    """Channel whose gain is off beyond doubt, with those that are as likely to be the one.
+    """Channel whose gain is off beyond doubt, the surest first, with those as likely to be the one.
 
     One gain that is off shows in the other channels too, since the baseline gives way to it: the
-    surest is told. Two channels whose size the baseline fits cannot be told from each other.
-
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        All runs, met once.
-    smallest : sequence of float
-        Gain error of each channel that none is told below: that of its calibration.
-
-    Returns
-    -------
-    tuple of ChannelGain
-        The surest first; empty where every gain may be right.
+    surest is reported. Two channels whose size the baseline fits cannot be distinguished.
+    `smallest` is the gain error of each channel below which none is reported: its calibration's.
     """
     gains = sorted(_channel_gains(records), key=lambda gain: -gain.sureness)
     if not gains or gains[0].sureness <= _SURE:

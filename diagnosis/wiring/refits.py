@@ -6,27 +6,91 @@ inputs of another run, though not always better than those that the baseline was
 that fit each other's inputs up to half as well are exchanged, and the refit decides.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment, minimize, minimize_scalar
 
-from carrierflex.diagnosis.wiring.rivals import (
-    CLOCK,
-    RUN_ORDER,
-    ClockDrift,
-    PredictedRecord,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
 from carrierflex.simulation.sensing import at_other_times
 
-FloatArray = NDArray[np.float64]
+TORQUE_SIGN = "wiring/torque_sign"
+SENSOR_ORDER = "wiring/sensor_order"
+ANGLE_DIRECTION = "wiring/angle_direction"
+CLOCK = "wiring/clock"
+RUN_ORDER = "wiring/run_order"
+INPUT_GAIN = "wiring/input_gain"
+UNIT = "wiring/unit"
+CLOCK_SHIFT = "wiring/clock_shift"
+
+
+@dataclass(frozen=True)
+class ClockDrift:
+    """Signals that are later than the inputs, or ever later."""
+
+    run: Annotated[str, "Run whose signals they are; empty for those of all runs"]
+    delay: Annotated[float, "Delay in the middle of the run [s]"]
+    growth: Annotated[float, "Growth of the delay over the run [s]"]
+
+
+@dataclass(frozen=True)
+class WiringRival:
+    """The baseline refitted to a campaign whose wiring is corrected."""
+
+    id: Annotated[str, "One of the ids above"]
+    about: Annotated[str, "Input, channels or run that it is about"]
+    text: Annotated[str, "What is corrected: ``the torque of the other sign``"]
+    mean_square: Annotated[float, "Mean square that the refitted baseline leaves over all records"]
+    line: Annotated[str, "File or key that it is about"]
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedRecord:
+    """Signals of one run and what the baseline predicts, shape (n, n_channels); NaN: missing."""
+
+    run: str
+    time: FloatArray
+    measured: FloatArray
+    predicted: FloatArray
+
+
+@dataclass(frozen=True)
+class WiringChecks:
+    """What can be tried of a campaign's wiring."""
+
+    rivals: Annotated[Callable[[], tuple[WiringRival, ...]], "``() -> tuple of WiringRival``"]
+    predictions: Annotated[
+        Callable[[FloatArray], tuple[PredictedRecord, ...]],
+        "``(theta) -> tuple of PredictedRecord``, with the fitted parameters of the baseline; "
+        "empty where the baseline is not the model's",
+    ]
+    refitted: Annotated[
+        Callable[[Campaign], float],
+        "``(campaign) -> mean square`` that the baseline leaves once it is fitted to another "
+        "campaign with the same channels and inputs",
+    ]
+    linear: Annotated[
+        Callable[[FloatArray], Iterable[LinearRecord]],
+        "``(theta) -> records`` beside a baseline that can be made linear; none elsewhere",
+    ] = lambda theta: ()
+    late: Annotated[
+        Callable[[], Sequence[ClockDrift]],
+        "``() -> drifts``: first guesses of how late all signals, or those of one run, are, "
+        "where the records tell it without a fit; none elsewhere",
+    ] = lambda: ()
+    unchecked: Annotated[
+        str,
+        "Why `predictions` are empty though the baseline is the model's; empty where they are not",
+    ] = ""
+
+
 #: Blocks of a record, the share of a block that its delay may have, and the drift over its error
 #: that is one.
 _BLOCKS = 8
@@ -53,19 +117,8 @@ def drifting_clocks(
 ) -> tuple[WiringRival, ...]:
     """Baseline refitted with the signals of a run put back in time, where its delay drifts.
 
-    Parameters
-    ----------
-    records : sequence of PredictedRecord
-        All runs beside the fitted baseline.
-    campaign : Campaign
-        The same runs.
-    refitted : callable
-        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
-
-    Returns
-    -------
-    tuple of WiringRival
-        Runs whose drift is beyond doubt.
+    `records` are the runs of the campaign beside the fitted baseline; `refitted` gives the mean
+    square that the baseline leaves once it is fitted to a campaign.
     """
     runs = {run.name: run for run in campaign.runs}
     drifts = []
@@ -87,22 +140,9 @@ def exchanged_runs(
     campaign: Campaign,
     refitted: Callable[[Campaign], float],
 ) -> tuple[WiringRival, ...]:
-    """Baseline refitted with the signals of runs exchanged, where that may be better.
+    """Baseline refitted with the signals of runs exchanged: what leaves least, or none.
 
-    Parameters
-    ----------
-    records : sequence of PredictedRecord
-        All runs beside the fitted baseline.
-    campaign : Campaign
-        The same runs.
-    refitted : callable
-        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
-
-    Returns
-    -------
-    tuple of WiringRival
-        The exchange that leaves least, or none where every run fits its own inputs far better.
-        Only runs of one length can be exchanged.
+    None where every run fits its own inputs far better. Only runs of one length can be exchanged.
     """
     if {record.run for record in records} != {run.name for run in campaign.runs}:
         return ()
@@ -123,28 +163,11 @@ def refitted_clock(
     refitted: Callable[[Campaign], float],
     enough: float,
 ) -> tuple[ClockDrift, float]:
-    """Delay and drift about a first guess with which the refitted baseline leaves least.
+    """Delay and drift about a guess with which the refitted baseline leaves least, and that.
 
-    A guess that comes from another measure than the refit (forces that a linear element leaves)
-    may be off: where it does not explain the gap, its factor is sought by refits, within a bracket,
-    by Brent's method.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    guess : ClockDrift
-        First guess.
-    refitted : callable
-        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
-    enough : float
-        Mean square up to which the guess stands: it explains the gap.
-
-    Returns
-    -------
-    tuple of (ClockDrift, float)
-        The best of all that were tried, and what is left with it; infinite where every fit runs
-        away.
+    A guess that comes from another measure than the refit (forces that a linear element leaves) may
+    be off: where it leaves more than `enough`, its factor is sought by refits, within a bracket, by
+    Brent's method. The mean square is infinite where every fit runs away.
     """
     tried: dict[float, float] = {}
 
@@ -173,17 +196,7 @@ def without_delay(campaign: Campaign, delay: float) -> Campaign:
 
 
 def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> WiringRival:
-    """Rival that says that a clock drifts.
-
-    Parameters
-    ----------
-    run, file : str
-        Run and its file.
-    seconds : float
-        Drift over the run [s].
-    mean_square : float
-        What is left with it, over all records.
-    """
+    """Rival that says that a clock drifts by `seconds` over a run."""
     text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
     return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
 

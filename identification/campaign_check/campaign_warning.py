@@ -2,45 +2,19 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 
 @dataclass(frozen=True)
 class CampaignWarning:
-    """Something in a campaign that does not look right.
+    """Something in a campaign that does not look right."""
 
-    Parameters
-    ----------
-    check : str
-        Check that found it: ``unit``, ``clipping`` ...
-    about : str
-        Channel, input, run or key that it is about.
-    text : str
-        What stands out, with its numbers.
-    remedy : str
-        What to look at or to change.
-    figure : float
-        The number that gave rise to it.
-    line : str
-        File with line, or key of campaign.toml.
-    """
-
-    check: str
-    about: str
-    text: str
-    remedy: str
-    figure: float
-    line: str
-
-    def entry(self) -> dict[str, object]:
-        """Entry of the key ``warnings`` in diagnosis.json and identification.json."""
-        return {
-            "about": self.about,
-            "text": self.text,
-            "remedy": self.remedy,
-            "check": self.check,
-            "figure": self.figure,
-            "line": self.line,
-        }
+    check: Annotated[str, "Name of the check: ``unit``, ``clipping`` ..."]
+    about: Annotated[str, "Channel, input, run, effect or key that it is about"]
+    text: Annotated[str, "What stands out, with its numbers"]
+    remedy: Annotated[str, "What to do about it"]
+    figure: Annotated[float, "What was measured"]
+    line: Annotated[str, "File and line, or key of campaign.toml"]
 
 
 def merged(warnings: Iterable[CampaignWarning]) -> tuple[CampaignWarning, ...]:

@@ -12,7 +12,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
 )
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,

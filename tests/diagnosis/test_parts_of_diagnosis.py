@@ -11,8 +11,7 @@ from carrierflex.diagnosis.classes.results import (
 )
 from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,

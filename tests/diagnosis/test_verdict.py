@@ -16,6 +16,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
 )
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.law_fits import Selection
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -29,7 +30,6 @@ from carrierflex.diagnosis.inference.results import (
     RankedSet,
     SelectionStep,
 )
-from carrierflex.diagnosis.inference.selection import Selection
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.verdict import verdict_of
 from tests.diagnosis.class_answers import no_class
@@ -51,8 +51,6 @@ RIVALS = (("b",), ("c", "d"))
 LIMITS = Thresholds(
     floor_ratio=1.5**2,
     floor_ratio_estimated=2.0**2,
-    coloured_ratio=3.0**2,
-    nothing_learnt=0.125,
     named_share=0.5,
     remainder=1.25,
 )
@@ -122,15 +120,14 @@ def test_a_gap_of_an_estimated_floor_is_at_it_where_nothing_was_accepted():
 
 
 def test_a_gap_of_which_no_class_learns_anything_is_coloured_noise():
-    silent = answer(NOTHING, learnable=0.125)
-    coloured = {"rms_before": 3.0 * FLOOR, "accepted": (), "classes": silent}
+    coloured = {"rms_before": 1.73 * FLOOR, "accepted": (), "classes": answer(NOTHING)}
     kind, reason = decided(**coloured)
     assert kind == AT_NOISE_FLOOR
-    assert reason.startswith("the held-out gap is 9.00 times the mean square of the noise floor")
+    assert reason.startswith("the held-out gap is 2.99 times the mean square of the noise floor")
     assert "no class learns anything of it" in reason
     assert decided(**{**coloured, "classes": None})[0] == AT_NOISE_FLOOR
-    assert decided(**{**coloured, "rms_before": 3.01 * FLOOR})[0] == NONE_OF_THESE
-    assert decided(**{**coloured, "classes": answer(NOTHING, learnable=0.13)})[0] == NONE_OF_THESE
+    assert decided(**{**coloured, "rms_before": 1.74 * FLOOR})[0] == NONE_OF_THESE
+    assert decided(**{**coloured, "classes": answer(NO_CLASS)})[0] == NONE_OF_THESE
     assert decided(**{**coloured, "accepted": ("cube",)})[0] == NAMED
 
 
@@ -315,7 +312,7 @@ def test_a_leading_class_names_no_law_unless_that_leaves_no_more_than_noise():
 
 
 def test_without_a_class_laws_are_believed_only_where_they_explain_more_than_every_class():
-    blind = answer(NO_CLASS, share=0.3, learnable=0.5)
+    blind = answer(NO_CLASS, share=0.3, learnable=0.92)
     refused = joint(blind, ("coulomb",), phi=0.9)
     assert (refused.verdict, refused.effects) == (NONE_OF_THESE, ())
     believed = joint(blind, ("coulomb",), phi=0.95)
@@ -438,15 +435,15 @@ def test_the_reason_of_a_class_tells_its_share_and_the_nearest_laws():
 
 
 def test_the_reason_against_a_law_tells_what_classes_explain_and_could_learn():
-    blind = answer(NO_CLASS, share=0.3, learnable=0.5)
+    blind = answer(NO_CLASS, share=0.3, learnable=0.95)
     assert joint(blind, ("cube", "slider"), phi=0.9).reason == (
         "the best class explains 30% of the gap in force space, so that cube with slider is no "
-        "cause of it; all classes together learn 50%"
+        "cause of it; all classes together learn 95%"
     )
-    worse = answer(NO_CLASS, share=-0.5, learnable=-0.25)
+    worse = answer(NO_CLASS, share=-0.5, learnable=1.25)
     reason = joint(worse, ("cube",), phi=0.9).reason
     assert reason.startswith("the best class explains 0% of the gap")
-    assert reason.endswith("all classes together learn 0%")
+    assert reason.endswith("all classes together learn 100%")
 
 
 def test_classes_of_laws_that_stand_together_share_out_what_went_as_each_was_added():

@@ -5,14 +5,14 @@ import sys
 
 import pytest
 
-from carrierflex.workflows.diagnosis import freed_memory
-from carrierflex.workflows.diagnosis.freed_memory import returning_freed_memory
+from carrierflex.workflows.diagnosis import diagnose_campaign
+from carrierflex.workflows.diagnosis.diagnose_campaign import _returning_freed_memory
 
 #: Frees a hundred megabytes between arrays that live, and prints how much the process holds
 #: before and after it was given back.
 _HOLES = """
 import numpy as np
-from carrierflex.workflows.diagnosis.freed_memory import return_freed_memory
+from carrierflex.workflows.diagnosis.diagnose_campaign import _return_freed_memory
 
 def resident():
     with open("/proc/self/statm") as statm:
@@ -21,7 +21,7 @@ def resident():
 kept = [np.ones(10_000) for _ in range(2_500)]
 kept = kept[::2]
 before = resident()
-return_freed_memory()
+_return_freed_memory()
 print((before - resident()) / 1e6)
 """
 
@@ -34,9 +34,11 @@ def test_holes_between_arrays_that_live_go_back_to_the_system():
 
 def test_progress_is_passed_on_and_memory_returned_now_and_then(monkeypatch):
     clock, returned, noted = [0.0], [], []
-    monkeypatch.setattr(freed_memory.time, "monotonic", lambda: clock[0])
-    monkeypatch.setattr(freed_memory, "return_freed_memory", lambda: returned.append(clock[0]))
-    note = returning_freed_memory(noted.append)
+    monkeypatch.setattr(diagnose_campaign.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(
+        diagnose_campaign, "_return_freed_memory", lambda: returned.append(clock[0])
+    )
+    note = _returning_freed_memory(noted.append)
     for clock[0] in (1.0, 11.0, 12.0, 25.0):
         note(f"step at {clock[0]}")
     assert noted == [f"step at {t}" for t in (1.0, 11.0, 12.0, 25.0)]
@@ -44,5 +46,5 @@ def test_progress_is_passed_on_and_memory_returned_now_and_then(monkeypatch):
 
 
 def test_another_c_library_keeps_what_it_keeps(monkeypatch):
-    monkeypatch.setattr(freed_memory, "_trim", lambda: None)
-    freed_memory.return_freed_memory()
+    monkeypatch.setattr(diagnose_campaign, "_trim", lambda: None)
+    diagnose_campaign._return_freed_memory()

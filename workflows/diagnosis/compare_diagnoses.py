@@ -7,17 +7,14 @@ interval excludes one, the cause that was added is no longer missing, and nothin
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypedDict
+from typing import TYPE_CHECKING
 
 from carrierflex.files.json_files import save_json, save_text
-from carrierflex.files.versions import Software
 from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.report.gap_change import CellChange, GapChange, RunChange
-    from carrierflex.workflows.diagnosis.documents import Verdict
+    from carrierflex.diagnosis.report.gap_change import GapChange
 
 COMPARISON_FILE = "comparison.json"
 PAGE_FILE = "comparison.html"
@@ -55,42 +52,3 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange:
         save_json(out / COMPARISON_FILE, change_document(change))
         save_text(out / PAGE_FILE, comparison_page(change))
     return change
-
-
-class Side(TypedDict):
-    """One of two diagnoses."""
-
-    folder: Annotated[str, "Where it stands"]
-    campaign: Annotated[str, "Name of the campaign"]
-    verdict: Verdict
-    causes: Annotated[Sequence[str], "Named effects, or classes where none is named"]
-    rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
-    noise_floor: Annotated[float, "RMS of the noise [unit]"]
-
-
-class Causes(TypedDict):
-    """What became of the causes."""
-
-    solved: Annotated[Sequence[str], "Named before only"]
-    remaining: Annotated[Sequence[str], "Named both times"]
-    added: Annotated[Sequence[str], "Named after only"]
-
-
-class ComparisonDocument(TypedDict):
-    """comparison.json, written by compare."""
-
-    format: Annotated[Literal["carrierflex-comparison"], "Kind of the file"]
-    version: Annotated[Literal[1], "Version of the format"]
-    software: Software
-    text: Annotated[str, "What became of the gap, in one sentence"]
-    kind: Annotated[str, "Kind of the campaign"]
-    unit: Annotated[str, "Unit of every RMS"]
-    measured: Annotated[str, "SHA-256 of the measured records"]
-    before: Annotated[Side, "First diagnosis"]
-    after: Annotated[Side, "Second diagnosis"]
-    ratio: Annotated[float, "RMS of the gap after over before"]
-    ratio_ci95: Annotated[Sequence[float], "95 % interval of the ratio"]
-    explained: Annotated[float, "Share of the mean square above the noise that went"]
-    causes: Annotated[Causes, "Causes"]
-    cells: Annotated[Sequence[CellChange], "Cells of the gap map, largest change first"]
-    runs: Annotated[Sequence[RunChange], "Error by run"]

@@ -8,6 +8,11 @@ diagnosable" are answers too.
 
 from __future__ import annotations
 
+import ctypes
+import functools
+import gc
+import time
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
@@ -16,6 +21,7 @@ from typing import TYPE_CHECKING, Literal
 
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import check_file_writable
 from carrierflex.identification.campaign.campaign import Campaign
@@ -23,11 +29,6 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.workflows.diagnosis.freed_memory import (
-    return_freed_memory,
-    return_unused_memory,
-    returning_freed_memory,
-)
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.outputs import prepared_folder
@@ -158,7 +159,7 @@ def main(
         with work_executor(workers, scheduler) as executor:
             diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
             # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
-            return_unused_memory()
+            _return_unused_memory()
             diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
             motion = rim_motion(diagnosis, measured) if report else None
             if view and motion is None:
@@ -205,12 +206,12 @@ def _diagnosed(
         stages.tell(note)
     with stages.stage("signals and noise floor"):
         examination = examined(measured, curves, laws)
-    return_freed_memory()
+    _return_freed_memory()
     beyond = law_findings(examination.problem, laws)
     for warning in beyond:
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
-    progress = returning_freed_memory(stages.note)
+    progress = _returning_freed_memory(stages.note)
     with stages.stage("which effect, and how far"):
         return examination.diagnosis(beyond, note=progress, executor=executor, seed=seed)
 
@@ -225,11 +226,7 @@ def _write(
     report: bool,
     motion: RimMotion | None,
 ) -> None:
-    from carrierflex.diagnosis.report.diagnosis_files import (
-        DIAGNOSIS_FILE,
-        write_diagnosis,
-        write_report,
-    )
+    from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis
     from carrierflex.diagnosis.report.page import ReportSource, report_page
     from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
 
@@ -249,7 +246,7 @@ def _write(
             if n_kept < len(measured.runs):
                 stages.tell(f"{RIM_MOTION_FILE} holds {n_kept} of {len(measured.runs)} runs")
             write_rim_motion(out / RIM_MOTION_FILE, motion)
-        write_report(out / REPORT_FILE, report_page(diagnosis, source))
+        save_text(out / REPORT_FILE, report_page(diagnosis, source))
 
 
 def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: str | None) -> None:
@@ -273,3 +270,48 @@ def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCur
     if "deflection_curves" in campaign.rig:
         return read_curves(folder / campaign.rig["deflection_curves"])
     return default_curves()
+
+
+#: Seconds between two times: each takes some hundredths.
+_BETWEEN = 10.0
+
+
+def _return_freed_memory() -> None:
+    """Give freed memory back to the system, where its C library can.
+
+    The GNU C library keeps what was freed between arrays that live, for the next ones; long work on
+    large records frees arrays of all sizes.
+    """
+    trim = _trim()
+    if trim is not None:
+        trim(0)
+
+
+def _return_unused_memory() -> None:
+    """Let go of what only points to itself, as a problem and results it keeps, and give it back."""
+    gc.collect()
+    _return_freed_memory()
+
+
+def _returning_freed_memory(note: Callable[[str], None]) -> Callable[[str], None]:
+    """Progress that gives freed memory back between steps, every ten seconds at most."""
+    last = time.monotonic()
+
+    def noted(text: str) -> None:
+        nonlocal last
+        note(text)
+        if time.monotonic() - last > _BETWEEN:
+            _return_freed_memory()
+            last = time.monotonic()
+
+    return noted
+
+
+@functools.cache
+def _trim() -> Callable[[int], int] | None:
+    """``malloc_trim`` of the GNU C library; None with another."""
+    try:
+        trim: Callable[[int], int] = ctypes.CDLL(None).malloc_trim
+    except (AttributeError, OSError, TypeError):
+        return None
+    return trim

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from typing import Annotated
 
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
@@ -20,30 +21,12 @@ from carrierflex.simulation.laws import Law
 
 @dataclass(frozen=True, eq=False)
 class ExaminedCampaign:
-    """A campaign whose records were looked at, ready to be compared with its baseline.
+    """A campaign whose records were looked at, ready to be compared with its baseline."""
 
-    Parameters
-    ----------
-    distinct : Campaign
-        Every record once.
-    warnings : tuple of CampaignWarning
-        What the records say by themselves.
-    problem : ComparisonProblem
-        Records, simulator and library.
-    floor_is_measured : bool
-        Whether the noise floor was declared or comes from repeats.
-    curves : mapping of str to DeflectionCurve, optional
-        Deflection curves.
-    laws : tuple of Law
-        Laws of files.
-    """
-
-    distinct: Campaign
-    warnings: tuple[CampaignWarning, ...]
-    problem: ComparisonProblem
-    floor_is_measured: bool
-    curves: Curves | None = None
-    laws: tuple[Law, ...] = ()
+    distinct: Annotated[Campaign, "Every record once"]
+    warnings: Annotated[tuple[CampaignWarning, ...], "What the records say by themselves"]
+    problem: Annotated[ComparisonProblem, "Records, simulator and library"]
+    floor_is_measured: Annotated[bool, "Whether the noise floor was declared or comes from repeats"]
 
     def baseline(self, fit: EffectFit | None = None) -> BaselineCheck:
         """Findings with the baseline; `fit` where a diagnosis made it already."""
@@ -104,4 +87,4 @@ def examined(
     warnings = records_findings(campaign, curves, copies)
     distinct = without_copies(campaign, copies)
     problem, floor_is_measured = problem_of(distinct, curves, laws)
-    return ExaminedCampaign(distinct, warnings, problem, floor_is_measured, curves, tuple(laws))
+    return ExaminedCampaign(distinct, warnings, problem, floor_is_measured)

@@ -7,16 +7,22 @@ noticing, no pair is alike, or the first proposal parts all that are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 
-from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs, RigLimits
+from carrierflex.diagnosis.inference.planning.results import (
+    CampaignPlan,
+    Costs,
+    RankedAddition,
+    RigLimits,
+)
 from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.toml_files import read_toml, toml_document
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
@@ -32,55 +38,45 @@ from carrierflex.workflows.simulation import simulate_load_case
 
 if TYPE_CHECKING:
     from carrierflex.diagnosis.carrier.planned import CarrierPool
-    from carrierflex.diagnosis.inference.planning.results import (
-        CausePair,
-        RankedAddition,
-        VisibleSize,
-    )
     from carrierflex.diagnosis.kinds import Curves
     from carrierflex.diagnosis.mounting.planned import MountingPool
     from carrierflex.simulation.plan_tables import PlanTable
 
 PLAN_FILE = "plan.json"
 PICTURE_FILE = "plan.png"
-_FORMAT, _VERSION = "carrierflex-plan", 1
 #: Additions that plan.json lists.
 _MOST_ADDITIONS = 40
+#: plan.json.
+PLAN = json_table(
+    "PlanDocument",
+    "plan.json, written by plan.",
+    {
+        CampaignPlan: "campaign unit gap noise_std is_measured left_wanted costs sizes pairs "
+        "additions"
+    },
+    format=(Literal["carrierflex-plan"], "Kind of the file"),
+    version=(Literal[1], "Version of the format"),
+    software=(str, "Name and version of this software"),
+    kind=(Literal["carrier", "mounting"], "Kind of the campaign"),
+    proposal=(RankedAddition | None, "First proposal; null where nothing is to be parted"),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class PlannedCampaign:
-    """A plan with the runs and channels that it looked at.
+    """A plan with the runs and channels that it looked at."""
 
-    Parameters
-    ----------
-    plan : CampaignPlan
-        Sizes, pairs and additions.
-    pool : CarrierPool or MountingPool
-        What is planned and what could be added.
-    """
-
-    plan: CampaignPlan
-    pool: CarrierPool | MountingPool
+    plan: Annotated[CampaignPlan, "Sizes, pairs and additions"]
+    pool: Annotated[CarrierPool | MountingPool, "What is planned and what could be added"]
 
 
 @dataclass(frozen=True)
 class PlanSettings:
-    """What a plan is asked for.
+    """What a plan is asked for."""
 
-    Parameters
-    ----------
-    gap : float
-        Gap in floors at which causes are to be told apart.
-    costs : Costs
-        What additions cost.
-    limits : RigLimits
-        What the rig can do.
-    """
-
-    gap: float = 6.0
-    costs: Costs = field(default_factory=Costs)
-    limits: RigLimits = field(default_factory=RigLimits)
+    gap: Annotated[float, "Gap in floors at which causes are to be told apart"] = 6.0
+    costs: Annotated[Costs, "What additions cost"] = field(default_factory=Costs)
+    limits: Annotated[RigLimits, "What the rig can do"] = field(default_factory=RigLimits)
 
 
 def main(
@@ -264,23 +260,12 @@ def case_settings(case: Path) -> PlanSettings:
 
 def plan_document(plan: CampaignPlan) -> dict[str, Any]:
     """Content of plan.json."""
-    return {
-        "format": _FORMAT,
-        "version": _VERSION,
-        "campaign": plan.campaign,
-        "kind": plan.kind,
-        "software": software_name(),
-        "unit": plan.unit,
-        "gap": plan.gap,
-        "noise_std": plan.noise_std,
-        "is_measured": plan.is_measured,
-        "left_wanted": plan.left_wanted,
-        "costs": plain(plan.costs),
-        "sizes": plain(plan.sizes),
-        "pairs": plain(plan.pairs),
-        "proposal": plain(plan.proposal),
-        "additions": plain(plan.additions[:_MOST_ADDITIONS]),
-    }
+    document: dict[str, Any] = plain(
+        json_content(
+            PLAN, plan, software=software_name(), additions=plan.additions[:_MOST_ADDITIONS]
+        )
+    )
+    return document
 
 
 def _write(plan: CampaignPlan, out: Path) -> None:
@@ -288,23 +273,3 @@ def _write(plan: CampaignPlan, out: Path) -> None:
 
     save_json(out / PLAN_FILE, plan_document(plan))
     save_figure(out / PICTURE_FILE, plan_figure(plan))
-
-
-class PlanDocument(TypedDict):
-    """plan.json, written by plan."""
-
-    format: Annotated[Literal["carrierflex-plan"], "Kind of the file"]
-    version: Annotated[Literal[1], "Version of the format"]
-    campaign: Annotated[str, "Name of the case or campaign"]
-    kind: Annotated[Literal["carrier", "mounting"], "Kind of the campaign"]
-    software: Annotated[str, "Name and version of this software"]
-    unit: Annotated[str, "Unit of the channels"]
-    gap: Annotated[float, "Gap over the noise at which causes are to be told apart"]
-    noise_std: Annotated[float, "Root of the mean variance of the noise [unit]"]
-    is_measured: Annotated[bool, "Whether records say which amplitudes a cause has"]
-    left_wanted: Annotated[float, "RMS that a rival must leave, over the noise"]
-    costs: Annotated[Costs, "What additions cost [min]"]
-    sizes: Annotated[Sequence[VisibleSize], "Size from which each cause is seen; null is never"]
-    pairs: Annotated[Sequence[CausePair], "Every cause with every rival"]
-    proposal: Annotated[RankedAddition | None, "First proposal; null where nothing is to be parted"]
-    additions: Annotated[Sequence[RankedAddition], "Additions, cheapest sufficient first"]

@@ -37,20 +37,7 @@ Section = tuple[str, tuple[str, ...], list[list[str]]]
 
 
 def score_page(check: BlindCheck, *, command: str, date: str, software: str) -> str:
-    """Markdown of a score.
-
-    Parameters
-    ----------
-    check : BlindCheck
-        What was reached, under which seals.
-    command, date, software : str
-        What made it, when, with which version.
-
-    Returns
-    -------
-    str
-        Page with one table a section.
-    """
+    """Markdown of a score, one table a section, with what made it, when, with which version."""
     seals = f"digest of the seals `{check.digest}`"
     lines = [f"Run of {date}, {software}, by `{command}`; {seals}.", ""]
     for title, columns, rows in score_sections(check):

@@ -26,17 +26,7 @@ from carrierflex.workflows.diagnosis.score_page import score_page
 def scored(
     labels: Mapping[str, Label], verdicts: Mapping[str, Verdict], digest: str
 ) -> tuple[BlindCheck, list[dict[str, Any]]]:
-    """Score of verdicts, and the cases one by one.
-
-    Parameters
-    ----------
-    labels : mapping of str to Label
-        Truth by case.
-    verdicts : mapping of str to Verdict
-        Answer by case.
-    digest : str
-        Digest of the seals.
-    """
+    """Score of verdicts under seals of one digest, and the cases one by one."""
     by_class = cases_judged_by_class(labels, verdicts)
     effect_labels = _by_effect(labels)
     by_effect = judged_cases(effect_labels, {case: verdicts[case] for case in effect_labels})
@@ -56,19 +46,7 @@ def _by_effect(labels: Mapping[str, Label]) -> dict[str, Label]:
 def write_score(
     out: Path, result: BlindCheck, rows: Sequence[Mapping[str, Any]], *, command: str
 ) -> None:
-    """Write blind_check.json and blind_check.md.
-
-    Parameters
-    ----------
-    out : Path
-        Folder.
-    result : BlindCheck
-        Score.
-    rows : sequence of mapping
-        Cases.
-    command : str
-        What made them.
-    """
+    """Write blind_check.json and blind_check.md, with the command that made them."""
     date, software = f"{datetime.now():%Y-%m-%d}", software_name()
     head = {"format": "carrierflex-blind-check", "version": 2, "software": software, "date": date}
     scores = [each for each in (result.score, result.class_score) if each is not None]

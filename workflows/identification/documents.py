@@ -5,18 +5,8 @@ from typing import Annotated, Literal, NotRequired, TypedDict
 
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.files.versions import Software
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.carrier.robust_loss import Outliers
-
-
-class Warned(TypedDict):
-    """What does not look right in a campaign."""
-
-    about: Annotated[str, "Channel, input, run or effect that it is about"]
-    text: Annotated[str, "What was found, with its figures"]
-    remedy: Annotated[str, "What to do about it"]
-    check: Annotated[str, "Name of the check"]
-    figure: Annotated[float, "What was measured"]
-    line: Annotated[str, "File and line, or key of campaign.toml"]
 
 
 class IdentifiedRun(TypedDict):
@@ -62,7 +52,7 @@ class IdentificationDocument(TypedDict):
     runs: Annotated[Mapping[str, IdentifiedRun], "By run"]
     undetermined: Annotated[Sequence[str], "Combinations that the records cannot see, in words"]
     outliers: NotRequired[Annotated[Sequence[Outliers], "Flagged samples, which took part"]]
-    warnings: Annotated[Sequence[Warned], "What does not look right in the campaign"]
+    warnings: Annotated[Sequence[CampaignWarning], "What does not look right in the campaign"]
     covariance_source: NotRequired[Annotated[str, "Where the errors come from"]]
     correlation: Annotated[Mapping[str, Correlation], "By run; under an empty name where joint"]
     model_runs: Annotated[int, "Evaluations of the model"]

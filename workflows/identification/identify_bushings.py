@@ -220,7 +220,7 @@ def _document(measured: Campaign, result: BushingIdentification) -> dict[str, An
         },
         "model_runs": sum(estimate.fit.model_runs for estimate in every),
         "seconds": sum(estimate.seconds for estimate in every),
-        "warnings": [warning.entry() for warning in result.warnings],
+        "warnings": result.warnings,
         "models": {
             group: benchmark_rows(estimates, result)
             for group, estimates in result.estimates.items()

@@ -5,10 +5,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from carrierflex.diagnosis.report.diagnosis_files import write_report
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import versions
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.examination import examined
@@ -68,7 +68,7 @@ class Diagnosed:
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
         campaign = self.records.campaign
         source = ReportSource(campaign, campaign.name, versions(), written)
-        write_report(Path(path), report_page(self.result, source))
+        save_text(Path(path), report_page(self.result, source))
         return Path(path)
 
     def _rows(self) -> list[tuple[str, str]]:

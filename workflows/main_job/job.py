@@ -9,6 +9,7 @@ import numpy as np
 
 from carrierflex.diagnosis.inference.gap_reduction import EffectsInTurn, effects_in_turn
 from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.diagnosis.report.diagnosis_files import Verdict
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.carrier_curves import UNIT_TORQUE
@@ -23,7 +24,6 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis import diagnose_campaign
-from carrierflex.workflows.diagnosis.documents import Verdict
 from carrierflex.workflows.fe.carrier_variants import CarrierVariant
 from carrierflex.workflows.identification import identify_parameters
 from carrierflex.workflows.main_job import (

@@ -18,6 +18,9 @@ from typing import Annotated, Any, Union, get_origin
 import numpy as np
 from pydantic import Field, TypeAdapter
 
+from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS
+from carrierflex.diagnosis.report.gap_change_page import COMPARISON
+from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION
 from carrierflex.fe.matrices.interface_tables import InterfacesDocument
 from carrierflex.files.result_schemas import Schema, result_schema, type_hints
 from carrierflex.files.toml_values import FileSchema
@@ -37,12 +40,7 @@ from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
-from carrierflex.workflows.diagnosis.compare_diagnoses import ComparisonDocument
-from carrierflex.workflows.diagnosis.documents import (
-    DiagnosisDocument,
-    RimMotionDocument,
-)
-from carrierflex.workflows.diagnosis.plan_campaign import PlanDocument
+from carrierflex.workflows.diagnosis.plan_campaign import PLAN
 from carrierflex.workflows.diagnosis.scored_check import (
     AnswersDocument,
     BlindCheckDocument,
@@ -95,10 +93,10 @@ _DOCUMENTS: dict[str, Any] = {
 
 #: Document of every kind of JSON file, by the name of the file.
 _RESULTS: dict[str, Any] = {
-    "diagnosis": DiagnosisDocument,
-    "rim motion": RimMotionDocument,
-    "comparison": ComparisonDocument,
-    "plan": PlanDocument,
+    "diagnosis": DIAGNOSIS,
+    "rim motion": RIM_MOTION,
+    "comparison": COMPARISON,
+    "plan": PLAN,
     "identification": IdentificationDocument,
     "import": ImportDocument,
     "certificate": CertificateDocument,

@@ -8,7 +8,7 @@ from rich.text import Text
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.report.gap_words import place_words
 from carrierflex.diagnosis.report.verdict_words import verdict_heading, worth
-from carrierflex.diagnosis.report.words import listed
+from carrierflex.diagnosis.report.words import capitalised, listed
 from carrierflex.workflows.screen.tables import curve_table, rms_table
 from carrierflex.workflows.screen.titled_table import titled_table as _table
 
@@ -93,7 +93,7 @@ def _gap(job: "Job") -> list[RenderableType]:
         f"from {of_paper.rms[0] * 1e6:.1f} to {of_paper.rms[-1] * 1e6:.1f} um"
     )
     why = f": {listed(beyond)} are in neither." if beyond else "."
-    where = place_words(diagnosis.gap.findings).capitalised() if diagnosis.gap else ""
+    where = capitalised(place_words(diagnosis.gap.findings)) if diagnosis.gap else ""
     return [
         f"Where: {where}.",
         table,

@@ -35,9 +35,9 @@ COMMANDS = {
         "Compute the rim's deflection curves by finite elements."),
     "reduce": Command("reduction.reduce_body", "tables:reduced_table",
         "Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton)."),
-    "join": Command("reduction.join_rotating_group", "body_tables:joined_table",
+    "join": Command("reduction.join_rotating_group", "tables:joined_table",
         "Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft."),
-    "couplings": Command("fe.compare_couplings", "body_tables:coupling_table",
+    "couplings": Command("fe.compare_couplings", "tables:coupling_table",
         "Bracket pilot stiffness and deflection curves between distributing and rigid "
         "couplings.", "couplings.json"),
     "pin-fit": Command("fe.study_pin_fit", "tables:pin_fit_table",
@@ -87,7 +87,7 @@ COMMANDS = {
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
         "Compare two diagnoses of one measurement, before and after the simulator "
         "changed.", "comparison.json"),
-    "view": Command("view3d.view_file", "body_tables:view_table",
+    "view": Command("view3d.view_file", "tables:view_table",
         "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
     "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
         "Diagnose sealed campaigns and score the answers.", "blind_check.json"),

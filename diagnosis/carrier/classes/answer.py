@@ -35,17 +35,17 @@ from carrierflex.diagnosis.carrier.signature_rows import (
 )
 from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
-from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.classes.law_sets import law_sets
-from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.classes.shape_decision import (
+from carrierflex.diagnosis.classes.decision import (
     FURTHER_CAUSE,
     decide_by_shape,
     rivals_of,
     shape_of,
     way_of,
 )
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.held_out import ClassScores
+from carrierflex.diagnosis.classes.law_sets import law_sets
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign

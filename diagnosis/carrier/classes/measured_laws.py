@@ -9,9 +9,9 @@ import numpy as np
 from carrierflex.diagnosis.carrier.classes.catalogue import UNDETERMINED, shapes
 from carrierflex.diagnosis.carrier.classes.class_rows import LoadFunction, load_functions
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
+from carrierflex.diagnosis.classes.decision import shape_of, way_of
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
-from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
 from carrierflex.diagnosis.classes.shapes import SIZE, law_of_class, visited_range_warning
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.campaign import Campaign

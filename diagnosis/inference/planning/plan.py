@@ -11,6 +11,7 @@ an RMS in floors of noise, the measure of the diagnosis's rules.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +27,120 @@ from carrierflex.diagnosis.inference.planning.results import (
     RankedAddition,
     VisibleSize,
 )
-from carrierflex.diagnosis.inference.planning.table import MeasuredGram, PlannedTable, Signature
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 
 FloatArray = NDArray[np.float64]
-#: A rival must leave this many times what the diagnosis asks for: the machine's own curves,
-#: gains and places differ from the model's.
+IntArray = NDArray[np.int64]
+
+#: Columns whose square is below this share of the largest do not act.
+_ABSENT = 1e-24
+
+
+@dataclass(frozen=True)
+class Signature:
+    """Columns of one effect at one value of its shape, or on one channel."""
+
+    effect: Annotated[str, "Effect id"]
+    variant: Annotated[tuple[float, ...], "Shape or channel; empty without"]
+    columns: Annotated[tuple[int, ...], "Numbers of the columns in the table"]
+
+
+@dataclass(frozen=True)
+class ScaledParameter:
+    """What an amplitude is called, in which unit, and the size of it that is worth noticing."""
+
+    name: str
+    unit: str
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedTable:
+    """Products of target, baseline's regressors and signatures, over the noise's variance.
+
+    A part is one channel of one run; signals of parts that were not measured are zero. Columns are
+    those of unit parameters times their scale: the amplitudes count in sizes worth noticing.
+    """
+
+    gram: Annotated[
+        FloatArray,
+        "Products ``X' X / sigma²``: the target first, then `n_base` regressors, then "
+        "signatures, shape (n_parts, n, n)",
+    ]
+    n_base: Annotated[int, "Regressors of the baseline"]
+    known: Annotated[
+        FloatArray,
+        "Precision of what is known of each baseline parameter, in the units of its column; "
+        "zero where nothing is, shape (n_base,)",
+    ]
+    signatures: Annotated[tuple[Signature, ...], "Columns by effect and variant"]
+    parameters: Annotated[Mapping[str, ScaledParameter], "First amplitude of every effect"]
+    runs: Annotated[IntArray, "Run of every part"]
+    channels: Annotated[IntArray, "Channel of every part"]
+    n_samples: Annotated[FloatArray, "Samples of every part, shape (n_parts,)"]
+    run_names: Annotated[tuple[str, ...], "Runs by number"]
+    channel_names: Annotated[tuple[str, ...], "Channels by number"]
+    noise_std: Annotated[
+        float, "Root of the mean variance of the noise, in the unit of the channels"
+    ]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects, in the order of the table."""
+        return tuple(dict.fromkeys(signature.effect for signature in self.signatures))
+
+    def of(self, effect: str) -> tuple[Signature, ...]:
+        """Signatures of one effect."""
+        return tuple(signature for signature in self.signatures if signature.effect == effect)
+
+    def weights(
+        self,
+        minutes: Mapping[str, float],
+        channels: Sequence[str],
+    ) -> FloatArray:
+        """How often every part is measured by runs of these lengths, over those in the table."""
+        of_run = np.array([minutes.get(name, 0.0) for name in self.run_names])
+        of_channel = np.array([float(name in channels) for name in self.channel_names])
+        return np.asarray(of_run[self.runs] * of_channel[self.channels])
+
+    def measured(self, weights: FloatArray) -> "_MeasuredGram":
+        """Products over the parts that are measured, the regressors of the baseline taken out."""
+        some = np.flatnonzero(weights)
+        products = np.einsum("p,pij->ij", weights[some], self.gram[some])
+        base = np.arange(1, 1 + self.n_base)
+        products[base, base] += self.known
+        acts = [k for k in base.tolist() if products[k, k] > _ABSENT * np.max(products[base, base])]
+        return _MeasuredGram(
+            _projected(products, acts),
+            np.diag(products).copy(),
+            float(weights @ self.n_samples),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _MeasuredGram:
+    """What a campaign tells of the signatures."""
+
+    projected: Annotated[
+        FloatArray,
+        "Products of what the baseline leaves of the columns, over the noise's variance, shape "
+        "(n, n)",
+    ]
+    square: Annotated[FloatArray, "Squares of the whole columns, shape (n,)"]
+    n_samples: Annotated[float, "Samples of all channels"]
+
+
+def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
+    """Gram matrix once some columns are taken out of all others (Schur complement)."""
+    if not columns:
+        return gram
+    inverse = normal_inverse(gram[np.ix_(columns, columns)])
+    return gram - gram[:, columns] @ inverse @ gram[columns, :]
+
+
+#: A rival must leave this many times what the diagnosis asks for: the curves, gains and angles of
+#: the machine differ from the model's.
 _MARGIN = 1.1
 #: Where all that is feasible together leaves less than this share of the gap, nothing parts a pair.
 _NEVER = 0.02
@@ -70,16 +179,14 @@ def campaign_plan(
     is_measured: bool,
     note: Callable[[str], None] = lambda text: None,
 ) -> CampaignPlan:
-    """Plan of a campaign.
+    """Plan of a campaign with what could be added to it.
 
     Parameters
     ----------
     table : PlannedTable
         Products of the signatures over all that is planned or could be added.
-    additions : sequence of Addition
-        What could be added.
-    planned : Addition
-        The campaign as planned.
+    additions, planned : sequence of Addition, Addition
+        What could be added; the campaign as planned.
     gap : float
         Gap in floors at which causes are to be told apart; that of the records where there are any.
     names : tuple of str
@@ -90,11 +197,6 @@ def campaign_plan(
         Whether the target holds records, whose gap then says which amplitudes a cause has.
     note : callable
         Told each step, for progress.
-
-    Returns
-    -------
-    CampaignPlan
-        Sizes, pairs, additions.
     """
     wanted = Thresholds().exchange_ratio
     measured = table.measured(table.weights(planned.minutes, planned.channels))
@@ -143,7 +245,7 @@ def _order(ranked: RankedAddition) -> tuple[float, ...]:
     return (1.0, -float(len(ranked.parted)), mean_remaining, ranked.addition.cost)
 
 
-def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> VisibleSize:
+def _visible_size(table: PlannedTable, measured: _MeasuredGram, effect: str) -> VisibleSize:
     """Smallest size of an effect, of the median of its variants and of the mean direction."""
     parameter = table.parameters[effect]
     energies = []
@@ -186,7 +288,7 @@ def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> V
 
 
 def _planned_cases(
-    table: PlannedTable, measured: MeasuredGram, gap: float
+    table: PlannedTable, measured: _MeasuredGram, gap: float
 ) -> dict[str, list[_Case]]:
     """Directions of every visible variant at which it leaves the wanted gap."""
     size = gap * np.sqrt(measured.n_samples)
@@ -199,13 +301,13 @@ def _planned_cases(
     return cases
 
 
-def _survives(measured: MeasuredGram, signature: Signature) -> bool:
+def _survives(measured: _MeasuredGram, signature: Signature) -> bool:
     columns = list(signature.columns)
     square, remaining = measured.square[columns].sum(), measured.projected[columns, columns].sum()
     return bool(remaining > Thresholds().surviving_share ** 2 * square)
 
 
-def _measured_cases(table: PlannedTable, measured: MeasuredGram) -> dict[str, list[_Case]] | None:
+def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, list[_Case]] | None:
     """Fitted amplitudes of every effect that the records do not rule out."""
     square = float(measured.projected[0, 0])
     fits: dict[str, list[tuple[float, _Case]]] = {}
@@ -235,7 +337,7 @@ def _measured_cases(table: PlannedTable, measured: MeasuredGram) -> dict[str, li
 
 
 def _remaining_energy(
-    table: PlannedTable, measured: MeasuredGram, cases: Sequence[_Case], rival: str
+    table: PlannedTable, measured: _MeasuredGram, cases: Sequence[_Case], rival: str
 ) -> float:
     """Energy that a rival leaves of a cause, the median over the cause's variants."""
     rivals = table.of(rival)
@@ -250,7 +352,7 @@ def _remaining_energy(
 
 def _pair(
     table: PlannedTable,
-    grams: tuple[MeasuredGram, MeasuredGram],
+    grams: tuple[_MeasuredGram, _MeasuredGram],
     cases: Mapping[str, Sequence[_Case]],
     pair: tuple[str, str],
     gap: float,
@@ -279,7 +381,7 @@ def _pair(
     )
 
 
-def _gap_of(measured: MeasuredGram, cases: Sequence[_Case]) -> float:
+def _gap_of(measured: _MeasuredGram, cases: Sequence[_Case]) -> float:
     """RMS that a cause leaves as planned, in floors."""
     energies = []
     for case in cases:
@@ -291,7 +393,7 @@ def _gap_of(measured: MeasuredGram, cases: Sequence[_Case]) -> float:
 
 def _ranked(
     table: PlannedTable,
-    enlarged: MeasuredGram,
+    enlarged: _MeasuredGram,
     cases: Mapping[str, Sequence[_Case]],
     alike: Sequence[CausePair],
     addition: Addition,
@@ -334,7 +436,7 @@ def _named_gap(thresholds: Thresholds) -> float:
     return float(np.sqrt(thresholds.floor_ratio - 1.0))
 
 
-def _visible_directions(measured: MeasuredGram, signature: Signature) -> FloatArray:
+def _visible_directions(measured: _MeasuredGram, signature: Signature) -> FloatArray:
     """Amplitudes that leave one noise variance each, at right angles to each other."""
     columns = list(signature.columns)
     values, vectors = np.linalg.eigh(measured.projected[np.ix_(columns, columns)])
@@ -344,7 +446,7 @@ def _visible_directions(measured: MeasuredGram, signature: Signature) -> FloatAr
 
 
 def _remainders(
-    measured: MeasuredGram, cause: Signature, rivals: tuple[Signature, ...]
+    measured: _MeasuredGram, cause: Signature, rivals: tuple[Signature, ...]
 ) -> FloatArray:
     """Products of what the rival's best-fitting variant leaves of a cause, one matrix a variant."""
     of_cause, projected = list(cause.columns), measured.projected
@@ -360,7 +462,7 @@ def _remainders(
 
 
 def _least_energy(
-    measured: MeasuredGram, cause: Signature, amplitudes: FloatArray, rivals: tuple[Signature, ...]
+    measured: _MeasuredGram, cause: Signature, amplitudes: FloatArray, rivals: tuple[Signature, ...]
 ) -> float:
     """Energy that a refitted rival leaves of given amplitudes, its best variant taken."""
     products = _remainders(measured, cause, rivals)
@@ -368,7 +470,7 @@ def _least_energy(
 
 
 def _least_energy_of_any(
-    measured: MeasuredGram,
+    measured: _MeasuredGram,
     cause: Signature,
     directions: FloatArray,
     rivals: tuple[Signature, ...],

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.carrier.gap_components import _components, _frame_of
 from carrierflex.diagnosis.carrier.gap_findings import _gap_cells
 from carrierflex.diagnosis.report.gap_words import further_words, place_words
-from carrierflex.diagnosis.report.words import joined
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.carrier.sensor_patterns import RADIAL, pattern_split
@@ -22,7 +21,7 @@ QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 def said(problem):
     """Where the gap of the baseline lies, in words."""
     findings = problem.gap_findings((), problem.starts((), {})[-1])
-    return joined("; ", (place_words(findings), further_words(findings, "m"))).plain
+    return "; ".join(filter(None, (place_words(findings), further_words(findings, "m"))))
 
 
 def cells_of(problem):

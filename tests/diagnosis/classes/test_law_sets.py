@@ -158,3 +158,24 @@ def test_a_set_that_leaves_far_more_than_classes_that_explain_the_gap_is_not_pro
     assert sets_of(signal, (("a", "b"),)) == (("a0", "b1"),)
     # A class that explains two thirds says nothing against a law that does.
     assert ("a0",) in sets_of(signal, (("a",),))
+
+
+def test_a_class_that_holds_two_laws_has_both_in_its_first_set():
+    # One law of each class explains five eighths, and sets that grow from nothing end before.
+    signal = 2.0 * column("a0") + 2.0 * column("a1") + 2.0 * column("b0") + 2.0 * column("b1")
+    assert sets_of(signal, (("a", "b"),))[0] == ("a0", "a1", "b0", "b1")
+    # A law that gains nothing beside the others is in no such set.
+    assert sets_of(2.0 * column("a0") + column("b0"), (("a", "b"),))[0] == ("a0", "b0")
+
+
+def test_a_set_without_laws_of_many_shapes_stands_beside_one_with_them():
+    # The bent law is nearest at one of its shapes, and may end at a bound of it in the simulator.
+    bent = law("bent", "c2", "a0")
+    laws = {"a": (bent, law("near", "a0"), *LAWS["a"][1:]), "b": LAWS["b"]}
+    sets = sets_of(
+        column("a0") + column("a1") + column("b0"),
+        (("a", "b"),),
+        laws=laws,
+        simulated={"bent", "near", *EVERY},
+    )
+    assert sets[:2] == (("a1", "b0", "bent"), ("a1", "b0", "near"))

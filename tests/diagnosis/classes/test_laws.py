@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.answer import _explains, _is_curved, nearest_law
+from carrierflex.diagnosis.classes.answer import _explains, nearest_law
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import LawColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
@@ -76,43 +76,12 @@ def test_a_law_explains_down_to_the_floor_or_nearly_all_of_the_gap():
     assert not explains(101.0, 6.0)
 
 
-@pytest.mark.parametrize(
-    ("signal", "noise", "is_curved"),
-    [
-        (A + MORE, 0.3, True),
-        # Another class explains more, and the curved one explains a part that is not to be missed.
-        (A + B + 0.3 * MORE, 0.3, True),
-        # Sure, but as small a part as any law leaves, and another class explains more.
-        (A + 0.1 * B + 0.015 * MORE, 1e-3, False),
-        # As small, and no other class explains it.
-        (A + 0.015 * MORE, 1e-3, True),
-        # A gain of 0.011, within two standard errors of 0.010.
-        (A + B + 0.15 * MORE, 2.0, False),
-    ],
-)
-def test_a_class_is_curved_by_no_small_part_or_where_nothing_else_explains_as_much(
-    signal, noise, is_curved
-):
-    table = replace(toy_table(signal, COLUMNS, noise=noise), surface="", beyond_laws={"a": "more"})
-    table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
-    assert _is_curved(*scored(table), "a", ()) is is_curved
-    assert not _is_curved(*scored(replace(table, beyond_laws={})), "a", ())
-
-
 def test_no_law_is_named_beside_a_surface():
     table = toy_table(A + B, COLUMNS, laws={"a": A})
     scores, shares = scored(table)
     assert nearest_law(scores, shares, "a", ("b",)).is_equal
     beside = replace(table, surface="b")
     assert not nearest_law(*scored(beside), "a", ("b",)).is_equal
-
-
-def test_a_curved_class_has_no_law():
-    table = replace(toy_table(A + 0.05 * MORE, COLUMNS, laws={"a": A}, noise=0.01), surface="")
-    table = replace(table, classes={name: (name,) for name in ("a", "b", "c")})
-    assert nearest_law(*scored(table), "a", ()).is_equal
-    curved = replace(table, beyond_laws={"a": "more"})
-    assert not nearest_law(*scored(curved), "a", ()).is_equal
 
 
 @pytest.mark.parametrize(
@@ -154,22 +123,6 @@ def test_parts_of_a_coupled_cause_have_no_laws_where_both_are_named():
     # Beside a class that is no part of it a law keeps its name.
     beside_another = replace(table, coupled_parts=frozenset({"a", "c"}))
     assert nearest_law(*scored(beside_another), "a", ("b",)).is_equal
-
-
-@pytest.mark.parametrize(("is_of_curved", "is_named"), [(True, False), (False, True)])
-def test_no_law_is_named_beside_a_class_that_explains_as_much_where_its_laws_are_curved(
-    is_of_curved, is_named
-):
-    # Class d is nearly what b leaves where its laws are curved.
-    near = MORE + 0.1 * np.random.default_rng(7).standard_normal(MORE.size)
-    signal = B + (MORE if is_of_curved else near)
-    table = toy_table(signal, {**COLUMNS, "d": near[None]}, laws={"d": near}, noise=0.01)
-    table = replace(table, surface="", classes={name: (name,) for name in ("a", "b", "c", "d")})
-    assert nearest_law(*scored(table), "d", ("b",)).is_equal
-    curved = replace(table, beyond_laws={"b": "more"})
-    assert nearest_law(*scored(curved), "d", ("b",)).is_equal is is_named
-    # Of no other class of the answer.
-    assert nearest_law(*scored(replace(table, beyond_laws={"c": "more"})), "d", ("b",)).is_equal
 
 
 def test_no_law_is_one_of_a_class_that_adds_less_than_tells_laws_apart():

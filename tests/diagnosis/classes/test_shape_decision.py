@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
-from carrierflex.diagnosis.classes.shape_decision import (
+from carrierflex.diagnosis.classes.decision import (
     _best_of_shapes,
     _is_equal,
     decide_by_shape,
@@ -15,6 +14,7 @@ from carrierflex.diagnosis.classes.shape_decision import (
     simplest,
     ties_of,
 )
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
 from tests.diagnosis.classes.toy_table import known_scores
 
 #: Causes of which each is half as large as the one before: with each, half of the rest goes.

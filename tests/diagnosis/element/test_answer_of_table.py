@@ -350,32 +350,6 @@ def ties_of(classes, *, causes=None, law="dahl_friction", left=0.0):
 SLIDERS = {"hysteresis": {"loop": 0.02}}
 
 
-def test_a_loop_that_one_friction_draws_better_than_sliders_is_a_tie_with_dry_friction():
-    rubbing = {**SLIDERS, "dissipation": {"loop": 0.15}}
-    loop, friction = ("hysteresis",), ("dissipation",)
-    assert ties_of(rubbing) == (loop, (friction,))
-    # No better than the sliders do, or a slider of one strength.
-    assert ties_of(rubbing, left=0.03) == (loop, ())
-    assert ties_of(rubbing, law="elasto_plastic_friction") == (loop, ())
-    # Dry friction that is not worth a name itself.
-    assert ties_of({**SLIDERS, "dissipation": {"loop": 0.25}}) == (loop, ())
-
-
-def test_dry_friction_is_a_tie_of_a_loop_beside_the_class_that_stands_beside_it():
-    rubbing = {**SLIDERS, **SPRING, "dissipation": {"loop": 0.15}}
-    causes = {"loop": 100.0, "spring": 100.0}
-    found = ties_of(rubbing, causes=causes)
-    assert found == (("hysteresis", "restoring_force"), (("dissipation", "restoring_force"),))
-
-
-def test_dry_friction_is_told_once_among_the_ties_of_a_loop():
-    equal = {"loop": 0.0205}
-    loop, friction, memory = ("hysteresis",), ("dissipation",), ("memory",)
-    assert ties_of({**SLIDERS, "dissipation": equal}) == (loop, (friction,))
-    others = {**SLIDERS, "memory": equal, "dissipation": {"loop": 0.15}}
-    assert ties_of(others) == (loop, (memory, friction))
-
-
 def test_without_a_loop_or_beside_dry_friction_no_friction_is_a_further_tie():
     # A spring explains the gap, and the friction of a loop would explain more.
     no_loop = {"restoring_force": {"loop": 0.02}, "dissipation": {"loop": 0.15}}

@@ -1,7 +1,6 @@
 """Classes of an element whose missing force is known and, mostly, no law of the library."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -227,23 +226,6 @@ def test_a_change_with_time_is_asked_only_of_drives_with_two_frequencies():
     assert found.state != NOTHING
     assert "time_variation" not in (*found.ids, *found.rivals)
     assert "one frequency drives all runs" in found.note
-
-
-def test_a_loop_that_one_friction_draws_better_than_sliders_may_be_dry_friction():
-    def turning_over(length):
-        columns = partial(dahl_friction, lengths=np.array([length]), from_rest=False)
-        return answer(displacement_campaign(lambda q, v: 4.0 * columns(q)[0], n=2000))
-
-    def sliding(q, v):
-        return 4.0 * stops(q, np.array([3e-4]), from_rest=False)[0]
-
-    found = turning_over(3e-4)
-    assert (found.ids, found.ties) == (("hysteresis",), (("dissipation",),))
-    assert (found.classes[0].law, found.classes[0].law_named) == ("dahl_friction", True)
-    assert answer(displacement_campaign(sliding, n=2000)).ties == ()
-    # Over a third of the half range it is no friction that turns before it slides.
-    found = turning_over(6e-4)
-    assert (found.ids, found.ties) == (("hysteresis",), ())
 
 
 def test_three_causes_are_no_class_and_are_to_be_recorded_apart():

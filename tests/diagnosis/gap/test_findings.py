@@ -6,8 +6,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.gap.findings import Scalar
-from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
+from carrierflex.diagnosis.gap.findings import Scalar, cell_validations, scalar_gaps
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from tests.diagnosis.carrier.carrier_twin import INJECTED, KNOWN, twin_problem
 

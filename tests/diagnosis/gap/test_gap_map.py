@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.gap.findings import cell_validations
 from carrierflex.diagnosis.gap.gap_map import (
     N_DRAWS,
     CellTable,
@@ -14,7 +15,6 @@ from carrierflex.diagnosis.gap.gap_map import (
     largest_cells,
     significant,
 )
-from carrierflex.diagnosis.gap.validation import cell_validations
 from carrierflex.identification.estimation.resampling import multinomial_counts
 
 

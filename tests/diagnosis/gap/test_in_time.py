@@ -56,7 +56,7 @@ def test_drift_of_the_offset_is_seen_in_time_and_said():
     # The law of the twin drifts by 40 um linearly and 20 um of the next form over a run.
     assert 2e-5 < first.change < 2e-4
     assert first.p_value < 1e-6
-    text = scatter_words(findings, "m").plain
+    text = scatter_words(findings, "m")
     assert f"the gap drifts in time: in {first.run} order 0, m=0 changes by" in text
     rms = [moment.rms for moment in findings.in_time if moment.run == first.run]
     assert max(rms) > 1.5 * min(rms)
@@ -66,7 +66,7 @@ def test_a_steady_gap_does_not_drift():
     findings = findings_of(
         twin_problem(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins"))
     )
-    assert "drifts" not in scatter_words(findings, "m").plain
+    assert "drifts" not in scatter_words(findings, "m")
     rms = [moment.rms for moment in findings.in_time if moment.run == "run1"]
     assert_allclose(rms, np.mean(rms), rtol=0.02)
 
@@ -88,4 +88,4 @@ def test_an_element_whose_offset_wanders_drifts(by_force):
         assert findings.drifts == ()
     else:
         assert findings.drifts[0].order == 0.0
-        assert " line 0, F changes by 1.5" in scatter_words(findings, "N").plain
+        assert " line 0, F changes by 1.5" in scatter_words(findings, "N")

@@ -49,7 +49,7 @@ def wobble(channel, angle):
 
 
 def said(findings):
-    return scatter_words(findings, "m").plain
+    return scatter_words(findings, "m")
 
 
 def significant(findings):

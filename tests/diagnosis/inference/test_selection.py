@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.inference.folds import held_out_folds
-from carrierflex.diagnosis.inference.law_fits import LawFits, law_fits
+from carrierflex.diagnosis.inference.held_out import held_out_folds
+from carrierflex.diagnosis.inference.law_fits import LawFits, candidate_sets, law_fits, selected
 from carrierflex.diagnosis.inference.results import Rejection
-from carrierflex.diagnosis.inference.selection import candidate_sets, selected
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from tests.diagnosis.inference.toy_problem import linear_problem, write_score
 
@@ -140,6 +139,19 @@ def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
     assert selection.accepted == ("b",)
     # The other needs more parameters, so that it is no rival either.
     assert selection.rivals == ()
+
+
+@pytest.mark.parametrize(("aliases", "rivals"), [((), ()), (("a",), (("a",),))])
+def test_a_known_alias_of_more_parameters_is_a_rival(judged, aliases, rivals):
+    fits = judged({**BASE, ("a",): (1.0, EQUAL), ("b",): (1.1, LITTLE_WORSE)})
+    score = fits.scores[("a",)]
+    more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
+    fits.scores[("a",)] = replace(score, fit=more)
+    library = dict(fits.problem.library)
+    library["b"] = replace(library["a"], id="b", aliases=aliases)
+    fits.problem = replace(fits.problem, library=library)
+    selection = selection_of(fits)
+    assert (selection.accepted, selection.rivals) == (("b",), rivals)
 
 
 def test_a_rejected_set_is_neither_best_nor_rival(judged):

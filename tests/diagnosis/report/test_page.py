@@ -11,9 +11,9 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.results import VERDICTS
 from carrierflex.diagnosis.report import page as report
-from carrierflex.diagnosis.report.diagnosis_files import write_report
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.page import ReportSource, report_page
+from carrierflex.files.json_files import save_text
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
@@ -296,7 +296,7 @@ def test_a_problem_without_pictures_gives_a_page_without_them(element):
 
 
 def test_page_is_the_same_each_time_and_written_whole(element, tmp_path, page):
-    write_report(tmp_path / "report.html", report_page(*element))
+    save_text(tmp_path / "report.html", report_page(*element))
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 

@@ -113,7 +113,10 @@ def test_of_more_runs_than_a_file_holds_some_of_every_condition_are_kept(monkeyp
     ("change", "message"),
     [
         ({"format": "carrierflex-diagnosis"}, "key 'format' is 'carrierflex-diagnosis'"),
-        ({"version": 2}, "key 'version' is 2; expected 1: update carrierflex"),
+        (
+            {"version": 2},
+            "key 'version' is 2, written by a newer version; expected 1: update carrierflex",
+        ),
         ({"n_planets": 0}, "key 'n_planets' is 0"),
         ({"radius": -1.0}, "key 'radius' is -1.0"),
         ({"signals": []}, "key 'signals' holds nothing to draw"),

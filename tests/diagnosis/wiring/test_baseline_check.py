@@ -19,7 +19,7 @@ from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.report.verdict_words import alias_sentence
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.rivals import INPUT_GAIN
+from carrierflex.diagnosis.wiring.refits import INPUT_GAIN
 from carrierflex.identification.campaign.declarations import Baseline, KnownValue
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.diagnosis.examination import examined

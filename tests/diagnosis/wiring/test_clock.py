@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from carrierflex.diagnosis.wiring.refits import drifting_clocks, refitted_clock, without_delay
-from carrierflex.diagnosis.wiring.rivals import ClockDrift, PredictedRecord
+from carrierflex.diagnosis.wiring.refits import (
+    ClockDrift,
+    PredictedRecord,
+    drifting_clocks,
+    refitted_clock,
+    without_delay,
+)
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 NOISE = 0.05

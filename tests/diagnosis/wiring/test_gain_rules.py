@@ -6,7 +6,7 @@ import numpy as np
 
 from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import WiringChecks
+from carrierflex.diagnosis.wiring.refits import WiringChecks
 from tests.diagnosis.wiring.test_wiring_rules import (
     PROBLEM,
     TIMES,

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.wiring.residual_faults import residual_findings
-from carrierflex.diagnosis.wiring.rivals import PredictedRecord
+from carrierflex.diagnosis.baseline_check import _residual_findings
+from carrierflex.diagnosis.wiring.refits import PredictedRecord
 from tests.diagnosis.element.element_campaigns import force_campaign, no_law
 
 NOISE = 2e-6
@@ -25,7 +25,7 @@ def told(campaign, change):
         signal = run.signals["q"]
         measured = signal + change(run.time, signal) + NOISE * rng.standard_normal(signal.size)
         records.append(PredictedRecord(run.name, run.time, measured[:, None], signal[:, None]))
-    return [finding.check for finding in residual_findings(records, campaign, NOISE**2)]
+    return [finding.check for finding in _residual_findings(records, campaign, NOISE**2)]
 
 
 def test_noise_alone_says_nothing(campaign):
@@ -86,7 +86,7 @@ def test_the_worst_sample_is_where_it_is_said_to_be(campaign):
         noise = NOISE * np.random.default_rng(number).standard_normal(measured.size)
         predicted = run.signals["q"] + noise
         records.append(PredictedRecord(run.name, run.time, measured[:, None], predicted[:, None]))
-    (finding,) = residual_findings(records, replace(campaign), NOISE**2)
+    (finding,) = _residual_findings(records, replace(campaign), NOISE**2)
     assert finding.check == "outliers"
     assert campaign.runs[1].name in finding.text
     assert "900" in finding.line or "902" in finding.line

@@ -10,8 +10,7 @@ from carrierflex.blind_check.labels import NOTHING
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
-from carrierflex.diagnosis.wiring.refits import exchanged_runs
-from carrierflex.diagnosis.wiring.rivals import RUN_ORDER, PredictedRecord
+from carrierflex.diagnosis.wiring.refits import RUN_ORDER, PredictedRecord, exchanged_runs
 from carrierflex.workflows.fe.default_curves import default_curves
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 

@@ -21,7 +21,7 @@ from carrierflex.diagnosis.inference.results import (
 from carrierflex.diagnosis.report.verdict_words import alias_sentence
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.rivals import (
+from carrierflex.diagnosis.wiring.refits import (
     ClockDrift,
     PredictedRecord,
     WiringChecks,

@@ -238,5 +238,5 @@ def test_a_finding_names_figure_file_line_and_remedy():
     assert found.line == "LC2.csv, line 102"
     assert found.check == "outliers"
     assert found.figure == pytest.approx(1e-3, rel=0.1)
-    assert set(found.entry()) >= {"about", "text", "remedy"}
+    assert set(vars(found)) >= {"about", "text", "remedy"}
     assert "leave these cells empty" in found.remedy

@@ -19,7 +19,7 @@ from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.shaft_joint import SUPPORTS
 from carrierflex.workflows.reduction import join_rotating_group
-from carrierflex.workflows.screen.body_tables import joined_table
+from carrierflex.workflows.screen.tables import joined_table
 
 SHAFT = MainShaftParameters()
 R_PHI = 0.412 * 0.6e-3

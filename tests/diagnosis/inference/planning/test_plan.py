@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.inference.planning.plan import _visible_multiple, campaign_plan
+from carrierflex.diagnosis.inference.planning.plan import (
+    PlannedTable,
+    ScaledParameter,
+    Signature,
+    _visible_multiple,
+    campaign_plan,
+)
 from carrierflex.diagnosis.inference.planning.results import (
     ALIKE,
     LOADS,
@@ -14,7 +20,6 @@ from carrierflex.diagnosis.inference.planning.results import (
     Addition,
     Costs,
 )
-from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
 
 N_SAMPLES = 400.0
 SCALES = {"offset": 2e-5, "tilt": 1e-4}
