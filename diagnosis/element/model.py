@@ -1,20 +1,15 @@
 """Parameters of one element and the response they predict for a record."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.known_physics import (
-    EXACT_GAINS,
-    NOTHING_KNOWN,
-    DeclaredGains,
-    KnownPhysics,
-)
+from carrierflex.diagnosis.comparison.known_physics import EXACT_GAINS, DeclaredGains
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.kind.problem_in_time import ModelInTime
 from carrierflex.identification.campaign.signals import band_limited, half_step_values
 from carrierflex.simulation.effect_parameters import EffectParameter, unit_of_powers
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
@@ -27,12 +22,10 @@ from carrierflex.simulation.element.kernels import (
 )
 from carrierflex.simulation.element.law_forces import ElementLaw
 from carrierflex.simulation.element.memory_laws import MemoryParts, flat_parts, joined_parts
-from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
+from carrierflex.simulation.force_laws import ForceLaw, sum_of_laws
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.sensing import delayed
 
-#: Prior standard deviation of an effect's parameter, in its scale.
-_PRIOR = 10.0
 #: Speed below which the sign of a measured motion is uncertain, as a share of its RMS.
 _REST_SPEED = 1e-3
 #: Names of a run's deflection and speed at its first sample.
@@ -74,8 +67,8 @@ class ElementScale:
         return integration_substeps(self.m, self.K1, self.C1, step)
 
 
-@dataclass(frozen=True, eq=False)
-class ElementModel:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ElementModel(ModelInTime):
     """One element under one kind of drive.
 
     Parameters
@@ -86,20 +79,10 @@ class ElementModel:
         Given mass; fitted where None.
     scale : ElementScale
         Sizes of everything.
-    cards : mapping of str to EffectCard
-        Library.
-    contained : tuple of str
-        Effects of the baseline.
     units : tuple of str
         Units of force and deflection.
     substeps : int
         Steps of integration a sample.
-    laws : mapping of str to callable
-        Users' compiled laws by effect.
-    fixed : tuple of float
-        Values at which the parameters of the baseline are fixed; empty where they are fitted.
-    known : KnownPhysics
-        Known values and declared errors of the channel.
     states : mapping of str to tuple of float
         Measured deflection and speed at the first sample of every run that is released (free
         decay), whose states are fitted; empty where the measured ones are taken.
@@ -114,20 +97,15 @@ class ElementModel:
     by_force: bool
     mass: float | None
     scale: ElementScale
-    cards: Mapping[str, EffectCard]
-    contained: Effects
     units: tuple[str, str]
     substeps: int
-    laws: Mapping[str, Force]
-    fixed: tuple[float, ...] = ()
-    known: KnownPhysics = NOTHING_KNOWN
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     per_mass: bool = False
     gains: DeclaredGains = EXACT_GAINS
     measured: Mapping[str, ElementLaw] = field(default_factory=dict)
 
-    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
-        """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect.
+    def of_baseline(self) -> list[Parameter]:
+        """Unknowns: mass (where it is not given), K1, C1, f0.
 
         After a release, each run's first deflection and speed stand behind f0.
         """
@@ -149,37 +127,17 @@ class ElementModel:
             for name, powers, lower in base
         ]
         unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
-        unknowns += [self._state(run, k) for run in self.states for k in (0, 1)]
-        if self.fixed:
-            unknowns = [
-                replace(unknown, lower=value, upper=value)
-                for unknown, value in zip(unknowns, self.fixed, strict=True)
-            ]
-        for effect in (*self.contained, *effects):
-            unknowns += [
-                self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
-            ]
-        return tuple(unknowns)
+        return unknowns + [self._state(run, k) for run in self.states for k in (0, 1)]
 
-    def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
-        powers = parameter.powers
-        size = self.scale.of(powers) if powers else 1.0
-        scale = parameter.scale * size
-        unknown = Parameter(
-            parameter.name,
-            self.unit_of(powers) if powers else parameter.unit,
-            parameter.lower * size,
-            parameter.upper * size,
-            scale,
-            effect=effect,
-            prior_std=np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
-            shape=parameter.shape,
-            pair=parameter.pair,
-            gain_std=self.gains.of(powers) if powers else 0.0,
-        )
-        if is_delay(effect):
-            unknown = self.known.sensor_prior(unknown, Measurement.DELAY)
-        return self.known.prior(unknown, parameter.name)
+    def measurement(self, effect: str) -> Measurement | None:
+        """The delay of the channel, or nothing of the measurement."""
+        return Measurement.DELAY if is_delay(effect) else None
+
+    def _unit(self, parameter: EffectParameter) -> str:
+        return self.unit_of(parameter.powers) if parameter.powers else parameter.unit
+
+    def _gain_std(self, parameter: EffectParameter) -> float:
+        return self.gains.of(parameter.powers) if parameter.powers else 0.0
 
     def _state(self, run: str, k: int) -> Parameter:
         """Deflection (0) or speed (1) at the first sample of a run."""

@@ -6,10 +6,10 @@ predicted; its derivatives are differences, taken in threads.
 """
 
 import os
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -32,9 +33,14 @@ from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import PredictedRecord
+from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.force_laws import Force
+from carrierflex.simulation.measurement import Measurement
 
 #: A difference is taken over a share of a parameter, or of this part of its scale if that is more.
 _LEAST_SHARE = 0.1
+#: Prior standard deviation of an effect's parameter, in its scale.
+_PRIOR = 10.0
 #: Samples of all runs from which threads are worth their start.
 _THREADED = 2_000
 
@@ -65,15 +71,89 @@ class _TimeRecord(_BlockedRecord, Protocol):
     def is_measured(self) -> BoolArray: ...
 
 
-class _Model(Protocol):
-    """Parameters and library of a simulator, and the effects that its baseline contains."""
+class _Scale(Protocol):
+    """Sizes of motion and forces."""
 
-    @property
-    def cards(self) -> Mapping[str, EffectCard]: ...
-    @property
-    def contained(self) -> Effects: ...
+    def of(self, powers: tuple[int, int, int]) -> float:
+        """Scale of a parameter with these powers of force, length and time."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ModelInTime(ABC):
+    """Parameters of a simulator in time: those of its baseline, then those of every effect.
+
+    Parameters
+    ----------
+    scale : Scale
+        Sizes of everything.
+    cards : mapping of str to EffectCard
+        Library.
+    laws : mapping of str to callable
+        Users' compiled laws by effect.
+    contained : tuple of str
+        Effects of the baseline.
+    fixed : tuple of float
+        Values at which the parameters of the baseline are fixed; empty where they are fitted.
+    known : KnownPhysics
+        Known values and declared errors of the channels.
+    """
+
+    scale: _Scale
+    cards: Mapping[str, EffectCard]
+    laws: Mapping[str, Force]
+    contained: Effects
+    fixed: tuple[float, ...] = ()
+    known: KnownPhysics = NOTHING_KNOWN
+
+    @abstractmethod
+    def of_baseline(self) -> list[Parameter]:
+        """Unknowns of the baseline."""
+
+    @abstractmethod
+    def measurement(self, effect: str) -> Measurement | None:
+        """Part of the measurement model that an effect is."""
+
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
-        """Unknowns of baseline + effects."""
+        """Unknowns of the baseline, then of every effect that it contains, then of the others."""
+        unknowns = self.of_baseline()
+        if self.fixed:
+            unknowns = [
+                replace(unknown, lower=value, upper=value)
+                for unknown, value in zip(unknowns, self.fixed, strict=True)
+            ]
+        for effect in (*self.contained, *effects):
+            unknowns += [
+                self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
+            ]
+        return tuple(unknowns)
+
+    def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
+        size = self.scale.of(parameter.powers) if parameter.powers else 1.0
+        lower, upper = self._bounds(effect, parameter, size)
+        scale = parameter.scale * size
+        unknown = Parameter(
+            parameter.name,
+            self._unit(parameter),
+            lower,
+            upper,
+            scale,
+            effect=effect,
+            prior_std=np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
+            shape=parameter.shape,
+            pair=parameter.pair,
+            gain_std=self._gain_std(parameter),
+        )
+        unknown = self.known.sensor_prior(unknown, self.measurement(effect))
+        return self.known.prior(unknown, parameter.name)
+
+    def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
+        return parameter.lower * size, parameter.upper * size
+
+    def _unit(self, parameter: EffectParameter) -> str:
+        return parameter.unit
+
+    def _gain_std(self, parameter: EffectParameter) -> float:
+        return 0.0
 
 
 class _Gap(Protocol):
@@ -90,7 +170,7 @@ class _Gap(Protocol):
 
 R = TypeVar("R", bound=_BlockedRecord)
 T = TypeVar("T", bound=_TimeRecord)
-M = TypeVar("M", bound=_Model)
+M = TypeVar("M", bound=ModelInTime)
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +287,7 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     Parameters
     ----------
-    model : Model
+    model : ModelInTime
         Parameters and simulator.
     records : tuple of _TimeRecord
         Runs.

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, card_of_force
-from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
+from carrierflex.diagnosis.comparison.effect_cards import card_of_force
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
+from carrierflex.diagnosis.kind.problem_in_time import ModelInTime
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.simulation.effect_parameters import EffectParameter
-from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
+from carrierflex.simulation.force_laws import ForceLaw, sum_of_laws
 from carrierflex.simulation.laws import Law
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
@@ -22,8 +22,6 @@ from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.sensing import delayed, reading
 
-#: Prior standard deviation of an effect's parameter, in its scale.
-_PRIOR = 10.0
 #: Loads are averaged over this long before their rate is taken [s]: noise has a rate, the motion it
 #: makes has not.
 _RATE_WINDOW = 0.5
@@ -62,45 +60,30 @@ class MountingScale:
         return float(force ** powers[0] * self.deflection ** powers[1] * self.time ** powers[2])
 
 
-@dataclass(frozen=True, eq=False)
-class MountingModel:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MountingModel(ModelInTime):
     """Linear bushings and every effect of the contract.
 
     Parameters
     ----------
     rig : MountingRig
         Nominal rig.
-    cards : mapping of str to EffectCard
-        Library.
-    laws : mapping of str to callable
-        Users' compiled force laws by effect.
-    contained : tuple of str
-        Effects of the baseline.
     channels, sensors : tuple of str
         Names of the channels and the sensors they are.
     scale : MountingScale
         Sizes of everything.
-    fixed : tuple of float
-        Values of K1 and C1 where they are not fitted; empty where they are fitted.
-    known : KnownPhysics
-        Known values and declared errors of the sensors.
     measured : mapping of str to Law
         Laws of files by effect.
     """
 
     rig: MountingRig
-    cards: Mapping[str, EffectCard]
-    laws: Mapping[str, Force]
-    contained: Effects
     channels: tuple[str, ...]
     sensors: tuple[str, ...]
     scale: MountingScale
-    fixed: tuple[float, ...] = ()
-    known: KnownPhysics = NOTHING_KNOWN
     measured: Mapping[str, Law] = field(default_factory=dict)
 
-    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
-        """Unknowns: K1, C1, then those of every effect."""
+    def of_baseline(self) -> list[Parameter]:
+        """Unknowns: K1, C1."""
         K, C = self.rig.bushing_radial_stiffness, self.scale.of((1, -1, 1))
         unknowns = [
             Parameter(
@@ -114,36 +97,12 @@ class MountingModel:
             # Half of what the simulator takes: differences step beyond a bound.
             Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
-        unknowns = [self.known.prior(parameter, parameter.name) for parameter in unknowns]
-        if self.fixed:
-            unknowns = [
-                replace(one, lower=value, upper=value)
-                for one, value in zip(unknowns, self.fixed, strict=True)
-            ]
-        for effect in (*self.contained, *effects):
-            unknowns += [
-                self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
-            ]
-        return tuple(unknowns)
+        return [self.known.prior(parameter, parameter.name) for parameter in unknowns]
 
-    def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
-        size = self.scale.of(parameter.powers) if parameter.powers else 1.0
-        lower, upper = self._bounds(effect, parameter, size)
-        scale = parameter.scale * size
-        prior = np.inf if parameter.shape or effect in self.contained else _PRIOR * scale
-        unknown = Parameter(
-            parameter.name,
-            parameter.unit,
-            lower,
-            upper,
-            scale,
-            effect=effect,
-            prior_std=prior,
-            shape=parameter.shape,
-            pair=parameter.pair,
-        )
-        unknown = self.known.sensor_prior(unknown, _measurement(effect))
-        return self.known.prior(unknown, parameter.name)
+    def measurement(self, effect: str) -> Measurement | None:
+        """Part of the measurement model that an effect is."""
+        known = MOUNTING_EFFECTS.get(effect)
+        return known.measurement if known else None
 
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
         """Bounds of the card within those that the simulator accepts."""
@@ -191,7 +150,7 @@ class MountingModel:
         of_files: list[tuple[Law, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
-            measurement = _measurement(effect)
+            measurement = self.measurement(effect)
             if effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
             elif effect in self.measured:
@@ -233,12 +192,6 @@ class MountingModel:
         except ArithmeticError:
             return None
         return signals if np.isfinite(signals).all() else None
-
-
-def _measurement(effect: str) -> Measurement | None:
-    """Part of the measurement model that an effect is."""
-    known = MOUNTING_EFFECTS.get(effect)
-    return known.measurement if known else None
 
 
 def _simulated_indices(effect: str, parameter: str) -> list[int]:

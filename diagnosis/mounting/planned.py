@@ -16,12 +16,7 @@ from carrierflex.diagnosis.mounting.problem import (
     trial_loads,
 )
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.mounting.signatures import (
-    Column,
-    base_columns,
-    column_values,
-    signature_columns,
-)
+from carrierflex.diagnosis.mounting.signatures import Column, signature_columns, signature_rows
 
 #: Shares of the limits at which loads could be added, and of the length of every run.
 _SHARES = (0.25, 0.5, 1.0)
@@ -111,11 +106,8 @@ def mounting_planned_table(
         target = np.zeros_like(record.measured)
         if r < pool.n_planned:
             target = record.measured - bare.model.predicted(record, (), theta, {})
-        rows = [target, *base_columns(problem.model, record, known)]
-        rows += [
-            column_values(problem.model, record, column, known) for column in (*contained, *columns)
-        ]
-        table = size[:, None, None] * np.where(np.isfinite(record.measured), np.array(rows), 0.0)
+        rows = signature_rows(problem.model, record, target, (*contained, *columns), known)
+        table = size[:, None, None] * rows
         for c in range(record.measured.shape[1]):
             # The target is no amplitude; its size is one.
             grams.append(table[:, :, c] @ table[:, :, c].T / record.noise[c])

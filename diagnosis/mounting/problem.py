@@ -293,14 +293,16 @@ def mounting_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> M
     cards, laws = force_library(KIND, (*MOUNTING_CARDS, *added))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     rig = MountingRig.from_table(campaign.rig)
-    sensors = tuple(str(channel.sensor) for channel in campaign.channels)
-    names = tuple(channel.name for channel in campaign.channels)
-    scale = mounting_scale(rig, records)
-    contained = tuple(campaign.baseline.effects)
-    known = known_physics(campaign)
-    measured = {law.name: law for law in measured_laws}
     model = MountingModel(
-        rig, cards, laws, contained, names, sensors, scale, known=known, measured=measured
+        rig=rig,
+        scale=mounting_scale(rig, records),
+        cards=cards,
+        laws=laws,
+        contained=tuple(campaign.baseline.effects),
+        known=known_physics(campaign),
+        channels=tuple(channel.name for channel in campaign.channels),
+        sensors=tuple(str(channel.sensor) for channel in campaign.channels),
+        measured={law.name: law for law in measured_laws},
     )
     declared = all(channel.noise_std is not None for channel in campaign.channels)
     return MountingProblem(model, records, declared)

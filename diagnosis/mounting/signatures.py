@@ -110,35 +110,36 @@ def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:
     return columns
 
 
-def column_values(
-    model: MountingModel, record: MountingRecord, column: Column, known: Known
+def signature_rows(
+    model: MountingModel,
+    record: MountingRecord,
+    target: FloatArray,
+    columns: Sequence[Column],
+    known: Known,
 ) -> FloatArray:
-    """Change of the prediction by a column's effect, over its size; shape (n, n_channels)."""
-    bare = replace(model, contained=())
-    base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
-    values = {**column.shapes, column.amplitude: column.size}
-    parameters = bare.parameters((column.effect,))[2:]
-    theta = np.array([*base, *(values.get(p.name, 0.0) for p in parameters)])
-    choice = {column.effect: column.channel}
-    change = bare.predicted(record, (column.effect,), theta, choice) - bare.predicted(
-        record, (), base, {}
-    )
-    return np.where(np.isfinite(change), change, 0.0) / column.size
+    """Target, derivatives by K1 and C1, signatures; zero where nothing was measured.
 
-
-def base_columns(model: MountingModel, record: MountingRecord, known: Known) -> list[FloatArray]:
-    """Derivatives of the prediction by K1 and C1 at the fitted baseline."""
-    if model.fixed:
-        return [np.zeros(record.measured.shape)] * 2
+    Of shape (n_rows, n, n_channels). A signature is the change of the prediction of the fitted
+    linear bushings by a column's effect, over its size.
+    """
     bare = replace(model, contained=())
     base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
     start = bare.predicted(record, (), base, {})
-    rows = []
+    rows = [target]
     for k, parameter in enumerate(bare.parameters(())):
         step = np.zeros(2)
         step[k] = 1e-3 * parameter.scale
-        rows.append((bare.predicted(record, (), base + step, {}) - start) / step[k])
-    return rows
+        change = bare.predicted(record, (), base + step, {}) - start
+        rows.append(np.zeros_like(start) if model.fixed else change / step[k])
+    for column in columns:
+        effects = (column.effect,)
+        values = {**column.shapes, column.amplitude: column.size}
+        parameters = bare.parameters(effects)[2:]
+        theta = np.array([*base, *(values.get(p.name, 0.0) for p in parameters)])
+        choice = {column.effect: column.channel}
+        change = bare.predicted(record, effects, theta, choice) - start
+        rows.append(np.where(np.isfinite(change), change, 0.0) / column.size)
+    return np.where(record.is_measured, np.array(rows), 0.0)
 
 
 def mounting_signatures(
@@ -153,9 +154,7 @@ def mounting_signatures(
     columns = [column for column in every if column.effect not in model.contained]
     gram = np.zeros(())
     for record, residual in zip(records, residuals, strict=True):
-        rows = [residual, *base_columns(model, record, known)]
-        rows += [column_values(model, record, column, known) for column in (*contained, *columns)]
-        table = np.where(np.isfinite(record.measured), np.array(rows), 0.0)
+        table = signature_rows(model, record, residual, (*contained, *columns), known)
         gram = gram + total_products(table, record.block)
     return Signatures(gram, 2 + len(contained)), tuple(columns)
 
