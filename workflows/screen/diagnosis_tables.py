@@ -6,11 +6,10 @@ import numpy as np
 from rich.console import Group, RenderableType
 
 from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
-from carrierflex.diagnosis.inference.planning.report import first_sentences
-from carrierflex.diagnosis.inference.planning.results import CampaignPlan
+from carrierflex.diagnosis.inference.planning.results import CampaignPlan, first_sentences
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
-from carrierflex.diagnosis.report.gap_change import GapChange
-from carrierflex.diagnosis.report.gap_change_page import (
+from carrierflex.diagnosis.report.gap_change import (
+    GapChange,
     causes_sentence,
     cells_sentence,
     first_sentence,
