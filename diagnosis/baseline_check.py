@@ -136,8 +136,8 @@ def _drifting(
         run = runs[drift.run]
         step = mean_step(run.time)
         if abs(drift.seconds) > SMALLEST_DRIFT * step:
-            left = before * (1.0 - drift.explained)
-            rivals.append(clock_rival(run.name, drift.seconds, left, run.file))
+            remaining = before * (1.0 - drift.explained)
+            rivals.append(clock_rival(run.name, drift.seconds, remaining, run.file))
     return tuple(rivals)
 
 

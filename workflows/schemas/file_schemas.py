@@ -215,6 +215,6 @@ def _figures(main: Callable[..., Any]) -> Schema:
     kind = {"type": "string", "description": "Kind of a value that is not made of numbers."}
     return result_schema(
         type_hints(main)["return"],
-        own={np.ndarray: array},
+        given={np.ndarray: array},
         other=kind,
     )
