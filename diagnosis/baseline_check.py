@@ -18,7 +18,6 @@ from carrierflex.diagnosis.inference.results import (
     CLASS_NAMED,
     NAMING,
 )
-from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import (
@@ -51,6 +50,8 @@ from carrierflex.identification.campaign_check.campaign_warning import (
 )
 from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
 
+#: Mean square of the gap over the floor from which wiring is looked at.
+_GAP = 1.2
 #: Share of the gap above the floor that a wiring must explain to be told.
 _TOLD = 0.5
 #: Share by which it may explain less than what is named and still be as good.
@@ -93,10 +94,9 @@ def checked_baseline(
     before = mean_square_left(problem, fit)
     floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
     warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
-    highest = Thresholds().floor_ratio * floor
-    if before <= highest:
+    if before <= _GAP * floor:
         # A visible gap would be taken for a delay; and there a delay is an effect of the library.
-        warnings += _late(wiring, campaign, fit.theta, highest)
+        warnings += _late(wiring, campaign, fit.theta, _GAP * floor)
         warnings += _off_gain(wiring, campaign, fit.theta)
         return BaselineCheck(tuple(warnings), ())
     tried = list(wiring.rivals())
@@ -136,8 +136,8 @@ def _drifting(
         run = runs[drift.run]
         step = mean_step(run.time)
         if abs(drift.seconds) > SMALLEST_DRIFT * step:
-            left = before * (1.0 - drift.explained)
-            rivals.append(clock_rival(run.name, drift.seconds, left, run.file))
+            remaining = before * (1.0 - drift.explained)
+            rivals.append(clock_rival(run.name, drift.seconds, remaining, run.file))
     return tuple(rivals)
 
 

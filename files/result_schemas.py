@@ -49,7 +49,7 @@ _TABLES = (dict, Mapping)
 
 
 def result_schema(
-    document: Any, *, own: Mapping[Any, Schema] | None = None, other: Schema | None = None
+    document: Any, *, given: Mapping[Any, Schema] | None = None, other: Schema | None = None
 ) -> Schema:
     """JSON Schema (draft 2020-12) of a file that holds one document.
 
@@ -57,7 +57,7 @@ def result_schema(
     ----------
     document : type
         Its ``TypedDict``, or a union of several.
-    own : mapping of type to dict, optional
+    given : mapping of type to dict, optional
         Schemas of types that the document holds in a form of its own.
     other : dict, optional
         Schema of values of types that no JSON file holds; they are refused without.
@@ -81,7 +81,7 @@ def result_schema(
     >>> result_schema(Size)["properties"]["size"]
     {'type': ['number', 'null'], 'description': 'Edge length of the elements [m].'}
     """
-    definitions = _Definitions({**_PLAIN, **(own or {})}, other)
+    definitions = _Definitions({**_PLAIN, **(given or {})}, other)
     top = _schema(document, definitions)
     tables = definitions.tables
     if "$ref" in top:
@@ -193,19 +193,19 @@ def _schema(value: Any, definitions: _Definitions) -> Schema:
     if value in definitions.plain:
         return dict(definitions.plain[value])
     origin = get_origin(value)
-    parts = get_args(value)
+    arguments = get_args(value)
     if origin is Annotated:
-        return {**_schema(parts[0], definitions), "description": f"{parts[1]}."}
+        return {**_schema(arguments[0], definitions), "description": f"{arguments[1]}."}
     if origin is Literal:
-        return {"enum": list(parts)}
+        return {"enum": list(arguments)}
     if origin is NotRequired:
-        return _schema(parts[0], definitions)
+        return _schema(arguments[0], definitions)
     if origin in (Union, types.UnionType):
-        return {"anyOf": [_schema(part, definitions) for part in parts]}
+        return {"anyOf": [_schema(part, definitions) for part in arguments]}
     if origin in _LISTS:
-        return _list(parts, definitions)
+        return _list(arguments, definitions)
     if origin in _TABLES:
-        return {"type": "object", "additionalProperties": _schema(parts[1], definitions)}
+        return {"type": "object", "additionalProperties": _schema(arguments[1], definitions)}
     if origin is np.ndarray:
         return dict(definitions.plain[np.ndarray])
     if is_typeddict(value) or dataclasses.is_dataclass(value):
@@ -225,12 +225,12 @@ def _reference(table: Any, definitions: _Definitions) -> Schema:
     return {"$ref": f"#/$defs/{name}"}
 
 
-def _list(parts: tuple[Any, ...], definitions: _Definitions) -> Schema:
+def _list(arguments: tuple[Any, ...], definitions: _Definitions) -> Schema:
     """Lists of any length, or of as many values as a tuple has."""
-    of_any_length = len(parts) == 1 or parts[-1] is Ellipsis
+    of_any_length = len(arguments) == 1 or arguments[-1] is Ellipsis
     if of_any_length:
-        return {"type": "array", "items": _schema(parts[0], definitions)}
-    items = [_schema(part, definitions) for part in parts]
+        return {"type": "array", "items": _schema(arguments[0], definitions)}
+    items = [_schema(part, definitions) for part in arguments]
     return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
 
 
@@ -263,11 +263,11 @@ def _words(docstring: str) -> dict[str, str]:
     """Words of the parameters of a docstring in NumPy's form, by name."""
     _, _, section = docstring.partition("Parameters\n----------\n")
     section = re.split(r"\n\w+\n-+\n", section)[0]
-    found: dict[str, str] = {}
+    words: dict[str, str] = {}
     names: list[str] = []
     for line in section.splitlines():
         if line.startswith(" "):
-            found |= {name: f"{found.get(name, '')} {line.strip()}".strip() for name in names}
+            words |= {name: f"{words.get(name, '')} {line.strip()}".strip() for name in names}
         elif line:
             names = [name.strip() for name in line.partition(" : ")[0].split(",")]
-    return found
+    return words

@@ -44,14 +44,9 @@ def adjusted_together(tables: Sequence[FloatArray]) -> list[FloatArray]:
     return np.split(p_values, np.cumsum([table.size for table in tables])[:-1])
 
 
-def _is_significant(cell: GapCell) -> bool:
-    """Whether a cell holds more than noise, beyond chance."""
-    return cell.p_value < SIGNIFICANCE and cell.coherent > 0.0
-
-
 def significant(cells: Iterable[GapCell]) -> list[GapCell]:
-    """Cells beyond chance, in their order."""
-    return [cell for cell in cells if _is_significant(cell)]
+    """Cells that hold more than noise, beyond chance, in their order."""
+    return [cell for cell in cells if cell.p_value < SIGNIFICANCE and cell.coherent > 0.0]
 
 
 def largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:

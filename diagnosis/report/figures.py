@@ -191,7 +191,7 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
         upper.plot(x, factor * simulated, dashes, color=colour, linewidth=1.3, label=name)
         rest = gap_factor * (overlay.measured[stretch] - simulated)
         lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
-    upper.set_ylabel(f"{_short(before.channel)} [{shown}]")
+    upper.set_ylabel(f"{shortened(before.channel, _MOST_LETTERS)} [{shown}]")
     lower.set_ylabel(f"gap [{gap_unit}]")
     lower.set_xlabel(f"{before.x_name} [{before.x_unit}]")
     if before.x_unit == "deg":
@@ -205,9 +205,9 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
     return figure
 
 
-def _short(name: str) -> str:
-    """Name that the axis has room for; the words below the figure have the whole."""
-    return name if len(name) <= _MOST_LETTERS else f"{name[: _MOST_LETTERS - 1]}…"
+def shortened(name: str, most: int) -> str:
+    """Name that an axis has room for; a longer one ends with an ellipsis."""
+    return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
 def _stretch(overlay: Overlay) -> slice:

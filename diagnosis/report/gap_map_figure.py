@@ -287,13 +287,13 @@ def selection_figure(reduction: GapReduction) -> "Figure":
 
     rho = np.array([step.rho for step in reduction.steps])
     ends = np.array([step.rho_ci95 for step in reduction.steps])
-    lines = _level_lines(reduction)
+    floor = reduction.noise_floor / (reduction.rms_before or np.nan)
+    levels = [floor] if np.isfinite(floor) and floor > 0.0 else []
     figure = Figure(figsize=(WIDTH, 1.45 + 0.36 * rho.size), layout="constrained")
     panel = figure.subplots()
-    for value, name, style, colour in lines:
-        panel.axvline(
-            value, linestyle=style, color=colour, linewidth=1.4, label=f"{name}: {value:.3f}"
-        )
+    for level in levels:
+        name = f"noise floor: {level:.3f}"
+        panel.axvline(level, linestyle="--", color=BLACK, linewidth=1.4, label=name)
     known = np.isfinite(ends).all(axis=1)
     reach = np.abs(np.where(known[:, None], ends, rho[:, None]) - rho[:, None]).T
     panel.errorbar(
@@ -320,20 +320,9 @@ def selection_figure(reduction: GapReduction) -> "Figure":
         range(rho.size), [_step_name(k, step.added) for k, step in enumerate(reduction.steps)]
     )
     panel.set_ylim(rho.size - 0.5, -0.7)
-    _ratio_axis(panel, [*rho, *ends[known].ravel(), *(line[0] for line in lines)])
+    _ratio_axis(panel, [*rho, *ends[known].ravel(), *levels])
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     return figure
-
-
-def _level_lines(reduction: GapReduction) -> list[tuple[float, str, str, str]]:
-    """Value, name, stroke and colour of the known lines that the steps are read against."""
-    floor = (
-        reduction.noise_floor / reduction.rms_before if reduction.rms_before > 0.0 else float("nan")
-    )
-    lines = [
-        (floor, "noise floor", "--", BLACK),
-    ]
-    return [line for line in lines if np.isfinite(line[0]) and line[0] > 0.0]
 
 
 def _ratio_axis(panel: "Axes", shown: list[float]) -> None:

@@ -123,15 +123,15 @@ def drifting_clocks(
     runs = {run.name: run for run in campaign.runs}
     drifts = []
     for record in records:
-        drift = _drift(record)
-        step = mean_step(record.time)
-        if drift.sure > _SURE and abs(drift.growth) > SMALLEST_DRIFT * step:
-            drifts.append((drift.sure, record.run, _refined(record, drift)))
+        drift, sureness = _drift(record)
+        if sureness > _SURE and abs(drift.growth) > SMALLEST_DRIFT * mean_step(record.time):
+            drifts.append((sureness, _refined(record, drift)))
     rivals = []
-    for _, name, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
-        mean_square = refitted(_put_back(campaign, ClockDrift(name, drift.delay, drift.growth)))
+    for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
+        mean_square = refitted(_put_back(campaign, drift))
         if np.isfinite(mean_square):
-            rivals.append(clock_rival(name, drift.growth, mean_square, runs[name].file))
+            file = runs[drift.run].file
+            rivals.append(clock_rival(drift.run, drift.growth, mean_square, file))
     return tuple(rivals)
 
 
@@ -201,15 +201,6 @@ def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> Wiri
     return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
 
 
-@dataclass(frozen=True)
-class _Drift:
-    """Delay in the middle of a run and its growth over the run [s], and this over its error."""
-
-    delay: float
-    growth: float
-    sure: float
-
-
 def _put_back(campaign: Campaign, drift: ClockDrift) -> Campaign:
     """Campaign whose signals are where the inputs were when they were read."""
     runs = tuple(
@@ -223,8 +214,8 @@ def _times(drift: ClockDrift, factor: float) -> ClockDrift:
     return replace(drift, delay=factor * drift.delay, growth=factor * drift.growth)
 
 
-def _drift(record: PredictedRecord) -> _Drift:
-    """Straight line through the delays of the blocks."""
+def _drift(record: PredictedRecord) -> tuple[ClockDrift, float]:
+    """Straight line through the delays of the blocks, and its slope over the error of that."""
     n = record.time.size
     length = float(record.time[-1] - record.time[0])
     delays = []
@@ -237,7 +228,7 @@ def _drift(record: PredictedRecord) -> _Drift:
             weights.append(curvature)
             middles.append(float(rows.mean()) / (n - 1) - 0.5)
     if len(delays) < _BLOCKS // 2:
-        return _Drift(0.0, 0.0, 0.0)
+        return ClockDrift(record.run, 0.0, 0.0), 0.0
     tau = np.array(delays)
     weight = np.array(weights)
     along = np.array(middles)
@@ -248,12 +239,11 @@ def _drift(record: PredictedRecord) -> _Drift:
     scatter = tau - mean - growth * (along - middle)
     variance = float(np.sum(weight * scatter**2)) / (len(delays) - 2)
     error = float(np.sqrt(variance / spread))
-    return _Drift(
-        mean - growth * middle, growth, abs(growth) / max(error, float(np.finfo(float).tiny))
-    )
+    sureness = abs(growth) / max(error, float(np.finfo(float).tiny))
+    return ClockDrift(record.run, mean - growth * middle, growth), sureness
 
 
-def _refined(record: PredictedRecord, drift: _Drift) -> _Drift:
+def _refined(record: PredictedRecord, drift: ClockDrift) -> ClockDrift:
     """Delay and growth at which the whole run lies best on the prediction."""
     along = (record.time - record.time[0]) / (record.time[-1] - record.time[0]) - 0.5
     scale = np.array([drift.growth, drift.growth])

@@ -43,8 +43,12 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange:
     OSError
         Where `out` cannot be written.
     """
-    from carrierflex.diagnosis.report.gap_change import gap_change, read_side
-    from carrierflex.diagnosis.report.gap_change_page import change_document, comparison_page
+    from carrierflex.diagnosis.report.gap_change import (
+        change_document,
+        comparison_page,
+        gap_change,
+        read_side,
+    )
 
     change = gap_change(read_side(before), read_side(after))
     if out is not None:

@@ -242,9 +242,9 @@ def _write(
         page = VIEW_FILE if motion else ""
         source = ReportSource(measured, str(folder), versions(), written, view=page)
         if motion is not None:
-            n_kept = len({signal.run for signal in motion.signals})
-            if n_kept < len(measured.runs):
-                stages.tell(f"{RIM_MOTION_FILE} holds {n_kept} of {len(measured.runs)} runs")
+            n_written = len({signal.run for signal in motion.signals})
+            if n_written < len(measured.runs):
+                stages.tell(f"{RIM_MOTION_FILE} holds {n_written} of {len(measured.runs)} runs")
             write_rim_motion(out / RIM_MOTION_FILE, motion)
         save_text(out / REPORT_FILE, report_page(diagnosis, source))
 

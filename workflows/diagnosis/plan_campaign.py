@@ -269,7 +269,7 @@ def plan_document(plan: CampaignPlan) -> dict[str, Any]:
 
 
 def _write(plan: CampaignPlan, out: Path) -> None:
-    from carrierflex.diagnosis.inference.planning.report import plan_figure
+    from carrierflex.diagnosis.inference.planning.results import plan_figure
 
     save_json(out / PLAN_FILE, plan_document(plan))
     save_figure(out / PICTURE_FILE, plan_figure(plan))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -30,24 +30,16 @@ _DRAWN = (1e6, 1.4e7, 1e8, np.inf)
 
 @dataclass(frozen=True, eq=False)
 class PinFitStudy:
-    """Curves, figures and conclusions of a sweep of the pin fit.
+    """Curves, figures and conclusions of a sweep of the pin fit."""
 
-    Parameters
-    ----------
-    family : PinFitFamily
-        Curve by stiffness, the pins tied along x as in the paper.
-    extremes : ExtremeCurves
-        The paper's two extremes.
-    rows : tuple of PinFitRow
-        By ascending stiffness, first with pins tied along x, then sliding.
-    changes : dict of str to float
-        Interface stiffness at which the curve's character changes [N m/rad].
-    """
-
-    family: PinFitFamily
-    extremes: ExtremeCurves
-    rows: tuple[PinFitRow, ...]
-    changes: dict[str, float]
+    family: Annotated[PinFitFamily, "Curve by stiffness, the pins tied along x as in the paper"]
+    extremes: Annotated[ExtremeCurves, "The paper's two extremes"]
+    rows: Annotated[
+        tuple[PinFitRow, ...], "By ascending stiffness, first with pins tied along x, then sliding"
+    ]
+    changes: Annotated[
+        dict[str, float], "Interface stiffness at which the curve's character changes [N m/rad]"
+    ]
 
     @cached_property
     def tied(self) -> tuple[PinFitRow, ...]:

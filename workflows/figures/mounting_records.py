@@ -7,6 +7,7 @@ stiffness, a radial load off the vertical, a main bearing that gives way, gains 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,30 +57,21 @@ LABELS = {NONLINEAR.name: "NLin", LINEAR.name: "Lin", HYDRODYNAMIC.name: "HD-b"}
 
 @dataclass(frozen=True, eq=False)
 class MountingRecords:
-    """What the figures of the mounting are drawn from.
+    """What the figures of the mounting are drawn from."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        The record.
-    inputs : MountingInputs
-        Its loads.
-    measured : ndarray, shape (n, 6)
-        Motion of the housing from the sensors, equation 10 [m, rad].
-    adapted : mapping of str to ndarray, shape (n, 6)
-        Motion of the identified models, by model.
-    estimates : mapping of str to BushingEstimate
-        By model.
-    searches : mapping of str to ComplexSearch
-        Complex method on the same objective, by model.
-    """
-
-    campaign: Campaign
-    inputs: MountingInputs
-    measured: NDArray[np.float64]
-    adapted: Mapping[str, NDArray[np.float64]]
-    estimates: Mapping[str, BushingEstimate]
-    searches: Mapping[str, ComplexSearch]
+    campaign: Annotated[Campaign, "The record"]
+    inputs: Annotated[MountingInputs, "Its loads"]
+    measured: Annotated[
+        NDArray[np.float64],
+        "Motion of the housing from the sensors, equation 10 [m, rad], shape (n, 6)",
+    ]
+    adapted: Annotated[
+        Mapping[str, NDArray[np.float64]], "Motion of the identified models, by model, shape (n, 6)"
+    ]
+    estimates: Annotated[Mapping[str, BushingEstimate], "By model"]
+    searches: Annotated[
+        Mapping[str, ComplexSearch], "Complex method on the same objective, by model"
+    ]
 
 
 def mounting_records(evaluations: int) -> MountingRecords:

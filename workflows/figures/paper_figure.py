@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 from matplotlib.figure import Figure
 
@@ -10,36 +11,20 @@ from carrierflex.workflows.figures.shared_runs import SharedRuns
 
 @dataclass(frozen=True, eq=False)
 class PaperFigure:
-    """One figure of a paper and how this project draws it.
+    """One figure of a paper and how this project draws it."""
 
-    Parameters
-    ----------
-    paper : str
-        ``2011`` or ``2012``.
-    number : int
-        Number in that paper.
-    title : str
-        What it shows, in short.
-    in_the_paper : str
-        What the paper's figure shows.
-    made_by : str
-        Command, case or function of this project behind the drawing.
-    derived : str
-        What in it comes from the papers themselves, and so proves nothing about them.
-    draw : callable
-        Makes the figure.
-    needs : tuple of str
-        Attributes of :class:`SharedRuns` that it is drawn from.
-    """
-
-    paper: str
-    number: int
-    title: str
-    in_the_paper: str
-    made_by: str
-    derived: str
-    draw: Callable[[SharedRuns], Figure]
-    needs: tuple[str, ...] = ()
+    paper: Annotated[str, "``2011`` or ``2012``"]
+    number: Annotated[int, "Number in that paper"]
+    title: Annotated[str, "What it shows, in short"]
+    in_the_paper: Annotated[str, "What the paper's figure shows"]
+    made_by: Annotated[str, "Command, case or function of this project behind the drawing"]
+    derived: Annotated[
+        str, "What in it comes from the papers themselves, and so proves nothing about them"
+    ]
+    draw: Annotated[Callable[[SharedRuns], Figure], "Makes the figure"]
+    needs: Annotated[
+        tuple[str, ...], "Attributes of :class:`SharedRuns` that it is drawn from"
+    ] = ()
 
     @property
     def name(self) -> str:

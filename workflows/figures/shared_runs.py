@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -45,21 +46,11 @@ class BodyReduction:
 
 @dataclass(frozen=True, eq=False)
 class SharedRuns:
-    """What the figures are drawn from.
+    """What the figures are drawn from."""
 
-    Parameters
-    ----------
-    size : float
-        Element edge length [m].
-    duration : float
-        Length of the stage's runs [s].
-    evaluations : int
-        Simulations that a search by the complex method may take.
-    """
-
-    size: float
-    duration: float
-    evaluations: int
+    size: Annotated[float, "Element edge length [m]"]
+    duration: Annotated[float, "Length of the stage's runs [s]"]
+    evaluations: Annotated[int, "Simulations that a search by the complex method may take"]
 
     @cached_property
     def parameters(self) -> StageParameters:

@@ -8,6 +8,7 @@ the paper's own model (``stage_paper_lc2.toml``), with the tilt that was identif
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -42,24 +43,15 @@ _SENSOR_ERRORS = {
 
 @dataclass(frozen=True, eq=False)
 class StageRecords:
-    """What the figures of the identified and simulated motion are drawn from.
+    """What the figures of the identified and simulated motion are drawn from."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Records of LC1 to LC4.
-    models : tuple of CarrierModel
-        M1 and M2.
-    estimates : mapping of str to mapping of str to ParameterEstimate
-        By model and load case, each load case by itself as in the paper.
-    simulated : Run
-        LC2 by the paper's model of the stage.
-    """
-
-    campaign: Campaign
-    models: tuple[CarrierModel, ...]
-    estimates: Mapping[str, Mapping[str, ParameterEstimate]]
-    simulated: Run
+    campaign: Annotated[Campaign, "Records of LC1 to LC4"]
+    models: Annotated[tuple[CarrierModel, ...], "M1 and M2"]
+    estimates: Annotated[
+        Mapping[str, Mapping[str, ParameterEstimate]],
+        "By model and load case, each load case by itself as in the paper",
+    ]
+    simulated: Annotated[Run, "LC2 by the paper's model of the stage"]
 
     def measured(self, name: str = SHOWN) -> Run:
         """Record of a load case."""

@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.solids.solid_matrices import (
@@ -27,15 +28,6 @@ _METRES = {"m": 1.0, "mm": 1e-3, "inch": 0.0254}
 class CarrierFiles:
     """Files that a user gives a carrier by; none of them means the parametric carrier.
 
-    Parameters
-    ----------
-    step, surfaces : Path or None
-        CAD model and the file that states its surfaces.
-    meshes : mapping of str to Path
-        Mesh file by variant, ``stiff`` and ``flexible``.
-    length_unit : str
-        Unit of the mesh files' coordinates.
-
     Raises
     ------
     ValueError
@@ -43,10 +35,12 @@ class CarrierFiles:
         a STEP file.
     """
 
-    step: Path | None = None
-    surfaces: Path | None = None
-    meshes: Mapping[str, Path] = field(default_factory=dict)
-    length_unit: str = "m"
+    step: Annotated[Path | None, "CAD model"] = None
+    surfaces: Annotated[Path | None, "File that states its surfaces"] = None
+    meshes: Annotated[Mapping[str, Path], "Mesh file by variant, ``stiff`` and ``flexible``"] = (
+        field(default_factory=dict)
+    )
+    length_unit: Annotated[str, "Unit of the mesh files' coordinates"] = "m"
 
     def __post_init__(self) -> None:
         if self.step is not None and self.surfaces is None:

@@ -1,11 +1,15 @@
 """``cf.planned_campaign``: which causes a campaign could see and part, and what to add to it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from carrierflex.diagnosis.inference.planning.report import first_sentences, plan_figure
-from carrierflex.diagnosis.inference.planning.results import CampaignPlan
+from carrierflex.diagnosis.inference.planning.results import (
+    CampaignPlan,
+    CausePair,
+    first_sentences,
+    plan_figure,
+)
 from carrierflex.workflows.diagnosis import plan_campaign
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
 
@@ -36,19 +40,8 @@ class Planned:
         """Every cause with every rival: angle [deg], what is left [floors], state."""
         import pandas as pd
 
-        rows = [
-            {
-                "cause": pair.cause,
-                "rival": pair.rival,
-                "angle_deg": pair.angle_deg,
-                "left": pair.left,
-                "parted_from": pair.parted_from,
-                "state": pair.state,
-            }
-            for pair in self.result.pairs
-        ]
-        columns = ["cause", "rival", "angle_deg", "left", "parted_from", "state"]
-        return pd.DataFrame(rows, columns=columns)
+        names = [field.name for field in fields(CausePair)]
+        return pd.DataFrame([vars(pair) for pair in self.result.pairs], columns=names)
 
     def plot(self) -> "Figure":
         """Smallest sizes as bars, angles between causes as a map."""

@@ -5,6 +5,7 @@ Computed on the half sector.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,22 +25,14 @@ def study_orders(n_planets: int) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False)
 class MeshStudy:
-    """Amplitudes [m per kN m] by element size (rows) and order (columns) under the tangential load.
+    """Amplitudes [m per kN m] by element size (rows) and order (columns), tangential load."""
 
-    Parameters
-    ----------
-    sizes : tuple of float
-        Element edge lengths [m].
-    n_dofs : tuple of int
-        Unknowns of the stiff half sector.
-    flexible, stiff : ndarray, shape (n_sizes, 2)
-        Amplitudes of orders N and 2 N of N planets.
-    """
-
-    sizes: tuple[float, ...]
-    n_dofs: tuple[int, ...]
-    flexible: NDArray[np.float64]
-    stiff: NDArray[np.float64]
+    sizes: Annotated[tuple[float, ...], "Element edge lengths [m]"]
+    n_dofs: Annotated[tuple[int, ...], "Unknowns of the stiff half sector"]
+    flexible: Annotated[
+        NDArray[np.float64], "Amplitudes of orders N and 2 N of N planets, shape (n_sizes, 2)"
+    ]
+    stiff: Annotated[NDArray[np.float64], "The same of the stiff variant"]
 
     @property
     def last_change(self) -> float:

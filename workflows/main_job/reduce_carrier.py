@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -42,31 +43,25 @@ class ReducedBody:
 
 @dataclass(frozen=True, eq=False)
 class ReducedCarrier:
-    """The three reduced bodies and what was measured of them.
+    """The three reduced bodies and what was measured of them."""
 
-    Parameters
-    ----------
-    flexible, stiff, pin : ReducedBody
-        Carrier without pins, carrier with bonded pins, pin 1.
-    joined : dict of float to DeflectionCurve
-        Torque curve of carrier and pins joined in the reduced space, by interface stiffness [N
-        m/rad].
-    fit : PinFitFamily
-        The same at any stiffness.
-    sliding : DeflectionCurve
-        The curve at stiffness 0 with pins free to slide in their downwind bores.
-    reference : DeflectionCurve
-        Torque curve of the full model without pins, its shaft face held through its pilot as in the
-        assemblies.
-    """
-
-    flexible: ReducedBody
-    stiff: ReducedBody
-    pin: ReducedBody
-    joined: dict[float, DeflectionCurve]
-    fit: PinFitFamily
-    sliding: DeflectionCurve
-    reference: DeflectionCurve
+    flexible: Annotated[ReducedBody, "Carrier without pins"]
+    stiff: Annotated[ReducedBody, "Carrier with bonded pins"]
+    pin: Annotated[ReducedBody, "Pin 1"]
+    joined: Annotated[
+        dict[float, DeflectionCurve],
+        "Torque curve of carrier and pins joined in the reduced space, by interface stiffness "
+        "[N m/rad]",
+    ]
+    fit: Annotated[PinFitFamily, "The same at any stiffness"]
+    sliding: Annotated[
+        DeflectionCurve, "The curve at stiffness 0 with pins free to slide in their downwind bores"
+    ]
+    reference: Annotated[
+        DeflectionCurve,
+        "Torque curve of the full model without pins, its shaft face held through its pilot as "
+        "in the assemblies",
+    ]
 
 
 def main(

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,24 +54,17 @@ Columns = Mapping[str, NDArray[np.float64]]
 
 @dataclass(frozen=True, eq=False)
 class BodiesAtWork:
-    """What the bodies did in time.
+    """What the bodies did in time."""
 
-    Parameters
-    ----------
-    case : StageCase
-        What was run, with the bodies' gears.
-    stage : mapping of str to ndarray, shape (N,)
-        Time [s], sensors [m], loads, load shares and motion of the housing by column name.
-    imbalance : float
-        Energy that the stage's balance leaves over, over the work done.
-    mounting : mapping of str to ndarray, shape (n,)
-        Time [s], loads and motion of the housing on its bushings [m, rad].
-    """
-
-    case: StageCase
-    stage: Columns
-    imbalance: float
-    mounting: Columns
+    case: Annotated[StageCase, "What was run, with the bodies' gears"]
+    stage: Annotated[
+        Columns,
+        "Time [s], sensors [m], loads, load shares and motion of the housing by column name",
+    ]
+    imbalance: Annotated[float, "Energy that the stage's balance leaves over, over the work done"]
+    mounting: Annotated[
+        Columns, "Time [s], loads and motion of the housing on its bushings [m, rad]"
+    ]
 
     @property
     def n_planets(self) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from carrierflex.fe.matrices.given_structure import GivenBody, given_body
 from carrierflex.fe.matrices.interface_files import read_interfaces
@@ -33,19 +33,11 @@ _ROLES = ("stiffness", "mass", "interfaces")
 
 @dataclass(frozen=True)
 class MatrixFiles:
-    """Files that a user gives a body by.
+    """Files that a user gives a body by."""
 
-    Parameters
-    ----------
-    stiffness, mass : Path
-        Matrices; or, both of them, the mesh.
-    interfaces : Path
-        File of nodes or materials, of pilots and sensors.
-    """
-
-    stiffness: Path
-    mass: Path
-    interfaces: Path
+    stiffness: Annotated[Path, "Stiffness matrix, or the mesh"]
+    mass: Annotated[Path, "Mass matrix, or the mesh"]
+    interfaces: Annotated[Path, "File of nodes or materials, of pilots and sensors"]
 
     @classmethod
     def of_options(

@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS
-from carrierflex.diagnosis.report.gap_change_page import COMPARISON
+from carrierflex.diagnosis.report.gap_change import COMPARISON
 from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION
 from carrierflex.fe.matrices.interface_tables import InterfacesDocument
 from carrierflex.files.result_schemas import Schema, result_schema, type_hints
@@ -215,6 +215,6 @@ def _figures(main: Callable[..., Any]) -> Schema:
     kind = {"type": "string", "description": "Kind of a value that is not made of numbers."}
     return result_schema(
         type_hints(main)["return"],
-        own={np.ndarray: array},
+        given={np.ndarray: array},
         other=kind,
     )

@@ -6,11 +6,10 @@ import numpy as np
 from rich.console import Group, RenderableType
 
 from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
-from carrierflex.diagnosis.inference.planning.report import first_sentences
-from carrierflex.diagnosis.inference.planning.results import CampaignPlan
+from carrierflex.diagnosis.inference.planning.results import CampaignPlan, first_sentences
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
-from carrierflex.diagnosis.report.gap_change import GapChange
-from carrierflex.diagnosis.report.gap_change_page import (
+from carrierflex.diagnosis.report.gap_change import (
+    GapChange,
     causes_sentence,
     cells_sentence,
     first_sentence,
@@ -30,15 +29,17 @@ _MOST_ADDITIONS = 8
 
 def check_table(check: "CampaignCheck") -> RenderableType:
     """Findings about a campaign, one row each: what, where, what to do."""
-    table = titled_table(f"check of {check.campaign}", "about", "finding", "remedy", "line")
+    rows = [
+        (warning.about, warning.text, warning.remedy, warning.line) for warning in check.warnings
+    ]
+    table = titled_table(
+        f"check of {check.campaign}",
+        *("about", "finding", "remedy", "line"),
+        rows=rows or [("nothing", "stands out", "", "")],
+    )
     for column in table.columns[1:]:
         column.justify = "left"
         column.overflow = "fold"
-    for warning in check.warnings:
-        cells = (warning.about, warning.text, warning.remedy, warning.line)
-        table.add_row(*(cell for cell in cells))
-    if check.met:
-        table.add_row("nothing", "stands out", "", "")
     return table
 
 
@@ -67,8 +68,6 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     """Verdict, where, which and how far."""
     reduction = diagnosis.reduction
     which = diagnosis.attribution
-    table = titled_table("diagnosis", "quantity", "value")
-    table.columns[1].justify = "left"
     rows = [
         ("verdict", diagnosis.verdict),
         ("reason", diagnosis.reason),
@@ -84,8 +83,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     if which.discriminating_experiment:
         rows.append(("discriminating experiment", which.discriminating_experiment))
     rows += [("check " + warning.about, warning.text) for warning in diagnosis.warnings]
-    for name, value in rows:
-        table.add_row(name, value)
+    table = titled_table("diagnosis", "quantity", "value", rows=rows)
+    table.columns[1].justify = "left"
     return table
 
 
@@ -93,24 +92,22 @@ def comparison_table(change: GapChange) -> RenderableType:
     """What became of the gap as sentences, then the error of every run."""
     unit = change.before.unit
     text = " ".join((first_sentence(change), causes_sentence(change), cells_sentence(change)))
-    table = titled_table("error by run", "run", "before", "after", "uncertainty")
-    for row in change.runs:
-        sizes = (row.error_before, row.error_after, row.u_val)
-        table.add_row(row.run, *(sized(size, unit) for size in sizes))
-    return Group(text, "", table)
+    rows = (
+        (row.run, *(sized(size, unit) for size in (row.error_before, row.error_after, row.u_val)))
+        for row in change.runs
+    )
+    columns = ("run", "before", "after", "uncertainty")
+    return Group(text, "", titled_table("error by run", *columns, rows=rows))
 
 
 def blind_check_table(check: BlindCheck | ExportedCheck) -> RenderableType:
     """Figures, confusion matrix and wrong cases; of an export, where it is."""
     if isinstance(check, ExportedCheck):
         return f"{check.cases} sealed campaigns: {check.folder}, digest {check.digest}"
-    parts: list[RenderableType] = []
+    shown: list[RenderableType] = []
     for title, columns, rows in score_sections(check):
-        table = titled_table(title, *columns)
-        for row in rows:
-            table.add_row(*row)
-        parts += [table, ""]
-    return Group(*parts, f"digest of the seals: {check.digest}")
+        shown += [titled_table(title, *columns, rows=rows), ""]
+    return Group(*shown, f"digest of the seals: {check.digest}")
 
 
 def plan_table(plan: CampaignPlan) -> RenderableType:

@@ -25,7 +25,7 @@ _FILES_TO_OPEN = {
 
 def job_story(job: "Job") -> RenderableType:
     """Carrier, motion in time, load cases, gap, checks, and the three files to open."""
-    parts = (
+    shown = (
         _chapter("1. The carrier: how its rim deflects under torque"),
         curve_table(job.curves),
         _mesh_study(job),
@@ -40,7 +40,7 @@ def job_story(job: "Job") -> RenderableType:
         _chapter("Open these three"),
         *_files(job),
     )
-    return Group(*parts)
+    return Group(*shown)
 
 
 def _chapter(title: str) -> Text:

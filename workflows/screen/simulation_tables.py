@@ -54,14 +54,14 @@ def campaign_table(
 
 
 def _variants_table(variants: "Variants") -> RenderableType:
-    parts: list[RenderableType] = []
+    shown: list[RenderableType] = []
     for run, rms in variants.rms.items():
         table = titled_table(f"RMS of {run}, um", *variants.names, *SENSORS)
         for parameters, values in list(zip(variants.sets, rms, strict=True))[:_MOST_ROWS]:
             numbers = ("diverged" if np.isnan(value) else f"{value * 1e6:.4g}" for value in values)
             table.add_row(*(f"{value:.4g}" for value in parameters), *numbers)
-        parts.append(table)
-    return Group(*parts, f"{len(variants.sets)} parameter sets in {variants.file}")
+        shown.append(table)
+    return Group(*shown, f"{len(variants.sets)} parameter sets in {variants.file}")
 
 
 def table_5_table(table_5: "Table5") -> RenderableType:

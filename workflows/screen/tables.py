@@ -258,7 +258,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
     """Tables 2 and 3 of the 2011 paper, with what each fit cost in model runs."""
     from carrierflex.workflows.identification.identify_bushings import benchmark_rows
 
-    parts: list[RenderableType] = []
+    shown: list[RenderableType] = []
     for group, estimates in identified.estimates.items():
         rows = benchmark_rows(estimates, identified)
         title = f"bushing models {group}".strip()
@@ -290,17 +290,17 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
             table.add_row(
                 "complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows)
             )
-        parts += [table, *estimates[-1].uncertainty.undetermined]
+        shown += [table, *estimates[-1].uncertainty.undetermined]
         known = [name for name in AXIAL if name not in estimates[-1].model.axial]
         if known:
-            parts.append(f"{' and '.join(known)} of the bushings: no unknown here, the rig's value")
+            shown.append(f"{' and '.join(known)} of the bushings: no unknown here, the rig's value")
     for run, rms in identified.motion_rms.items():
         table = _table(f"housing motion {run}, RMS", "", "measured", "left by the model", "unit")
         for name, measured, residual in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):
             unit = "um" if name.startswith("d") else "urad"
             table.add_row(name, f"{measured:.4g}", f"{residual:.4g}", unit)
-        parts += ["", table]
-    return Group(*parts)
+        shown += ["", table]
+    return Group(*shown)
 
 
 def printed_tables_table(facts: DerivedFacts) -> RenderableType:
@@ -342,13 +342,13 @@ def joined_table(joined: "JoinedGroup") -> RenderableType:
     modes = _table("free modes", "Hz", "moves most", "rim")
     for mode in joined.modes:
         modes.add_row(f"{mode.frequency_hz:.1f}", mode.leading_pilot, mode.rim_motion)
-    parts: list[RenderableType] = [modes]
+    shown: list[RenderableType] = [modes]
     if joined.swing:
         swing = _table("axial swing of the rim by the tilt, um", "supports", "order 1")
         for name, value in joined.swing.items():
             swing.add_row(name, f"{value * 1e6:.1f}")
-        parts += ["", swing]
-    return Group(*parts, "", *map(str, joined.files))
+        shown += ["", swing]
+    return Group(*shown, "", *map(str, joined.files))
 
 
 def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
@@ -356,7 +356,7 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
 
     The rim's orders with either and with a mix.
     """
-    parts: list[RenderableType] = []
+    shown: list[RenderableType] = []
     for variant, bracket in brackets.items():
         for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
             coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[part]]
@@ -368,7 +368,7 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
                     pilot,
                     *(f"{low:.3g} to {high:.3g}" for low, high in zip(soft, rigid, strict=True)),
                 )
-            parts += [table, ""]
+            shown += [table, ""]
         title = f"{bracket.curve_name}, um/kN m"
         first = next(iter(bracket.all_curves.values())).first_order
         columns = ("rigid", f"order {first}", f"order {2 * first}", "peaks", "change, %")
@@ -383,8 +383,8 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
                 str(len(curve.peak_angles())),
                 f"{change:.1f}",
             )
-        parts += [orders, ""]
-    return Group(*parts)
+        shown += [orders, ""]
+    return Group(*shown)
 
 
 def view_table(view: "WrittenView") -> RenderableType:

@@ -1,9 +1,12 @@
 """The one layout of tables on the screen."""
 
+from collections.abc import Iterable
+
+from rich.console import RenderableType
 from rich.table import Table
 
 
-def titled_table(title: str, *columns: str) -> Table:
+def titled_table(title: str, *columns: str, rows: Iterable[Iterable[RenderableType]] = ()) -> Table:
     """Table with a bold title, first column left, the others right."""
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     for number, column in enumerate(columns):
@@ -12,4 +15,6 @@ def titled_table(title: str, *columns: str) -> Table:
             justify="left" if number == 0 else "right",
             min_width=len(title) if number == 0 else None,
         )
+    for row in rows:
+        table.add_row(*row)
     return table

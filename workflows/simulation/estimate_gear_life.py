@@ -81,30 +81,16 @@ class MeshLife:
 
 @dataclass(frozen=True, eq=False)
 class GearLife:
-    """Both meshes, ``sun`` and ``ring``, one torque and flank.
+    """Both meshes, ``sun`` and ``ring``, one torque and flank."""
 
-    Parameters
-    ----------
-    torque : float
-        [N m].
-    flank : ToothFlank
-        Modifications and stiffness.
-    misalignment : ndarray, shape (n,)
-        Of the sweep [rad].
-    meshes : dict of str to MeshLife
-        Sweep by mesh.
-    states : list of StageState
-        The stage by support and carrier, without and with the kink.
-    kinks : list of KinkInMesh
-        What the kink does to the meshes.
-    """
-
-    torque: float
-    flank: ToothFlank
-    misalignment: NDArray[np.float64]
-    meshes: dict[str, MeshLife]
-    states: list[StageState]
-    kinks: list[KinkInMesh]
+    torque: Annotated[float, "[N m]"]
+    flank: Annotated[ToothFlank, "Modifications and stiffness"]
+    misalignment: Annotated[NDArray[np.float64], "Of the sweep [rad], shape (n,)"]
+    meshes: Annotated[dict[str, MeshLife], "Sweep by mesh"]
+    states: Annotated[
+        list[StageState], "The stage by support and carrier, without and with the kink"
+    ]
+    kinks: Annotated[list[KinkInMesh], "What the kink does to the meshes"]
 
 
 def main(

@@ -6,6 +6,7 @@ and reads the six motion sensors from, equal to the project's own integrator.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from carrierflex.files.versions import versions
 from carrierflex.simulation.mounting.case_files import read_mounting_case
@@ -16,21 +17,11 @@ from carrierflex.workflows.outputs import prepared_folder
 
 @dataclass(frozen=True, eq=False)
 class ExportedUnit:
-    """What was written.
+    """What was written."""
 
-    Parameters
-    ----------
-    file : Path
-        The unit.
-    step : float
-        Its own step [s].
-    compiled : bool
-        Whether it holds a library for this platform beside its sources.
-    """
-
-    file: Path
-    step: float
-    compiled: bool
+    file: Annotated[Path, "The unit"]
+    step: Annotated[float, "Its own step [s]"]
+    compiled: Annotated[bool, "Whether it holds a library for this platform beside its sources"]
 
 
 def main(

@@ -6,6 +6,7 @@ joint, bushings that carry forces only, tight bearings) to a housing that is hel
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 from carrierflex.identification.carrier.printed_tables import PHI_PLC
 from carrierflex.simulation.stage.effects import StageEffects
@@ -30,27 +31,15 @@ _HELD = 1e13
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A stage with a kink in the joint of main shaft and carrier.
+    """A stage with a kink in the joint of main shaft and carrier."""
 
-    Parameters
-    ----------
-    name : str
-        What is changed against the paper read literally.
-    data : StageData
-        The stage.
-    phi_PLC : float
-        Kink [rad].
-    load : SteadyLoad
-        Load.
-    reading : ReadingEffects
-        What lies between motion and record.
-    """
-
-    name: str
-    data: StageData = field(default_factory=StageData)
-    phi_PLC: float = PHI_PLC
-    load: SteadyLoad = field(default_factory=lambda: SteadyLoad(FULL_TORQUE))
-    reading: ReadingEffects = field(default_factory=ReadingEffects)
+    name: Annotated[str, "What is changed against the paper read literally"]
+    data: Annotated[StageData, "The stage"] = field(default_factory=StageData)
+    phi_PLC: Annotated[float, "Kink [rad]"] = PHI_PLC
+    load: Annotated[SteadyLoad, "Load"] = field(default_factory=lambda: SteadyLoad(FULL_TORQUE))
+    reading: Annotated[ReadingEffects, "What lies between motion and record"] = field(
+        default_factory=ReadingEffects
+    )
 
     @property
     def effects(self) -> StageEffects:
@@ -144,28 +133,14 @@ def with_radial_load(support: Support, force: float) -> Support:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One quantity that the study varies.
+    """One quantity that the study varies."""
 
-    Parameters
-    ----------
-    name, unit : str
-        What it is, and the unit that tables and pictures show.
-    values : tuple of float
-        In SI units.
-    in_unit : float
-        Shown unit over the SI unit.
-    changed : callable
-        Copy of a support with a value.
-    logarithmic : bool
-        Scale of its axis.
-    """
-
-    name: str
-    unit: str
-    values: tuple[float, ...]
-    in_unit: float
-    changed: Callable[[Support, float], Support]
-    logarithmic: bool = False
+    name: Annotated[str, "What it is"]
+    unit: Annotated[str, "The unit that tables and pictures show"]
+    values: Annotated[tuple[float, ...], "In SI units"]
+    in_unit: Annotated[float, "Shown unit over the SI unit"]
+    changed: Annotated[Callable[[Support, float], Support], "Copy of a support with a value"]
+    logarithmic: Annotated[bool, "Scale of its axis"] = False
 
 
 AXES = (

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -33,21 +34,11 @@ from carrierflex.workflows.progress import Stages
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLoadCases:
-    """What the workflow made.
+    """What the workflow made."""
 
-    Parameters
-    ----------
-    case : SimulationCase
-        The case with its truth.
-    campaign : Campaign
-        The simulated records.
-    folder : Path
-        Where they were written.
-    """
-
-    case: SimulationCase
-    campaign: Campaign
-    folder: Path
+    case: Annotated[SimulationCase, "The case with its truth"]
+    campaign: Annotated[Campaign, "The simulated records"]
+    folder: Annotated[Path, "Where they were written"]
 
 
 def main(

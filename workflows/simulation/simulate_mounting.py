@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,27 +46,17 @@ from carrierflex.workflows.simulation import linearise_mounting
 
 @dataclass(frozen=True, eq=False)
 class SimulatedMounting:
-    """What the workflow made.
+    """What the workflow made."""
 
-    Parameters
-    ----------
-    case : MountingCase
-        The case with its truth.
-    campaign : Campaign
-        The simulated records.
-    folder : Path
-        Where they were written.
-    n_samples : dict of str to int
-        Length of runs of which the campaign holds the last piece alone.
-    balances : dict of str to EnergyBalance
-        Energies of each run, where they were asked for.
-    """
-
-    case: MountingCase
-    campaign: Campaign
-    folder: Path
-    n_samples: Mapping[str, int] = field(default_factory=dict)
-    balances: Mapping[str, energy.EnergyBalance] = field(default_factory=dict)
+    case: Annotated[MountingCase, "The case with its truth"]
+    campaign: Annotated[Campaign, "The simulated records"]
+    folder: Annotated[Path, "Where they were written"]
+    n_samples: Annotated[
+        Mapping[str, int], "Length of runs of which the campaign holds the last piece alone"
+    ] = field(default_factory=dict)
+    balances: Annotated[
+        Mapping[str, energy.EnergyBalance], "Energies of each run, where they were asked for"
+    ] = field(default_factory=dict)
 
     @property
     def met(self) -> bool:

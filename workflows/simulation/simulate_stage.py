@@ -13,6 +13,7 @@ import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -48,27 +49,18 @@ from carrierflex.workflows.simulation.stage_loads import with_loads
 
 @dataclass(frozen=True, eq=False)
 class SimulatedStage:
-    """What the workflow made.
+    """What the workflow made."""
 
-    Parameters
-    ----------
-    case : StageCase
-        The case.
-    campaign : Campaign
-        The campaign; of every run it holds the last piece alone, the records are in the folder.
-    folder : Path
-        Where they were written.
-    imbalance : dict of str to float
-        Energy that each run's balance left over, over the work done.
-    n_samples : dict of str to int
-        Length of each run.
-    """
-
-    case: StageCase
-    campaign: Campaign
-    folder: Path
-    imbalance: dict[str, float]
-    n_samples: dict[str, int]
+    case: Annotated[StageCase, "The case"]
+    campaign: Annotated[
+        Campaign,
+        "The campaign; of every run it holds the last piece alone, the records are in the folder",
+    ]
+    folder: Annotated[Path, "Where they were written"]
+    imbalance: Annotated[
+        dict[str, float], "Energy that each run's balance left over, over the work done"
+    ]
+    n_samples: Annotated[dict[str, int], "Length of each run"]
 
 
 def main(

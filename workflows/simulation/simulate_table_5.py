@@ -85,22 +85,15 @@ _NOISE_STD, _PIN_OFFSET = 5e-6, (30e-6, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Table5:
-    """The simulations.
+    """The simulations."""
 
-    Parameters
-    ----------
-    rms : mapping of (str, str) to float
-        RMS of simulation less reference over the axial sensors [m], by load case and kind of
-        simulation.
-    tilt : mapping of str to float
-        Misalignment identified from the reference [rad].
-    folder : Path
-        Where table and picture stand.
-    """
-
-    rms: Mapping[tuple[str, str], float]
-    tilt: Mapping[str, float]
-    folder: Path
+    rms: Annotated[
+        Mapping[tuple[str, str], float],
+        "RMS of simulation less reference over the axial sensors [m], by load case and kind of "
+        "simulation",
+    ]
+    tilt: Annotated[Mapping[str, float], "Misalignment identified from the reference [rad]"]
+    folder: Annotated[Path, "Where table and picture stand"]
 
 
 def main(

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Annotated
 
 import numpy as np
 import pyarrow as pa
@@ -29,21 +29,13 @@ _ENERGIES = ("torque", "generator", "loads", "mount", "dissipated", "stored")
 
 @dataclass
 class LoadFile:
-    """Columns of a run that grow piece by piece.
+    """Columns of a run that grow piece by piece."""
 
-    Parameters
-    ----------
-    model : StageModel
-        The stage.
-    file : binary file
-        CSV file.
-    first : list of dict
-        Pieces of the first revolutions, for the picture.
-    """
-
-    model: StageModel
-    file: IO[bytes]
-    first: list[dict[str, NDArray[np.float64]]] = field(default_factory=list)
+    model: Annotated[StageModel, "The stage"]
+    file: Annotated[IO[bytes], "CSV file"]
+    first: Annotated[
+        list[dict[str, NDArray[np.float64]]], "Pieces of the first revolutions, for the picture"
+    ] = field(default_factory=list)
     _begun: bool = False
 
     def append(self, piece: StageResponse) -> None:

@@ -82,27 +82,21 @@ class OrderOneRow:
 
 @dataclass(frozen=True, eq=False)
 class OrderOneStudy:
-    """The study's results.
+    """The study's results."""
 
-    Parameters
-    ----------
-    rows : tuple of OrderOneRow
-        One a support, at full torque.
-    sweeps : mapping of str to mapping of str to tuple of float
-        Order 1 [m] by axis, then by varied support, over the axis' values.
-    load_cases : mapping of str to mapping of str to float
-        Order 1 [m] by varied support, then by load case of the paper.
-    paper : mapping of str to float
-        Order 1 that table 5 of the paper determines [m], by load case.
-    folder : Path
-        Where table and picture stand.
-    """
-
-    rows: tuple[OrderOneRow, ...]
-    sweeps: Mapping[str, Mapping[str, tuple[float, ...]]]
-    load_cases: Mapping[str, Mapping[str, float]]
-    paper: Mapping[str, float]
-    folder: Path
+    rows: Annotated[tuple[OrderOneRow, ...], "One a support, at full torque"]
+    sweeps: Annotated[
+        Mapping[str, Mapping[str, tuple[float, ...]]],
+        "Order 1 [m] by axis, then by varied support, over the axis' values",
+    ]
+    load_cases: Annotated[
+        Mapping[str, Mapping[str, float]],
+        "Order 1 [m] by varied support, then by load case of the paper",
+    ]
+    paper: Annotated[
+        Mapping[str, float], "Order 1 that table 5 of the paper determines [m], by load case"
+    ]
+    folder: Annotated[Path, "Where table and picture stand"]
 
 
 def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> OrderOneStudy:

@@ -8,6 +8,7 @@ stops alone.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,40 +48,31 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Triangles or lines that move and change their colour.
+    """Triangles or lines that move and change their colour."""
 
-    Parameters
-    ----------
-    name : str
-        Shown beside a switch, where it has a colour of its own.
-    cells : ndarray of int, shape (k, 3) or (k, 2)
-        Triangles or lines.
-    rest : ndarray, shape (n, 3)
-        Points at rest [m].
-    moved : ndarray, shape (n_entries, n, 3)
-        What every entry adds to them at full deflection [m], magnified as it is drawn.
-    values : ndarray, shape (n_entries, n), optional
-        Colour at full deflection, in shares of the entry's limit; of a single colour without.
-    colour : str
-        Colour without values, and in entries without a legend.
-    follows : bool
-        Whether shape and colour are those of full deflection times the control, as in a vibration;
-        else they are those of full deflection at all its stops.
-    turns : bool
-        Whether the part is turned about x by the control [deg].
-    width : float
-        Of lines [m]; 0: one pixel.
-    """
-
-    name: str
-    cells: NDArray[np.int64]
-    rest: FloatArray
-    moved: FloatArray
-    values: FloatArray | None = None
-    colour: str = UNNAMED_COLOUR
-    follows: bool = True
-    turns: bool = False
-    width: float = 0.0
+    name: Annotated[str, "Shown beside a switch, where it has a colour of its own"]
+    cells: Annotated[NDArray[np.int64], "Triangles or lines, shape (k, 3) or (k, 2)"]
+    rest: Annotated[FloatArray, "Points at rest [m], shape (n, 3)"]
+    moved: Annotated[
+        FloatArray,
+        "What every entry adds to them at full deflection [m], magnified as it is drawn, shape "
+        "(n_entries, n, 3)",
+    ]
+    values: Annotated[
+        FloatArray | None,
+        "Colour at full deflection, in shares of the entry's limit; of a single colour without, "
+        "shape (n_entries, n)",
+    ] = None
+    colour: Annotated[str, "Colour without values, and in entries without a legend"] = (
+        UNNAMED_COLOUR
+    )
+    follows: Annotated[
+        bool,
+        "Whether shape and colour are those of full deflection times the control, as in a "
+        "vibration; else they are those of full deflection at all its stops",
+    ] = True
+    turns: Annotated[bool, "Whether the part is turned about x by the control [deg]"] = False
+    width: Annotated[float, "Of lines [m]; 0: one pixel"] = 0.0
 
 
 @dataclass(frozen=True)
@@ -94,37 +86,20 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """All of a page.
+    """All of a page."""
 
-    Parameters
-    ----------
-    title : str
-        Heading.
-    words : str
-        What it is and where it comes from, one sentence.
-    control : Control
-        The slider.
-    entries : tuple of Entry
-        What can be chosen; the first is shown first.
-    parts : tuple of Part
-        What is drawn.
-    labels : tuple of Label
-        Words in space.
-    first : int
-        Entry that is shown in the beginning.
-    eye : tuple of float
-        From the middle of the scene to the viewer; by default upwind, above and to the side, as in
-        the still pictures.
-    """
-
-    title: str
-    words: str
-    control: Control
-    entries: tuple[Entry, ...]
-    parts: tuple[Part, ...]
-    labels: tuple[Label, ...] = field(default=())
-    first: int = 0
-    eye: tuple[float, float, float] = (-1.5, 0.85, 0.75)
+    title: Annotated[str, "Heading"]
+    words: Annotated[str, "What it is and where it comes from, one sentence"]
+    control: Annotated[Control, "The slider"]
+    entries: Annotated[tuple[Entry, ...], "What can be chosen; the first is shown first"]
+    parts: Annotated[tuple[Part, ...], "What is drawn"]
+    labels: Annotated[tuple[Label, ...], "Words in space"] = field(default=())
+    first: Annotated[int, "Entry that is shown in the beginning"] = 0
+    eye: Annotated[
+        tuple[float, float, float],
+        "From the middle of the scene to the viewer; by default upwind, above and to the side, "
+        "as in the still pictures",
+    ] = (-1.5, 0.85, 0.75)
 
     @cached_property
     def size(self) -> float:

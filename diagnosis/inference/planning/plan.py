@@ -263,27 +263,22 @@ def _visible_size(table: PlannedTable, measured: _MeasuredGram, effect: str) -> 
     least = Thresholds().surviving_share
     surviving = float(np.median(shares)) if shares else 0.0
     sigmas = _visible_multiple(max(numbers, default=1))
-    if surviving < least:
-        return VisibleSize(
-            effect, parameter.name, parameter.unit, parameter.scale, np.inf, np.inf, np.inf,
-            np.inf, sigmas, surviving,
-        )  # fmt: skip
-    energy = float(np.median(energies))
     root = np.sqrt(measured.n_samples)
-    gap_seen = sigmas / root
+    is_seen = surviving >= least
+    gap_seen = sigmas / root if is_seen else np.inf
     gap_named = max(gap_seen, _named_gap(Thresholds()))
-    per_gap = parameter.scale * root / np.sqrt(energy)
+    per_gap = parameter.scale * root / np.sqrt(np.median(energies)) if is_seen else 1.0
     return VisibleSize(
-        effect,
-        parameter.name,
-        parameter.unit,
-        parameter.scale,
-        float(gap_seen * per_gap),
-        float(gap_named * per_gap),
-        float(gap_seen),
-        float(gap_named),
-        sigmas,
-        surviving,
+        effect=effect,
+        parameter=parameter.name,
+        unit=parameter.unit,
+        noticeable=parameter.scale,
+        seen_from=float(gap_seen * per_gap),
+        named_from=float(gap_named * per_gap),
+        gap_seen=float(gap_seen),
+        gap_named=float(gap_named),
+        sigmas=sigmas,
+        surviving=surviving,
     )
 
 

@@ -5,8 +5,7 @@ import pytest
 
 from carrierflex.blind_check.labels import ALIASED, CasePlan
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
-from carrierflex.diagnosis.inference.planning.report import first_sentences
-from carrierflex.diagnosis.inference.planning.results import LOADS
+from carrierflex.diagnosis.inference.planning.results import LOADS, first_sentences
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows.diagnosis import plan_campaign
