@@ -19,6 +19,12 @@ _SAME_INPUT = 1e-3
 #: copy with new noise twice as large as the old is 0.45.
 _CORRELATED = 0.3
 _NOISE_ORDER = 6
+#: Covariance of these differences one sample apart, over that of none, below which what two records
+#: share is noise: white noise has -6/7, noise with a memory of 0.7 has -0.83, a motion or a tone
+#: that both repeat 0.8.
+_NOISE_TURNS = -0.75
+#: Median sizes to which the differences are cut: the jumps of friction repeat, and are few.
+_JUMP = 4.0
 _FEWEST_SAMPLES = 100
 
 
@@ -107,7 +113,18 @@ def _noise_correlation(first: FloatArray, second: FloatArray) -> float:
     smallest = 1e-9 * float(np.nanmax(np.abs(first)))
     if norm <= both.sum() * smallest**2:
         return float("nan")
-    return float(np.sum(one[both] * two[both]) / norm)
+    one, two = (_without_jumps(np.where(both, values, 0.0)) for values in (one, two))
+    norm = float(np.sqrt((one @ one) * (two @ two)))
+    shared = float(one @ two)
+    next_shared = 0.5 * float(one[1:] @ two[:-1] + one[:-1] @ two[1:])
+    # What two releases or two equal drives repeat is motion, and no sign of one record.
+    return shared / norm if next_shared < _NOISE_TURNS * shared else 0.0
+
+
+def _without_jumps(differences: FloatArray) -> FloatArray:
+    """Differences cut to a few times their median size."""
+    most = _JUMP * float(np.median(np.abs(differences)))
+    return np.clip(differences, -most, most) if most > 0.0 else differences
 
 
 def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[CampaignWarning]:

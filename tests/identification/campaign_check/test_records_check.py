@@ -212,6 +212,35 @@ def test_a_copy_under_another_name_is_found_and_left_out(kind, floors):
     assert without_copies(campaign, copied_runs(campaign)) is campaign
 
 
+@pytest.mark.parametrize("noise", [1e-6, 1e-4])
+def test_releases_of_one_mode_and_friction_under_one_drive_are_no_copies(noise):
+    # Both repeat all of their motion; they share no noise, whose differences turn every sample.
+    rng = np.random.default_rng(4)
+    time = 2e-3 * np.arange(4000)
+    decay = np.exp(-0.8 * time) * np.cos(2.0 * np.pi * 21.0 * time)
+    friction = np.sign(np.cos(2.0 * np.pi * 0.7 * time))
+    campaign = faultless("element")
+    for motion in (decay, friction):
+        runs = tuple(
+            replace(
+                campaign.runs[0],
+                name=f"run{k}",
+                file=f"run{k}.csv",
+                time=time,
+                inputs={"force": np.cos(2.0 * np.pi * 0.7 * time)},
+                signals={"q": (1.0 + 0.1 * k) * motion + noise * rng.standard_normal(time.size)},
+            )
+            for k in range(3)
+        )
+        assert copied_runs(replace(campaign, runs=runs)) == {}
+        # With a little noise of its own a copy shares the noise of the first, where that is seen
+        # beside the motion.
+        also = runs[0].signals["q"] + 0.3 * noise * rng.standard_normal(time.size)
+        copy = replace(runs[0], name="copy", file="copy.csv", signals={"q": also})
+        shared = copied_runs(replace(campaign, runs=(*runs, copy)))
+        assert shared == ({"copy": "run0"} if noise > 1e-5 or motion is friction else {})
+
+
 def test_repeats_with_their_own_noise_are_no_copies():
     campaign = faultless("element")
     again = replace(
