@@ -17,6 +17,7 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     CLASS_NAMED,
     NAMING,
+    NONE_OF_THESE,
 )
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
@@ -66,6 +67,8 @@ _SMALLEST_GAIN = 0.02
 _OF_CALIBRATION = 3.0
 #: Distance from a bound in scales of the parameter that is on it.
 _ON_BOUND = 1e-6
+#: Check of a wiring that explains the gap.
+_WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
 _SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
 
@@ -144,16 +147,32 @@ def _drifting(
 def with_findings(
     diagnosis: Diagnosis, records: tuple[CampaignWarning, ...], baseline: BaselineCheck
 ) -> Diagnosis:
-    """Diagnosis with the findings, and "aliased" where a wiring is as good as what is named."""
-    diagnosis = replace(diagnosis, warnings=(*records, *baseline.warnings))
+    """Diagnosis with the findings, those of the wiring that explain most first.
+
+    "aliased" where a wiring is as good as what is named; where nothing is named, a wiring that
+    explains most of the gap is the reason.
+    """
+    found = (*records, *baseline.warnings)
+    of_wiring = [warning for warning in found if warning.check == _WIRING]
+    of_wiring.sort(key=lambda warning: -warning.figure)
+    others = [warning for warning in found if warning.check != _WIRING]
+    diagnosis = replace(diagnosis, warnings=(*of_wiring, *others))
     reduction = diagnosis.reduction
-    if diagnosis.verdict not in (*NAMING, CLASS_NAMED) or reduction is None:
+    is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
+    if reduction is None or not (is_named or diagnosis.verdict == NONE_OF_THESE):
         return diagnosis
+    least = min(reduction.phi, 1.0) - _AS_GOOD if is_named else _TOLD
     as_good = {
-        rival.id: f"{rival.text} explains {share:.0%} of the gap"
-        for rival, share in baseline.rivals
-        if share >= min(reduction.phi, 1.0) - _AS_GOOD
+        rival.id: f"{rival.text} explains {min(share, 1.0):.0%} of the gap"
+        for rival, share in sorted(baseline.rivals, key=lambda entry: -entry[1])
+        if share >= least
     }
+    if not is_named and as_good:
+        text = f"check the wiring first: {'; '.join(as_good.values())}; otherwise "
+        first = next(iter(as_good))
+        return replace(diagnosis, reason_id=first, reason=text + diagnosis.reason)
+    if not is_named:
+        return diagnosis
     texts = {warning.check: warning.text for warning in records}
     if "unit" in texts:
         as_good[UNIT] = texts["unit"]
@@ -200,7 +219,7 @@ def _unchecked(why: str) -> CampaignWarning:
 
 def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
     return CampaignWarning(
-        "wiring",
+        _WIRING,
         rival.about,
         f"with {rival.text} the baseline alone explains {share:.0%} of the gap above the floor",
         f"check the wiring first ({rival.id.removeprefix('wiring/').replace('_', ' ')})",

@@ -32,7 +32,9 @@ class Diagnosis:
         GapReduction | None, "How far; None where the records allow no diagnosis"
     ] = None
     reason_id: Annotated[
-        str, "`floor_unknown` where a gap cannot be told from noise of unknown size; else empty"
+        str,
+        "`floor_unknown` where a gap cannot be told from noise of unknown size; the id of a wiring "
+        "that explains most of a gap of which nothing is named; else empty",
     ] = ""
     pictures: Annotated[tuple[Picture, ...], "Gap along the motion, where the kind draws it"] = ()
     gap: Annotated[

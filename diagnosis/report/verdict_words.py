@@ -179,6 +179,8 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
             return f"The simulation lacks {_class_names(answer)}, or what looks the same here"
     if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
         return "These records show that an effect is missing, not which one"
+    if diagnosis.reason_id.startswith("wiring/"):
+        return capitalised(diagnosis.reason.split("; otherwise ")[0])
     if diagnosis.reason_id == FLOOR_UNKNOWN:
         return "Whether an effect is missing is not known: the size of the noise is not"
     return _HEADINGS[diagnosis.verdict].format(

@@ -17,7 +17,7 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
-from carrierflex.diagnosis.report.verdict_words import alias_sentence
+from carrierflex.diagnosis.report.verdict_words import alias_sentence, verdict_heading
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import INPUT_GAIN
 from carrierflex.identification.campaign.declarations import Baseline, KnownValue
@@ -203,7 +203,7 @@ def test_declared_noise_above_the_whole_gap_is_told():
 
 
 @pytest.mark.long
-def test_a_torque_of_the_other_sign_is_told_as_wiring_and_as_no_effect():
+def test_the_verdict_says_to_check_the_wiring_first():
     campaign = changed(explained_carrier(), "torque", negative)
     problem, _ = problem_of(campaign, curve_set())
     found = diagnose(problem, campaign="twin", kind="carrier")
@@ -211,7 +211,10 @@ def test_a_torque_of_the_other_sign_is_told_as_wiring_and_as_no_effect():
     told = with_findings(found, (), baseline)
     assert (told.verdict, told.attribution.effects) == ("none_of_these", ())
     assert any(warning.check == "wiring" for warning in told.warnings)
-    assert any(text.startswith("wiring/torque_sign") for text in (r.id for r, _ in baseline.rivals))
+    assert told.reason_id == "wiring/torque_sign"
+    assert told.reason.startswith("check the wiring first: the torque of the other sign explains")
+    assert told.warnings[0].check == "wiring"
+    assert verdict_heading(told).startswith("Check the wiring first: ")
 
 
 def late(campaign, seconds):

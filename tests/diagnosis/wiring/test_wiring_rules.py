@@ -353,8 +353,14 @@ def test_findings_of_records_and_baseline_are_told_with_every_verdict():
     baseline = BaselineCheck((finding("bound"),), ((rival(1.0), 1.0),))
     for verdict in (NONE_OF_THESE, AT_NOISE_FLOOR):
         told_with = with_findings(named(verdict), (finding("unit"),), baseline)
-        assert (told_with.verdict, told_with.reason) == (verdict, "why")
+        assert (told_with.verdict, told_with.reason.split("; otherwise ")[-1]) == (verdict, "why")
         assert [warning.check for warning in told_with.warnings] == ["unit", "bound"]
+        # Where something is missing and nothing is named, the wiring is the most likely cause.
+        assert told_with.reason_id == ("wiring/torque_sign" if verdict == NONE_OF_THESE else "")
+    most_first = BaselineCheck((finding("bound"), finding("wiring")), ())
+    told_with = with_findings(named(NONE_OF_THESE), (finding("tone"),), most_first)
+    assert [warning.check for warning in told_with.warnings] == ["wiring", "tone", "bound"]
+    assert (told_with.reason, told_with.reason_id) == ("why", "")
 
 
 def test_a_wiring_that_explains_as_much_is_an_alias_of_what_is_named():
