@@ -303,9 +303,9 @@ def carrier_planned_table(
         columns = RunColumns(run, model.source)
         for c, channel in enumerate(pool.channels[: None if r < n_runs else n_channels]):
             gram, n_samples = np.zeros((rows.size, rows.size)), 0
-            for block in columns.of(channel, columns.blocks(1)):
+            for block in columns.of(channel, columns.blocks(1), model.effects):
                 numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
-                present = np.concatenate([block.present(turn) for turn in block.revolutions])
+                present = block.all_present
                 signatures = weights @ block.rows[:, present]
                 gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
                 n_samples += present.size

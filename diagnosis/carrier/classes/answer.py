@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
-from operator import itemgetter
 
 import numpy as np
 
@@ -26,7 +24,7 @@ from carrierflex.diagnosis.carrier.classes.class_rows import (
 )
 from carrierflex.diagnosis.carrier.classes.measured_laws import VisitedLoads, law_of_carrier_class
 from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums, segments_of
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.carrier.signature_rows import (
     EffectRows,
     contained_channels,
@@ -127,7 +125,7 @@ def carrier_class_table(
     classes = class_rows(campaign.channels, source.rig, means / scale, n_torques)
     rows = _table_rows(model, effects, classes)
     block_of_segment = _block_of_each_segment(records, rows.of_run.start)
-    gram = _products(rows, model, campaign, records, block_of_segment)
+    gram = _products(rows, model, records, block_of_segment)
     by_segment = records.counts @ noise
     floor = np.array([by_segment[block_of_segment == b].sum() for b in range(len(gram))])
     first = np.unique(block_of_segment, return_index=True)[1]
@@ -271,35 +269,27 @@ def _table_rows(model: CarrierModel, effects: EffectRows, classes: ClassRows) ->
 
 
 def _products(
-    rows: _TableRows,
-    model: CarrierModel,
-    campaign: Campaign,
-    records: CarrierSums,
-    block_of_segment: IntArray,
+    rows: _TableRows, model: CarrierModel, records: CarrierSums, block_of_segment: IntArray
 ) -> FloatArray:
     """Products of the rows by block, the parameters of each run fitted to the run and taken out."""
     n_blocks, size, end = int(block_of_segment.max()) + 1, rows.of_run.stop, rows.of_run.start
     waves = slice(rows.of_classes.start, end + 1)
+    n_columns = records.index.flexible.start
     result = np.zeros((n_blocks, end, end))
     before = np.zeros(end)
-    by_run = groupby(segments_of(campaign, model.source, records), key=itemgetter(0))
-    for run, segments in by_run:
+    for run in range(len(model.runs)):
         of_classes = rows.classes.of_run(run)
-        blocks = np.unique(block_of_segment[records.run_of_segment == run])
+        segments = records.segments_of_run(run)
+        blocks, first = np.unique(block_of_segment[segments], return_index=True)
         gram = np.zeros((blocks.size, size, size))
-        for _, channel, segment, block in segments:
-            numbers, of_columns = rows_at(rows.effects.groups, run, channel, len(block.rows))
-            of_features = of_classes[:, channel]
-            present = np.concatenate([block.present(turn) for turn in block.revolutions])
-            columns = block.rows[:, present]
-            features = model.source.flexible_rows(block.inputs)[:, present]
-            effects = rows.of_row[numbers]
-            cross = of_columns @ (columns @ features.T) @ of_features.T
-            of_block = gram[np.searchsorted(blocks, block_of_segment[segment])]
-            of_block[np.ix_(effects, effects)] += of_columns @ (columns @ columns.T) @ of_columns.T
-            of_block[effects, waves] += cross
-            of_block[waves, effects] += cross.T
-            of_block[waves, waves] += of_features @ (features @ features.T) @ of_features.T
+        products = records.products_of_basis(segments, first)
+        for channel in range(len(model.channels)):
+            numbers, of_effects = rows_at(rows.effects.groups, run, channel, n_columns)
+            weights = np.zeros((size, records.index.size))
+            weights[rows.of_row[numbers], :n_columns] = of_effects
+            weights[waves, n_columns:] = of_classes[:, channel]
+            by_basis = records.by_basis(channel, weights)
+            gram += by_basis @ products[:, channel] @ by_basis.T
         before += np.diag(gram.sum(axis=0))[:end]
         result[blocks] += _without_run(gram, rows.of_run)
     # What the parameters of the runs take completely is rounding of either sign.

@@ -3,15 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import count
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.records.columns import ColumnSource
+from carrierflex.diagnosis.carrier.records.columns import ColumnSource, RunColumns
 from carrierflex.diagnosis.carrier.records.sums import (
+    MOST_BLOCKS,
     CarrierSums,
     ComplexArray,
     IntArray,
-    segments_of,
 )
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
@@ -50,30 +51,43 @@ class ResidualOrders:
         return self._cached(effects, tuple(theta.tolist()))
 
     def made(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """The same from a pass over the records, not cached: of 500 runs 66 MB.
-
-        NaN where a revolution is too sparse.
-        """
+        """The same, not cached: of 500 runs 66 MB. NaN where a revolution is too sparse."""
         columns, values = self.values(effects, theta)
         weights = -values
         weights[..., 0] += 1.0
+        if self.records.amplitudes.shape[2] == 1:
+            return self._from_records(columns, weights)
+        result = np.empty(self.records.orders.shape, dtype=np.complex128)
+        row = np.zeros((1, self.records.index.size))
+        for r in range(len(weights)):
+            turns = self.records.run_of_revolution == r
+            for c, of_channel in enumerate(weights[r]):
+                row[0, columns] = of_channel
+                by_basis = self.records.by_basis(c, row)[0]
+                result[turns, c] = by_basis @ self.records.amplitudes[turns, c]
+        return result
+
+    def _from_records(self, columns: IntArray, weights: FloatArray) -> ComplexArray:
+        """Order amplitudes of weighted columns, from a pass over the records."""
         keys = list(self.records.index.numbers)
         used = [keys[column] for column in columns.tolist()]
         result = np.full(self.records.orders.shape, np.nan, dtype=np.complex128)
         highest = self.records.orders.shape[-1] - 1
-        first = np.searchsorted(self.records.run_of_revolution, np.arange(len(self.campaign.runs)))
-        turn = np.repeat(first[:, None], len(self.campaign.channels), axis=1)
         owners = {key[0] for key in used}
-        for r, c, _, block in segments_of(self.campaign, self.source, self.records, owners):
-            rows = block.rows[[block.index.numbers[key] for key in used]]
-            signal = weights[r, c] @ rows
-            for revolution in block.revolutions:
-                present = block.present(revolution)
-                theta_of_turn = block.inputs.carrier_angle[present]
-                if not too_sparse(theta_of_turn, highest):
-                    amplitudes, _ = order_amplitudes(signal[None, present], theta_of_turn, highest)
-                    result[turn[r, c], c] = amplitudes[:, 0]
-                turn[r, c] += 1
+        for r, run in enumerate(self.campaign.within_use().runs):
+            run_columns = RunColumns(run, self.source)
+            first = int(np.argmax(self.records.run_of_revolution == r))
+            for c, channel in enumerate(self.campaign.channels):
+                turns = count(first)
+                for block in run_columns.of(channel, run_columns.blocks(MOST_BLOCKS), owners):
+                    rows = block.rows[[block.index.numbers[key] for key in used]]
+                    signal = weights[r, c] @ rows
+                    for turn, revolution in zip(turns, block.revolutions, strict=False):
+                        present = block.present(revolution)
+                        angle = block.inputs.carrier_angle[present]
+                        if not too_sparse(angle, highest):
+                            of_turn = order_amplitudes(signal[None, present], angle, highest)
+                            result[turn, c] = of_turn[0][:, 0]
         return result
 
     @cached_property

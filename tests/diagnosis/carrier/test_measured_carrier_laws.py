@@ -271,7 +271,7 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
             law = tilt_law(effect_class=shape.id, parts=tuple(waves))
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)
-                features = source.flexible_rows(inputs)
+                features = source._flexible_rows(inputs)
                 signals = c.ravel() @ np.swapaxes(rows.of_run(k)[place] @ features, 0, 1)
                 for channel, expected in zip(CHANNELS, signals, strict=True):
                     sensor = RimSensor(channel.angle, 0.412, channel.quantity == quantities[0])
