@@ -4,7 +4,7 @@ The measurement model of :mod:`carrierflex.simulation.sensing` on columns: the r
 is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
@@ -25,8 +25,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     delay_nodes,
 )
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Parameter, bounds_of
-from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Parameter
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.measurement import Measurement
@@ -46,16 +45,6 @@ _PRIOR = 30.0
 _LARGEST_DELAY = np.deg2rad(20.0)
 
 _LARGEST_MOVE = np.deg2rad(7.0)
-
-#: Products of the columns with some numbers, by run of a slice and channel.
-_GramOf = Callable[[IntArray, slice], FloatArray]
-
-#: Steps of the fits that choose a channel or a threshold.
-_QUICK_STEPS = 4
-
-#: Share of every column's square on the diagonal: keeps columns that are alike from large values of
-#: opposite sign.
-_RIDGE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,8 +96,9 @@ class WeightTable:
 
     def add(self, terms: Iterable[_WeightedColumn], channels: int | slice) -> None:
         """Add terms to some channels."""
+        positions = {column: k for k, column in enumerate(self.columns.tolist())}
         for term in terms:
-            position = int(np.searchsorted(self.columns, term.column))
+            position = positions[term.column]
             self.values[term.runs, channels, position] += term.weight
             for unknown, slope in term.slopes.items():
                 self.slopes[term.runs, channels, unknown, position] += slope
@@ -440,73 +430,3 @@ def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]
 def _acts(term: _WeightedColumn) -> bool:
     """Whether a term has a weight or a derivative."""
     return term.weight != 0.0 or any(term.slopes.values())
-
-
-def closed_fit(
-    model: CarrierModel,
-    gram_of: _GramOf,
-    effects: Effects,
-    choice: Choice,
-    start: FloatArray,
-    *,
-    slices: Sequence[slice],
-) -> tuple[FloatArray, float]:
-    """Gauss-Newton steps on the sums of whole runs, thresholds fixed; within bounds.
-
-    Parameters
-    ----------
-    model : CarrierModel
-        Weights of the columns and their derivatives.
-    gram_of : callable
-        Products of some columns by run and channel, shape (n_runs, n_channels, u, u), of the runs
-        of a slice.
-    effects : tuple of str
-        Set beside the baseline.
-    choice : mapping of str to int
-        Channel of every effect of one sensor.
-    start : ndarray, shape (p,)
-        Values to start from; those of the thresholds stay.
-    slices : sequence of slice
-        Runs whose products are in memory at once.
-
-    Returns
-    -------
-    tuple of (ndarray, float)
-        Parameters, and the sum of squares that they leave.
-    """
-    theta = start.copy()
-    parameters = model.parameters(effects, choice)
-    bounds = Bounds(*bounds_of(parameters))
-    free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
-    bilinear = any(
-        model.effects[name].measurement is not None for name in (*model.contained, *effects)
-    )
-    for _ in range(_QUICK_STEPS if bilinear else 1):
-        sums = _sums_of_runs(model, gram_of, effects, choice, theta, slices)
-        theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
-    return theta, _sums_of_runs(model, gram_of, effects, choice, theta, slices).cost
-
-
-def _sums_of_runs(
-    model: CarrierModel,
-    gram_of: _GramOf,
-    effects: Effects,
-    choice: Choice,
-    theta: FloatArray,
-    slices: Sequence[slice],
-) -> CostSums[None]:
-    """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
-    matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
-    square = 0.0
-    for runs in slices:
-        table = model.weights(effects, choice, theta, runs)
-        gram = gram_of(table.columns, runs)
-        residual = table.residual
-        products = table.slopes @ gram
-        of_runs = np.einsum("rcpk,rcqk->rpq", products, table.slopes, optimize=True)
-        right_of_runs = np.einsum("rcpk,rck->rp", products, residual, optimize=True)
-        unknowns = table.unknowns
-        np.add.at(matrix, (unknowns[:, :, None], unknowns[:, None, :]), of_runs)
-        np.add.at(right, unknowns, right_of_runs)
-        square += float(np.einsum("rck,rckl,rcl->", residual, gram, residual, optimize=True))
-    return CostSums(square, matrix, right, None)

@@ -5,21 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.catalogue import (
-    CLASS_OF_LAW,
-    OFFSET,
-    SENSOR_EFFECTS,
-    TIME,
-    UNDETERMINED,
-    class_id,
-    classes_holding,
-    classes_of_laws,
-    shapes,
-)
 from carrierflex.diagnosis.carrier.classes.class_rows import (
-    NONE,
+    UNDETERMINED,
     ClassRows,
     class_rows,
+    shapes,
     torque_levels,
 )
 from carrierflex.diagnosis.carrier.classes.measured_laws import VisitedLoads, law_of_carrier_class
@@ -47,7 +37,58 @@ from carrierflex.diagnosis.classes.shape_decision import (
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
+    BY_BOTH,
+    BY_RADIAL_LOAD,
+    BY_TORQUE,
+    MODULATED,
+    NONE,
+    OFFSET,
+    PLANET_PASS,
+    SADDLE,
+    TILT,
+    TIME,
+    TURNING_TILT,
+    UNEVEN,
+    WAVES,
+)
 
+_GAIN = "channel/gain"
+_ZERO = "channel/zero"
+_ANGLE = "channel/angle"
+_DELAY = "clock/delay"
+
+#: Frame and pattern of each law of the library, and what it follows.
+_LAWS = {
+    "axial_offset": (OFFSET, (NONE,)),
+    "thermal_drift": (OFFSET, (TIME,)),
+    "housing_tilt": (TILT, (NONE,)),
+    "torque_tilt": (TILT, (BY_TORQUE,)),
+    "ntl_tilt": (TILT, (BY_RADIAL_LOAD,)),
+    "bearing_clearance": (TILT, (BY_RADIAL_LOAD,)),
+    "clearance_rocking": (TILT, (BY_RADIAL_LOAD,)),
+    "flange_warp": (SADDLE, (NONE, BY_TORQUE, BY_RADIAL_LOAD)),
+    "ring_pass": (PLANET_PASS, (BY_TORQUE,)),
+    "load_sharing_ntl": (MODULATED, (BY_BOTH,)),
+    "carrier_tilt": (TURNING_TILT, (NONE,)),
+    "flexible_pins": (WAVES, (BY_TORQUE,)),
+    "stiff_pins": (WAVES, (BY_TORQUE,)),
+    "pin_clearance": (WAVES, (BY_TORQUE,)),
+    "face_runout": (WAVES, (NONE,)),
+    "unequal_load_sharing": (UNEVEN, (BY_TORQUE,)),
+    "sensor_gain": (_GAIN, (NONE,)),
+    "sensor_zero": (_ZERO, (NONE,)),
+    "sensor_angle": (_ANGLE, (NONE,)),
+    "sensor_delay": (_DELAY, (NONE,)),
+}
+CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
+#: Effects of the sensors, whose own signatures are the columns of their class.
+_SENSOR_EFFECTS = {
+    "sensor_gain": _GAIN,
+    "sensor_zero": _ZERO,
+    "sensor_angle": _ANGLE,
+    "sensor_delay": _DELAY,
+}
 #: Conditions from which whole ones are held out; blocks of a run, and of all runs together, that
 #: the table keeps, and folds of blocks where conditions are fewer.
 _FEWEST_CONDITIONS = 3
@@ -243,7 +284,7 @@ class _TableRows:
             for name, (rows, penalty) in self.classes.rows_of_groups.items()
         }
         owners = np.array(self.effects.owners)
-        for law, name in SENSOR_EFFECTS.items():
+        for law, name in _SENSOR_EFFECTS.items():
             columns = self.of_row[1 + self.effects.n_base + np.flatnonzero(owners == law)]
             if columns.size:
                 groups[f"{name}:{NONE}"] = ColumnGroup(columns, np.eye(columns.size))
@@ -336,9 +377,9 @@ def _groups_of_classes(model: CarrierModel, *, has_torques: bool) -> dict[str, t
             groups[f"{OFFSET}/{TIME}"] = (f"{OFFSET}:{TIME}",)
             continue
         for dependences in shape.sets if has_torques else (tuple(shape.columns),):
-            name = class_id(shape.id, dependences, has_torques=has_torques)
+            name = _class_id(shape.id, dependences, has_torques=has_torques)
             groups.setdefault(name, tuple(f"{shape.id}:{one}" for one in dependences))
-    for effect, name in SENSOR_EFFECTS.items():
+    for effect, name in _SENSOR_EFFECTS.items():
         if effect not in model.contained:
             groups[f"{name}/{NONE}"] = (f"{name}:{NONE}",)
     return groups
@@ -378,13 +419,44 @@ def carrier_class_answer(
         note="; ".join(notes),
     )
     # Laws with values by run say nothing of a condition that is held out.
-    classes_of_law = {**answer.classes_of_law, **classes_holding(by_run)}
+    classes_of_law = {**answer.classes_of_law, **_classes_holding(by_run)}
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), candidates)
     # They are no columns of the table: each is fitted alone and beside others.
     with_values = [tuple(sorted((*others, law))) for law in by_run for others in ((), *laws[:1])]
     return replace(
         answer,
-        classes_of_law=classes_of_laws(classes_of_law, has_torques=not is_open),
+        classes_of_law=_classes_of_laws(classes_of_law, has_torques=not is_open),
         same_scores=True,
         law_sets=(*laws, *with_values),
     )
+
+
+def _class_id(shape: str, dependences: Sequence[str], *, has_torques: bool) -> str:
+    """Class of a shape that follows some loads, undetermined where the torques are too few."""
+    if not has_torques:
+        return f"{shape}/{UNDETERMINED}"
+    words = [BY_TORQUE, BY_RADIAL_LOAD] if BY_BOTH in dependences else list(dependences)
+    return f"{shape}/{'+'.join(words)}"
+
+
+def _classes_of_laws(
+    classes_of_law: Mapping[str, Sequence[str]], *, has_torques: bool
+) -> dict[str, tuple[str, ...]]:
+    """Classes that hold each law, first the one that follows the loads as the law does."""
+    ordered = {}
+    for law, classes in classes_of_law.items():
+        first = ""
+        if law in _LAWS:
+            shape, follows = _LAWS[law]
+            is_sensor = shape == OFFSET or law in _SENSOR_EFFECTS
+            first = _class_id(shape, follows, has_torques=has_torques or is_sensor)
+        ordered[law] = tuple(sorted(classes, key=lambda name: name != first))
+    return ordered
+
+
+def _classes_holding(laws: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Class of laws that are in no table: theirs by what they follow; none of a user's law."""
+    return {
+        law: (_class_id(_LAWS[law][0], _LAWS[law][1], has_torques=True),) if law in _LAWS else ()
+        for law in laws
+    }

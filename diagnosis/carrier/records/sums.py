@@ -141,7 +141,7 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
     length = np.linalg.norm(rows, axis=1)
     scaled = rows / np.where(length > 0.0, length, 1.0)[:, None]
     # In an orthonormal basis of all rows: fewer numbers than samples.
-    scaled = np.linalg.qr(scaled.T, mode="r").T
+    scaled = np.asarray(np.linalg.qr(scaled.T, mode="r")).T
     members: list[int] = []
     directions = np.empty((0, scaled.shape[1]))
     off = scaled.copy()

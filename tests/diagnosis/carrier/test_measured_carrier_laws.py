@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.classes.catalogue import shapes
-from carrierflex.diagnosis.carrier.classes.class_rows import class_rows, load_functions
+from carrierflex.diagnosis.carrier.classes.class_rows import class_rows, load_functions, shapes
 from carrierflex.diagnosis.carrier.classes.measured_laws import (
     VisitedLoads,
     _tabulated_waves,
