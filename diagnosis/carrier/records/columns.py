@@ -272,6 +272,8 @@ class BlockColumns:
         Columns at the samples of a piece that holds the block, the target first.
     samples : ndarray of int, shape (n,)
         Numbers of these samples in the run, ascending.
+    is_complete : ndarray of bool, shape (n,)
+        Whether no column is missing.
     inputs : CarrierInputs
         Inputs at these samples.
     revolutions : sequence of ndarray of int
@@ -281,6 +283,7 @@ class BlockColumns:
     index: ColumnIndex
     rows: FloatArray
     samples: IntArray
+    is_complete: NDArray[np.bool_]
     inputs: CarrierInputs
     revolutions: Sequence[IntArray]
 
@@ -292,7 +295,7 @@ class BlockColumns:
     def present(self, revolution: IntArray) -> IntArray:
         """Numbers in `samples` of those of a revolution in which no column is missing."""
         numbers = np.searchsorted(self.samples, revolution)
-        return numbers[np.isfinite(self.rows[:, numbers]).all(axis=0)]
+        return numbers[self.is_complete[numbers]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -365,9 +368,10 @@ class RunColumns:
             rows = self._rows(channel, samples, inputs, owners)
             index = ColumnIndex({key: number for number, key in enumerate(rows)})
             table = np.array(list(rows.values()))
+            is_complete = np.isfinite(table).all(axis=0)
             for block in chunk:
                 revolutions = [self.revolutions[r] for r in block]
-                yield BlockColumns(index, table, samples, inputs, revolutions)
+                yield BlockColumns(index, table, samples, is_complete, inputs, revolutions)
 
     def _rows(
         self,

@@ -163,12 +163,13 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
     for group in groups:
         usable = chosen[chosen <= group[-1]]
         by_all = np.linalg.lstsq(scaled[usable].T, scaled[group].T, rcond=None)[0].T
-        for k, row in zip(group.tolist(), by_all, strict=True):
-            if k in members:
-                continue
-            # Anew by those that count: what rounding makes of the others makes up for each other.
-            used = np.flatnonzero(np.abs(row) >= _ROUNDING)
-            weights[k, used] = np.linalg.lstsq(scaled[usable[used]].T, scaled[k], rcond=None)[0]
+        # Anew by those that count: what rounding makes of the others makes up for each other.
+        others = np.flatnonzero(~np.isin(group, chosen))
+        counts, of_row = np.unique(np.abs(by_all[others]) >= _ROUNDING, axis=0, return_inverse=True)
+        for pattern, used in enumerate(map(np.flatnonzero, counts)):
+            rows_alike = group[others[of_row == pattern]]
+            solved = np.linalg.lstsq(scaled[usable[used]].T, scaled[rows_alike].T, rcond=None)[0]
+            weights[np.ix_(rows_alike, used)] = solved.T
     return chosen, weights * length[:, None] / length[chosen]
 
 
