@@ -1,4 +1,4 @@
-"""What could be added to a carrier's campaign, and the products of all signatures over it."""
+"""What could be added to a carrier's campaign, and the products of all rows over it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,19 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.model import (
+    CarrierModel,
+    EffectRows,
+    contained_channels,
+    effect_rows,
+    rows_at,
+)
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import (
     RunColumns,
     columns_of_campaign,
     largest_load,
     typical_speed,
-)
-from carrierflex.diagnosis.carrier.signature_rows import (
-    EffectRows,
-    contained_channels,
-    effect_rows,
-    rows_at,
 )
 from carrierflex.diagnosis.comparison.problem import Parameter
 from carrierflex.diagnosis.inference.planning.results import (

@@ -13,14 +13,14 @@ from carrierflex.diagnosis.carrier.classes.class_rows import (
     torque_levels,
 )
 from carrierflex.diagnosis.carrier.classes.measured_laws import VisitedLoads, law_of_carrier_class
-from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums
-from carrierflex.diagnosis.carrier.signature_rows import (
+from carrierflex.diagnosis.carrier.model import (
+    CarrierModel,
     EffectRows,
     contained_channels,
     effect_rows,
     rows_at,
 )
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns

@@ -368,6 +368,7 @@ class RunColumns:
             rows = self._rows(channel, samples, inputs, owners)
             index = ColumnIndex({key: number for number, key in enumerate(rows)})
             table = np.array(list(rows.values()))
+            del rows  # as large as the table
             is_complete = np.isfinite(table).all(axis=0)
             for block in chunk:
                 revolutions = [self.revolutions[r] for r in block]
