@@ -438,7 +438,7 @@ class _RowTable:
 
     numbers: IntArray  # (n_runs, q) number of each row among all, by run
     columns: IntArray  # (u,) columns that they are made of
-    weights: FloatArray  # (n_runs, n_own_channels, q, u) their weights
+    weights: FloatArray  # (n_runs, n_channels or 1, q, u) their weights
     channel: int | None = None  # the only channel that they act on
 
     def at(self, run: int, channel: int) -> FloatArray | None:

@@ -1,9 +1,9 @@
 """Sums over the records of a carrier campaign, accumulated once: products of all columns.
 
-Fits and held-out scores are algebra on these sums, run slice by run slice where a campaign is
-large. What needs more of the columns than fits in memory, the flexible features and the order
-amplitudes of a model, passes over the records again
-(:mod:`carrierflex.diagnosis.carrier.records.columns`). Of some 180 columns of a sensor fewer than
+Fits, held-out scores, the class table and the orders of a model's residual are algebra on these
+sums, run slice by run slice where a campaign is large. Only the orders of a large campaign's
+columns do not fit in memory: its residuals pass over the records again
+(:mod:`carrierflex.diagnosis.carrier.records.columns`). Of some 300 columns of a sensor fewer than
 half are different: a tilt of the housing, its column at a sensor moved by 3 deg and an offset are
 one constant, in every run alike. The products are of those.
 """
