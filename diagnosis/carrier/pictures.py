@@ -96,7 +96,7 @@ class ModelResiduals:
                 for block in run_columns.of(channel, run_columns.blocks(MOST_BLOCKS), owners):
                     rows = block.rows[[block.index.numbers[key] for key in used]]
                     signal = weights[r, c] @ rows
-                    for turn, revolution in zip(turns, block.revolutions, strict=False):
+                    for revolution, turn in zip(block.revolutions, turns, strict=False):
                         present = block.present(revolution)
                         angle = block.inputs.carrier_angle[present]
                         if not too_sparse(angle, highest):
