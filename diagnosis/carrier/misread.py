@@ -21,11 +21,13 @@ from carrierflex.diagnosis.carrier.model import (
 )
 from carrierflex.diagnosis.carrier.records.columns import (
     ColumnSource,
+    RunColumns,
+    columns_of_campaign,
     delay_nodes,
     inputs_at,
     inputs_of,
 )
-from carrierflex.diagnosis.carrier.records.sums import RunSlices, accumulated_sums
+from carrierflex.diagnosis.carrier.records.sums import MOST_BLOCKS, RunSlices
 from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
@@ -128,9 +130,19 @@ class CarrierReading:
     def _made_again(self, campaign: Campaign, source: ColumnSource | None = None) -> FloatArray:
         """``J.T r`` by channel with the columns of the set made from other records, (C, p)."""
         source = source or self._source_of_set()
-        records = accumulated_sums(campaign, source)
-        model = replace(self.model, source=source, index=records.index)
-        return self._scores(model, RunSlices(records, len(campaign.runs)))
+        runs = campaign.within_use().runs
+        index = columns_of_campaign(runs[0], campaign.channels[0], source)
+        model = replace(self.model, source=source, index=index)
+        scores = np.zeros((len(campaign.channels), self.theta.size))
+        for r, run in enumerate(runs):
+            table = model.weights(self.effects, self.choice, self.theta, slice(r, r + 1))
+            columns = RunColumns(run, source)
+            for c, channel in enumerate(campaign.channels):
+                for block in columns.of(channel, columns.blocks(MOST_BLOCKS), source.effects):
+                    rows = block.rows[table.columns][:, block.all_present]
+                    products = table.slopes[0, c] @ (rows @ (table.residual[0, c] @ rows))
+                    scores[c, table.unknowns[0]] += products
+        return scores
 
     def _source_of_set(self) -> ColumnSource:
         """Columns of the fitted set alone, at moved sensors and later where it moves or delays."""
@@ -254,8 +266,8 @@ def _shows_curves_of(campaign: Campaign, source: ColumnSource, other: ColumnSour
     late = [some] * delay_nodes(source.rig.n_planets).size
     for channel in campaign.channels:
         sensor = rim_sensor(channel)
-        rows = source.rows(sensor, some, late)
-        others = other.rows(sensor, some, late)
+        rows = source.rows(sensor, some, late, source.effects)
+        others = other.rows(sensor, some, late, source.effects)
         if any(not np.array_equal(row, others[key]) for key, row in rows.items()):
             return True
     return False

@@ -1,19 +1,30 @@
-"""Polar plots of a carrier for the report.
+"""What models of a carrier leave: order amplitudes, mean turns, and polar plots for the report."""
 
-What the baseline leaves over one turn, and what the fitted effects explain.
-"""
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import count
 
 import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.residual_orders import TURN_ANGLES, mean_turns
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums, ComplexArray
+from carrierflex.diagnosis.carrier.records.columns import RunColumns
+from carrierflex.diagnosis.carrier.records.sums import (
+    MOST_BLOCKS,
+    CarrierSums,
+    ComplexArray,
+    IntArray,
+)
 from carrierflex.diagnosis.comparison.overlay import GAP, LAW, LEFT, Overlay, Panel, Picture, Trace
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.geometry.parameters import FEWEST_PLANETS
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.order_analysis import order_amplitudes, too_sparse
 
+#: Residuals that are cached: map, findings, scalars and overlays are of two models.
+_CACHED = 2
+#: Angles of one turn [rad].
+_TURN_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 _READING = (
     "Displacement at a sensor while the carrier turns once: mean of the revolutions, orders 0 to "
     "{highest}; outwards from the zero circle is positive. An offset is a larger or smaller "
@@ -27,49 +38,140 @@ _MOST_PANELS = 6
 _WORTH_DRAWING = 0.1
 
 
-def carrier_pictures(
-    model: CarrierModel,
-    records: CarrierSums,
-    effects: Effects,
-    gap: ComplexArray,
-    left: ComplexArray,
-    *,
-    sensor_angles: Sequence[float],
-) -> tuple[Picture, ...]:
-    """Polar plots of a fitted model.
+@dataclass(frozen=True, eq=False)
+class ModelResiduals:
+    """Residuals of models by shaft order, and their mean turns.
 
     Parameters
     ----------
+    campaign : Campaign
+        Records.
     model : CarrierModel
-        Runs and channels.
+        Columns, runs and channels.
     records : CarrierSums
-        Revolutions.
-    effects : tuple of str
-        Effects beside the baseline.
-    gap, left : ndarray of complex, shape (R, C, n + 1)
-        Order amplitudes of what the fitted set leaves without the effects, and with them.
-    sensor_angles : sequence of float
-        Housing angle of every channel [rad].
-
-    Returns
-    -------
-    tuple of Picture
-        See :func:`_carrier_polar`.
+        Order amplitudes of the measured signals.
+    values : callable
+        Columns of a model's signals and their weights by run and channel, from its effects and
+        parameters.
     """
-    turns_of_gap, turns_of_law = (
-        mean_turns(orders, records.run_of_revolution, len(model.runs))
-        for orders in (gap, gap - left)
-    )
-    passing = [_pins_passing(angle, model.source.rig.n_planets) for angle in sensor_angles]
-    return _carrier_polar(
-        turns_of_gap,
-        turns_of_law,
-        effects,
-        runs=model.runs,
-        channels=model.channels,
-        passing=passing,
-        highest=gap.shape[-1] - 1,
-    )
+
+    campaign: Campaign
+    model: CarrierModel
+    records: CarrierSums
+    values: Callable[[Effects, FloatArray], tuple[IntArray, FloatArray]]
+
+    def orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
+        """Order amplitudes of what a model leaves, shape (R, C, n + 1); the last two are cached."""
+        return self._cached(effects, tuple(theta.tolist()))
+
+    def _made(self, effects: Effects, theta: FloatArray) -> ComplexArray:
+        """The same, not cached: of 500 runs 66 MB. NaN where a revolution is too sparse."""
+        columns, values = self.values(effects, theta)
+        weights = -values
+        weights[..., 0] += 1.0
+        if self.records.amplitudes.shape[2] == 1:
+            return self._from_records(columns, weights)
+        result = np.empty(self.records.orders.shape, dtype=np.complex128)
+        row = np.zeros((1, self.records.index.size))
+        for r in range(len(weights)):
+            turns = self.records.run_of_revolution == r
+            for c, of_channel in enumerate(weights[r]):
+                row[0, columns] = of_channel
+                by_basis = self.records.by_basis(c, row)[0]
+                result[turns, c] = by_basis @ self.records.amplitudes[turns, c]
+        return result
+
+    def _from_records(self, columns: IntArray, weights: FloatArray) -> ComplexArray:
+        """Order amplitudes of weighted columns, from a pass over the records."""
+        keys = list(self.records.index.numbers)
+        used = [keys[column] for column in columns.tolist()]
+        result = np.full(self.records.orders.shape, np.nan, dtype=np.complex128)
+        highest = self.records.orders.shape[-1] - 1
+        owners = {key[0] for key in used}
+        for r, run in enumerate(self.campaign.within_use().runs):
+            run_columns = RunColumns(run, self.model.source)
+            first = int(np.argmax(self.records.run_of_revolution == r))
+            for c, channel in enumerate(self.campaign.channels):
+                turns = count(first)
+                for block in run_columns.of(channel, run_columns.blocks(MOST_BLOCKS), owners):
+                    rows = block.rows[[block.index.numbers[key] for key in used]]
+                    signal = weights[r, c] @ rows
+                    for revolution, turn in zip(block.revolutions, turns, strict=False):
+                        present = block.present(revolution)
+                        angle = block.inputs.carrier_angle[present]
+                        if not too_sparse(angle, highest):
+                            of_turn = order_amplitudes(signal[None, present], angle, highest)
+                            result[turn, c] = of_turn[0][:, 0]
+        return result
+
+    def pictures(
+        self, effects: Effects, theta: FloatArray, without: FloatArray
+    ) -> tuple[Picture, ...]:
+        """Polar plots of a fitted model; `without` are its parameters without the effects."""
+        residual = self.orders(effects, theta)
+        # Nothing else asks for these.
+        gap = self._made(effects, without) if effects else residual
+        angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
+        return _carrier_polar(
+            self._turns(gap),
+            self._turns(gap - residual),
+            effects,
+            runs=self.model.runs,
+            channels=self.model.channels,
+            passing=[_pins_passing(angle, self.model.source.rig.n_planets) for angle in angles],
+            highest=gap.shape[-1] - 1,
+        )
+
+    def overlays(self, effects: Effects, theta: FloatArray) -> tuple[Overlay, ...]:
+        """Measured and simulated mean turn of every sensor in every run with a revolution."""
+        measured, gaps = self._measured_turns, self._turns(self.orders(effects, theta))
+        angles = np.rad2deg(_TURN_ANGLES)
+        return tuple(
+            Overlay(
+                run,
+                channel,
+                angles,
+                "carrier angle",
+                "deg",
+                measured[r, c],
+                measured[r, c] - gaps[r, c],
+            )
+            for r, run in enumerate(self.model.runs)
+            for c, channel in enumerate(self.model.channels)
+            if np.isfinite(measured[r, c]).all()
+        )
+
+    @cached_property
+    def _measured_turns(self) -> FloatArray:
+        """Measured signals over one turn; the overlays of two models share them."""
+        return self._turns(self.records.orders)
+
+    def _turns(self, orders: ComplexArray) -> FloatArray:
+        return _mean_turns(orders, self.records.run_of_revolution, len(self.model.runs))
+
+    @cached_property
+    def _cached(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
+        def residual(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
+            """Order amplitudes of one residual."""
+            return self._made(effects, np.array(theta))
+
+        return lru_cache(maxsize=_CACHED)(residual)
+
+
+def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
+    """Signals over one turn, ``Re(sum_n Y(n) exp(j n theta))``, averaged over revolutions, by run.
+
+    Shape (n_runs, C, 181) [m], of orders of shape (R, C, n + 1); NaN for a run without a complete
+    revolution.
+    """
+    waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), _TURN_ANGLES))
+    turns = np.full((n_runs, orders.shape[1], _TURN_ANGLES.size), np.nan)
+    for r in range(n_runs):
+        revolutions = orders[run_of_revolution == r]
+        revolutions = revolutions[np.isfinite(revolutions).all(axis=(1, 2))]
+        if len(revolutions):
+            turns[r] = (revolutions.mean(axis=0) @ waves).real
+    return turns
 
 
 def _pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
@@ -78,41 +180,6 @@ def _pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
         str(pin + 1): float((sensor_angle - 2.0 * np.pi * pin / n_planets) % (2.0 * np.pi))
         for pin in range(n_planets)
     }
-
-
-def carrier_overlays(
-    model: CarrierModel, measured: FloatArray, gaps: FloatArray
-) -> tuple[Overlay, ...]:
-    """Measured and simulated mean turn of every sensor in every run.
-
-    Parameters
-    ----------
-    model : CarrierModel
-        Runs and channels.
-    measured, gaps : ndarray, shape (n_runs, C, 181)
-        Measured signals over one turn, and the same less the simulated ones, :func:`mean_turns`;
-        the overlays of two models share what was measured.
-
-    Returns
-    -------
-    tuple of Overlay
-        Runs without a complete revolution are left out.
-    """
-    angles = np.rad2deg(TURN_ANGLES)
-    return tuple(
-        Overlay(
-            run,
-            channel,
-            angles,
-            "carrier angle",
-            "deg",
-            measured[r, c],
-            measured[r, c] - gaps[r, c],
-        )
-        for r, run in enumerate(model.runs)
-        for c, channel in enumerate(model.channels)
-        if np.isfinite(measured[r, c]).all()
-    )
 
 
 def _carrier_polar(
@@ -171,9 +238,9 @@ def _picture(
     panels = []
     for name, gap, law, passing in rows[:_MOST_PANELS]:
         # Copies: a view would keep the turns of all sensors in all runs.
-        traces = [Trace(GAP, TURN_ANGLES, gap.copy())]
+        traces = [Trace(GAP, _TURN_ANGLES, gap.copy())]
         if effects:
-            traces += [Trace(LAW, TURN_ANGLES, law.copy()), Trace(LEFT, TURN_ANGLES, gap - law)]
+            traces += [Trace(LAW, _TURN_ANGLES, law.copy()), Trace(LEFT, _TURN_ANGLES, gap - law)]
         panels.append(Panel(name, tuple(traces), passing))
     return Picture(
         title=title,

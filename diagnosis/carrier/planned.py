@@ -1,4 +1,4 @@
-"""What could be added to a carrier's campaign, and the products of all signatures over it."""
+"""What could be added to a carrier's campaign, and the products of all rows over it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,19 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.model import (
+    CarrierModel,
+    EffectRows,
+    contained_channels,
+    effect_rows,
+    rows_at,
+)
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import (
     RunColumns,
     columns_of_campaign,
     largest_load,
     typical_speed,
-)
-from carrierflex.diagnosis.carrier.signature_rows import (
-    EffectRows,
-    contained_channels,
-    effect_rows,
-    rows_at,
 )
 from carrierflex.diagnosis.comparison.problem import Parameter
 from carrierflex.diagnosis.inference.planning.plan import PlannedTable, ScaledParameter, Signature
@@ -303,9 +303,9 @@ def carrier_planned_table(
         columns = RunColumns(run, model.source)
         for c, channel in enumerate(pool.channels[: None if r < n_runs else n_channels]):
             gram, n_samples = np.zeros((rows.size, rows.size)), 0
-            for block in columns.of(channel, columns.blocks(1)):
+            for block in columns.of(channel, columns.blocks(1), model.effects):
                 numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
-                present = np.concatenate([block.present(turn) for turn in block.revolutions])
+                present = block.all_present
                 signatures = weights @ block.rows[:, present]
                 gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
                 n_samples += present.size

@@ -19,11 +19,10 @@ from carrierflex.diagnosis.carrier.classes.measured_laws import effects_of_laws
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.library import card_of, carrier_library, carrier_rig
 from carrierflex.diagnosis.carrier.misread import CarrierReading
-from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTable, closed_fit
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTable
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrders, off_orders
-from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
+from carrierflex.diagnosis.carrier.pictures import ModelResiduals
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
-from carrierflex.diagnosis.carrier.records.residual_orders import ResidualOrders
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     IntArray,
@@ -52,12 +51,18 @@ from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, C
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.laws import Law
 
 #: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
 #: cases.
 _RADIAL_LOAD = 200e3
+#: Steps of the fits that choose a channel or a threshold.
+_QUICK_STEPS = 4
+#: Share of every column's square on the diagonal: keeps columns that are alike from large values of
+#: opposite sign.
+_RIDGE = 1e-9
 _REVOLUTIONS = 4
 _SAMPLES = 144
 _Load = tuple[float, float, float]
@@ -242,18 +247,11 @@ class CarrierProblem(ComparisonProblem):
         for k, parameter in enumerate(self.parameters(effects)):
             if parameter.effect in effects and not parameter.shape:
                 without[k] = 0.0
-        residual = self._orders.of(effects, theta)
-        # Nothing else asks for these.
-        gap = self._orders.made(effects, without) if effects else residual
-        angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
-        return carrier_pictures(
-            self.model, self.records, effects, gap, residual, sensor_angles=angles
-        )
+        return self._residuals.pictures(effects, theta, without)
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
-        gaps = self._orders.turns(effects, theta)
-        return carrier_overlays(self.model, self._orders.measured_turns, gaps)
+        return self._residuals.overlays(effects, theta)
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
@@ -288,17 +286,17 @@ class CarrierProblem(ComparisonProblem):
         return CarrierProblem(campaign, model, simulated, self.noise, self.motion)
 
     def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
-        orders = self._orders.of(effects, theta)
+        orders = self._residuals.orders(effects, theta)
         return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion)
 
     @cached_property
-    def _orders(self) -> ResidualOrders:
-        return ResidualOrders(self.campaign, self.records, self.model.source, self.values)
+    def _residuals(self) -> ModelResiduals:
+        return ModelResiduals(self.campaign, self.model, self.records, self._values)
 
     def _weights(self, effects: Effects, theta: FloatArray, runs: slice) -> WeightTable:
         return self.model.weights(effects, self._choice(effects), theta, runs)
 
-    def values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
+    def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
         """Columns of a model's signals and their weights by run and channel."""
         return self._slices.values(lambda runs: self._weights(effects, theta, runs).used)
 
@@ -344,14 +342,33 @@ class CarrierProblem(ComparisonProblem):
     def _closed_fit(
         self, effects: Effects, choice: Choice, start: FloatArray
     ) -> tuple[FloatArray, float]:
-        return closed_fit(
-            self.model,
-            self._slices.gram_of_runs,
-            effects,
-            choice,
-            start,
-            slices=self._slices.slices,
-        )
+        """Gauss-Newton steps, thresholds fixed, within bounds; and the squares that are left."""
+        theta = start.copy()
+        parameters = self.model.parameters(effects, choice)
+        bounds = Bounds(*bounds_of(parameters))
+        free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
+        fitted = (self.model.effects[name] for name in (*self.model.contained, *effects))
+        is_bilinear = any(effect.measurement is not None for effect in fitted)
+        for _ in range(_QUICK_STEPS if is_bilinear else 1):
+            sums = self._sums_of_runs(effects, choice, theta)
+            theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
+        return theta, self._sums_of_runs(effects, choice, theta).cost
+
+    def _sums_of_runs(self, effects: Effects, choice: Choice, theta: FloatArray) -> CostSums[None]:
+        """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
+        matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
+        square = 0.0
+        for runs in self._slices.slices:
+            table = self.model.weights(effects, choice, theta, runs)
+            gram = self._slices.gram_of_runs(table.columns, runs)
+            residual, unknowns = table.residual, table.unknowns
+            products = table.slopes @ gram
+            of_runs = (products @ np.swapaxes(table.slopes, 2, 3)).sum(axis=1)
+            right_of_runs = (products @ residual[..., None])[..., 0].sum(axis=1)
+            np.add.at(matrix, (unknowns[:, :, None], unknowns[:, None, :]), of_runs)
+            np.add.at(right, unknowns, right_of_runs)
+            square += float(((gram @ residual[..., None])[..., 0] * residual).sum())
+        return CostSums(square, matrix, right, None)
 
     def _best_of(self, effects: Effects, choice: Choice) -> tuple[FloatArray, float]:
         """Best fit to all segments over the nodes of the shapes, those of one effect at a time."""

@@ -2,37 +2,25 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
-from operator import itemgetter
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.catalogue import (
-    CLASS_OF_LAW,
-    OFFSET,
-    SENSOR_EFFECTS,
-    TIME,
-    UNDETERMINED,
-    class_id,
-    classes_holding,
-    classes_of_laws,
-    shapes,
-)
 from carrierflex.diagnosis.carrier.classes.class_rows import (
-    NONE,
+    UNDETERMINED,
     ClassRows,
     class_rows,
+    shapes,
     torque_levels,
 )
 from carrierflex.diagnosis.carrier.classes.measured_laws import VisitedLoads, law_of_carrier_class
-from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums, segments_of
-from carrierflex.diagnosis.carrier.signature_rows import (
+from carrierflex.diagnosis.carrier.model import (
+    CarrierModel,
     EffectRows,
     contained_channels,
     effect_rows,
     rows_at,
 )
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import (
@@ -49,7 +37,58 @@ from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
+    BY_BOTH,
+    BY_RADIAL_LOAD,
+    BY_TORQUE,
+    MODULATED,
+    NONE,
+    OFFSET,
+    PLANET_PASS,
+    SADDLE,
+    TILT,
+    TIME,
+    TURNING_TILT,
+    UNEVEN,
+    WAVES,
+)
 
+_GAIN = "channel/gain"
+_ZERO = "channel/zero"
+_ANGLE = "channel/angle"
+_DELAY = "clock/delay"
+
+#: Frame and pattern of each law of the library, and what it follows.
+_LAWS = {
+    "axial_offset": (OFFSET, (NONE,)),
+    "thermal_drift": (OFFSET, (TIME,)),
+    "housing_tilt": (TILT, (NONE,)),
+    "torque_tilt": (TILT, (BY_TORQUE,)),
+    "ntl_tilt": (TILT, (BY_RADIAL_LOAD,)),
+    "bearing_clearance": (TILT, (BY_RADIAL_LOAD,)),
+    "clearance_rocking": (TILT, (BY_RADIAL_LOAD,)),
+    "flange_warp": (SADDLE, (NONE, BY_TORQUE, BY_RADIAL_LOAD)),
+    "ring_pass": (PLANET_PASS, (BY_TORQUE,)),
+    "load_sharing_ntl": (MODULATED, (BY_BOTH,)),
+    "carrier_tilt": (TURNING_TILT, (NONE,)),
+    "flexible_pins": (WAVES, (BY_TORQUE,)),
+    "stiff_pins": (WAVES, (BY_TORQUE,)),
+    "pin_clearance": (WAVES, (BY_TORQUE,)),
+    "face_runout": (WAVES, (NONE,)),
+    "unequal_load_sharing": (UNEVEN, (BY_TORQUE,)),
+    "sensor_gain": (_GAIN, (NONE,)),
+    "sensor_zero": (_ZERO, (NONE,)),
+    "sensor_angle": (_ANGLE, (NONE,)),
+    "sensor_delay": (_DELAY, (NONE,)),
+}
+CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
+#: Effects of the sensors, whose own signatures are the columns of their class.
+_SENSOR_EFFECTS = {
+    "sensor_gain": _GAIN,
+    "sensor_zero": _ZERO,
+    "sensor_angle": _ANGLE,
+    "sensor_delay": _DELAY,
+}
 #: Conditions from which whole ones are held out; blocks of a run, and of all runs together, that
 #: the table keeps, and folds of blocks where conditions are fewer.
 _FEWEST_CONDITIONS = 3
@@ -127,7 +166,7 @@ def carrier_class_table(
     classes = class_rows(campaign.channels, source.rig, means / scale, n_torques)
     rows = _table_rows(model, effects, classes)
     block_of_segment = _block_of_each_segment(records, rows.of_run.start)
-    gram = _products(rows, model, campaign, records, block_of_segment)
+    gram = _products(rows, model, records, block_of_segment)
     by_segment = records.counts @ noise
     floor = np.array([by_segment[block_of_segment == b].sum() for b in range(len(gram))])
     first = np.unique(block_of_segment, return_index=True)[1]
@@ -245,7 +284,7 @@ class _TableRows:
             for name, (rows, penalty) in self.classes.rows_of_groups.items()
         }
         owners = np.array(self.effects.owners)
-        for law, name in SENSOR_EFFECTS.items():
+        for law, name in _SENSOR_EFFECTS.items():
             columns = self.of_row[1 + self.effects.n_base + np.flatnonzero(owners == law)]
             if columns.size:
                 groups[f"{name}:{NONE}"] = ColumnGroup(columns, np.eye(columns.size))
@@ -271,35 +310,27 @@ def _table_rows(model: CarrierModel, effects: EffectRows, classes: ClassRows) ->
 
 
 def _products(
-    rows: _TableRows,
-    model: CarrierModel,
-    campaign: Campaign,
-    records: CarrierSums,
-    block_of_segment: IntArray,
+    rows: _TableRows, model: CarrierModel, records: CarrierSums, block_of_segment: IntArray
 ) -> FloatArray:
     """Products of the rows by block, the parameters of each run fitted to the run and taken out."""
     n_blocks, size, end = int(block_of_segment.max()) + 1, rows.of_run.stop, rows.of_run.start
     waves = slice(rows.of_classes.start, end + 1)
+    n_columns = records.index.flexible.start
     result = np.zeros((n_blocks, end, end))
     before = np.zeros(end)
-    by_run = groupby(segments_of(campaign, model.source, records), key=itemgetter(0))
-    for run, segments in by_run:
+    for run in range(len(model.runs)):
         of_classes = rows.classes.of_run(run)
-        blocks = np.unique(block_of_segment[records.run_of_segment == run])
+        segments = records.segments_of_run(run)
+        blocks, first = np.unique(block_of_segment[segments], return_index=True)
         gram = np.zeros((blocks.size, size, size))
-        for _, channel, segment, block in segments:
-            numbers, of_columns = rows_at(rows.effects.groups, run, channel, len(block.rows))
-            of_features = of_classes[:, channel]
-            present = np.concatenate([block.present(turn) for turn in block.revolutions])
-            columns = block.rows[:, present]
-            features = model.source.flexible_rows(block.inputs)[:, present]
-            effects = rows.of_row[numbers]
-            cross = of_columns @ (columns @ features.T) @ of_features.T
-            of_block = gram[np.searchsorted(blocks, block_of_segment[segment])]
-            of_block[np.ix_(effects, effects)] += of_columns @ (columns @ columns.T) @ of_columns.T
-            of_block[effects, waves] += cross
-            of_block[waves, effects] += cross.T
-            of_block[waves, waves] += of_features @ (features @ features.T) @ of_features.T
+        products = records.products_of_basis(segments, first)
+        for channel in range(len(model.channels)):
+            numbers, of_effects = rows_at(rows.effects.groups, run, channel, n_columns)
+            weights = np.zeros((size, records.index.size))
+            weights[rows.of_row[numbers], :n_columns] = of_effects
+            weights[waves, n_columns:] = of_classes[:, channel]
+            by_basis = records.by_basis(channel, weights)
+            gram += by_basis @ products[:, channel] @ by_basis.T
         before += np.diag(gram.sum(axis=0))[:end]
         result[blocks] += _without_run(gram, rows.of_run)
     # What the parameters of the runs take completely is rounding of either sign.
@@ -346,9 +377,9 @@ def _groups_of_classes(model: CarrierModel, *, has_torques: bool) -> dict[str, t
             groups[f"{OFFSET}/{TIME}"] = (f"{OFFSET}:{TIME}",)
             continue
         for dependences in shape.sets if has_torques else (tuple(shape.columns),):
-            name = class_id(shape.id, dependences, has_torques=has_torques)
+            name = _class_id(shape.id, dependences, has_torques=has_torques)
             groups.setdefault(name, tuple(f"{shape.id}:{one}" for one in dependences))
-    for effect, name in SENSOR_EFFECTS.items():
+    for effect, name in _SENSOR_EFFECTS.items():
         if effect not in model.contained:
             groups[f"{name}/{NONE}"] = (f"{name}:{NONE}",)
     return groups
@@ -388,13 +419,44 @@ def carrier_class_answer(
         note="; ".join(notes),
     )
     # Laws with values by run say nothing of a condition that is held out.
-    classes_of_law = {**answer.classes_of_law, **classes_holding(by_run)}
+    classes_of_law = {**answer.classes_of_law, **_classes_holding(by_run)}
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), candidates)
     # They are no columns of the table: each is fitted alone and beside others.
     with_values = [tuple(sorted((*others, law))) for law in by_run for others in ((), *laws[:1])]
     return replace(
         answer,
-        classes_of_law=classes_of_laws(classes_of_law, has_torques=not is_open),
+        classes_of_law=_classes_of_laws(classes_of_law, has_torques=not is_open),
         same_scores=True,
         law_sets=(*laws, *with_values),
     )
+
+
+def _class_id(shape: str, dependences: Sequence[str], *, has_torques: bool) -> str:
+    """Class of a shape that follows some loads, undetermined where the torques are too few."""
+    if not has_torques:
+        return f"{shape}/{UNDETERMINED}"
+    words = [BY_TORQUE, BY_RADIAL_LOAD] if BY_BOTH in dependences else list(dependences)
+    return f"{shape}/{'+'.join(words)}"
+
+
+def _classes_of_laws(
+    classes_of_law: Mapping[str, Sequence[str]], *, has_torques: bool
+) -> dict[str, tuple[str, ...]]:
+    """Classes that hold each law, first the one that follows the loads as the law does."""
+    ordered = {}
+    for law, classes in classes_of_law.items():
+        first = ""
+        if law in _LAWS:
+            shape, follows = _LAWS[law]
+            is_sensor = shape == OFFSET or law in _SENSOR_EFFECTS
+            first = _class_id(shape, follows, has_torques=has_torques or is_sensor)
+        ordered[law] = tuple(sorted(classes, key=lambda name: name != first))
+    return ordered
+
+
+def _classes_holding(laws: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Class of laws that are in no table: theirs by what they follow; none of a user's law."""
+    return {
+        law: (_class_id(_LAWS[law][0], _LAWS[law][1], has_torques=True),) if law in _LAWS else ()
+        for law in laws
+    }

@@ -1,4 +1,4 @@
-"""Rows of the classes of a carrier: weights of the flexible model's columns by run and sensor.
+"""Classes of a carrier, frame and pattern: weights of the flexible columns by run and sensor.
 
 A class follows the loads by smooth functions of torque and radial load, or not at all. A function
 is linear within a run about the run's mean loads, and as curved as it is from run to run: the
@@ -11,7 +11,6 @@ from itertools import product
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.catalogue import OFFSET, TIME, shapes
 from carrierflex.diagnosis.carrier.records.columns import (
     CONSTANT,
     FORCE_Y,
@@ -23,15 +22,31 @@ from carrierflex.diagnosis.carrier.records.columns import (
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.declarations import Channel
+from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     BY_BOTH,
     BY_RADIAL_LOAD,
     BY_TORQUE,
     MODULATED,
     NONE,
+    OFFSET,
+    PLANET_PASS,
+    SADDLE,
+    TILT,
+    TIME,
+    TURNING_TILT,
     UNEVEN,
+    WAVES,
     Columns,
     PatternColumn,
+    modulated_waves,
+    offset,
+    planet_pass,
+    saddle,
+    tilt,
+    turning_tilt,
+    turning_waves,
+    uneven_waves,
 )
 from carrierflex.simulation.carrier.rim import CarrierRig
 
@@ -51,6 +66,67 @@ _Numbers = Mapping[tuple[int, bool, str], int]
 #: it and three times as much name the same classes of development cases; at a tenth and at ten
 #: times a tilt that begins late is a tie with planet loads under six loads.
 _LESS_SIMPLE = 1.0
+
+
+UNDETERMINED = "undetermined"
+#: Columns of a pattern from the quantities of the sensors and the number of planets.
+_ColumnsOf = Callable[[Sequence[str], int], Columns]
+_SETS_OF_HOUSING = (
+    (NONE,),
+    (BY_TORQUE,),
+    (NONE, BY_TORQUE),
+    (BY_RADIAL_LOAD,),
+    (NONE, BY_RADIAL_LOAD),
+    (BY_TORQUE, BY_RADIAL_LOAD),
+    (NONE, BY_TORQUE, BY_RADIAL_LOAD),
+)
+_OF_TORQUE = ((NONE,), (BY_TORQUE,), (NONE, BY_TORQUE))
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """Frame and pattern of a class."""
+
+    id: str  # frame/pattern
+    columns: Mapping[str, _ColumnsOf]  # columns by dependence
+    sets: tuple[tuple[str, ...], ...]  # ways to follow the loads, the simplest first
+
+
+def _alone(pattern: Callable[[Sequence[str]], Columns]) -> _ColumnsOf:
+    """Pattern that does not depend on the number of planets."""
+    return lambda quantities, n_planets: pattern(quantities)
+
+
+def _face_waves(quantities: Sequence[str], n_planets: int) -> Columns:
+    """Waves on the carrier's face, whatever their order."""
+    return turning_waves(quantities, range(2, highest_order(n_planets) + 1))
+
+
+def _planet_waves(quantities: Sequence[str], n_planets: int) -> Columns:
+    """Waves that equal loads of all planets make: as many lobes as planets, and multiples."""
+    return turning_waves(quantities, range(n_planets, highest_order(n_planets) + 1, n_planets))
+
+
+def shapes() -> tuple[_Shape, ...]:
+    """Every frame and pattern whose columns are waves."""
+    still = {OFFSET: offset, TILT: tilt, SADDLE: saddle}
+    housing = tuple(
+        _Shape(
+            name,
+            {load: _alone(pattern) for load in (NONE, BY_TORQUE, BY_RADIAL_LOAD)},
+            _SETS_OF_HOUSING,
+        )
+        for name, pattern in still.items()
+    )
+    turning = _alone(turning_tilt)
+    return (
+        *housing,
+        _Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}, _OF_TORQUE),
+        _Shape(MODULATED, {BY_BOTH: modulated_waves}, ((BY_BOTH,),)),
+        _Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}, _OF_TORQUE),
+        _Shape(WAVES, {NONE: _face_waves, BY_TORQUE: _planet_waves}, _OF_TORQUE),
+        _Shape(UNEVEN, {BY_TORQUE: uneven_waves}, ((BY_TORQUE,),)),
+    )
 
 
 @dataclass(frozen=True, eq=False)

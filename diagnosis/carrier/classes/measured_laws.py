@@ -6,8 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.catalogue import UNDETERMINED, shapes
-from carrierflex.diagnosis.carrier.classes.class_rows import LoadFunction, load_functions
+from carrierflex.diagnosis.carrier.classes.class_rows import (
+    UNDETERMINED,
+    LoadFunction,
+    load_functions,
+    shapes,
+)
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.classes.decision import shape_of, way_of
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares

@@ -40,6 +40,8 @@ _FORCED_ORDERS = 2
 TARGET = "target"
 PREDICTION = "prediction"
 ONE = "one"
+#: Owner of the features of the flexible residual model, the last columns.
+FLEXIBLE = "flexible"
 #: Families of nodes; plain columns have none.
 PLAIN = ""
 SHAPE = "threshold"
@@ -92,6 +94,11 @@ class ColumnIndex:
         return (PREDICTION, 0, PLAIN, 0) in self.numbers
 
     @property
+    def flexible(self) -> slice:
+        """Numbers of the features of the flexible residual model."""
+        return slice(self.numbers[FLEXIBLE, 0, PLAIN, 0], self.size)
+
+    @property
     def size(self) -> int:
         """Number of columns."""
         return len(self.numbers)
@@ -125,7 +132,7 @@ class ColumnSource:
         delayed: Sequence[CarrierInputs],
         owners: Collection[str] | None = None,
     ) -> dict[Key, FloatArray]:
-        """Columns of effects, by key.
+        """Columns of effects, and of the flexible residual model, by key.
 
         Parameters
         ----------
@@ -136,7 +143,7 @@ class ColumnSource:
         delayed : sequence of CarrierInputs
             The same inputs at the nodes of the delay.
         owners : collection of str, optional
-            Effects whose columns are wanted; all without.
+            Effects whose columns are wanted; default: all, and those of the flexible model.
 
         Returns
         -------
@@ -164,6 +171,8 @@ class ColumnSource:
                 for node in np.flatnonzero(delay_nodes(self.rig.n_planets)).tolist():
                     signals = effect.signals(sensor, delayed[node], self.rig)
                     rows.update(_keyed(effect.id, DELAY, node, signals))
+        if owners is None:
+            rows.update(_keyed(FLEXIBLE, PLAIN, 0, self._flexible_rows(inputs)))
         return rows
 
     def shape_nodes(self, effect: Effect) -> FloatArray:
@@ -173,13 +182,7 @@ class ColumnSource:
         shape = effect.parameters[-1]
         return np.linspace(shape.lower, shape.upper, _SHAPE_NODES)
 
-    @property
-    def n_flexible(self) -> int:
-        """Number of features of the flexible residual model."""
-        one = np.zeros(1)
-        return len(self.flexible_rows(CarrierInputs(one, one, one, one, one, 0.0, 0.0)))
-
-    def flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
+    def _flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
         """Features of the flexible residual model, the same at every sensor, shape (k, n)."""
         torque = inputs.torque / self.rig.nominal_torque
         forces = [inputs.ntl_y / self.largest_load, inputs.ntl_z / self.largest_load]
@@ -269,6 +272,8 @@ class BlockColumns:
         Columns at the samples of a piece that holds the block, the target first.
     samples : ndarray of int, shape (n,)
         Numbers of these samples in the run, ascending.
+    is_complete : ndarray of bool, shape (n,)
+        Whether no column is missing.
     inputs : CarrierInputs
         Inputs at these samples.
     revolutions : sequence of ndarray of int
@@ -278,13 +283,19 @@ class BlockColumns:
     index: ColumnIndex
     rows: FloatArray
     samples: IntArray
+    is_complete: NDArray[np.bool_]
     inputs: CarrierInputs
     revolutions: Sequence[IntArray]
+
+    @property
+    def all_present(self) -> IntArray:
+        """The same of all revolutions."""
+        return self.present(np.concatenate(self.revolutions))
 
     def present(self, revolution: IntArray) -> IntArray:
         """Numbers in `samples` of those of a revolution in which no column is missing."""
         numbers = np.searchsorted(self.samples, revolution)
-        return numbers[np.isfinite(self.rows[:, numbers]).all(axis=0)]
+        return numbers[self.is_complete[numbers]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -346,8 +357,8 @@ class RunColumns:
         blocks : sequence of ndarray of int
             Numbers of the revolutions of every block.
         owners : collection of str, optional
-            Effects whose columns are wanted; all without. The target, and another simulator's
-            prediction, are always among them.
+            Effects whose columns are wanted; default: all, and those of the flexible model. The
+            target, and another simulator's prediction, are always among them.
         """
         for chunk in self._chunks(blocks):
             samples = np.sort(
@@ -357,9 +368,11 @@ class RunColumns:
             rows = self._rows(channel, samples, inputs, owners)
             index = ColumnIndex({key: number for number, key in enumerate(rows)})
             table = np.array(list(rows.values()))
+            del rows  # as large as the table
+            is_complete = np.isfinite(table).all(axis=0)
             for block in chunk:
                 revolutions = [self.revolutions[r] for r in block]
-                yield BlockColumns(index, table, samples, inputs, revolutions)
+                yield BlockColumns(index, table, samples, is_complete, inputs, revolutions)
 
     def _rows(
         self,
@@ -369,7 +382,13 @@ class RunColumns:
         owners: Collection[str] | None = None,
     ) -> dict[Key, FloatArray]:
         """Columns at a sensor at some samples, whose inputs are given, the target first."""
-        late = [inputs_at(shifted, samples) for shifted in self.delayed_inputs]
+        follows_delay = any(
+            effect.follows_delay
+            for effect in self.source.effects.values()
+            if owners is None or effect.id in owners
+        )
+        shifted = self.delayed_inputs if follows_delay else []
+        late = [inputs_at(inputs, samples) for inputs in shifted]
         delays = delay_nodes(self.source.rig.n_planets)
         return {
             **_target_rows(self.run, channel, samples, delays / self.source.speed),

@@ -1,18 +1,18 @@
 """Sums over the records of a carrier campaign, accumulated once: products of all columns.
 
-Fits and held-out scores are algebra on these sums, run slice by run slice where a campaign is
-large. What needs more of the columns than fits in memory, the flexible features and the order
-amplitudes of a model, passes over the records again
-(:mod:`carrierflex.diagnosis.carrier.records.columns`). Of some 180 columns of a sensor fewer than
+Fits, held-out scores, the class table and the orders of a model's residual are algebra on these
+sums, run slice by run slice where a campaign is large. Only the orders of a large campaign's
+columns do not fit in memory: its residuals pass over the records again
+(:mod:`carrierflex.diagnosis.carrier.records.columns`). Of some 300 columns of a sensor fewer than
 half are different: a tilt of the housing, its column at a sensor moved by 3 deg and an offset are
 one constant, in every run alike. The products are of those.
 """
 
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +53,7 @@ _FEWEST = 12
 ComplexArray = NDArray[np.complex128]
 #: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
 #: minute's record.
-_MOST_BLOCKS = 12
+MOST_BLOCKS = 12
 #: Bytes that products of all columns would take, up to which a run has several blocks; and those of
 #: a whole diagnosis, beyond which a campaign is refused.
 _USUAL_MEMORY = 600_000_000
@@ -63,6 +63,8 @@ _PROGRAM = 300_000_000
 _AT_WORK = 800_000_000
 #: Bytes of products up to which they stay in memory, beyond on disk.
 _IN_MEMORY = 150_000_000
+#: Bytes of order amplitudes up to which those of the basis are stored.
+_AMPLITUDE_BYTES = 50_000_000
 #: Bytes of products that are unpacked at once.
 _AT_ONCE = 50_000_000
 #: Every which sample is looked at for whether the basis holds.
@@ -115,10 +117,11 @@ def _column_basis(
     largest = []
     # Channel by channel: the columns of all of them are several times the records.
     some = some_samples(runs, source, n_samples)
+    n_effects = columns_of_campaign(runs[0], channels[0], source).flexible.start - 1
     for channel in channels:
         table = some.rows(channel)
         table = table[:, np.isfinite(table).all(axis=0)]
-        chosen, combinations = _combinations(table)
+        chosen, combinations = _combinations(table, n_effects)
         members.append(chosen)
         of_channels.append(combinations)
         largest.append(np.abs(table).max(axis=1, initial=0.0))
@@ -129,15 +132,22 @@ def _column_basis(
     return _ColumnBasis(tuple(members), weights, np.array(largest))
 
 
-def _combinations(rows: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Numbers of the rows in the basis, and every row by these."""
+def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArray]:
+    """Numbers of the rows in the basis, and every row by these.
+
+    The first rows are those of effects, which are combinations of one another only: a load that is
+    zero in a run leaves them zero there.
+    """
     length = np.linalg.norm(rows, axis=1)
     scaled = rows / np.where(length > 0.0, length, 1.0)[:, None]
+    # In an orthonormal basis of all rows: fewer numbers than samples.
+    scaled = np.asarray(np.linalg.qr(scaled.T, mode="r")).T
     members: list[int] = []
-    directions = np.empty((0, rows.shape[1]))
+    directions = np.empty((0, scaled.shape[1]))
     off = scaled.copy()
-    for limit in _OFF_THE_OTHERS:
-        for k in range(len(scaled)):
+    groups = (np.arange(n_effects), np.arange(n_effects, len(rows)))
+    for group, limit in product(groups, _OFF_THE_OTHERS):
+        for k in group.tolist():
             size = float(np.linalg.norm(off[k]))
             if size <= limit:
                 continue
@@ -148,9 +158,18 @@ def _combinations(rows: FloatArray) -> tuple[IntArray, FloatArray]:
             directions = np.vstack([directions, direction])
             off -= np.outer(off @ direction, direction)
     chosen = np.array(sorted(members), dtype=np.int64)
-    weights = np.linalg.lstsq(scaled[chosen].T, scaled.T, rcond=None)[0].T
-    weights[np.abs(weights) < _ROUNDING] = 0.0
+    weights = np.zeros((len(rows), chosen.size))
     weights[chosen] = np.eye(chosen.size)
+    for group in groups:
+        usable = chosen[chosen <= group[-1]]
+        by_all = np.linalg.lstsq(scaled[usable].T, scaled[group].T, rcond=None)[0].T
+        # Anew by those that count: what rounding makes of the others makes up for each other.
+        others = np.flatnonzero(~np.isin(group, chosen))
+        counts, of_row = np.unique(np.abs(by_all[others]) >= _ROUNDING, axis=0, return_inverse=True)
+        for pattern, used in enumerate(map(np.flatnonzero, counts)):
+            rows_alike = group[others[of_row == pattern]]
+            solved = np.linalg.lstsq(scaled[usable[used]].T, scaled[rows_alike].T, rcond=None)[0]
+            weights[np.ix_(rows_alike, used)] = solved.T
     return chosen, weights * length[:, None] / length[chosen]
 
 
@@ -175,9 +194,9 @@ class CarrierSums:
         of a large campaign are on disk and read for some segments at a time.
     counts : ndarray of int, shape (P, C)
         Samples that are not missing.
-    orders : ndarray of complex, shape (R, C, n + 1)
-        Order amplitudes of the measured signal by revolution, 0 to n; NaN where a revolution is too
-        sparse.
+    amplitudes : ndarray of complex, shape (R, C, 1 + b, n + 1)
+        Order amplitudes by revolution, 0 to n, of the target and the columns of the basis; NaN
+        where a revolution is too sparse. Of the target alone where they would fill the memory.
     within : ndarray, shape (R, C, 2)
         Sum of squares of the measured signal about those orders, and its degrees of freedom.
     run_of_revolution : ndarray of int, shape (R,)
@@ -193,7 +212,7 @@ class CarrierSums:
     basis: _ColumnBasis
     products: Rows
     counts: IntArray
-    orders: ComplexArray
+    amplitudes: ComplexArray
     within: FloatArray
     run_of_revolution: IntArray
     loads: FloatArray
@@ -202,6 +221,11 @@ class CarrierSums:
     def nbytes(self) -> int:
         """Bytes of the products."""
         return self.target.nbytes + self.products.nbytes
+
+    @property
+    def orders(self) -> ComplexArray:
+        """Order amplitudes of the measured signal by revolution, shape (R, C, n + 1)."""
+        return self.amplitudes[:, :, 0]
 
     def gram(self, columns: IntArray, segments: slice = slice(None)) -> FloatArray:
         """Products of some columns, the target first, shape (P, C, u, u), of some segments."""
@@ -221,6 +245,32 @@ class CarrierSums:
             products = weights @ stored[..., triangle]
             result[some, :, 1:, 1:] = products @ np.swapaxes(weights, 1, 2)
         return result
+
+    def segments_of_run(self, run: int) -> slice:
+        """Segments of a run."""
+        first, end = np.searchsorted(self.run_of_segment, [run, run + 1])
+        return slice(int(first), int(end))
+
+    def products_of_basis(self, segments: slice, first: IntArray) -> FloatArray:
+        """Products of the target and the basis, shape (n_groups, C, 1 + b, 1 + b).
+
+        Summed over groups of neighbours among some segments, whose `first` ones are given.
+        """
+        stored = np.add.reduceat(self.products[segments], first, axis=0)
+        target = np.add.reduceat(self.target[segments], first, axis=0)
+        every = np.arange(self.basis.size)
+        result = np.zeros((*stored.shape[:2], every.size + 1, every.size + 1))
+        result[..., 1:, 1:] = stored[..., self.triangle(every[:, None], every)]
+        for c, members in enumerate(self.basis.members):
+            with_target = target[:, c, np.append(0, 1 + members)]
+            result[:, c, 0, : 1 + members.size] = with_target
+            result[:, c, : 1 + members.size, 0] = with_target
+        return result
+
+    def by_basis(self, channel: int, weights: FloatArray) -> FloatArray:
+        """Rows by target and basis, shape (m, 1 + b), of weights of some columns from the first."""
+        of_columns = self.basis.weights[channel, : weights.shape[1] - 1]
+        return np.hstack([weights[:, :1], weights[:, 1:] @ of_columns])
 
     def with_target(self, columns: IntArray, weights: FloatArray) -> "CarrierSums":
         """Sums of the same record, its target replaced by a combination of columns.
@@ -242,8 +292,9 @@ class CarrierSums:
             target[p, :, 0] = np.einsum("ca,ca->c", with_basis, combined)
             target[p, :, 1:] = np.einsum("cka,ca->ck", self.basis.weights, with_basis)
         # The orders are those of the signals that were replaced.
-        no_orders = np.broadcast_to(np.complex128(np.nan), self.orders.shape)
-        return replace(self, target=target, orders=no_orders)
+        n_turns, n_channels, _, n_orders = self.amplitudes.shape
+        no_orders = np.broadcast_to(np.complex128(np.nan), (n_turns, n_channels, 1, n_orders))
+        return replace(self, target=target, amplitudes=no_orders)
 
     def triangle(self, rows: IntArray, columns: IntArray) -> IntArray:
         """Numbers of the products of columns of the basis in their triangle."""
@@ -293,7 +344,7 @@ def _filled(
     campaign: Campaign, source: ColumnSource, index: ColumnIndex, basis: _ColumnBasis
 ) -> CarrierSums | None:
     """Sums without their segments; None where the basis does not hold."""
-    n_blocks = _blocks_a_run(campaign, index.size, basis.size)
+    n_blocks = _blocks_a_run(campaign, index, basis.size)
     runs = campaign.within_use().runs
     revolutions = [len(whole_revolutions(run).samples) for run in runs]
     numbers = np.arange(len(runs))
@@ -302,6 +353,8 @@ def _filled(
     n_channels = len(campaign.channels)
     shape, turns = (run_of_segment.size, n_channels), (run_of_revolution.size, n_channels)
     n_orders = highest_order(source.rig.n_planets) + 1
+    stores_basis = 16 * np.prod(turns) * (1 + basis.size) * n_orders <= _AMPLITUDE_BYTES
+    n_signals = 1 + basis.size * bool(stores_basis)
     sums = CarrierSums(
         index=index,
         segments=(),
@@ -310,7 +363,7 @@ def _filled(
         basis=basis,
         products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), _IN_MEMORY),
         counts=np.empty(shape, dtype=np.int64),
-        orders=np.full((*turns, n_orders), np.nan, dtype=np.complex128),
+        amplitudes=np.zeros((*turns, n_signals, n_orders), dtype=np.complex128),
         within=np.zeros((*turns, 2)),
         run_of_revolution=run_of_revolution,
         loads=np.empty((run_of_revolution.size, 3)),
@@ -321,26 +374,7 @@ def _filled(
     return sums
 
 
-def segments_of(
-    campaign: Campaign,
-    source: ColumnSource,
-    records: CarrierSums,
-    owners: Collection[str] | None = None,
-) -> Iterator[tuple[int, int, int, BlockColumns]]:
-    """Run, channel, segment and columns of every segment and channel, from a pass over the records.
-
-    The columns are those of all effects or of some `owners`, as of :meth:`RunColumns.of`.
-    """
-    for r, run in enumerate(campaign.within_use().runs):
-        columns = RunColumns(run, source)
-        blocks = columns.blocks(int(np.count_nonzero(records.run_of_segment == r)))
-        first = int(np.argmax(records.run_of_segment == r))
-        for c, channel in enumerate(campaign.channels):
-            for p, block in enumerate(columns.of(channel, blocks, owners), start=first):
-                yield r, c, p, block
-
-
-def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
+def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
     """Blocks that every run is divided into: as many as leave memory free, 1 to 12.
 
     Raises
@@ -349,7 +383,7 @@ def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
         Where one block a run does not fit.
     """
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
-    needed = _needed_memory(campaign, n_columns, n_basis)
+    needed = _needed_memory(campaign, index.size, n_basis)
     if needed > _MOST_MEMORY:
         raise ValueError(
             f"{n_runs} runs of {n_channels} channels: a diagnosis takes {needed / 1e9:.1f} GB of "
@@ -357,8 +391,9 @@ def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
             "conditions that others have too"
         )
     # Whatever is a combination in these records: the same campaign has the same segments.
+    n_columns = index.flexible.start
     every = 4 * n_runs * n_channels * n_columns * (n_columns + 1)
-    return int(np.clip(_USUAL_MEMORY // every, 1, _MOST_BLOCKS))
+    return int(np.clip(_USUAL_MEMORY // every, 1, MOST_BLOCKS))
 
 
 def _needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
@@ -391,44 +426,37 @@ def _fill(
             if not sums.basis.holds(c, block.rows[1:, ::_CHECKED]):
                 return False
             end = turn + len(block.revolutions)
-            target, gram = _add_block(
-                block, 1 + members, sums.orders[turn:end, c], sums.within[turn:end, c]
-            )
-            sums.target[p, c] = target
-            products[p - first_segment, c, triangle] = gram[upper]
-            sums.counts[p, c] = sum(block.present(rows).size for rows in block.revolutions)
+            rows = block.rows[np.append(0, 1 + members)[: sums.amplitudes.shape[2]]]
+            _fill_amplitudes(block, rows, sums.amplitudes[turn:end, c], sums.within[turn:end, c])
+            present = block.rows[:, block.all_present]
+            basis = present[1 + members]
+            sums.target[p, c] = present @ present[0]
+            products[p - first_segment, c, triangle] = (basis @ basis.T)[upper]
+            sums.counts[p, c] = present.shape[1]
             turn = end
     sums.products[first_segment : first_segment + len(blocks)] = products
     return True
 
 
-def _add_block(
-    block: BlockColumns, members: IntArray, orders: ComplexArray, within: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Products of the target with all columns, and of those of the basis with each other.
-
-    Fills the target's orders and what is left of it.
-    """
-    target = np.zeros(len(block.rows))
-    gram = np.zeros((members.size, members.size))
-    highest = orders.shape[-1] - 1
-    for r, rows in enumerate(block.revolutions):
-        present = block.present(rows)
-        columns = block.rows[:, present]
-        target += columns @ columns[0]
-        basis = columns[members]
-        gram += basis @ basis.T
+def _fill_amplitudes(
+    block: BlockColumns, rows: FloatArray, amplitudes: ComplexArray, within: FloatArray
+) -> None:
+    """Fill the orders of some rows by revolution, and what is left of the target about its own."""
+    n_rows, highest = len(rows), amplitudes.shape[-1] - 1
+    for r, revolution in enumerate(block.revolutions):
+        present = block.present(revolution)
         theta = block.inputs.carrier_angle[present]
-        if not too_sparse(theta, highest):
-            amplitudes, within[r] = order_amplitudes(columns[:1], theta, highest)
-            orders[r] = amplitudes[:, 0]
-    return target, gram
+        if too_sparse(theta, highest):
+            amplitudes[r] = np.nan
+        else:
+            of_orders, within[r] = order_amplitudes(rows[:, present], theta, highest)
+            amplitudes[r, :n_rows] = of_orders.T
 
 
 def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
     """Sum of squares by segment and channel; a perfect fit leaves rounding of either sign."""
-    squares = np.einsum("pck,pckl,pcl->pc", residual, gram, residual, optimize=True)
-    return np.maximum(squares, 0.0)
+    products = (gram @ residual[..., None])[..., 0]
+    return np.maximum((products * residual).sum(axis=-1), 0.0)
 
 
 class _StoredProducts:

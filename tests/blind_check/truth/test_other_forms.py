@@ -16,7 +16,7 @@ from carrierflex.blind_check.truth.carrier.other_forms import (
 from carrierflex.blind_check.truth.carrier.rig import SENSOR_ANGLES
 from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, RimRecord
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
-from carrierflex.diagnosis.carrier.classes.catalogue import CLASS_OF_LAW
+from carrierflex.diagnosis.carrier.classes.answer import CLASS_OF_LAW
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 240, endpoint=False)
 

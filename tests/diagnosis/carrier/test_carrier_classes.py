@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.classes.answer import carrier_class_table
-from carrierflex.diagnosis.carrier.classes.catalogue import shapes
 from carrierflex.diagnosis.carrier.classes.class_rows import (
     class_rows,
     load_functions,
+    shapes,
     torque_levels,
 )
 from carrierflex.diagnosis.carrier.problem import carrier_problem

@@ -28,6 +28,9 @@ def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
     assert plain.nbytes > 2 * problem.records.nbytes
     found, expected = problem.records.gram(every), plain.gram(every)
     length = np.sqrt(np.diagonal(expected, axis1=2, axis2=3))
+    # Columns of effects are zero where their load is; those of the flexible model but for rounding.
+    flexible = problem.records.index.flexible
+    length[..., flexible] = length[..., flexible].max(axis=0)
     scale = length[..., :, None] * length[..., None, :]
     assert (np.abs(found - expected) <= 1e-10 * scale).all()
     # The same where a model takes the target's place.
@@ -45,3 +48,15 @@ def test_records_that_leave_the_basis_are_taken_with_all_columns():
     pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})
     for own, holds in ((run, True), (pushed, False)):
         assert basis.holds(0, some_samples([own], source, 40).rows(CHANNELS[0])) is holds
+
+
+def test_orders_from_the_records_are_those_from_the_basis(monkeypatch):
+    of_basis = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
+    monkeypatch.setattr(sums, "_AMPLITUDE_BYTES", 0)
+    of_records = twin_problem(loads=LOADS[:2], turns=6, channels=CHANNELS[:2])
+    assert of_records.records.amplitudes.shape[2] == 1 < of_basis.records.amplitudes.shape[2]
+    theta = of_basis.starts((), {})[1]
+    expected = of_records._residuals.orders((), theta)
+    assert np.isfinite(expected).all()
+    found = of_basis._residuals.orders((), theta)
+    assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.classes.catalogue import shapes
-from carrierflex.diagnosis.carrier.classes.class_rows import class_rows, load_functions
+from carrierflex.diagnosis.carrier.classes.class_rows import class_rows, load_functions, shapes
 from carrierflex.diagnosis.carrier.classes.measured_laws import (
     VisitedLoads,
     _tabulated_waves,
@@ -271,7 +270,7 @@ def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
             law = tilt_law(effect_class=shape.id, parts=tuple(waves))
             for k, load in enumerate(loads):
                 inputs = CarrierInputs(time, 2.0 * time, *(load[:, None] * one), 0.0, 5.0)
-                features = source.flexible_rows(inputs)
+                features = source._flexible_rows(inputs)
                 signals = c.ravel() @ np.swapaxes(rows.of_run(k)[place] @ features, 0, 1)
                 for channel, expected in zip(CHANNELS, signals, strict=True):
                     sensor = RimSensor(channel.angle, 0.412, channel.quantity == quantities[0])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.carrier.model import effect_rows
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.carrier.signature_rows import effect_rows
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign_kinds import CARRIER

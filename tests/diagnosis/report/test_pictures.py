@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.pictures import _carrier_polar, _pins_passing, mean_turns
+from carrierflex.diagnosis.carrier.pictures import _carrier_polar, _mean_turns, _pins_passing
 from carrierflex.diagnosis.comparison.overlay import (
     GAP,
     LAW,
@@ -144,7 +144,7 @@ def test_polar_plot_of_a_tilted_carrier_is_its_order_one_and_nothing_is_left():
 def test_mean_turns_average_revolutions_and_leave_out_sparse_ones():
     orders = np.zeros((4, 2, MAX_ORDER + 1), dtype=complex)
     orders[:, 0, 0], orders[:, 1, 3] = 2.0, [1.0, 3.0, np.nan, np.nan]
-    turns = mean_turns(orders, np.array([0, 0, 0, 1]), 2)
+    turns = _mean_turns(orders, np.array([0, 0, 0, 1]), 2)
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     assert_allclose(turns[0, 0], 2.0)
     assert_allclose(turns[0, 1], 2.0 * np.cos(3.0 * angle), atol=1e-12)
