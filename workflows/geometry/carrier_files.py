@@ -214,5 +214,5 @@ def _digest(path: Path) -> str:
 
 
 def mesh_warnings(mesh: GivenMesh) -> tuple[str, ...]:
-    """What is to be told of a mesh that can be computed with: linear elements."""
-    return tuple(linear_warnings(mesh)) if isinstance(mesh, NamedSolids) else ()
+    """What is to be told of a mesh that can be computed with: entries left out, linear elements."""
+    return (*mesh.left_out, *linear_warnings(mesh)) if isinstance(mesh, NamedSolids) else ()
