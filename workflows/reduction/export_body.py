@@ -51,7 +51,8 @@ def main(
         elements: they are made again from the inputs that the body file records, and the result is
         compared with the file.
     out
-        File to write.
+        File to write; files that another program wrote, and those of another export, are not
+        replaced.
     pilot
         Pilot that the floating frame follows (mbdyn, sid, exudyn); the first of the body by
         default.
@@ -77,11 +78,28 @@ def main(
             f"{', '.join(model.pilots)}"
         )
     prepared_folder(out.parent)
+    _refuse_to_replace(format, out)
     stages = Stages(1, quiet)
     with stages.stage(
         f"writing {out}" if format != "exudyn" else f"finite elements again, writing {out}"
     ):
         return _WRITERS[format](model, out, pilot)
+
+
+def _refuse_to_replace(format: str, out: Path) -> None:
+    """Refuse where an export would replace files of others, or of another export."""
+    from carrierflex.files.whole_files import refuse_foreign
+    from carrierflex.reduction.exports.ordered_body import UNITS
+
+    if format != "op4":
+        refuse_foreign(out, UNITS, *(["K2GG = KAAX"] if format == "dmig" else []))
+        return
+    partners = [out.with_suffix(suffix) for suffix in (".asm", ".pch", ".txt")]
+    for partner in partners:
+        refuse_foreign(partner, UNITS, "kaa, maa, baa")
+    # Matrices alone do not say who wrote them; the text beside them does.
+    if not partners[-1].exists():
+        refuse_foreign(out, UNITS)
 
 
 def _op4(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
