@@ -83,6 +83,8 @@ def main(
     with stages.stage(
         f"writing {out}" if format != "exudyn" else f"finite elements again, writing {out}"
     ):
+        if format == "exudyn":
+            return _exudyn(model, out, pilot, beside=body.parent)
         return _WRITERS[format](model, out, pilot)
 
 
@@ -145,7 +147,7 @@ def _simscape(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody
     return ExportedBody((out,), {"grounding of the stiffness [m or rad]": grounding(model)})
 
 
-def _exudyn(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+def _exudyn(model: ReducedModel, out: Path, pilot: str | None, *, beside: Path) -> ExportedBody:
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.exports.exudyn_files import write_exudyn
     from carrierflex.workflows.reduction.recorded_structure import (
@@ -153,7 +155,7 @@ def _exudyn(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
         recorded_structure,
     )
 
-    mesh, structure, n_modes = recorded_structure(model)
+    mesh, structure, n_modes = recorded_structure(model, beside)
     reduction = craig_bampton(structure, n_modes)
     differences = differences_from(model, reduction.model)
     write_exudyn(structure, reduction, out, mesh=mesh, pilot=pilot)
@@ -167,6 +169,5 @@ _WRITERS: dict[str, Callable[[ReducedModel, Path, str | None], ExportedBody]] = 
     "dmig": _dmig,
     "mbdyn": _mbdyn,
     "sid": _sid,
-    "exudyn": _exudyn,
     "simscape": _simscape,
 }
