@@ -162,7 +162,8 @@ def _sparse(path: Path, parts: "np.lib.npyio.NpzFile") -> sp.csr_array:
     A = kind((data, first, second), shape=(int(shape[0]), int(shape[1])))
     A.check_format(full_check=True)
     coo = A.tocoo()
-    return from_entries(*(i.astype(np.int64) for i in coo.coords), coo.data, int(shape[0]))
+    rows, columns = (index.astype(np.int64) for index in coo.coords)
+    return from_entries(rows, columns, coo.data, int(shape[0]))
 
 
 def _reason(error: Exception) -> str:

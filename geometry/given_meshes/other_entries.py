@@ -20,12 +20,12 @@ _NASTRAN_CARRYING = (
 _NASTRAN_LINKS = r"RBE\d|RBAR1?|RROD|RTRPLT1?|RJOINT|RSPLINE|RSSCON|MPC"
 #: Abaqus element types, and keywords.
 _ABAQUS_SHELLS = r"(S[3-9]|STRI|M3D|DS[3-8])\w*"
-_ABAQUS_SECTIONS = r"(SHELL|MEMBRANE)(GENERAL)?SECTION"
+_ABAQUS_SECTIONS = r"\*(SHELL|MEMBRANE) (GENERAL )?SECTION"
 _ABAQUS_CARRYING = (
     r"(MASS|ROTARYI|HEATCAP|SPRING|DASHPOT|CONN|GAP|JOINT|ITS|GK|T[23]D|B[23]\d|PIPE|ELBOW|FRAME"
     r"|SC[68]|CSS8|COH|U\d|VU\d)\w*"
 )
-_ABAQUS_LINKS = r"RIGIDBODY|COUPLING|MPC|EQUATION|TIE|KINEMATICCOUPLING|DISTRIBUTINGCOUPLING|R3D\d"
+_ABAQUS_LINKS = r"\*(RIGID BODY|((KINEMATIC|DISTRIBUTING) )?COUPLING|MPC|EQUATION|TIE)|R3D\d"
 _SUFFIXES = (".inp", ".bdf", ".nas")
 _MOST_BYTES = 4_000_000_000
 
@@ -76,7 +76,7 @@ def _listed(counts: dict[str, int]) -> str:
 
 def _nastran_entries(content: bytes) -> Counter[str]:
     """Names of the entries of a deck and how often they stand there."""
-    bulk = re.split(rb"(?im)^\s*BEGIN\s+BULK[^\r\n]*$", content)[-1]
+    bulk = re.split(rb"(?im)^[ \t]*BEGIN[ \t]+BULK[^\r\n]*$", content)[-1]
     names = re.findall(rb"^([A-Za-z][A-Za-z0-9]*)\*?(?=[\s,]|$)", bulk, re.MULTILINE)
     return Counter(name.decode("ascii").upper() for name in names)
 
@@ -89,11 +89,11 @@ def _abaqus_entries(content: bytes) -> tuple[Counter[str], bool]:
     counts: Counter[str] = Counter()
     has_sections = False
     for mark, end in zip(marks, ends, strict=True):
-        keyword = re.sub(r"\s+", "", mark[1].decode("latin-1")).upper()
-        name, _, options = keyword.partition(",")
+        keyword, _, options = mark[1].decode("latin-1").upper().partition(",")
+        name = f"*{' '.join(keyword.split())}"
         has_sections |= re.fullmatch(_ABAQUS_SECTIONS, name) is not None
-        kind = re.search(r"(?:^|,)TYPE=(\w+)", options)
-        if name == "ELEMENT" and kind is not None:
+        kind = re.search(r"\bTYPE\s*=\s*(\w+)", options)
+        if name == "*ELEMENT" and kind is not None:
             # A line that ends with a comma goes on in the next one.
             lines = re.sub(rb",\s*\n", b",", text[mark.end() : end]).split(b"\n")
             counts[kind[1]] += sum(bool(line.strip()) for line in lines)

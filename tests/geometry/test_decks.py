@@ -174,7 +174,7 @@ def test_shells_without_a_section_and_couplings_of_a_deck_are_told(tmp_path):
     )
     assert body_of(path, "ALL").warnings == (
         "left out: 2 S4, to which the file gives no thickness",
-        "left out: 1 RIGIDBODY; pilots of the interfaces file stand for links",
+        "left out: 1 *RIGID BODY; pilots of the interfaces file stand for links",
     )
 
 
