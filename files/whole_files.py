@@ -86,7 +86,7 @@ def refuse_foreign(path: Path, *marks: str) -> None:
     if wanted and not all(word in re.sub(rb"[\s$*]+", b" ", content) for word in wanted):
         raise FileExistsError(
             f"{path}: is there already and is no file of this kind that carrierflex wrote; it is "
-            "not replaced: choose another name or folder, or move it"
+            "not replaced: choose another name or folder by --out, or move it"
         )
 
 
