@@ -63,6 +63,33 @@ def check_file_writable(path: Path) -> None:
         ) from error
 
 
+def refuse_foreign(path: Path, *marks: str) -> None:
+    """Refuse to replace a file that this program did not write.
+
+    Parameters
+    ----------
+    path : Path
+        File that is to be written.
+    *marks : str
+        Words that a file of its kind holds where this program wrote it; one of comments may be
+        broken over lines.
+
+    Raises
+    ------
+    FileExistsError
+        Where there is a file without them.
+    """
+    if not path.is_file():
+        return
+    content = path.read_bytes()
+    wanted = [mark.encode() for mark in marks if mark.encode() not in content]
+    if wanted and not all(word in re.sub(rb"[\s$*]+", b" ", content) for word in wanted):
+        raise FileExistsError(
+            f"{path}: is there already and is no file of this kind that carrierflex wrote; it is "
+            "not replaced: choose another name or folder by --out, or move it"
+        )
+
+
 @contextmanager
 def errors_naming(path: Path, temporary: Path) -> Iterator[None]:
     """Tell errors of writing `temporary` as those of the file that it is to become.

@@ -140,11 +140,11 @@ def _kept_handlers() -> Iterator[Callable[[], None]]:
 def refuse_useless_size(size: float) -> None:
     """Raise ValueError where `size` [m] is no usable element edge length.
 
-    Usable is what a part of a gearbox can be meshed with.
+    Usable is what a part of a gearbox can be meshed with, from carriers of 0.02 m on.
     """
-    if not (math.isfinite(size) and 0.002 <= size <= 0.2):
+    if not (math.isfinite(size) and 0.0002 <= size <= 0.2):
         raise ValueError(
-            f"mesh size is {size!r} m; expected an edge length between 0.002 and 0.2 m"
+            f"mesh size is {size!r} m; expected an edge length between 0.0002 and 0.2 m"
         )
 
 

@@ -26,6 +26,7 @@ from carrierflex.geometry.given_meshes.foreign_files import (
     read_foreign_mesh,
 )
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids, named_solids
+from carrierflex.geometry.given_meshes.other_entries import left_out
 from carrierflex.geometry.given_meshes.quadratic import quadratic_tetrahedra
 from carrierflex.geometry.given_meshes.solid_files import read_solid_mesh
 from carrierflex.geometry.given_meshes.stated_facets import with_stated
@@ -181,6 +182,7 @@ def read_mesh(
         points, blocks = in_child(_points_and_blocks, path, size, about=path, what="meshio")
         foreign = ForeignMesh(points, blocks, {})
     else:
+        left_out(path)
         foreign = _without_unused_nodes(read_foreign_mesh(path, size))
     if _has_other_solids(foreign):
         return _read_solids(path, metres, statements)

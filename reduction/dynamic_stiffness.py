@@ -60,6 +60,15 @@ class FullResponse:
     sensors_modal: NDArray[np.float64]
     sensor_moments: NDArray[np.float64]
 
+    @property
+    def weights(self) -> NDArray[np.float64]:
+        """Square roots of the pilots' static stiffness, shape (m,).
+
+        Of their mass where a free body has one pilot, whose constraint modes are rigid.
+        """
+        stiffness = self.K_bb.diagonal()
+        return np.sqrt(stiffness if (stiffness > 0.0).all() else self.M_bb.diagonal())
+
     def at(
         self, omega: float, n_modes: int, *, with_rest: bool
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -91,7 +100,7 @@ class FullResponse:
             )
             D = D - omega**4 * np.tensordot(weights, self.moments, axes=1)
             S = S + omega**2 * np.tensordot(weights, self.sensor_moments, axes=1)
-        scale = 1.0 / np.sqrt(self.K_bb.diagonal())
+        scale = 1.0 / self.weights
         H = np.asarray(
             np.linalg.inv(D * np.outer(scale, scale)) * np.outer(scale, scale), dtype=np.complex128
         )
@@ -169,7 +178,7 @@ def response_error(response: FullResponse, omega: float, n_modes: int) -> tuple[
     """
     H, Y = response.at(omega, len(response.omega), with_rest=True)
     H_reduced, Y_reduced = response.at(omega, n_modes, with_rest=False)
-    W = np.sqrt(response.K_bb.diagonal())
+    W = response.weights
     pilots = float(
         np.linalg.norm((H_reduced - H) * np.outer(W, W)) / np.linalg.norm(H * np.outer(W, W))
     )

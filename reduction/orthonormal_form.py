@@ -8,9 +8,9 @@ The same space as the physical form; what is lost is that a coordinate is a pilo
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
+from carrierflex.reduction.modes.dense_modes import dense_modes
 from carrierflex.reduction.reduced_model import ReducedModel
 
 #: A free body has six modes without stiffness.
@@ -23,10 +23,10 @@ class OrthonormalForm:
 
     Parameters
     ----------
-    X : ndarray, shape (n, n)
+    X : ndarray, shape (n, k)
         Modes of the free reduced body in its physical coordinates, mass-normalised, rigid-body
-        modes first.
-    omega : ndarray, shape (n,)
+        modes first; fewer than n where coordinates have no mass.
+    omega : ndarray, shape (k,)
         Angular frequencies [rad/s], ascending; exactly zero for the rigid-body modes.
     n_rigid : int
         Number of rigid-body modes; floating-frame codes leave these columns out.
@@ -55,15 +55,12 @@ def orthonormal_form(model: ReducedModel) -> OrthonormalForm:
     ValueError
         Where the body is not free: a seventh mode without stiffness, or fewer than six.
     """
-    scale = 1.0 / np.sqrt(np.diag(model.M))
-    squared, q = scipy.linalg.eigh(
-        model.K * np.outer(scale, scale), model.M * np.outer(scale, scale)
-    )
+    squared, X = dense_modes(model.K, model.M)
     # Rounding of the stiffest modes hides a stiffness below this share of theirs.
-    rigid = squared < max(1e-13 * squared[-1], 1e-6 * squared[min(_N_RIGID, squared.size - 1)])
+    rigid = squared <= max(1e-13 * squared[-1], 1e-6 * squared[min(_N_RIGID, squared.size - 1)])
     if int(rigid.sum()) != _N_RIGID:
         raise ValueError(
             f"{model.name}: {int(rigid.sum())} modes without stiffness; expected {_N_RIGID}, a "
             "free body"
         )
-    return OrthonormalForm(scale[:, None] * q, np.sqrt(np.where(rigid, 0.0, squared)), _N_RIGID)
+    return OrthonormalForm(X, np.sqrt(np.where(rigid, 0.0, squared)), _N_RIGID)

@@ -148,11 +148,13 @@ def grounding(model: ReducedModel) -> float:
     """Largest force or moment against a rigid motion, over the stiffness of its own coordinate.
 
     ``max |K R|_i / K_ii`` with R of unit translation and of unit rotation about the origin: the
-    motion [m or rad] that the coordinate would need to make such a force. Zero for a free body.
+    motion [m or rad] that the coordinate would need to make such a force. Zero for a free body; the
+    only pilot of one has no stiffness that a force could be compared with.
     """
     pilots = model.pilot_rows
-    force = model.K[pilots] @ geometric_rigid_modes(model)
-    return float((np.abs(force) / model.K.diagonal()[pilots, None]).max())
+    force = np.abs(model.K[pilots] @ geometric_rigid_modes(model)).max(axis=1)
+    own = model.K.diagonal()[pilots]
+    return float(np.divide(force, own, out=np.where(force > 0.0, np.inf, 0.0), where=own > 0).max())
 
 
 def refuse_unsound(model: ReducedModel) -> None:

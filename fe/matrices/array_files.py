@@ -16,7 +16,6 @@ from carrierflex.fe.matrices.stored_matrix import (
     MOST_DOFS,
     StoredMatrix,
     from_entries,
-    refuse_not_finite,
 )
 from carrierflex.files.shown_values import shown
 
@@ -162,16 +161,9 @@ def _sparse(path: Path, parts: "np.lib.npyio.NpzFile") -> sp.csr_array:
     kind = sp.csr_array if layout == "csr" else sp.csc_array
     A = kind((data, first, second), shape=(int(shape[0]), int(shape[1])))
     A.check_format(full_check=True)
-    refuse_not_finite(A.data)
-    return _whole(sp.csr_array(A))
-
-
-def _whole(A: sp.csr_array) -> sp.csr_array:
-    """Both triangles, where one is stored."""
-    rows = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
-    if (rows > A.indices).any() and (rows < A.indices).any():
-        return A
-    return from_entries(rows, A.indices.astype(np.int64), A.data, A.shape[0])
+    coo = A.tocoo()
+    rows, columns = (index.astype(np.int64) for index in coo.coords)
+    return from_entries(rows, columns, coo.data, int(shape[0]))
 
 
 def _reason(error: Exception) -> str:

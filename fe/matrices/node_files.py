@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +65,11 @@ def read_nodes(path: Path) -> NodeTable:
     if suffix not in (".inp", *_NASTRAN):
         check_plain_file(path, _EXPECTED, _MOST_BYTES)
         raise ValueError(f"{path}: suffix {path.suffix!r}; expected {_EXPECTED}")
+    if suffix == ".asm" and not _punch_of(path).is_file():
+        raise FileNotFoundError(
+            f"{_punch_of(path)}: no such file; expected the punch file of {path.name} beside it: "
+            "its EXTRN entry says which components of every grid the matrices have"
+        )
     if suffix == ".inp":
         content = plain_content(path, _EXPECTED, _MOST_BYTES)
         try:
@@ -181,21 +186,36 @@ def _nastran_nodes(path: Path, size: int) -> NodeTable:
     try:
         with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
             if path.suffix.lower() == ".asm":
-                return _of_uset(bulk.asm2uset(str(path), follow_includes=False)[0])
+                return _assembly_nodes(path)
             grids = bulk.rdgrids(str(path), follow_includes=False)
             if grids is None:
                 raise ValueError("no GRID entries")
             if (grids[:, [1, 5]] != 0).any():
-                return _of_uset(bulk.bulk2uset(str(path), follow_includes=False)[0], ordered=False)
+                return _of_uset(bulk.bulk2uset(str(path), follow_includes=False)[0])
             return node_table(whole(grids[:, 0], "grids"), grids[:, 2:5])
     except Exception as error:
         # Its errors are of every kind: a damaged file meets its code unchecked.
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"{path}: no bulk data with GRID entries ({reason})") from error
+        raise ValueError(f"{path}: no sound bulk data with GRID entries ({reason})") from error
 
 
-def _of_uset(uset: pd.DataFrame, *, ordered: bool = True) -> NodeTable:
-    """Nodes, directions and order of the rows from pyyeti's table of degrees of freedom.
+def _punch_of(path: Path) -> Path:
+    return path.with_suffix(".pch" if path.suffix == ".asm" else ".PCH")
+
+
+def _assembly_nodes(path: Path) -> NodeTable:
+    """Nodes of an assembly file; components of every grid and their order from EXTRN."""
+    uset = bulk.asm2uset(str(path), try_rdextrn=False, follow_includes=False)[0]
+    punch = _punch_of(path)
+    if bulk.rdcards(str(punch), "extrn", follow_includes=False) is None:
+        raise ValueError(f"no EXTRN entry in {punch.name}; expected the one of its superelement")
+    dofs = bulk.rdextrn(str(punch), follow_includes=False)
+    names = DofNames(dofs[:, 0], np.where(dofs[:, 1] == 0, SCALAR, dofs[:, 1] - 1))
+    return replace(_of_uset(uset), dofs=names)
+
+
+def _of_uset(uset: pd.DataFrame) -> NodeTable:
+    """Nodes and directions from pyyeti's table of degrees of freedom.
 
     Six rows a grid: place; number and type of the directions' system; its origin; its axes.
     """
@@ -214,9 +234,7 @@ def _of_uset(uset: pd.DataFrame, *, ordered: bool = True) -> NodeTable:
         for row in first
         if not np.array_equal(values[row + 3 : row + 6], np.eye(3))
     }
-    names = DofNames(index[:, 0], np.where(index[:, 1] == 0, SCALAR, index[:, 1] - 1))
-    table = node_table(index[first, 0], values[first])
-    return NodeTable(table.numbers, table.points, {}, names if ordered else None, frames)
+    return replace(node_table(index[first, 0], values[first]), frames=frames)
 
 
 def read_dofs(path: Path) -> DofNames:

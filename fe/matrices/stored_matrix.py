@@ -14,6 +14,7 @@ SCALAR = -1
 MOST_DOFS = 30_000_000
 #: Matrices of more stored entries than this are refused.
 MOST_ENTRIES = 2_000_000_000
+_FIRST = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +77,7 @@ class StoredMatrix:
 def from_entries(
     rows: NDArray[np.int64], columns: NDArray[np.int64], values: NDArray[np.float64], n: int
 ) -> sp.csr_array:
-    """Matrix of entries that are listed one by one; a triangle alone is mirrored.
+    """Matrix of entries that are listed one by one; one of every pair alone is mirrored.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def from_entries(
             wrong = int(index[(index < 0) | (index >= n)][0]) + 1
             raise ValueError(f"{what} {wrong} of a matrix of order {n}; expected 1 to {n}")
     refuse_not_finite(values)
-    if (rows >= columns).all() or (rows <= columns).all():
+    if _lists_every_pair_once(rows, columns, n):
         off = rows != columns
         rows, columns = (
             np.concatenate([rows, columns[off]]),
@@ -110,6 +111,18 @@ def from_entries(
         )
         values = np.concatenate([values, values[off]])
     return sp.csr_array(sp.coo_array((values, (rows, columns)), shape=(n, n)))
+
+
+def _lists_every_pair_once(
+    rows: NDArray[np.int64], columns: NDArray[np.int64], n: int
+) -> np.bool_ | bool:
+    """Whether no entry off the diagonal has its mirror: a triangle, of whatever order of nodes."""
+    below, above = rows > columns, rows < columns
+    if not below.any() or not above.any():
+        return True
+    lower, upper = rows[below] * n + columns[below], columns[above] * n + rows[above]
+    # The first ones tell most full matrices without the whole search.
+    return not (np.isin(lower, upper[:_FIRST]).any() or np.isin(lower, upper).any())
 
 
 def refuse_not_finite(values: NDArray[np.float64]) -> None:

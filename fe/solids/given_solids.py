@@ -55,8 +55,8 @@ def solid_body(path: Path, document: "InterfacesDocument") -> GivenBody:
     try:
         body = body_of(K_given, M_given, _nodes(mesh, path), document)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    return replace(body, warnings=(*linear_warnings(mesh), *body.warnings))
+        raise ValueError("; ".join((f"{path}: {error}", *mesh.left_out))) from error
+    return replace(body, warnings=(*mesh.left_out, *linear_warnings(mesh), *body.warnings))
 
 
 def _nodes(mesh: SolidMesh, path: Path) -> NodeTable:

@@ -136,7 +136,7 @@ def _patterns(
     direction: Vector, point: Vector, lines: Sequence[Sequence[CadSurface]]
 ) -> tuple[PinPattern, ...]:
     """Patterns of 3 to 8 equal pairs of bores at equal angles about a line."""
-    kinds: dict[tuple[int, ...], list[tuple[float, tuple[CadSurface, ...]]]] = {}
+    kinds: list[tuple[Vector, list[tuple[float, tuple[CadSurface, ...]]]]] = []
     first = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
     first /= np.linalg.norm(first)
     second = np.cross(direction, first)
@@ -146,11 +146,16 @@ def _patterns(
         across = line[0].point - point
         at = np.array([across @ first, across @ second])
         for bores in _in_two_plates(line, direction):
-            lengths = (bores[0].radius, np.hypot(*at), bores[0].extent(direction)[0])
-            key = tuple(round(float(length) / (10.0 * SAME_LENGTH)) for length in lengths)
-            kinds.setdefault(key, []).append((float(np.arctan2(at[1], at[0])), bores))
+            lengths = np.array([bores[0].radius, np.hypot(*at), bores[0].extent(direction)[0]])
+            member = (float(np.arctan2(at[1], at[0])), bores)
+            for first_lengths, alike in kinds:
+                if np.abs(lengths - first_lengths).max() < 10.0 * SAME_LENGTH:
+                    alike.append(member)
+                    break
+            else:
+                kinds.append((lengths, [member]))
     patterns = []
-    for members in kinds.values():
+    for _, members in kinds:
         members.sort(key=lambda member: member[0])
         angles = np.array([angle for angle, _ in members])
         if not FEWEST_PLANETS <= len(angles) <= MOST_PLANETS:

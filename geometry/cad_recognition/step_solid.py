@@ -20,6 +20,9 @@ from carrierflex.geometry.silent_output import silent_stdout
 
 log = logging.getLogger(__name__)
 
+#: Solids that a refusal lists.
+_SHOWN = 4
+
 #: Who reads STEP files, for messages; the largest one that is read [bytes].
 READER = "OpenCASCADE"
 _MOST_BYTES = 500_000_000
@@ -76,8 +79,9 @@ def _imported_solid(path: Path, declared: str, stated: str | None) -> int:
     solids = [tag for _, tag in gmsh.model.getEntities(3)]
     if len(solids) != 1:
         raise ValueError(
-            f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and "
-            "planets"
+            f"{path}: holds {len(solids)} solids{_listed(solids)}; expected one, the carrier "
+            "without pins and planets: export its solid alone; unite the parts of a bolted carrier "
+            "in the CAD program"
         )
     low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
     unit = f"declared unit: {declared}" if stated is None else f"stated unit: {stated}"
@@ -90,6 +94,18 @@ def _imported_solid(path: Path, declared: str, stated: str | None) -> int:
         ) from error
     log.info("%s: %s, converted to metres", path, unit)
     return solids[0]
+
+
+def _listed(solids: list[int]) -> str:
+    """Name, extent and volume of the first solids."""
+    lines = []
+    for tag in solids[:_SHOWN]:
+        low, high = np.split(np.array(gmsh.model.getBoundingBox(3, tag)), 2)
+        name = gmsh.model.getEntityName(3, tag).split("/")[-1] or f"solid {tag}"
+        extent = " x ".join(f"{1e3 * length:.4g}" for length in high - low)
+        volume = 1e6 * gmsh.model.occ.getMass(3, tag)
+        lines.append(f"{name!r} of {extent} mm, {volume:.4g} cm^3")
+    return f" ({'; '.join(lines)}{'; ...' if len(solids) > _SHOWN else ''})" if lines else ""
 
 
 def declared_unit(path: Path) -> str:

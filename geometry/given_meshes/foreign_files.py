@@ -1,10 +1,12 @@
 """Parts of a mesh file of another program: nodes, elements and groups, as the file names them.
 
-Abaqus ``.inp`` by meshio, Nastran ``.bdf``, I-deas ``.unv`` and Salome ``.med`` by gmsh: of the
-readers at hand those that keep the groups (gmsh reads no ``.inp``; meshio no ``.unv``, and of
-``.bdf`` and ``.med`` no names).
+Abaqus ``.inp`` by meshio, Nastran ``.bdf`` by pyyeti, I-deas ``.unv`` and Salome ``.med`` by gmsh:
+of the readers at hand those that keep the groups (gmsh reads no ``.inp``; meshio no ``.unv``, and
+of ``.med`` no names).
 """
 
+import io
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.shown_values import shortened
+from carrierflex.geometry.given_meshes.nastran_decks import nastran_mesh
 from carrierflex.geometry.half_sector import quiet_geometry
 
 #: Suffixes that are read here, and what the files are.
@@ -36,6 +39,7 @@ _MORE_KINDS = {"CPS6": "triangle6", "CPS8": "quad8", "CPS9": "quad9", "C3D4H": "
 #: A kind that meshio can read and then trips over, so that it is refused by its name.
 _MORE_DIMENSIONS = {"wedge15": 3}
 _KINDS_OF_DECKS = meshio.abaqus._abaqus.abaqus_to_meshio_type
+_NOTHING = np.zeros(0, dtype=np.int64)
 _GMSH_TET10 = 11
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
 _FROM_GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
@@ -68,8 +72,11 @@ def read_foreign_mesh(path: Path, size: int) -> ForeignMesh:
     ValueError
         Where it cannot be read, or holds elements that are neither tetrahedra nor on a surface.
     """
-    reader = abaqus_mesh if path.suffix.lower() == ".inp" else _by_gmsh
-    who = "meshio" if reader is abaqus_mesh else "gmsh"
+    reader, who = {
+        ".inp": (abaqus_mesh, "meshio"),
+        ".bdf": (_by_pyyeti, "pyyeti"),
+        ".nas": (_by_pyyeti, "pyyeti"),
+    }.get(path.suffix.lower(), (_by_gmsh, "gmsh"))
     return in_child(_read, reader, path, size, about=path, what=who)
 
 
@@ -88,21 +95,77 @@ def abaqus_mesh(path: Path) -> ForeignMesh:
     """Mesh of a deck; an element belongs to the smallest set that it is in."""
     _KINDS_OF_DECKS.update(_MORE_KINDS)
     meshio._mesh.topological_dimension.update(_MORE_DIMENSIONS)
-    mesh = meshio.abaqus.read(path)
+    deck = io.StringIO(_plain_deck(path.read_text(encoding="latin-1")))
+    deck.name = str(path)  # where *INCLUDE looks
+    mesh = meshio.abaqus._abaqus.read_buffer(deck)
+    members: dict[str, list[NDArray[np.int64]]] = {}
+    for name, of_blocks in mesh.cell_sets.items():
+        joined = members.setdefault(name.partition("#")[2], [_NOTHING] * len(mesh.cells))
+        for number, rows in enumerate(of_blocks):
+            joined[number] = np.append(joined[number], np.asarray(rows, dtype=np.int64))
     # The smallest set that an element is in names its body: a set of all of them says nothing. Of
     # two alike that of *ELSET, which meshio lists first: *ELEMENT has the preprocessor's name.
-    listed = reversed(mesh.cell_sets.items())
-    sets = sorted(listed, key=lambda item: -sum(len(part) for part in item[1]))
+    listed = reversed(members.items())
+    sets = sorted(listed, key=lambda item: -sum(map(len, item[1])))
     blocks = []
     for number, block in enumerate(mesh.cells):
         names = np.full(len(block.data), "", dtype=object)
-        for name, members in sets:
-            names[np.asarray(members[number], dtype=np.int64)] = name
+        for name, of_blocks in sets:
+            names[of_blocks[number]] = name
         for name in np.unique(names):
             nodes = block.data[names == name].astype(np.int64)
             blocks.append((block.type, str(name), nodes))
     node_sets = {name: np.asarray(nodes, np.int64) for name, nodes in mesh.point_sets.items()}
     return ForeignMesh(np.asarray(mesh.points, np.float64), blocks, node_sets)
+
+
+def _plain_deck(text: str) -> str:
+    """The deck without what meshio trips over; sets of elements are called ``number#name``.
+
+    It ends a block at a comment, takes generated sets in one line of three numbers only, and takes
+    sets for those of other blocks where a name stands twice or a block of elements has none.
+    """
+    text = re.sub(r"(?m)^[ \t]*\*\*.*\n?", "", text)
+    before, *blocks = re.split(r"(?m)^(?=[ \t]*\*)", text)
+    plain, sets = [before], []
+    for number, block in enumerate(blocks):
+        head, _, data = block.partition("\n")
+        keyword, *options = (word.strip() for word in head.split(","))
+        settings = {
+            key.strip().upper(): value for key, _, value in (o.partition("=") for o in options)
+        }
+        name = settings.get("ELSET", "").strip()
+        if keyword.upper() == "*ELEMENT":
+            kind = settings.get("TYPE", "").strip().upper()
+            block = f"*ELEMENT, TYPE={kind}, ELSET={number}#{name}\n{data}"
+        elif keyword.upper() in ("*ELSET", "*NSET"):
+            if "GENERATE" in settings:
+                data = _listed_members(data, keyword)
+                block = f"{re.sub(r'(?i),[ ]*GENERATE', '', head)}\n{data}"
+            if keyword.upper() == "*ELSET":
+                # A set of sets is never the smallest one.
+                if data.strip()[:1].isdigit():
+                    sets.append(f"*ELSET, ELSET={number}#{name}\n{data}")
+                continue
+        plain.append(block.lstrip())
+    return "".join([*plain, "\n", *sets])
+
+
+def _listed_members(data: str, keyword: str) -> str:
+    """Members of a generated set in full."""
+    lines = []
+    for line in filter(str.strip, data.splitlines()):
+        limits = [int(word) for word in line.split(",") if word.strip()]
+        if len(limits) not in (2, 3):
+            raise ValueError(f"{keyword}, GENERATE with {line!r}; expected first, last and step")
+        first, last, step = (*limits, 1)[:3]
+        lines.append(", ".join(map(str, range(first, last + 1, step))))
+    return "\n".join([*lines, ""])
+
+
+def _by_pyyeti(path: Path) -> ForeignMesh:
+    _, points, blocks = nastran_mesh(path)
+    return ForeignMesh(points, blocks, {})
 
 
 def _by_gmsh(path: Path) -> ForeignMesh:

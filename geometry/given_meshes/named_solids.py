@@ -6,7 +6,7 @@ do not match those of another kind.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -95,7 +95,7 @@ def named_solids(mesh: SolidMesh, body_of_group: Mapping[str, str], where: str) 
             "quadratic type throughout, or linear ones: faces of others do not match"
         )
     blocks = [(kind, body_of_group[group], nodes) for kind, group, nodes in mesh.blocks]
-    solids = NamedSolids(mesh.points, mesh.numbers, blocks, mesh.node_sets)
+    solids = NamedSolids(mesh.points, mesh.numbers, blocks, mesh.node_sets, mesh.left_out)
     outside = [solids.boundary(body) for body in solids.bodies]
     surfaces = {}
     for name, nodes in mesh.node_sets.items():
@@ -103,7 +103,7 @@ def named_solids(mesh: SolidMesh, body_of_group: Mapping[str, str], where: str) 
         facets = next((part for part in found if len(part)), None)
         if facets is not None:
             surfaces[name] = facets
-    return NamedSolids(mesh.points, mesh.numbers, blocks, mesh.node_sets, surfaces)
+    return replace(solids, surfaces=surfaces)
 
 
 def _corners_in(facets: IntArray, nodes: IntArray) -> NDArray[np.bool_]:

@@ -1,11 +1,11 @@
 """Solid elements of any kind from a mesh file, with groups, node sets and the file's node numbers.
 
-Abaqus and CalculiX ``.inp`` by meshio, gmsh ``.msh``, Nastran ``.bdf``, I-deas ``.unv`` and Salome
-``.med`` by gmsh. Nodes of an element stand in the order of its :data:`REFERENCE_NODES`.
+Abaqus and CalculiX ``.inp`` by meshio, Nastran ``.bdf`` by pyyeti, gmsh ``.msh``, I-deas ``.unv``
+and Salome ``.med`` by gmsh. Nodes of an element stand in the order of its :data:`REFERENCE_NODES`.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 
@@ -21,6 +21,8 @@ from carrierflex.geometry.given_meshes.foreign_files import (
     gmsh_elements,
     gmsh_nodes,
 )
+from carrierflex.geometry.given_meshes.nastran_decks import nastran_mesh
+from carrierflex.geometry.given_meshes.other_entries import left_out
 from carrierflex.geometry.half_sector import quiet_geometry
 from carrierflex.geometry.tet_mesh import TET_EDGES
 
@@ -79,12 +81,15 @@ class SolidMesh:
         Kind of the elements, name of their group (empty for none), node rows, shape (k, m).
     node_sets : mapping of str to ndarray of int
         Rows of the nodes of named groups of nodes, edges and faces.
+    left_out : tuple of str
+        What the file holds beside them and is not computed with, one line each.
     """
 
     points: NDArray[np.float64]
     numbers: NDArray[np.int64]
     blocks: list[tuple[str, str, NDArray[np.int64]]]
     node_sets: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
 
     def without_unused_nodes(self) -> "SolidMesh":
         """Copy with the nodes of solids alone: reference points and nodes of shells left out."""
@@ -93,7 +98,8 @@ class SolidMesh:
         row[used] = np.arange(len(used))
         blocks = [(kind, group, row[nodes]) for kind, group, nodes in self.blocks]
         sets = {name: row[nodes][row[nodes] >= 0] for name, nodes in self.node_sets.items()}
-        return SolidMesh(self.points[used], self.numbers[used], blocks, sets)
+        points, numbers = self.points[used], self.numbers[used]
+        return replace(self, points=points, numbers=numbers, blocks=blocks, node_sets=sets)
 
 
 def read_solid_mesh(
@@ -114,8 +120,8 @@ def read_solid_mesh(
     FileNotFoundError
         Where there is no such file.
     ValueError
-        Where it is no mesh of these formats, or holds solids that cannot be computed with; the
-        message names kind and count.
+        Where it is no mesh of these formats, or holds solids that cannot be computed with, shells,
+        masses or springs; the message names kind and count.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
@@ -123,19 +129,23 @@ def read_solid_mesh(
             f"{path}: suffix {path.suffix!r}; expected a mesh, one of {', '.join(SUFFIXES)}"
         )
     size = check_plain_file(path, f"a mesh ({suffix})", _MOST_BYTES, text=suffix == ".inp")
-    reader = _by_meshio if suffix == ".inp" else _by_gmsh
-    who = "meshio" if reader is _by_meshio else "gmsh"
+    told = left_out(path)
+    reader, who = {
+        ".inp": (_by_meshio, "meshio"),
+        ".bdf": (_by_pyyeti, "pyyeti"),
+        ".nas": (_by_pyyeti, "pyyeti"),
+    }.get(suffix, (_by_gmsh, "gmsh"))
     mesh = in_child(_read, reader, path, size, about=path, what=who)
     _refuse_other_solids(mesh, path)
     if suffix == ".inp":
         own = np.arange(1, len(mesh.points) + 1) if numbers is None else numbers(path)
-        mesh = SolidMesh(mesh.points, own, mesh.blocks, mesh.node_sets)
+        mesh = replace(mesh, numbers=own)
     if len(mesh.numbers) != len(mesh.points):
         raise ValueError(
             f"{path}: {len(mesh.numbers)} numbers of nodes, {len(mesh.points)} places; expected "
             "every node once in *NODE of this file"
         )
-    return mesh
+    return replace(mesh, left_out=told)
 
 
 def _read(reader: Callable[[Path], SolidMesh], path: Path, size: int) -> SolidMesh:
@@ -171,6 +181,12 @@ def _by_meshio(path: Path) -> SolidMesh:
     ]
     none = np.zeros(0, dtype=np.int64)
     return SolidMesh(mesh.points, none, blocks, mesh.node_sets)
+
+
+def _by_pyyeti(path: Path) -> SolidMesh:
+    numbers, points, blocks = nastran_mesh(path)
+    solids = [block for block in blocks if block[0] not in _SURFACE_KINDS]
+    return SolidMesh(points, numbers, solids)
 
 
 def _by_gmsh(path: Path) -> SolidMesh:

@@ -1,7 +1,8 @@
 """What a logger's file holds: tables of columns that share one clock."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,34 @@ class LogTable:
             *(c.size for c in self.columns.values()),
         ]
         return sizes[0] if sizes else 0
+
+
+def run_tables(files: Sequence[Sequence[LogTable]], time: str | None) -> list[LogTable]:
+    """Tables of a run's files; a column that several files hold is called ``file 1: name``.
+
+    Parameters
+    ----------
+    files : sequence of sequence of LogTable
+        Of every file, in the order in which the run lists them.
+    time : str or None
+        Column of time, which every file may have.
+    """
+    counts = Counter(
+        name for tables in files for name in {n for table in tables for n in table.columns}
+    )
+
+    def called(name: str, number: int) -> str:
+        return f"file {number}: {name}" if counts[name] > 1 and name != time else name
+
+    return [
+        replace(
+            table,
+            columns={called(name, i): values for name, values in table.columns.items()},
+            units={called(name, i): unit for name, unit in table.units.items()},
+        )
+        for i, tables in enumerate(files, start=1)
+        for table in tables
+    ]
 
 
 def table_with(tables: Sequence[LogTable], column: str) -> LogTable:

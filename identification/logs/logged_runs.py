@@ -17,7 +17,7 @@ from carrierflex.identification.logs.clocks import (
     rows_in_order,
 )
 from carrierflex.identification.logs.log_files import read_log
-from carrierflex.identification.logs.log_table import LogTable, table_with
+from carrierflex.identification.logs.log_table import LogTable, run_tables, table_with
 from carrierflex.identification.logs.logged_signals import (
     Count,
     channel_values,
@@ -86,7 +86,7 @@ def logged_run(
     ValueError
         Where a file is refused, a column is missing or has a wrong unit: all of it at once.
     """
-    tables = [table for name in entry.files for table in read_log(files[name])]
+    tables = run_tables([read_log(files[name]) for name in entry.files], document.time.column)
     timed = _timed_tables(tables, entry, document)
     signals, counts = _signals(timed, entry, document, kind)
     counts += [

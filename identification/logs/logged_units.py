@@ -169,6 +169,9 @@ def unit_behind(name: str) -> str:
         text = found[1].strip()
         if number == len(_BEHIND) - 1 and text.lower() not in _BARE:
             continue
+        if text.isdigit():
+            # "load (1)": the number of a channel.
+            continue
         if is_unit(text):
             return text
     return ""

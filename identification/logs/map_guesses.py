@@ -13,7 +13,7 @@ from carrierflex.identification.campaign.campaign_kinds import campaign_kind
 from carrierflex.identification.logs.angles import is_pulse_train
 from carrierflex.identification.logs.clocks import date_format, even_step
 from carrierflex.identification.logs.log_files import read_log, words_of
-from carrierflex.identification.logs.log_table import LogTable, table_with
+from carrierflex.identification.logs.log_table import LogTable, run_tables, table_with
 from carrierflex.identification.logs.logged_units import (
     PULSES,
     dimension_of,
@@ -32,10 +32,12 @@ _WORDS = {
     "ntl_y": r"ntl.?y|f.?y\b|force.?y|kraft.?y|radial.?y|load.?y|last.?y",
     "ntl_z": r"ntl.?z|f.?z\b|force.?z|kraft.?z|radial.?z|load.?z|last.?z",
     "force": r"force|kraft|load|last|\bf\b",
-    "displacement": r"disp|weg|deflec|stroke|position|pos|hub|\bx\b|\bu\b|\bs\b|\by\b",
+    "displacement": r"disp|weg|deflec|stroke|position|pos|hub|^[xusy]( ?\d+)?$",
     "base_displacement": r"base|floor|foot|table|boden|fuss",
     "base_acceleration": r"base|acc|beschl|\ba\b",
 }
+#: What a file of one column may be called after.
+_MEASURED = ("force", "displacement", "base_displacement", "base_acceleration")
 #: A range of values beyond this many radians is one of degrees.
 _RADIANS = 7.0
 
@@ -101,7 +103,8 @@ def map_guess(kind: str, files: Sequence[Path], drive: str | None = None) -> Map
     kind : str
         ``carrier``, ``mounting`` or ``element``.
     files : sequence of Path
-        Files of the same columns are runs, files of other columns parts of a run.
+        Files of the same columns are runs, files of other columns, or of one column each by other
+        names, parts of a run.
     drive : str, optional
         Of an element; guessed from the columns.
 
@@ -115,6 +118,7 @@ def map_guess(kind: str, files: Sequence[Path], drive: str | None = None) -> Map
     first = [path for path in files if path.name in runs[0][1]]
     tables = [table for path in first for table in logs[path]]
     time = _time(tables)
+    tables = run_tables([logs[path] for path in first], time.column)
     free = [name for table in tables for name in table.columns if name != time.column]
     units = {name: _unit(table_with(tables, name), name) for name in free}
     rig: dict[str, Any] = {"drive": drive or _drive(units)} if kind == "element" else {}
@@ -148,10 +152,15 @@ def _taken(inputs: Mapping[str, Guess]) -> set[str]:
 
 
 def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[str, ...]]]:
-    """Files of the same columns are runs; several such groups of one size go together in order."""
+    """Files of the same columns are runs; several such groups of one size go together in order.
+
+    Files of one column are told apart by what their names call it.
+    """
     groups: dict[tuple[str, ...], list[str]] = {}
     for path, tables in logs.items():
         names = tuple(name for table in tables for name in table.names)
+        if sum(len(table.columns) for table in tables) == 1:
+            names += tuple(role for role in _MEASURED if _is_called(path.stem, role))[:1]
         groups.setdefault(names, []).append(path.name)
     if len({len(group) for group in groups.values()}) > 1:
         return [("run1", tuple(path.name for path in logs))]
@@ -213,7 +222,11 @@ def _rate(tables: Sequence[LogTable], time: Guess) -> float | None:
 
 def _unit(table: LogTable, name: str) -> str:
     unit = table.units.get(name, "")
-    return unit if dimension_of(unit) or unit == PULSES else unit_behind(name) or unit or OPEN
+    if dimension_of(unit) or unit == PULSES:
+        return unit
+    # A file of one column may be called after it: "load_kN.txt".
+    of_file = unit_behind(Path(table.file).stem) if len(table.columns) == 1 else ""
+    return unit_behind(name) or of_file or unit or OPEN
 
 
 def _bare(name: str) -> str:

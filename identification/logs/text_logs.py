@@ -25,6 +25,16 @@ from carrierflex.identification.logs.log_table import FloatArray, LogTable
 #: A larger text [bytes] is not read: its numbers take a fifth of it in a binary format.
 LARGEST_TEXT = 2 * 1024**3
 _MOST_COLUMNS = 4_000
+#: What files that are no text begin with, and what to do with them.
+_NO_TEXT = {
+    b"PK\x03\x04": "an Excel workbook or another zip archive; expected text: save the sheet as "
+    "CSV, or unpack the archive",
+    b"\xd0\xcf\x11\xe0": "an Excel workbook (.xls); expected text: save the sheet as CSV",
+    b"\x1f\x8b": "packed by gzip; expected text: unpack it",
+    b"PAR1": "a Parquet file; expected the suffix .parquet",
+    b"TDSm": "a TDMS file of LabVIEW; expected the suffix .tdms",
+    b"\x89HDF": "an HDF5 file; expected the suffix .h5",
+}
 
 
 def text_log(path: Path) -> tuple[LogTable, Dialect]:
@@ -47,6 +57,9 @@ def text_log(path: Path) -> tuple[LogTable, Dialect]:
         no number.
     """
     content = plain_content(path, "a logger's text file", LARGEST_TEXT)
+    for mark, what in _NO_TEXT.items():
+        if content.startswith(mark):
+            raise ValueError(f"{path}: {what}")
     encoding = encoding_of(content[:HEAD])
     try:
         text = content.decode(encoding)

@@ -18,6 +18,8 @@ from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 def write_dmig(model: ReducedModel, path: Path) -> float:
     """Write matrices KAAX, MAAX and BAAX with the GRID and SPOINT entries they refer to.
 
+    A matrix that is zero, the damping of a body without modes, is not written.
+
     Parameters
     ----------
     model : ReducedModel
@@ -44,6 +46,8 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
     frames = {
         name: pd.DataFrame(A, index=index, columns=index)
         for name, A in (("KAAX", body.K), ("MAAX", body.M), ("BAAX", body.D))
+        # Readers stop at a matrix of no column.
+        if A.any()
     }
     bulk.wtdmig(cards, frames)
     R = geometric_rigid_modes(model)[body.rows]
@@ -53,7 +57,7 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
         *header(model),
         f"Grounding, max |K R| / max |K|, as written: {figure:.2e}",
         f"Grounding before writing: {grounding_of(body.K, R):.2e}",
-        "Case control: K2GG = KAAX, M2GG = MAAX, B2GG = BAAX",
+        "Case control: " + ", ".join(f"{name[0]}2GG = {name}" for name in frames),
         *(f"Grid {grid}: pilot {name}" for grid, name in enumerate(body.pilots, start=1)),
         *(
             f"Spoint {FIRST_SPOINT + i}: {label}"

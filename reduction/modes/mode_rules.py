@@ -139,17 +139,17 @@ def modes_by_rule(
     # Of a small body all modes are known at once, and all of them may be kept.
     most = min(n_dofs if n_dofs <= _SMALL_BODY else n_dofs // 10 - 1, _MOST_MODES)
     look = min(rule.first_look, most + _LOOK_AHEAD)
+    whose = f"{n_dofs} degrees of freedom"
     while True:
         found = lowest_modes(look)
         if len(found.omega) < look:
             most = len(found.omega)
+            whose = "this body, which has no more modes: its other coordinates have no mass"
         count = rule.count(np.append(found.omega, [np.inf] * (look - len(found.omega))))
         if count is not None and count <= most:
             return found, count
         if count is not None or look == most + _LOOK_AHEAD:
-            raise ValueError(
-                f"{rule} are asked for; expected at most {most} for {n_dofs} degrees of freedom"
-            )
+            raise ValueError(f"{rule} are asked for; expected at most {most} for {whose}")
         look = min(2 * look, most + _LOOK_AHEAD)
 
 

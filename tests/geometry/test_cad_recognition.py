@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from carrierflex.geometry.cad_export import write_step
 from carrierflex.geometry.cad_mesh import step_faces
+from carrierflex.geometry.cad_recognition.carrier_axis import axis_candidates
 from carrierflex.geometry.cad_recognition.inner_edges import grade_towards, reentrant_edges
 from carrierflex.geometry.cad_recognition.merged_surfaces import merged_surfaces
 from carrierflex.geometry.cad_recognition.oriented_faces import _cad_solid, cad_solid
@@ -161,6 +162,31 @@ def test_two_seats_that_are_alike_are_left_to_the_user(step, solid, carrier, tmp
     out.write_text(wanted)
     read = read_cad_statements(out).named("upwind_seat")
     assert_allclose(read.size, carrier.hub_outer_diameter / 2.0)
+
+
+@pytest.mark.parametrize(
+    ("length", "wanted"), [("bore", 0.0375), ("bore", 0.0425), ("pitch", 0.1875)]
+)
+def test_bores_are_equal_whatever_their_length_and_however_it_is_rounded(
+    solid, carrier, length, wanted
+):
+    actual = carrier.pin_hole_radius if length == "bore" else carrier.centre_distance
+    rng = np.random.default_rng(7)
+
+    def scaled(part):
+        # Rounding of a CAD program: a thousandth of a micrometre.
+        s = wanted / actual * (1.0 + 1e-8 * rng.standard_normal())
+        face = replace(
+            part.face, point=s * part.face.point, radius=s * part.face.radius,
+            outline=s * part.face.outline, area=s**2 * part.face.area,
+        )  # fmt: skip
+        return replace(part, face=face, triangles=s * part.triangles, anchor=s * part.anchor)
+
+    surfaces = merged_surfaces([scaled(face) for face in solid.faces])
+    pattern = axis_candidates(surfaces)[0].patterns[0]
+    assert len(pattern.lines) == carrier.n_planets
+    assert_allclose(pattern.radius, carrier.pin_hole_radius * wanted / actual, rtol=1e-6)
+    assert_allclose(pattern.pitch_radius, carrier.centre_distance * wanted / actual, rtol=1e-6)
 
 
 def test_what_cannot_be_told_is_refused_in_one_line(step, solid, carrier):

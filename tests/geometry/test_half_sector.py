@@ -19,9 +19,9 @@ from carrierflex.geometry.named_surfaces import with_carrier_surfaces
 from carrierflex.geometry.parameters import PinParameters
 
 
-@pytest.mark.parametrize("size", [0.0, -0.05, 0.0019, 0.21, math.nan, math.inf])
+@pytest.mark.parametrize("size", [0.0, -0.05, 0.00019, 0.21, math.nan, math.inf])
 def test_a_useless_mesh_size_is_refused(carrier, pin, size):
-    message = r"mesh size is .* m; expected an edge length between 0.002 and 0.2 m"
+    message = r"mesh size is .* m; expected an edge length between 0.0002 and 0.2 m"
     with pytest.raises(ValueError, match=message):
         carrier_half_sector(carrier, size)
     with pytest.raises(ValueError, match=message):

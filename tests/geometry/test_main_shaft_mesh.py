@@ -74,7 +74,7 @@ def test_any_allowed_size_gives_sound_elements(carrier, size):
 
 def test_useless_sizes_are_refused(carrier):
     with pytest.raises(
-        ValueError, match=r"mesh size is 30 m; expected an edge length between 0\.002 and 0\.2 m"
+        ValueError, match=r"mesh size is 30 m; expected an edge length between 0\.0002 and 0\.2 m"
     ):
         main_shaft_mesh(carrier, SHAFT, 30)
 

@@ -17,6 +17,7 @@ from carrierflex.fe.solids.solid_matrices import (
 from carrierflex.geometry.cad_mesh import step_carrier_mesh, step_element_size
 from carrierflex.geometry.cad_surface_files import read_cad_statements
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids
+from carrierflex.geometry.half_sector import refuse_useless_size
 from carrierflex.geometry.mesh_files import read_mesh
 from carrierflex.geometry.parameters import DEFAULT_SIZE
 
@@ -85,13 +86,16 @@ class CarrierFiles:
     def element_size(self, given: float | None) -> float:
         """Element size [m]: the given one, or the default; of a STEP file what its walls ask for.
 
-        Errors as :meth:`mesh`.
+        Errors as :meth:`mesh`: a preview refuses what the work would.
         """
         if given is not None:
-            return given
-        if self.step is not None and self.surfaces is not None:
-            return step_element_size(self.step, read_cad_statements(self.surfaces))
-        return DEFAULT_SIZE
+            size = given
+        elif self.step is not None and self.surfaces is not None:
+            size = step_element_size(self.step, read_cad_statements(self.surfaces))
+        else:
+            size = DEFAULT_SIZE
+        refuse_useless_size(size)
+        return size
 
     def mesh(self, variant: str, size: float) -> GivenMesh:
         """Mesh of a variant: read, or made of the STEP file with elements of `size` [m].
@@ -183,6 +187,34 @@ def file_record(files: Mapping[str, Path]) -> dict[str, dict[str, str]]:
     return {role: {"file": str(path), "sha256": _digest(path)} for role, path in files.items()}
 
 
+def located(record: Mapping[str, Mapping[str, str]], beside: Path) -> dict[str, dict[str, str]]:
+    """The record of files with those looked up beside a body that are not where they were.
+
+    Parameters
+    ----------
+    record : mapping
+        Name and digest by role, as :func:`file_record` makes it.
+    beside : Path
+        Folder of the body file; relative names hold from there too.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where a file is at neither place.
+    """
+    found = {role: dict(entry) for role, entry in record.items()}
+    for entry in found.values():
+        path = Path(entry["file"])
+        places = [place for place in (path, beside / path, beside / path.name) if place.is_file()]
+        if not places:
+            raise FileNotFoundError(
+                f"{path}: no such file, nor {path.name} beside the body file; expected the file "
+                "that the body was made of, at its place or beside the body"
+            )
+        entry["file"] = str(places[0])
+    return found
+
+
 def refuse_changed(
     record: Mapping[str, Mapping[str, str]], now: Mapping[str, Mapping[str, str]]
 ) -> None:
@@ -208,5 +240,5 @@ def _digest(path: Path) -> str:
 
 
 def mesh_warnings(mesh: GivenMesh) -> tuple[str, ...]:
-    """What is to be told of a mesh that can be computed with: linear elements."""
-    return tuple(linear_warnings(mesh)) if isinstance(mesh, NamedSolids) else ()
+    """What is to be told of a mesh that can be computed with: entries left out, linear elements."""
+    return (*mesh.left_out, *linear_warnings(mesh)) if isinstance(mesh, NamedSolids) else ()

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypedDict
 
 from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.whole_files import refuse_foreign
 from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def main(body: Path, *, out: Path | None = None) -> Certificate:
     certificate = Certificate(stored.cut_off_hz, (*repeated, *again.values()))
     if out is not None:
         prepared_folder(out.parent)
+        refuse_foreign(out, '"cut_off_hz"')
         save_json(out, {"body": str(body), "met": certificate.met, **plain(certificate)})
     return certificate
 

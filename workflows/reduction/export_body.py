@@ -51,7 +51,8 @@ def main(
         elements: they are made again from the inputs that the body file records, and the result is
         compared with the file.
     out
-        File to write.
+        File to write; files that another program wrote, and those of another export, are not
+        replaced.
     pilot
         Pilot that the floating frame follows (mbdyn, sid, exudyn); the first of the body by
         default.
@@ -77,11 +78,30 @@ def main(
             f"{', '.join(model.pilots)}"
         )
     prepared_folder(out.parent)
+    _refuse_to_replace(format, out)
     stages = Stages(1, quiet)
     with stages.stage(
         f"writing {out}" if format != "exudyn" else f"finite elements again, writing {out}"
     ):
+        if format == "exudyn":
+            return _exudyn(model, out, pilot, beside=body.parent)
         return _WRITERS[format](model, out, pilot)
+
+
+def _refuse_to_replace(format: str, out: Path) -> None:
+    """Refuse where an export would replace files of others, or of another export."""
+    from carrierflex.files.whole_files import refuse_foreign
+    from carrierflex.reduction.exports.ordered_body import UNITS
+
+    if format != "op4":
+        refuse_foreign(out, UNITS, *(["K2GG = KAAX"] if format == "dmig" else []))
+        return
+    partners = [out.with_suffix(suffix) for suffix in (".asm", ".pch", ".txt")]
+    for partner in partners:
+        refuse_foreign(partner, UNITS, "kaa, maa, baa")
+    # Matrices alone do not say who wrote them; the text beside them does.
+    if not partners[-1].exists():
+        refuse_foreign(out, UNITS)
 
 
 def _op4(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
@@ -127,7 +147,7 @@ def _simscape(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody
     return ExportedBody((out,), {"grounding of the stiffness [m or rad]": grounding(model)})
 
 
-def _exudyn(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+def _exudyn(model: ReducedModel, out: Path, pilot: str | None, *, beside: Path) -> ExportedBody:
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.exports.exudyn_files import write_exudyn
     from carrierflex.workflows.reduction.recorded_structure import (
@@ -135,7 +155,7 @@ def _exudyn(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
         recorded_structure,
     )
 
-    mesh, structure, n_modes = recorded_structure(model)
+    mesh, structure, n_modes = recorded_structure(model, beside)
     reduction = craig_bampton(structure, n_modes)
     differences = differences_from(model, reduction.model)
     write_exudyn(structure, reduction, out, mesh=mesh, pilot=pilot)
@@ -149,6 +169,5 @@ _WRITERS: dict[str, Callable[[ReducedModel, Path, str | None], ExportedBody]] = 
     "dmig": _dmig,
     "mbdyn": _mbdyn,
     "sid": _sid,
-    "exudyn": _exudyn,
     "simscape": _simscape,
 }

@@ -4,6 +4,7 @@ They are made again from the inputs recorded with it, and compared with the body
 """
 
 import json
+from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from carrierflex.geometry.parameters import CarrierParameters, GearData, PinPara
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.workflows.fe.bodies import body_structure, given_structure
-from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles, located
 from carrierflex.workflows.reduction.reduce_matrices import MatrixFiles
 
 #: A body made again is the same where its pilots' stiffness and mass differ by less than this,
@@ -28,10 +29,13 @@ _USUAL = {"coupling": "rbe3", "interface": "fixed"}
 _RECORDED = ("parameters", "size", "modes")
 
 
-def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralModel, int]:
+def recorded_structure(
+    model: ReducedModel, beside: Path = Path()
+) -> tuple[TetMesh | None, StructuralModel, int]:
     """Mesh, structure and number of fixed-interface modes of a body that carrierflex reduce wrote.
 
     A body of another program's matrices, or of other solids than tetrahedra, has none to draw.
+    Files that are no longer at their place are looked up in `beside`, the body file's folder.
 
     Raises
     ------
@@ -40,7 +44,7 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralM
         carrier's files are gone or changed.
     """
     if "matrix_files" in model.provenance:
-        return (None, *_of_matrices(model))
+        return (None, *_of_matrices(model, beside))
     missing = [key for key in _RECORDED if key not in model.provenance]
     choices = [
         json.loads(model.provenance.get(name, f'"{usual}"')) for name, usual in _USUAL.items()
@@ -58,7 +62,9 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralM
     stage, size, n_modes = recorded_inputs(model)
     if "carrier_files" in model.provenance:
         variant = model.name.removesuffix("_carrier")
-        files = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"]))
+        files = CarrierFiles.recorded(
+            located(json.loads(model.provenance["carrier_files"]), beside)
+        )
         mesh = files.mesh(variant, size)
         structure, _ = given_structure(variant, mesh, files.materials())
         return mesh if isinstance(mesh, TetMesh) else None, structure, n_modes
@@ -66,7 +72,7 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralM
     return mesh, structure, n_modes
 
 
-def _of_matrices(model: ReducedModel) -> tuple[StructuralModel, int]:
+def _of_matrices(model: ReducedModel, beside: Path) -> tuple[StructuralModel, int]:
     """Structure and number of modes of a body of matrix files, read again."""
     choices = {"interface": '"fixed"', "residual_vectors": "false"}
     other = [name for name, usual in choices.items() if model.provenance.get(name) != usual]
@@ -76,7 +82,7 @@ def _of_matrices(model: ReducedModel) -> tuple[StructuralModel, int]:
             "--interface fixed and no residual vectors: Exudyn needs the basis, which is made again"
         )
     try:
-        record = json.loads(model.provenance["matrix_files"])
+        record = located(json.loads(model.provenance["matrix_files"]), beside)
         files, n_modes = MatrixFiles.recorded(record), int(model.provenance["modes"])
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ValueError(

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from carrierflex.files.versions import provenance
+from carrierflex.files.whole_files import refuse_foreign
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.workflows.cached_results import cached_files
 from carrierflex.workflows.outputs import prepared_folder
@@ -158,6 +159,7 @@ def main(
         "residual_vectors": residual_vectors, "assembly": assembly, "shapes": shapes,
     }  # fmt: skip
     _refuse_contradictions(out, options)
+    refuse_foreign(out, "carrierflex-body")
     options["by_symmetry"] = by_symmetry
     if matrices is not None:
         is_mesh = mesh is not None and stiffness is None

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from carrierflex.fe.matrices.given_structure import GivenBody, given_body
 from carrierflex.fe.matrices.interface_files import read_interfaces
+from carrierflex.fe.matrices.matrix_files import SUFFIXES as MATRIX_SUFFIXES
 from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.given_meshes.solid_files import SUFFIXES
@@ -89,11 +90,12 @@ class MatrixFiles:
             As :func:`carrierflex.fe.matrices.given_structure.given_body` and
             :func:`carrierflex.fe.solids.given_solids.solid_body`, or where a mesh has no materials.
         """
-        if self.stiffness != self.mass or self.stiffness.suffix.lower() not in SUFFIXES:
-            return given_body(self.stiffness, self.mass, self.interfaces)
-        document = read_interfaces(self.interfaces)
-        if document.materials:
-            return solid_body(self.stiffness, document)
+        suffix = self.stiffness.suffix.lower()
+        # A file of a suffix that no reader of matrices knows is a mesh, also one that none reads.
+        if self.stiffness == self.mass and (suffix in SUFFIXES or suffix not in MATRIX_SUFFIXES):
+            document = read_interfaces(self.interfaces)
+            if document.materials:
+                return solid_body(self.stiffness, document)
         return given_body(self.stiffness, self.mass, self.interfaces)
 
     def inputs(self, body: GivenBody) -> dict[str, object]:

@@ -4,6 +4,7 @@ The matrices are CalculiX's (ccx 2.20 of Debian) of our mesh, its printed number
 the forms of programs that are not at hand.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from carrierflex.reduction.exports.op4_files import write_op4
 from carrierflex.reduction.exports.sid_files import write_sid
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.modes.dense_modes import dense_modes
+from carrierflex.reduction.modes.mode_rules import Below
 from carrierflex.reduction.reduced_static import pilot_compliance, static_coordinates
 from tests.fe.matrices.written_formats import abaqus_coordinates, abaqus_input, harwell_boeing
 from tests.independent_codes.calculix import needs_calculix
@@ -565,3 +567,91 @@ HINGED = FRAME.replace(
     + ', [4, "Rz"]]\n[[pilots]]',
     1,
 ).replace("[3, 0.5, 0.5, 0]]", "[3, 0.5, 0.5, 0], [4, 0.5, 0, 0]]")
+
+
+def lumped_frame(tmp_path, ends="[1, 9]"):
+    """An L of eight beam elements, masses of its nodes alone, a pilot at either end."""
+    points = [[i / 4.0, 0.0, 0.0] for i in range(5)] + [[1.0, i / 4.0, 0.0] for i in range(1, 5)]
+    K, M = np.zeros((54, 54)), np.zeros(54)
+    for i in range(8):
+        a, b = np.array(points[i]), np.array(points[i + 1])
+        length = float(np.linalg.norm(b - a))
+        local = beam_stiffness(length)
+        x = (b - a) / length
+        axes = np.array([x, np.cross([0.0, 0.0, 1.0], x), [0.0, 0.0, 1.0]])
+        T = np.kron(np.eye(4), axes)
+        rows = np.arange(6 * i, 6 * i + 12)
+        K[np.ix_(rows, rows)] += T.T @ local @ T
+        for node in (i, i + 1):
+            M[6 * node : 6 * node + 3] += 7800.0 * 4e-4 * length / 2.0
+    listed = [[n, *point] for n, point in enumerate(points, 1)]
+    text = f"[nodes]\npositions = {listed}\ndofs_per_node = 6\n"
+    text += f'[[pilots]]\nname = "end"\ntype = "nodes"\nnodes = {ends}\n'
+    return small_files(tmp_path, K, np.diag(M), text)
+
+
+def beam_stiffness(length, E=2.1e11, G=8.0e10, side=0.02):
+    """Euler-Bernoulli beam of square section, twelve coordinates."""
+    A, I_yy = side**2, side**4 / 12.0
+    K = np.zeros((12, 12))
+    for i, value in ((0, E * A / length), (3, G * 2.0 * I_yy / length)):
+        K[np.ix_([i, i + 6], [i, i + 6])] = value * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    L = length
+    bend = np.array(
+        [[12.0, 6 * L, -12.0, 6 * L], [6 * L, 4 * L**2, -6 * L, 2 * L**2],
+         [-12.0, -6 * L, 12.0, -6 * L], [6 * L, 2 * L**2, -6 * L, 4 * L**2]]
+    ) * E * I_yy / L**3  # fmt: skip
+    for rows, sign in (([1, 5, 7, 11], 1.0), ([2, 4, 8, 10], -1.0)):
+        S = np.diag([1.0, sign, 1.0, sign])
+        K[np.ix_(rows, rows)] += S @ bend @ S
+    return K
+
+
+@pytest.mark.parametrize("rule", [21, Below(1e4), Below(800.0)])
+def test_a_body_of_lumped_masses_keeps_all_its_modes_and_is_written(rule, tmp_path):
+    body = lumped_frame(tmp_path)
+    reduction = craig_bampton(body.structure, rule, body=sound_grounding(body))
+    n = 21 if rule == 21 or rule.frequency_hz > 7e3 else len(reduction.modes.omega)
+    assert len(reduction.modes.omega) == n
+    # Masses alone: the flexibility of the held nodes against the dense solution.
+    inner = np.arange(6, 48)
+    K, m = body.structure.K.toarray()[np.ix_(inner, inner)], body.structure.M.diagonal()[inner]
+    root = np.sqrt(m[m > 0])
+    flexible = np.linalg.inv(K)[np.ix_(m > 0, m > 0)] * np.outer(root, root)
+    exact = 1.0 / np.sqrt(np.linalg.eigvalsh(flexible)[::-1])
+    assert len(exact) == 21
+    assert_allclose(reduction.modes.omega, exact[:n], rtol=1e-8)
+    write_body(reduction.model, tmp_path / "frame.h5")
+    assert_allclose(read_body(tmp_path / "frame.h5").K, reduction.model.K)
+    assert not unmet(body, reduction)
+
+
+def test_more_modes_than_masses_are_refused_in_words(tmp_path):
+    with pytest.raises(ValueError, match="expected at most 21 for this body, which has no more mo"):
+        reduced(lumped_frame(tmp_path), 22)
+
+
+def test_a_superelement_with_a_pilot_of_three_components_comes_back(tmp_path):
+    body = lumped_frame(tmp_path)
+    first, second = body.structure.pilots
+    three = replace(second, G=second.G[:3], components=(0, 1, 2))
+    structure = replace(body.structure, pilots=(first, three))
+    model = craig_bampton(structure, 4, body=sound_grounding(body)).model
+    write_op4(model, tmp_path / "a.op4")
+    text = '[nodes]\nfile = "a.asm"\n[[pilots]]\nname = "a"\ntype = "nodes"\nnodes = [1, 2]\n'
+    back = given_body(tmp_path / "a.op4", tmp_path / "a.op4", interfaces(tmp_path, text, "b.toml"))
+    assert back.structure.K.shape == model.K.shape == (13, 13)
+    assert_allclose(back.structure.K.toarray(), model.K, atol=1e-12 * np.abs(model.K).max())
+    assert_allclose(back.structure.M.toarray(), model.M, atol=1e-12 * np.abs(model.M).max())
+    assert [pilot.components for pilot in back.structure.pilots] == [tuple(range(6)), (0, 1, 2)]
+
+
+@pytest.mark.parametrize("n_modes", [0, 4, 10])
+def test_a_free_body_with_one_pilot_has_a_certificate(n_modes, tmp_path):
+    body = lumped_frame(tmp_path, ends="[9]")
+    reduction = reduced(body, n_modes)
+    checks = certify(body.structure, reduction).checks
+    assert all(np.isfinite(check.reached) for check in checks)
+    assert {check.name: check.met for check in checks}["grounding over own stiffness"]
+    write_body(reduction.model, tmp_path / "one.h5", certify(body.structure, reduction))
+    read_body(tmp_path / "one.h5")

@@ -14,6 +14,7 @@ import pytest
 import pyyeti
 import scipy.io
 import scipy.sparse as sp
+from numpy.testing import assert_allclose
 from pyyeti.nastran import bulk, op4
 
 from carrierflex.fe.matrices.dmig_input_files import read_dmig
@@ -279,3 +280,61 @@ def test_the_full_file_of_ansys_reader_is_read():
     assert np.linalg.eigvalsh(K.A.toarray()).min() > -1e-9 * abs(K.A).max()
     assert M.A.diagonal().min() >= 0.0
     assert M.A.sum() > 0.0
+
+
+def test_one_of_every_pair_in_any_order_is_a_triangle_and_both_are_not(tmp_path):
+    K = sp.coo_array(symmetric())
+    order = np.random.default_rng(3).permutation(K.shape[0])
+    # A triangle of renumbered rows lies on both sides of the diagonal.
+    once = sp.coo_array(sp.tril(K))
+    rows, columns = order[once.coords[0]], order[once.coords[1]]
+    wanted = sp.csr_array(K)[np.argsort(order)][:, np.argsort(order)].toarray()
+    n = K.shape[0]
+    sp.save_npz(tmp_path / "k.npz", sp.csr_array((once.data, (rows, columns)), shape=(n, n)))
+    assert_allclose(read_matrix(tmp_path / "k.npz", "stiffness").A.toarray(), wanted, rtol=0.0)
+    lines = [
+        f"{i // 6 + 1}, {i % 6 + 1}, {j // 6 + 1}, {j % 6 + 1}, {value!r}"
+        for i, j, value in zip(rows.tolist(), columns.tolist(), once.data.tolist(), strict=True)
+    ]
+    (tmp_path / "k.mtx").write_text("\n".join(lines))
+    assert_allclose(read_matrix(tmp_path / "k.mtx", "stiffness").A.toarray(), wanted, rtol=0.0)
+    # A general matrix of which one pair alone stands twice is not mirrored.
+    general = "%%MatrixMarket matrix coordinate real general\n3 3 4\n1 2 1\n2 1 2\n3 1 3\n2 3 4\n"
+    (tmp_path / "general.mtx").write_text(general)
+    A = read_matrix(tmp_path / "general.mtx", "stiffness").A.toarray()
+    assert_allclose(A, [[0, 1, 0], [2, 0, 4], [3, 0, 0]])
+
+
+ASSEMBLY = """SEBULK,101,EXTOP4,,MANUAL,,,101
+SECONCT,101,0,,NO
+,3,3,19,19,110,110
+GRID,3,0,600.,0.,300.,0
+GRID,19,0,600.,300.,0.,0
+SPOINT,110
+"""
+
+
+@pytest.mark.parametrize(
+    ("extrn", "rows"),
+    [
+        ("EXTRN,3,123456,19,123,110,0", [(3, i) for i in range(6)] + [(19, i) for i in range(3)]),
+        (
+            "EXTRN,3,1246,19,123456,110,0",
+            [(3, i) for i in (0, 1, 3, 5)] + [(19, i) for i in range(6)],
+        ),
+        ("EXTRN,19,2,3,13,110,0", [(19, 1), (3, 0), (3, 2)]),
+    ],
+)
+def test_an_assembly_has_the_components_that_its_punch_file_says(extrn, rows, tmp_path):
+    (tmp_path / "body.asm").write_text(ASSEMBLY)
+    with pytest.raises(FileNotFoundError, match=r"body\.pch: no such file; expected the punch fil"):
+        read_nodes(tmp_path / "body.asm")
+    (tmp_path / "body.pch").write_text("$ no such entry\n")
+    with pytest.raises(ValueError, match=r"body\.asm: .*no EXTRN entry in body\.pch"):
+        read_nodes(tmp_path / "body.asm")
+    (tmp_path / "body.pch").write_text(extrn + "\n")
+    table = read_nodes(tmp_path / "body.asm")
+    assert table.numbers.tolist() == [3, 19]
+    assert_allclose(table.points, [[600.0, 0.0, 300.0], [600.0, 300.0, 0.0]])
+    assert not table.frames
+    assert list(zip(table.dofs.nodes, table.dofs.components, strict=True)) == [*rows, (110, -1)]

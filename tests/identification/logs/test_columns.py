@@ -1,16 +1,20 @@
 """One column of a logger: unit, angle, dropouts; and the map that says what it is."""
 
+import re
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.files.problems import problems_of
+from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_kinds import campaign_kind
 from carrierflex.identification.logs.angles import angle_of_pulses, unwrapped_angle
 from carrierflex.identification.logs.dropouts import marked, stuck, zeroed
 from carrierflex.identification.logs.log_files import read_log
 from carrierflex.identification.logs.logged_signals import contract_unit
 from carrierflex.identification.logs.logged_units import factor_to, unit_behind
+from carrierflex.identification.logs.map_guesses import map_guess
 from carrierflex.workflows.identification.import_records import main as import_records
 from carrierflex.workflows.identification.new_campaign import main as new_campaign
 
@@ -54,6 +58,94 @@ def test_units_of_something_else_are_refused(unit, expected, words):
 def test_the_unit_behind_a_name():
     names = ("Weg [µm]", "Torque (kN m)", "Zeit in ms", "Force/kN", "disp_um", "s_047", "F_y")
     assert [unit_behind(name) for name in names] == ["µm", "kN m", "ms", "kN", "um", "", ""]
+
+
+@pytest.mark.parametrize("name", ["load (1)", "pos [2]", "Force/3"])
+def test_a_number_behind_a_name_is_a_channel_and_no_unit(name):
+    assert unit_behind(name) == ""
+
+
+def guessed_input(folder, header):
+    (folder / "log.csv").write_text(
+        header + "\n" + "".join(f"{0.01 * i:.2f},{i % 7},{i % 5},{i % 3}\n" for i in range(50))
+    )
+    guess = map_guess("element", [folder / "log.csv"], "displacement")
+    return guess.inputs["displacement"].column
+
+
+@pytest.mark.parametrize("names", ["x-force,y-force,z-force", "Fx,u velocity,s rate", "y load,b,c"])
+def test_a_letter_within_a_name_makes_no_displacement_of_it(names, tmp_path):
+    assert guessed_input(tmp_path, f"time,{names}") == "?"
+
+
+@pytest.mark.parametrize("name", ["x", "x 1", "s2", "y [mm]", "x-displacement", "pos (1)"])
+def test_a_letter_alone_and_words_are_displacements(name, tmp_path):
+    assert guessed_input(tmp_path, f"time,{name},force,c") == name
+
+
+def one_column(folder, name, values):
+    (folder / name).write_text("".join(f"{value:.6f}\n" for value in values))
+    return folder / name
+
+
+@pytest.mark.parametrize("n_runs", [1, 2])
+@pytest.mark.parametrize(
+    "names", [("displacement{}_mm.txt", "load{}_kN.txt"), ("Kraft{}_N.csv", "Weg{}_um.csv")]
+)
+def test_files_of_one_column_each_are_parts_of_a_run(names, n_runs, tmp_path):
+    t = np.arange(0.0, 10.0, 0.02)
+    numbers = ["", "_2"][:n_runs]
+    files = [
+        one_column(tmp_path, name.format(number), size * np.sin(t + place))
+        for place, number in enumerate(numbers)
+        for name, size in zip(names, (2.0, 5.0), strict=True)
+    ]
+    guess = map_guess("element", files, "displacement")
+    assert [run[1] for run in guess.runs] == [
+        tuple(name.format(number) for name in names) for number in numbers
+    ]
+    (_, channel, _), given = guess.channels[0], guess.inputs["displacement"]
+    places = {"displacement": given, "force": channel}
+    first = 1 if "Kraft" in names[0] else 0
+    assert given.column == f"file {first + 1}: column 1"
+    assert channel.column == f"file {2 - first}: column 1"
+    assert {role: guess.unit for role, guess in places.items()} in (
+        {"displacement": "mm", "force": "kN"}, {"displacement": "um", "force": "N"},
+    )  # fmt: skip
+    new_campaign(kind="element", drive="displacement", from_=files, out=tmp_path / "map.toml")
+    text = (tmp_path / "map.toml").read_text()
+    text = re.sub(r"(?m)^\[time\][^\[]*", '[time]\nunit = "s"\nrate_hz = 50.0\n', text)
+    (tmp_path / "map.toml").write_text(text.replace('"?"', '"loop"'))
+    import_records(files, map_=tmp_path / "map.toml", out=tmp_path / "campaign")
+    run = read_campaign(tmp_path / "campaign").runs[0]
+    factors = (1e-3, 1e3) if first == 0 else (1e-6, 1.0)
+    sizes = (2.0, 5.0) if first == 0 else (5.0, 2.0)
+    for signal, factor, size in zip(
+        ("displacement", "measured_force"), factors, sizes, strict=True
+    ):
+        assert_allclose(
+            {**run.inputs, **run.signals}[signal], factor * size * np.sin(t), atol=2e-6 * factor
+        )
+
+
+def test_runs_of_one_column_stay_runs(tmp_path):
+    files = [one_column(tmp_path, f"force_{n}.txt", np.sin(np.arange(50.0) + n)) for n in (1, 2)]
+    assert len(map_guess("element", files, "free_decay").runs) == 2
+
+
+@pytest.mark.parametrize(
+    ("begin", "words"),
+    [
+        (b"PK\x03\x04[Content_Types].xml", "an Excel workbook or another zip .* sheet as CSV"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1", r"an Excel workbook \(\.xls\); expected text: save the she"),
+        (b"\x1f\x8b\x08", "packed by gzip; expected text: unpack it"),
+        (b"PAR1", r"a Parquet file; expected the suffix \.parquet"),
+    ],
+)
+def test_a_file_that_is_no_text_is_called_what_it_is(begin, words, tmp_path):
+    (tmp_path / "run.xlsx").write_bytes(begin + bytes(range(256)) * 9)
+    with pytest.raises(ValueError, match=rf"run\.xlsx: {words}"):
+        read_log(tmp_path / "run.xlsx")
 
 
 @pytest.mark.parametrize("kind", ["mounting", "element"])

@@ -5,6 +5,7 @@ The superelement passes its checks, DMIG costs what its header says.
 
 import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -162,3 +163,15 @@ def test_an_assembly_and_another_suffix_are_refused(tmp_path):
         write_op4(both, tmp_path / "both.op4")
     with pytest.raises(ValueError, match=r"body\.dat: suffix '\.dat'; expected \.op4"):
         write_op4(first, tmp_path / "body.dat")
+
+
+def test_a_damping_that_is_zero_is_no_empty_matrix(tmp_path, model):
+    undamped = replace(model, D=np.zeros_like(model.D))
+    write_dmig(undamped, tmp_path / "body.pch")
+    text = (tmp_path / "body.pch").read_text()
+    assert set(bulk.rddmig(io.StringIO(text))) == {"kaax", "maax"}
+    assert "BAAX" not in text
+    assert "Case control: K2GG = KAAX, M2GG = MAAX\n" in text
+    write_dmig(model, tmp_path / "damped.pch")
+    damped = (tmp_path / "damped.pch").read_text()
+    assert ("B2GG = BAAX" in damped) == ("baax" in bulk.rddmig(io.StringIO(damped)))

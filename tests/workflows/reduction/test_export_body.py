@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from carrierflex.reduction.body_files import BodyFileError, read_body, write_body
-from carrierflex.workflows.reduction import export_body, reduce_body
+from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
 
 SUFFIX = {
     "op4": "op4",
@@ -42,6 +42,46 @@ def test_a_body_is_written_in_every_format(tmp_path, body, format):
             assert not name.startswith(word) or value < limit, name
     if format in ("mbdyn", "sid"):
         assert result.figures["modes"] == 16.0
+
+
+@pytest.mark.parametrize("format", SUFFIX)
+def test_files_of_others_are_not_replaced_and_those_of_this_program_are(tmp_path, body, format):
+    out = tmp_path / f"pin.{SUFFIX[format]}"
+    written = export_body.main(body, format=format, out=out, quiet=True).files
+    assert export_body.main(body, format=format, out=out, quiet=True).files == written
+    for file in written:
+        (tmp_path / "alone").mkdir()
+        foreign = tmp_path / "alone" / file.name
+        foreign.write_text("$ GRID of another program\n")
+        with pytest.raises(FileExistsError, match=rf"{file.name}: is there already and is no file"):
+            export_body.main(body, format=format, out=tmp_path / "alone" / out.name, quiet=True)
+        assert [path.read_text() for path in foreign.parent.iterdir()] == [
+            "$ GRID of another program\n"
+        ]
+        foreign.unlink()
+        foreign.parent.rmdir()
+
+
+def test_an_export_does_not_replace_the_partner_of_another_one(tmp_path, body):
+    export_body.main(body, format="op4", out=tmp_path / "pin.op4", quiet=True)
+    partner = (tmp_path / "pin.pch").read_text()
+    with pytest.raises(FileExistsError, match=r"pin\.pch: is there already"):
+        export_body.main(body, format="dmig", out=tmp_path / "pin.pch", quiet=True)
+    assert (tmp_path / "pin.pch").read_text() == partner
+    export_body.main(body, format="dmig", out=tmp_path / "new.pch", quiet=True)
+    with pytest.raises(FileExistsError, match=r"new\.pch: is there already"):
+        export_body.main(body, format="op4", out=tmp_path / "new.op4", quiet=True)
+
+
+def test_a_measurement_is_not_replaced_by_a_body_or_a_certificate(tmp_path, body):
+    for write, name in ((reduce_body.main, "run.h5"), (check_certificate.main, "run.json")):
+        (tmp_path / name).write_text("time, force")
+        choices = {"body": "pin", "quiet": True} if write is reduce_body.main else {"body": body}
+        with pytest.raises(FileExistsError, match=rf"{name}: is there already"):
+            write(out=tmp_path / name, **choices)
+        assert (tmp_path / name).read_text() == "time, force"
+    for _ in range(2):
+        check_certificate.main(body, out=tmp_path / "certificate.json")
 
 
 def test_the_held_pilot_is_a_choice(tmp_path, body):

@@ -1,6 +1,7 @@
 """The command with matrices of another program: the same body as by our own mesh, all exports."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,6 +44,51 @@ def files(tmp_path_factory, one_pin_mesh, pin_structure):
         "mass": folder / "m.npz",
         "interfaces": folder / "interfaces.toml",
     }
+
+
+MATERIAL = "[materials.STEEL]\nE = 2.1e11\nnu = 0.3\nrho = 7850.0\n"
+
+
+@pytest.mark.parametrize("suffix", [".cdb", ".cas", ".stl"])
+def test_a_mesh_of_a_kind_that_is_not_read_is_refused_by_its_suffix(suffix, tmp_path):
+    (tmp_path / f"bar{suffix}").write_text("/PREP7\n")
+    header = 'format = "carrierflex-interfaces"\nversion = 1\nname = "bar"\n'
+    pilot = '[[pilots]]\nname = "a"\ntype = "nodes"\nnodes = [1]\n'
+    (tmp_path / "bar.toml").write_text(header + MATERIAL + pilot)
+    with pytest.raises(
+        ValueError, match=rf"bar\{suffix}: suffix '\{suffix}'; expected a mesh, one of"
+    ):
+        reduce_body.main(
+            mesh=tmp_path / f"bar{suffix}", interfaces=tmp_path / "bar.toml",
+            out=tmp_path / "o.h5", modes=2, cache=False, quiet=True,
+        )  # fmt: skip
+
+
+def test_files_of_a_body_that_was_moved_are_looked_up_beside_it(files, tmp_path, monkeypatch):
+    made, moved, other = (tmp_path / name for name in ("made", "moved", "other"))
+    for folder in (made, other):
+        folder.mkdir()
+    for path in files["stiffness"].parent.iterdir():
+        (made / path.name).write_bytes(path.read_bytes())
+    monkeypatch.chdir(made)
+    named = {role: Path(path.name) for role, path in files.items()}
+    reduce_body.main(**named, out=Path("pin.h5"), modes=4, cache=False, quiet=True)
+    made.rename(moved)
+    monkeypatch.chdir(other)
+    export_body.main(moved / "pin.h5", format="exudyn", out=other / "x.hdf5", quiet=True)
+    # A body of files that were named with their folder.
+    absolute = {role: moved / path for role, path in named.items()}
+    reduce_body.main(**absolute, out=moved / "a.h5", modes=4, cache=False, quiet=True)
+    moved.rename(made)
+    export_body.main(made / "a.h5", format="exudyn", out=other / "y.hdf5", quiet=True)
+    (made / "k.npz").unlink()
+    with pytest.raises(
+        FileNotFoundError, match=r"k\.npz: no such file, nor k\.npz beside the body"
+    ):
+        export_body.main(made / "a.h5", format="exudyn", out=other / "y.hdf5", quiet=True)
+    (made / "k.npz").write_bytes((made / "m.npz").read_bytes())
+    with pytest.raises(ValueError, match=r"k\.npz: changed since the body was made of it"):
+        export_body.main(made / "a.h5", format="exudyn", out=other / "y.hdf5", quiet=True)
 
 
 @pytest.fixture(scope="module")

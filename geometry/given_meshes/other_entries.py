@@ -1,0 +1,102 @@
+"""What a deck holds beside solids: shells, beams, springs, masses, links.
+
+Matrices are made of solids alone. A body without its shells or masses would be another body, so
+that they are refused; links are what pilots of an interfaces file stand for, and are listed.
+"""
+
+import re
+from collections import Counter
+from pathlib import Path
+
+from carrierflex.files.plain_files import plain_content
+
+#: Nastran's entries by what they add to a body; shells only where the deck gives them a property.
+_NASTRAN_SHELLS = r"C(TRIA|QUAD)\w*"
+_NASTRAN_SECTIONS = r"(PSHELL|PCOMPG?)"
+_NASTRAN_CARRYING = (
+    r"C(BAR|BEAM|BEND|BUSH|DAMP|ELAS|FAST|GAP|MASS|ONM|ONROD|ROD|SEAM|SHEAR|TRAX|TUBE|VISC|WELD)\w*"
+    r"|CIHEX\d|GENEL|DMIG"
+)
+_NASTRAN_LINKS = r"RBE\d|RBAR1?|RROD|RTRPLT1?|RJOINT|RSPLINE|RSSCON|MPC"
+#: Abaqus element types, and keywords.
+_ABAQUS_SHELLS = r"(S[3-9]|STRI|M3D|DS[3-8])\w*"
+_ABAQUS_SECTIONS = r"\*(SHELL|MEMBRANE) (GENERAL )?SECTION"
+_ABAQUS_CARRYING = (
+    r"(MASS|ROTARYI|HEATCAP|SPRING|DASHPOT|CONN|GAP|JOINT|ITS|GK|T[23]D|B[23]\d|PIPE|ELBOW|FRAME"
+    r"|SC[68]|CSS8|COH|U\d|VU\d)\w*"
+)
+_ABAQUS_LINKS = r"\*(RIGID BODY|((KINEMATIC|DISTRIBUTING) )?COUPLING|MPC|EQUATION|TIE)|R3D\d"
+_SUFFIXES = (".inp", ".bdf", ".nas")
+_MOST_BYTES = 4_000_000_000
+
+
+def left_out(path: Path) -> tuple[str, ...]:
+    """What is to be told of a mesh file whose solids are read: its links, and facets of no section.
+
+    Raises
+    ------
+    ValueError
+        Where a deck holds other elements with stiffness or mass; kinds and counts are named.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _SUFFIXES:
+        return ()
+    content = plain_content(path, "a mesh", _MOST_BYTES)
+    if suffix == ".inp":
+        counts, has_sections = _abaqus_entries(content)
+        shells, carrying, links = _ABAQUS_SHELLS, _ABAQUS_CARRYING, _ABAQUS_LINKS
+    else:
+        counts = _nastran_entries(content)
+        has_sections = bool(_of(counts, _NASTRAN_SECTIONS))
+        shells, carrying, links = _NASTRAN_SHELLS, _NASTRAN_CARRYING, _NASTRAN_LINKS
+    refused = _of(counts, f"{carrying}|{shells}" if has_sections else carrying)
+    if refused:
+        raise ValueError(
+            f"{path}: {_listed(refused)}; expected solids alone, since nothing else is assembled "
+            "here: give the matrices of the whole by --stiffness and --mass, or delete from the "
+            "file what is not to count"
+        )
+    told = []
+    if facets := {} if has_sections else _of(counts, shells):
+        told.append(f"left out: {_listed(facets)}, to which the file gives no thickness")
+    if linked := _of(counts, links):
+        told.append(f"left out: {_listed(linked)}; pilots of the interfaces file stand for links")
+    if counts["INCLUDE"]:
+        told.append(f"{counts['INCLUDE']} INCLUDE not followed: nothing of those files is read")
+    return tuple(told)
+
+
+def _of(counts: Counter[str], pattern: str) -> dict[str, int]:
+    return {name: count for name, count in counts.items() if re.fullmatch(pattern, name)}
+
+
+def _listed(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in counts.items())
+
+
+def _nastran_entries(content: bytes) -> Counter[str]:
+    """Names of the entries of a deck and how often they stand there."""
+    bulk = re.split(rb"(?im)^[ \t]*BEGIN[ \t]+BULK[^\r\n]*$", content)[-1]
+    names = re.findall(rb"^([A-Za-z][A-Za-z0-9]*)\*?(?=[\s,]|$)", bulk, re.MULTILINE)
+    return Counter(name.decode("ascii").upper() for name in names)
+
+
+def _abaqus_entries(content: bytes) -> tuple[Counter[str], bool]:
+    """Types of elements and keywords with their counts; whether shells have a section."""
+    text = re.sub(rb"(?m)^[ \t]*\*\*[^\r\n]*\r?\n?", b"", content)
+    marks = list(re.finditer(rb"(?m)^[ \t]*\*([^\r\n]*)", text))
+    ends = [*(mark.start() for mark in marks[1:]), len(text)]
+    counts: Counter[str] = Counter()
+    has_sections = False
+    for mark, end in zip(marks, ends, strict=True):
+        keyword, _, options = mark[1].decode("latin-1").upper().partition(",")
+        name = f"*{' '.join(keyword.split())}"
+        has_sections |= re.fullmatch(_ABAQUS_SECTIONS, name) is not None
+        kind = re.search(r"\bTYPE\s*=\s*(\w+)", options)
+        if name == "*ELEMENT" and kind is not None:
+            # A line that ends with a comma goes on in the next one.
+            lines = re.sub(rb",\s*\n", b",", text[mark.end() : end]).split(b"\n")
+            counts[kind[1]] += sum(bool(line.strip()) for line in lines)
+        elif re.fullmatch(_ABAQUS_LINKS, name):
+            counts[name] += 1
+    return counts, has_sections

@@ -1,0 +1,192 @@
+"""Decks of other programs: the same body however its cards are written, nothing dropped unsaid."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.fe.matrices.interface_files import read_interfaces
+from carrierflex.fe.matrices.node_files import numbers_in_turn
+from carrierflex.fe.solids.given_solids import solid_body
+from carrierflex.geometry.given_meshes.solid_files import REFERENCE_NODES, read_solid_mesh
+from carrierflex.geometry.mesh_files import read_mesh
+
+#: Nodes of one element of 0.1 m as Nastran numbers them: edges along the axis before the far end.
+HEX = 0.1 * REFERENCE_NODES["hexahedron20"][[*range(12), *range(16, 20), *range(12, 16)]]
+INTERFACES = """format = "carrierflex-interfaces"
+version = 1
+name = "block"
+[materials.{group}]
+E = 2.1e11
+nu = 0.3
+rho = 7800.0
+[[pilots]]
+name = "root"
+type = "rigid"
+nodes = [1, 2, 3, 4]
+[[pilots]]
+name = "tip"
+type = "rigid"
+nodes = [5, 6, 7, 8]
+"""
+
+
+def card(name, fields, form):
+    """One entry in fields of 8 or 16 characters, or between commas."""
+    width, n = (16, 4) if form == "long" else (8, 8)
+    words = [f"{field:.6f}" if isinstance(field, float) else str(field) for field in fields]
+    lines = [words[i : i + n] for i in range(0, len(words), n)]
+    if form == "free":
+        return "".join(
+            ",".join([name if not i else "", *line]) + "\n" for i, line in enumerate(lines)
+        )
+    head = {"long": "*", "plus": "+", "blank": ""}[form]
+    first = name + "*" * (form == "long")
+    return "".join(
+        f"{head if i else first:8s}" + "".join(f"{word:>{width}s}" for word in line) + "\n"
+        for i, line in enumerate(lines)
+    )
+
+
+def deck(form, *, comment="", more=""):
+    grids = "".join(card("GRID", [n, "", *map(float, xyz)], form) for n, xyz in enumerate(HEX, 1))
+    element = card("CHEXA", [7, 1, *range(1, 21)], form).replace("\n", f"\n{comment}")
+    return f"SOL 103\nCEND\nBEGIN BULK\n{grids}{element}{more}ENDDATA\n"
+
+
+def abaqus(more="", *, element_set="*ELSET, ELSET=ALL\n1\n"):
+    places = 0.1 * REFERENCE_NODES["hexahedron20"]
+    nodes = "".join(f"{n}, {x:.3f}, {y:.3f}, {z:.3f}\n" for n, (x, y, z) in enumerate(places, 1))
+    return (
+        f"*NODE\n{nodes}*ELEMENT, TYPE=C3D20\n1, {', '.join(map(str, range(1, 11)))},\n"
+        f"{', '.join(map(str, range(11, 21)))}\n{element_set}{more}"
+    )
+
+
+def body_of(path, group):
+    toml = path.with_suffix(".toml")
+    toml.write_text(INTERFACES.format(group=group))
+    return solid_body(path, read_interfaces(toml))
+
+
+@pytest.mark.parametrize(
+    ("form", "comment"),
+    [("plus", ""), ("blank", ""), ("long", ""), ("free", ""), ("blank", "$ comment\n\n")],
+)
+def test_a_hexahedron_of_20_nodes_is_one_however_its_lines_go_on(form, comment, tmp_path):
+    path = tmp_path / "block.bdf"
+    path.write_text(deck(form, comment=comment))
+    mesh = read_solid_mesh(path)
+    ((kind, group, nodes),) = mesh.blocks
+    assert (kind, group) == ("hexahedron20", "1")
+    assert_allclose(mesh.points[nodes[0]], 0.1 * REFERENCE_NODES["hexahedron20"], atol=1e-9)
+    body = body_of(path, "1")
+    assert body.warnings == ()
+    along_x = body.structure.rigid_modes[:, 0]
+    assert along_x @ body.structure.M @ along_x == pytest.approx(7.8, rel=1e-6)
+
+
+def test_a_quadratic_wedge_is_not_taken_for_a_linear_one(tmp_path):
+    path = tmp_path / "wedge.bdf"
+    path.write_text(deck("blank", more=card("CPENTA", [8, 1, *range(1, 16)], "blank")))
+    with pytest.raises(ValueError, match=r"wedge\.bdf: 1 elements of type wedge15; expected tetra"):
+        read_solid_mesh(path)
+
+
+def test_grids_of_a_cylindrical_system_stand_where_it_says(tmp_path):
+    system = "CORD2C,5,0,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n"
+    grids = "".join(
+        f"GRID,{n},5,{np.hypot(x, y):.6f},{np.degrees(np.arctan2(y, x)):.6f},{z:.6f}\n"
+        for n, (x, y, z) in enumerate(HEX, 1)
+    )
+    path = tmp_path / "round.bdf"
+    element = card("CHEXA", [7, 1, *range(1, 21)], "free")
+    path.write_text(f"BEGIN BULK\n{system}{grids}{element}ENDDATA\n")
+    assert_allclose(read_solid_mesh(path).points, HEX, atol=1e-6)
+    path.write_text(f"BEGIN BULK\n{grids}{element}ENDDATA\n")
+    with pytest.raises(ValueError, match="names a coordinate system that is not there"):
+        read_solid_mesh(path)
+
+
+def test_elements_with_odd_counts_or_absent_nodes_are_refused_by_number(tmp_path):
+    path = tmp_path / "odd.bdf"
+    path.write_text(deck("free", more=card("CTETRA", [9, 1, *range(1, 8)], "free")))
+    with pytest.raises(ValueError, match=r"odd\.bdf: CTETRA 9 has 7 nodes; expected 4 or 10"):
+        read_solid_mesh(path)
+    path.write_text(deck("free", more=card("CTETRA", [9, 1, 1, 2, 3, 99], "free")))
+    with pytest.raises(ValueError, match="names node 99, which no GRID of this file has"):
+        read_solid_mesh(path)
+
+
+SHELL = card("PSHELL", [2, 1, 0.01], "plus") + card("CQUAD4", [100, 2, 1, 2, 3, 4], "plus")
+
+
+@pytest.mark.parametrize(
+    ("more", "refused"),
+    [
+        (SHELL, "1 CQUAD4;"),
+        (card("CONM2", [200, 5, "", 50.0], "free"), "1 CONM2;"),
+        (card("CELAS2", [201, 1e8, 5, 3], "plus") * 2 + SHELL, "2 CELAS2, 1 CQUAD4;"),
+        (card("CBAR", [202, 3, 1, 2, 0.0, 1.0, 0.0], "long"), "1 CBAR;"),
+    ],
+)
+def test_stiffness_and_mass_beside_solids_are_refused_with_kind_and_count(more, refused, tmp_path):
+    path = tmp_path / "mixed.bdf"
+    path.write_text(deck("plus", more=more))
+    for read in (read_solid_mesh, read_mesh):
+        with pytest.raises(ValueError, match=rf"mixed\.bdf: {refused} .*--stiffness and --mass"):
+            read(path)
+
+
+def test_links_and_facets_without_thickness_are_told(tmp_path):
+    path = tmp_path / "linked.bdf"
+    facet = card("CQUAD4", [100, 2, 1, 2, 3, 4], "plus")
+    path.write_text(deck("plus", more=facet + card("RBE2", [300, 1, 123456, 5, 6], "free")))
+    assert body_of(path, "1").warnings == (
+        "left out: 1 CQUAD4, to which the file gives no thickness",
+        "left out: 1 RBE2; pilots of the interfaces file stand for links",
+    )
+
+
+@pytest.mark.parametrize(
+    ("more", "refused"),
+    [
+        (
+            "*ELEMENT, TYPE=S4, ELSET=SKIN\n100, 1, 2, 3, 4\n*SHELL SECTION, ELSET=SKIN\n0.01\n",
+            "1 S4;",
+        ),
+        ("*Element, type=MASS, elset=M\n100, 5\n101, 6\n*MASS, ELSET=M\n25.0\n", "2 MASS;"),
+        ("*ELEMENT,TYPE=SPRINGA,ELSET=S\n100, 5, 6\n", "1 SPRINGA;"),
+        ("*ELEMENT, TYPE=B31, ELSET=B\n** beams\n100, 5, 6\n", "1 B31;"),
+    ],
+)
+def test_an_abaqus_deck_is_refused_likewise(more, refused, tmp_path):
+    path = tmp_path / "mixed.inp"
+    path.write_text(abaqus(more))
+    for read in (read_solid_mesh, read_mesh):
+        with pytest.raises(ValueError, match=rf"mixed\.inp: {refused} .*--stiffness and --mass"):
+            read(path)
+
+
+def test_shells_without_a_section_and_couplings_of_a_deck_are_told(tmp_path):
+    path = tmp_path / "skin.inp"
+    path.write_text(
+        abaqus("*ELEMENT, TYPE=S4, ELSET=SKIN\n100, 1, 2, 3, 4\n101, 5,\n6, 7, 8\n*RIGID BODY\n")
+    )
+    assert body_of(path, "ALL").warnings == (
+        "left out: 2 S4, to which the file gives no thickness",
+        "left out: 1 *RIGID BODY; pilots of the interfaces file stand for links",
+    )
+
+
+@pytest.mark.parametrize("limits", ["1, 2", "1, 2, 1", "1, 1\n2, 2", "1, 1, 1\n** rest\n2, 2\n"])
+def test_a_generated_set_takes_first_and_last_alone_and_several_lines(limits, tmp_path):
+    path = tmp_path / "block.inp"
+    deck = abaqus(element_set=f"*ELSET, GENERATE, ELSET=ALL\n{limits}\n")
+    second = deck[deck.index("1, 1, 2") : deck.index("*ELSET")].replace("1, 1, 2", "2, 1, 2", 1)
+    # A comment between the elements ended their list.
+    path.write_text(deck.replace("*ELSET", f"** second\n{second}*ELSET", 1))
+    ((kind, group, nodes),) = read_solid_mesh(path, numbers_in_turn).blocks
+    assert (kind, group, len(nodes)) == ("hexahedron20", "ALL", 2)
+    path.write_text(deck.replace(limits, "1, 2, 1, 4"))
+    with pytest.raises(ValueError, match=r"GENERATE with '1, 2, 1, 4'; expected first, last and"):
+        read_solid_mesh(path, numbers_in_turn)
