@@ -31,7 +31,6 @@ from carrierflex.blind_check.labels import (
     STAGE,
     CasePlan,
 )
-from carrierflex.blind_check.several_plans import several_causes
 from carrierflex.blind_check.truth.alias_table import (
     CONSTANT_LOAD,
     ONE_CONDITION_EFFECTS,
@@ -41,7 +40,7 @@ from carrierflex.blind_check.truth.alias_table import (
     same_class,
 )
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
-from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS
+from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS, STATIC_MAPS
 
 #: Shares of the families in a check; a full one holds twelve cases of each single effect, 24 pairs,
 #: 24 with nothing missing, 24 outside the library, 12 aliased, 12 of one condition, 26 of a stage.
@@ -58,6 +57,26 @@ _SHAPES_OF_FORMS = {
 #: Gap over floor, drawn with a uniform logarithm.
 SMALLEST_RATIO, LARGEST_RATIO = 0.5, 30.0
 _STREAM = {kind: number for number, kind in enumerate(KINDS)}
+
+
+#: Numbers of causes in turn.
+_NUMBERS = (3, 4, 5)
+#: Gap of one cause alone over the floor.
+SMALLEST_OWN, LARGEST_OWN = 0.7, 10.0
+_CLASSES: Mapping[str, Mapping[str, str]] = {
+    "carrier": {name: form.shape for name, form in OTHER_FORMS.items()},
+    "mounting": {name: form.class_id for name, form in MOUNTING_FORMS.items()},
+}
+#: Causes of other classes that these records do not tell apart by the truth's own equations; one of
+#: each set at most is in a case. Waves of as many lobes as planets are a tilt at the planets' order
+#: to four sensors a quarter turn apart, and so are planets that pass; slow loads leave the same
+#: signals of every static map.
+_ALIKE: Mapping[str, frozenset[str]] = {
+    "carrier": frozenset({"bounded_lobes", "stiffening_lobes", "torque_power_pass", "steady_pass"}),
+    "mounting": frozenset(
+        name for name, form in MOUNTING_FORMS.items() if form.class_id in STATIC_MAPS
+    ),
+}
 
 
 def full_size(kind: str) -> int:
@@ -142,7 +161,7 @@ def _several_plans(
     """Plans without their numbers, of several causes with a gap of its own each."""
     return [
         CasePlan(kind, 0, seed, family, causes, math.hypot(*ratios), own_ratios=ratios)
-        for causes, ratios in several_causes(kind, count, rng)
+        for causes, ratios in _several_causes(kind, count, rng)
     ]
 
 
@@ -251,3 +270,34 @@ def _pair(kind: str, rng: np.random.Generator) -> tuple[str, ...]:
         first, second = (str(name) for name in rng.choice(SINGLES[kind], 2, replace=False))
         if second not in same_class(kind, first):
             return tuple(sorted((first, second)))
+
+
+def _several_causes(
+    kind: str, count: int, rng: np.random.Generator
+) -> list[tuple[tuple[str, ...], tuple[float, ...]]]:
+    """Causes of every case of the family, and the gap over the floor that each leaves alone."""
+    names = tuple(_CLASSES[kind])
+    start = int(rng.integers(len(names)))
+    drawn = []
+    for k in range(count):
+        causes = [names[(start + k) % len(names)]]
+        while len(causes) < _NUMBERS[k % len(_NUMBERS)]:
+            causes.append(_further(kind, causes, rng))
+        exponents = rng.uniform(size=len(causes))
+        ratios = SMALLEST_OWN * (LARGEST_OWN / SMALLEST_OWN) ** exponents
+        drawn.append((tuple(sorted(causes)), tuple(float(ratio) for ratio in ratios)))
+    return [drawn[k] for k in rng.permutation(count)]
+
+
+def _further(kind: str, causes: list[str], rng: np.random.Generator) -> str:
+    """A cause of another class than those so far, that the records can tell from them."""
+    classes = _CLASSES[kind]
+    taken = {classes[name] for name in causes}
+    is_told = _ALIKE[kind].isdisjoint(causes)
+    free = [
+        name
+        for name, own in classes.items()
+        if own not in taken and (is_told or name not in _ALIKE[kind])
+    ]
+    chosen = rng.choice(sorted({classes[name] for name in free}))
+    return str(rng.choice([name for name in free if classes[name] == chosen]))

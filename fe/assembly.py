@@ -1,16 +1,18 @@
 """Stiffness and mass of linear elasticity on curved quadratic tetrahedra.
 
-The forms are those of :mod:`carrierflex.fe.weak_forms`, shape functions and quadrature rules
-scikit-fem's; the loops over elements are compiled (:mod:`carrierflex.fe.element_kernels`) and write
-straight into the node graph's blocks. The mass of a vector element is a scalar matrix times the
-identity and is assembled as such. :mod:`carrierflex.fe.scikit_fem_path` assembles the same matrices
-with scikit-fem alone.
+The forms are those of :mod:`carrierflex.fe.scikit_fem_path`, shape functions and quadrature rules
+scikit-fem's; the loops over elements are compiled and write straight into the node graph's blocks.
+With the physical gradients ``g_i`` of the shape functions, a pair of nodes (i, j) of an element
+adds the 3 × 3 block ``∫ λ g_i g_jᵀ + μ g_j g_iᵀ + μ (g_i · g_j) I dV`` to the stiffness, and ``∫ ρ
+N_i N_j dV`` to the scalar mass, which is a scalar matrix times the identity.
+:mod:`carrierflex.fe.scikit_fem_path` assembles the same matrices with scikit-fem alone.
 """
 
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 import scipy.sparse as sp
 import skfem
@@ -18,12 +20,6 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
-from carrierflex.fe.element_kernels import (
-    add_scalar_mass,
-    add_stiffness,
-    node_pair_blocks,
-    threefold_rows,
-)
 from carrierflex.fe.materials import Material, material_of
 from carrierflex.geometry.tet_mesh import TetMesh
 
@@ -35,6 +31,9 @@ MASS_ORDER = 4
 
 #: What makes stiffness and mass of a mesh and the materials of its bodies.
 Assembly = Callable[[TetMesh, Mapping[str, Material]], tuple[sp.csr_array, sp.csr_array]]
+
+
+_jit = numba.njit(cache=True, fastmath=False)
 
 
 def assemble_stiffness(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_array:
@@ -103,7 +102,7 @@ def _stiffness(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGra
     _, gradients, weights = _reference_element(STIFFNESS_ORDER)
     for body, elements in mesh.bodies.items():
         lame, block_indices = material_of(materials, body).lame, graph.block_indices[elements]
-        add_stiffness(
+        _add_stiffness(
             mesh.points, mesh.tets[elements], lame, (gradients, weights), block_indices, blocks
         )
     return sp.csr_array(sp.bsr_array((blocks, graph.indices, graph.indptr), shape=(3 * n, 3 * n)))
@@ -115,14 +114,14 @@ def _mass(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -
     rule = (np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100), gradients, weights)
     for body, elements in mesh.bodies.items():
         rho, block_indices = material_of(materials, body).rho, graph.block_indices[elements]
-        add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, block_indices, values)
+        _add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, block_indices, values)
     return _repeated_for_three_axes(values, graph)
 
 
 def _repeated_for_three_axes(values: NDArray[np.float64], graph: _NodeGraph) -> sp.csr_array:
     """Scalar matrix times the 3 × 3 identity, rows x y z of a node after one another."""
     n = len(graph.indptr) - 1
-    data, columns, indptr = threefold_rows(values, graph.indices, graph.indptr)
+    data, columns, indptr = _threefold_rows(values, graph.indices, graph.indptr)
     repeated = sp.csr_array((data, columns, indptr), shape=(3 * n, 3 * n))
     repeated.has_sorted_indices = True
     return repeated
@@ -142,7 +141,7 @@ def _node_graph(mesh: TetMesh) -> _NodeGraph:
     graph = sp.csr_array(incidence.T @ incidence)
     graph.sort_indices()
     indptr, indices = graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
-    return _NodeGraph(indptr, indices, node_pair_blocks(mesh.tets, indptr, indices))
+    return _NodeGraph(indptr, indices, _node_pair_blocks(mesh.tets, indptr, indices))
 
 
 @functools.cache
@@ -163,3 +162,177 @@ def _reference_element(
         np.ascontiguousarray(gradients),
         np.ascontiguousarray(weights),
     )
+
+
+@_jit
+def _node_pair_blocks(
+    tets: NDArray[np.int64], indptr: NDArray[np.int32], indices: NDArray[np.int32]
+) -> NDArray[np.int32]:
+    """Blocks of the node graph that the pairs of nodes of every element belong to."""
+    block_indices = np.empty((tets.shape[0], 100), dtype=np.int32)
+    for element in range(tets.shape[0]):
+        for i in range(10):
+            row = tets[element, i]
+            for j in range(10):
+                column = tets[element, j]
+                start, end = indptr[row], indptr[row + 1]
+                while start < end:
+                    middle = (start + end) // 2
+                    if indices[middle] < column:
+                        start = middle + 1
+                    else:
+                        end = middle
+                block_indices[element, 10 * i + j] = start
+    return block_indices
+
+
+@_jit
+def _jacobian(
+    x: NDArray[np.float64], reference: NDArray[np.float64], J: NDArray[np.float64]
+) -> float:
+    """Fill `J` (3, 3) with ``∂x/∂ξ`` from reference gradients (10, 3); its determinant."""
+    for a in range(3):
+        for b in range(3):
+            total = 0.0
+            for i in range(10):
+                total += x[i, a] * reference[i, b]
+            J[a, b] = total
+    return (
+        J[0, 0] * (J[1, 1] * J[2, 2] - J[1, 2] * J[2, 1])
+        + J[0, 1] * (J[1, 2] * J[2, 0] - J[1, 0] * J[2, 2])
+        + J[0, 2] * (J[1, 0] * J[2, 1] - J[1, 1] * J[2, 0])
+    )
+
+
+@_jit
+def _physical_gradients(
+    J: NDArray[np.float64],
+    determinant: float,
+    reference: NDArray[np.float64],
+    g: NDArray[np.float64],
+) -> None:
+    """Fill `g` (30,), x y z of every node, with physical gradients from reference ones (10, 3)."""
+    for a in range(3):
+        a1, a2 = (a + 1) % 3, (a + 2) % 3
+        c0 = (J[a1, 1] * J[a2, 2] - J[a1, 2] * J[a2, 1]) / determinant
+        c1 = (J[a1, 2] * J[a2, 0] - J[a1, 0] * J[a2, 2]) / determinant
+        c2 = (J[a1, 0] * J[a2, 1] - J[a1, 1] * J[a2, 0]) / determinant
+        for i in range(10):
+            g[3 * i + a] = c0 * reference[i, 0] + c1 * reference[i, 1] + c2 * reference[i, 2]
+
+
+@_jit
+def _gradient_products(
+    x: NDArray[np.float64],
+    gradients: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    products: NDArray[np.float64],
+) -> None:
+    """Fill `products` (30, 30), nodes j >= i, with ``∫ g_i g_jᵀ dV`` of one element."""
+    g, J = np.empty(30), np.empty((3, 3))
+    products[:] = 0.0
+    for q in range(weights.shape[0]):
+        determinant = _jacobian(x, gradients[q], J)
+        _physical_gradients(J, determinant, gradients[q], g)
+        volume = weights[q] * abs(determinant)
+        for row in range(30):
+            weighted = volume * g[row]
+            # From the node's first direction on: one contiguous run, which the compiler turns into
+            # vector instructions.
+            for column in range(3 * (row // 3), 30):
+                products[row, column] += weighted * g[column]
+    for i in range(10):
+        # Rounding differs with the order of the factors; a node's own products are symmetric to the
+        # last bit.
+        for a in range(3):
+            for b in range(a):
+                products[3 * i + a, 3 * i + b] = products[3 * i + b, 3 * i + a]
+
+
+@_jit
+def _add_stiffness(
+    points: NDArray[np.float64],
+    tets: NDArray[np.int64],
+    material: tuple[float, float],
+    rule: tuple[NDArray[np.float64], NDArray[np.float64]],
+    block_indices: NDArray[np.int32],
+    blocks: NDArray[np.float64],
+) -> None:
+    """Add the elements' stiffness to `blocks` (n_blocks, 3, 3) in place."""
+    lame_lambda, mu = material
+    gradients, weights = rule
+    G = np.empty((30, 30))
+    x = np.empty((10, 3))
+    for element in range(tets.shape[0]):
+        for i in range(10):
+            for a in range(3):
+                x[i, a] = points[tets[element, i], a]
+        _gradient_products(x, gradients, weights, G)
+        for i in range(10):
+            for j in range(i, 10):
+                # The mirror block is the transpose, entry by entry: the matrix is symmetric to the
+                # last bit.
+                here, there = block_indices[element, 10 * i + j], block_indices[element, 10 * j + i]
+                shear = mu * (G[3 * i, 3 * j] + G[3 * i + 1, 3 * j + 1] + G[3 * i + 2, 3 * j + 2])
+                for a in range(3):
+                    for b in range(3):
+                        entry = lame_lambda * G[3 * i + a, 3 * j + b] + mu * G[3 * i + b, 3 * j + a]
+                        if a == b:
+                            entry += shear
+                        blocks[here, a, b] += entry
+                        if i != j:
+                            blocks[there, b, a] += entry
+
+
+@_jit
+def _add_scalar_mass(
+    points: NDArray[np.float64],
+    tets: NDArray[np.int64],
+    density: float,
+    rule: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    block_indices: NDArray[np.int32],
+    values: NDArray[np.float64],
+) -> None:
+    """Add the elements' scalar mass to `values` (n_blocks,) in place.
+
+    Parameters are those of :func:`_add_stiffness`, with the density [kg/m^3] and, first in `rule`,
+    the products of the shape functions at the quadrature points (q, 100), all pairs of nodes in a
+    row.
+    """
+    shape_products, gradients, weights = rule
+    J = np.empty((3, 3))
+    x = np.empty((10, 3))
+    mass = np.empty(100)
+    for element in range(tets.shape[0]):
+        for i in range(10):
+            for a in range(3):
+                x[i, a] = points[tets[element, i], a]
+        mass[:] = 0.0
+        for q in range(weights.shape[0]):
+            share = density * weights[q] * abs(_jacobian(x, gradients[q], J))
+            for pair in range(100):
+                mass[pair] += share * shape_products[q, pair]
+        for i in range(10):
+            for j in range(i, 10):
+                entry = mass[10 * i + j]
+                values[block_indices[element, 10 * i + j]] += entry
+                if i != j:
+                    values[block_indices[element, 10 * j + i]] += entry
+
+
+@_jit
+def _threefold_rows(
+    values: NDArray[np.float64], indices: NDArray[np.int32], indptr: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
+    """A sparse matrix with every entry replaced by itself times the 3 × 3 identity."""
+    data, columns = np.empty(3 * len(values)), np.empty(3 * len(values), dtype=np.int32)
+    starts = np.empty(3 * (len(indptr) - 1) + 1, dtype=np.int32)
+    starts[0] = 0
+    here = 0
+    for row in range(len(indptr) - 1):
+        for axis in range(3):
+            for entry in range(indptr[row], indptr[row + 1]):
+                data[here], columns[here] = values[entry], 3 * indices[entry] + axis
+                here += 1
+            starts[3 * row + axis + 1] = here
+    return data, columns, starts

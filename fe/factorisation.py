@@ -17,12 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+import numba
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 from numpy.typing import NDArray
-
-from carrierflex.fe.upper_triangle import upper_triangle
 
 log = logging.getLogger(__name__)
 
@@ -289,3 +288,69 @@ def _packaged_library(package: str, name: str) -> Path | None:
     return next(
         (Path(str(file.locate())).resolve() for file in files if file.name.startswith(name)), None
     )
+
+
+def upper_triangle(A: sp.csr_array, fixed: NDArray[np.int64]) -> sp.csr_array:
+    """Upper triangle of a symmetric matrix without the rows and columns `fixed`.
+
+    Of those, the diagonal entry alone stays.
+
+    Parameters
+    ----------
+    A : csr_array, shape (n, n)
+        Symmetric, both triangles stored.
+    fixed : ndarray of int
+        Degrees of freedom that the others shall not see.
+
+    Returns
+    -------
+    csr_array, shape (n, n)
+        Sorted, with a diagonal entry in every row, be it zero: one pass over A, no other copy of
+        it.
+    """
+    A = A if A.has_sorted_indices else A.sorted_indices()
+    is_fixed = np.zeros(A.shape[0], dtype=np.bool_)
+    is_fixed[fixed] = True
+    indptr = _row_starts(A.indptr, A.indices, is_fixed)
+    indices, data = np.empty(indptr[-1], dtype=np.int32), np.empty(indptr[-1])
+    _fill(A.indptr, A.indices, A.data, is_fixed, indptr, indices, data)
+    upper = sp.csr_array((data, indices, indptr), shape=A.shape)
+    upper.has_sorted_indices = True
+    return upper
+
+
+@numba.njit(cache=True)
+def _row_starts(
+    indptr: NDArray[np.int32], indices: NDArray[np.int32], fixed: NDArray[np.bool_]
+) -> NDArray[np.int32]:
+    starts = np.zeros(len(indptr), dtype=np.int32)
+    for row in range(len(fixed)):
+        count = 1
+        for entry in range(indptr[row], indptr[row + 1]):
+            column = indices[entry]
+            if column > row and not fixed[row] and not fixed[column]:
+                count += 1
+        starts[row + 1] = starts[row] + count
+    return starts
+
+
+@numba.njit(cache=True)
+def _fill(
+    indptr: NDArray[np.int32],
+    indices: NDArray[np.int32],
+    values: NDArray[np.float64],
+    fixed: NDArray[np.bool_],
+    starts: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    data: NDArray[np.float64],
+) -> None:
+    for row in range(len(fixed)):
+        here = starts[row]
+        columns[here], data[here] = row, 0.0
+        for entry in range(indptr[row], indptr[row + 1]):
+            column = indices[entry]
+            if column == row:
+                data[starts[row]] += values[entry]
+            elif column > row and not fixed[row] and not fixed[column]:
+                here += 1
+                columns[here], data[here] = column, values[entry]

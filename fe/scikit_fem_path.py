@@ -5,16 +5,17 @@ the compiled assembly is tested against it.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 import skfem
 from numpy.typing import NDArray
+from skfem.helpers import ddot, dot, eye, sym_grad, trace
 
 from carrierflex.fe.assembly import MASS_ORDER, STIFFNESS_ORDER
 from carrierflex.fe.factorisation import superlu_solution
 from carrierflex.fe.materials import Material, material_of
-from carrierflex.fe.weak_forms import mass_form, stiffness_form
 from carrierflex.geometry.tet_mesh import TetMesh
 
 
@@ -75,3 +76,35 @@ def _assembled(
     matrix = sp.coo_array(form.assemble(basis))
     shape = (3 * len(mesh.points), 3 * len(mesh.points))
     return sp.csr_array((matrix.data, (place[matrix.row], place[matrix.col])), shape=shape)
+
+
+def stiffness_form(lam: float, mu: float) -> skfem.BilinearForm:
+    """Strain energy ``a(u, v) = ∫ (λ tr ε(u) I + 2 μ ε(u)) : ε(v) dV``.
+
+    Parameters
+    ----------
+    lam, mu : float
+        Lamé's constants [Pa].
+    """
+
+    def a(u: Any, v: Any, w: Any) -> Any:
+        strain = sym_grad(u)
+        stress = lam * eye(trace(strain), 3) + 2.0 * mu * strain
+        return ddot(stress, sym_grad(v))
+
+    return skfem.BilinearForm(a)
+
+
+def mass_form(rho: float) -> skfem.BilinearForm:
+    """Kinetic energy ``m(u, v) = ∫ ρ u · v dV``.
+
+    Parameters
+    ----------
+    rho : float
+        Density [kg/m³].
+    """
+
+    def m(u: Any, v: Any, w: Any) -> Any:
+        return rho * dot(u, v)
+
+    return skfem.BilinearForm(m)

@@ -6,7 +6,7 @@ tetrahedra or of any solids.
 
 import re
 import struct
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.shown_values import shortened
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.cad_surface_files import CadStatements
+from carrierflex.geometry.cad_surfaces import SurfaceStatement
 from carrierflex.geometry.given_meshes.foreign_files import (
     FORMATS,
     ForeignMesh,
@@ -27,11 +28,16 @@ from carrierflex.geometry.given_meshes.foreign_files import (
 )
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids, named_solids
 from carrierflex.geometry.given_meshes.other_entries import left_out
-from carrierflex.geometry.given_meshes.quadratic import quadratic_tetrahedra
 from carrierflex.geometry.given_meshes.solid_files import read_solid_mesh
-from carrierflex.geometry.given_meshes.stated_facets import with_stated
 from carrierflex.geometry.mesh_checks import check_mesh, check_solids
-from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.geometry.pins import planets_of
+from carrierflex.geometry.tet_mesh import (
+    FACET_CORNERS,
+    TET_EDGES,
+    NamedSurfaces,
+    TetMesh,
+    boundary_facets,
+)
 
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}
@@ -190,7 +196,7 @@ def read_mesh(
     mesh = replace(mesh, points=_in_frame(metres * mesh.points, statements))
     check_mesh(mesh, str(path))
     facets = {name: boundary_facets(mesh.tets[own]) for name, own in mesh.bodies.items()}
-    return replace(mesh, surfaces=with_stated(mesh, facets, statements, str(path)))
+    return replace(mesh, surfaces=_with_stated(mesh, facets, statements, str(path)))
 
 
 def _read_solids(path: Path, metres: float, statements: CadStatements | None) -> NamedSolids:
@@ -203,7 +209,7 @@ def _read_solids(path: Path, metres: float, statements: CadStatements | None) ->
     mesh = replace(mesh, points=_in_frame(metres * mesh.points, statements))
     check_solids(mesh, str(path))
     facets = {body: mesh.boundary(body) for body in mesh.bodies}
-    return replace(mesh, surfaces=with_stated(mesh, facets, statements, str(path)))
+    return replace(mesh, surfaces=_with_stated(mesh, facets, statements, str(path)))
 
 
 def _in_frame(points: NDArray[np.float64], statements: CadStatements | None) -> NDArray[np.float64]:
@@ -377,3 +383,136 @@ def _outward(
         f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected "
         "boundary facets"
     )
+
+
+def _with_stated(
+    mesh: NamedSurfaces,
+    boundary: Mapping[str, NDArray[np.int64]],
+    statements: CadStatements | None,
+    where: str,
+) -> dict[str, NDArray[np.int64]]:
+    """Named surfaces of a mesh and those that are stated."""
+    if statements is None:
+        return dict(mesh.surfaces)
+    if "carrier" not in boundary:
+        raise ValueError(
+            f"{where}: bodies {', '.join(map(repr, boundary))}; expected 'carrier' and, bonded, "
+            "'pins', or [mesh.bodies] of the surfaces file saying which group of elements is which"
+        )
+    surfaces = dict(mesh.surfaces)
+    for statement in statements.surfaces:
+        surfaces[statement.name] = _stated_facets(
+            mesh.points, boundary, statement, statements.tolerance, where
+        )
+    if "pins" in boundary and not any(name.endswith("_midspan") for name in surfaces):
+        if statements.bearing_width is None:
+            raise ValueError(
+                f"{where}: no surface pin_1_midspan among its groups, and the surfaces file has no "
+                "[pin] bearing_width; expected one of the two for the carrier with bonded pins"
+            )
+        for seat in _seats(mesh.points, surfaces, statements, statements.bearing_width):
+            surfaces[seat.name] = _stated_facets(
+                mesh.points, boundary, seat, statements.tolerance, where
+            )
+    return surfaces
+
+
+def _seats(
+    points: NDArray[np.float64],
+    surfaces: Mapping[str, NDArray[np.int64]],
+    statements: CadStatements,
+    width: float,
+) -> Iterator[SurfaceStatement]:
+    """Seats of the planet bearings of a `width` [m], half-way between bores that are stated."""
+    stated = {statement.name for statement in statements.surfaces}
+    for number in range(1, planets_of(stated) + 1):
+        names = [f"pin_{number}_{side}" for side in ("upwind", "downwind")]
+        if not stated.issuperset(names):
+            continue
+        bore = statements.named(names[0])
+        ends = [points[np.unique(surfaces[name])] @ bore.direction for name in names]
+        first, last = sorted((float(end.min()), float(end.max())) for end in ends)
+        middle, gap = (first[1] + last[0]) / 2.0, last[0] - first[1]
+        if not width < gap:
+            raise ValueError(
+                f"[pin] bearing_width is {width} m; expected less than the {gap:.4g} m between the "
+                f"bores of pin {number}"
+            )
+        window = (middle - width / 2.0, middle + width / 2.0)
+        yield replace(bore, name=f"pin_{number}_midspan", window=window)
+
+
+def _stated_facets(
+    points: NDArray[np.float64],
+    boundary: Mapping[str, NDArray[np.int64]],
+    statement: SurfaceStatement,
+    tolerance: float,
+    where: str,
+) -> NDArray[np.int64]:
+    """Boundary facets whose corners all lie on the stated plane or cylinder, in its window."""
+    body = "pins" if statement.name.endswith("_midspan") else "carrier"
+    if body not in boundary:
+        raise ValueError(
+            f"{where}: surface {statement.name!r} is stated of a mesh without a body 'pins'; "
+            "expected it of the carrier with bonded pins only"
+        )
+    facets = boundary[body]
+    corners = points[facets[:, : FACET_CORNERS[facets.shape[1]]]]
+    along = corners @ statement.direction
+    radius = np.linalg.norm(np.cross(corners - statement.point, statement.direction), axis=2)
+    measured, inside = (along, radius) if statement.kind == "plane" else (radius, along)
+    low, high = statement.window
+    on = (np.abs(measured - statement.size) <= tolerance).all(axis=1)
+    if statement.name == "rim_face":
+        _refuse_crossed_circle(inside[on], low, tolerance, where)
+    within = (inside >= low - tolerance) & (inside <= high + tolerance)
+    found = facets[on & within.all(axis=1)]
+    if not len(found):
+        raise ValueError(
+            f"{where}: no facet lies on surface {statement.name!r}, the {statement}, within "
+            f"{tolerance:g} m; expected one that element edges bound"
+        )
+    return found
+
+
+def _refuse_crossed_circle(
+    radii: NDArray[np.float64], circle: float, tolerance: float, where: str
+) -> None:
+    """Refuse facets of the rim's plane, radii (k, m) of their corners, that the circle cuts."""
+    crossed = (radii.min(axis=1) < circle - tolerance) & (radii.max(axis=1) > circle + tolerance)
+    if crossed.any():
+        outside = radii[radii > circle + tolerance].min()
+        raise ValueError(
+            f"{where}: {int(crossed.sum())} facets of surface 'rim_face' lie across its inner "
+            f"radius of {circle:.6g} m, the sensors' circle; expected element edges along it (the "
+            f"mesh's next nodes outside lie at {outside:.6g} m)"
+        )
+
+
+def quadratic_tetrahedra(
+    points: NDArray[np.float64], tets: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Nodes and quadratic tetrahedra of linear ones.
+
+    Linear tetrahedra are far too stiff in bending; with nodes in their edges the same body is
+    computed as well as its flat faces allow.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Nodes [m].
+    tets : ndarray of int, shape (m, 4)
+        Corners.
+
+    Returns
+    -------
+    points : ndarray, shape (n + n_edges, 3)
+        The nodes and, after them, the middles of all edges.
+    tets : ndarray of int, shape (m, 10)
+        In the order of :data:`carrierflex.geometry.tet_mesh.TET_EDGES`.
+    """
+    ends = np.sort(tets[:, np.array(TET_EDGES)], axis=2)
+    edges, number = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+    middles = points[edges].mean(axis=1)
+    of_element = len(points) + number.reshape(len(tets), len(TET_EDGES))
+    return np.concatenate([points, middles]), np.concatenate([tets, of_element], axis=1)

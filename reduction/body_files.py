@@ -3,12 +3,13 @@
 One HDF5 file a reduced body, self-describing, versioned, read back defensively.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TypeVar
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.files.hdf5_datasets import (
     PartError,
@@ -26,7 +27,11 @@ from carrierflex.reduction.ffrf_data import FfrfData
 from carrierflex.reduction.interface_mass import effective_interface_mass, has_fixed_interface_modes
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
-from carrierflex.reduction.rigid_body_checks import refuse_unsound
+from carrierflex.reduction.rigid_body_checks import (
+    geometric_rigid_modes,
+    grounding,
+    rigid_mass_properties,
+)
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.reduction.shapes.shape_parts import fill_shapes, shapes_of
 
@@ -57,6 +62,19 @@ _ORTHONORMAL_MEANING = (
     "q = X p: mass identity, stiffness diag(omega^2) [rad^2/s^2], rigid-body modes first; "
     "damping is D"
 )
+
+
+#: Rounding of sums over finite elements, over the largest entry.
+_SYMMETRIC = 1e-8
+#: Eigenvalues of matrices scaled to unit diagonal: zero is met to this.
+_NOT_NEGATIVE = -1e-6
+#: Relative difference between the mass of M and the stated one, as of a wrong unit or another
+#: body; the certificate tells smaller ones.
+_SAME_MASS = 0.05
+#: Force against a rigid motion [m or rad] above which geometry does not tell the rigid motion.
+_FREE = 1e-3
+#: Matrices up to this size are asked for their eigenvalues: seconds.
+_MOST_EIGENVALUES = 3000
 
 
 class BodyFileError(ValueError):
@@ -249,7 +267,7 @@ def _model(file: h5py.File) -> ReducedModel:
         provenance={key: str(value) for key, value in file["provenance"].attrs.items()},
         ffrf=_ffrf(file, n) if "ffrf" in file else None,
     )
-    refuse_unsound(model)
+    _refuse_unsound(model)
     return model
 
 
@@ -285,3 +303,49 @@ def _certificate(file: h5py.File) -> Certificate | None:
         for name, wanted, reached, met in zip(*columns, strict=True)
     )
     return Certificate(number_attribute(file["certificate"], "cut_off_hz"), checks)
+
+
+def _refuse_unsound(model: ReducedModel) -> None:
+    """Refuse matrices that no elastic body has."""
+    for problem in _problems(model):
+        raise PartError(problem)
+
+
+def _problems(model: ReducedModel) -> Iterator[str]:
+    for letter, matrix in (("K", model.K), ("M", model.M), ("D", model.D)):
+        largest = np.abs(matrix).max(initial=0.0)
+        asymmetry = np.abs(matrix - matrix.T).max(initial=0.0)
+        if asymmetry > _SYMMETRIC * largest:
+            yield (
+                f"{letter} differs from its transpose by {asymmetry:.3g}, its largest entry is "
+                f"{largest:.3g}; expected a symmetric matrix"
+            )
+    mass = model.mass_properties.mass
+    if not mass > 0.0:
+        yield f"mass_properties/mass is {mass:.6g} kg; expected a positive mass"
+    for letter, matrix in (("K", model.K), ("M", model.M)):
+        least = _least_eigenvalue(matrix)
+        if least < _NOT_NEGATIVE:
+            yield (
+                f"{letter}, scaled to unit diagonal, has the eigenvalue {least:.3g}; expected none "
+                "below zero"
+            )
+    if model.pilots and (model.K.diagonal() > 0.0).all() and grounding(model) < _FREE:
+        R = geometric_rigid_modes(model)
+        moved = rigid_mass_properties(R.T @ model.M @ R).mass
+        if abs(moved / mass - 1.0) > _SAME_MASS:
+            yield (
+                f"M moved as a rigid body has the mass {moved:.6g} kg, mass_properties/mass is "
+                f"{mass:.6g} kg; expected the same"
+            )
+
+
+def _least_eigenvalue(matrix: NDArray[np.float64]) -> float:
+    """Least eigenvalue of a matrix scaled to unit diagonal; of large ones the least sign of it."""
+    diagonal = matrix.diagonal()
+    if matrix.size == 0:
+        return 0.0
+    if (diagonal < 0.0).any() or len(matrix) > _MOST_EIGENVALUES:
+        return float(np.sign(diagonal).min())
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    return float(np.linalg.eigvalsh(matrix * np.outer(scale, scale))[0])

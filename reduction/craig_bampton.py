@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.couplings import Pilot
@@ -14,22 +16,27 @@ from carrierflex.fe.dense_threads import one_dense_thread
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.ffrf_data import inertia_invariants
-from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, kept_modes
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
 from carrierflex.reduction.held_structure import Grounded, HeldStructure, grounded
-from carrierflex.reduction.modes.mode_rules import ModeRule, rule_of
+from carrierflex.reduction.modes.mode_orientation import oriented
+from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule, rule_of
 from carrierflex.reduction.reduced_model import (
     FREE_MOTIONS,
     PILOT_COORDINATES,
     MassProperties,
     ReducedModel,
 )
-from carrierflex.reduction.residual_vectors import residual_vectors
 from carrierflex.reduction.rigid_body_checks import rigid_mass_properties
 
 #: Chosen, no damping being published for these parts: 2 % of critical on every fixed-interface
 #: mode.
 MODAL_DAMPING_RATIO = 0.02
 _SIX = 6
+
+
+#: A vector that is this small beside the answer it is what is left of holds nothing new [share of
+#: strain energy].
+_NEGLIGIBLE = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +121,10 @@ def craig_bampton(
     body = body or grounded(structure)
     fixed_interface = HeldStructure(body, structure.pilots)
     Psi, K_bb = fixed_interface.constraint_modes()
-    modes = kept_modes(fixed_interface, structure.M, rule_of(kept), rng=np.random.default_rng(seed))
-    residuals = residual_vectors(fixed_interface, structure, modes, residual_loads)
+    modes = _kept_modes(
+        fixed_interface, structure.M, rule_of(kept), rng=np.random.default_rng(seed)
+    )
+    residuals = _residual_vectors(fixed_interface, structure, modes, residual_loads)
     T = np.concatenate([Psi, modes.Phi, residuals.Phi], axis=1)
     omega = np.concatenate([modes.omega, residuals.omega])
     M_r = T.T @ (structure.M @ T)
@@ -198,3 +207,51 @@ def coordinate_labels(
         f"residual vector {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(residual, start=1)
     ]
     return (*moved, *modes, *vectors)
+
+
+def _kept_modes(
+    fixed_interface: HeldStructure, M: sp.csr_array, rule: ModeRule, *, rng: np.random.Generator
+) -> FixedInterfaceModes:
+    """Fixed-interface modes that a rule keeps: whole groups of equal frequency."""
+
+    def lowest_modes(n_modes: int) -> FixedInterfaceModes:
+        return fixed_interface_modes(fixed_interface, M, n_modes, rng=rng)
+
+    modes, count = modes_by_rule(rule, lowest_modes, M.shape[0])
+    return FixedInterfaceModes(modes.Phi[:, :count], modes.omega[:count])
+
+
+def _residual_vectors(
+    fixed_interface: HeldStructure,
+    structure: StructuralModel,
+    modes: FixedInterfaceModes,
+    loads: NDArray[np.float64] | None,
+) -> FixedInterfaceModes:
+    """Pseudo-modes that complete the kept modes to the exact static answer to some loads.
+
+    ``U = K_held⁻¹ F``, less its part in the kept modes, ``U - Φ Φᵀ M U``, is orthonormalised by its
+    own small eigenvalue problem: mass-normalised, stiffness diagonal, orthogonal to every kept mode
+    in mass and stiffness.
+
+    References
+    ----------
+    .. [1] R. R. Craig, A. J. Kurdila, "Fundamentals of Structural Dynamics", 2nd ed. (2006),
+       section 17.
+    """
+    if loads is None or loads.shape[1] == 0:
+        return FixedInterfaceModes(np.zeros((structure.n_dofs, 0)), np.zeros(0))
+    U = fixed_interface.static_response(loads)
+    energy = np.einsum("nk,nk->k", U, loads)
+    U = U[:, energy > 0.0] / np.sqrt(energy[energy > 0.0])
+    for _ in range(2):  # once more for the rounding of the first time
+        U = U - modes.Phi @ (modes.Phi.T @ (structure.M @ U))
+    K_u, M_u = U.T @ (structure.K @ U), U.T @ (structure.M @ U)
+    sizes, directions = np.linalg.eigh((K_u + K_u.T) / 2.0)
+    W = directions[:, sizes > _NEGLIGIBLE] / np.sqrt(sizes[sizes > _NEGLIGIBLE])
+    if W.shape[1] == 0:
+        return FixedInterfaceModes(np.zeros((structure.n_dofs, 0)), np.zeros(0))
+    mu, Z = scipy.linalg.eigh(W.T @ M_u @ W)
+    order = np.argsort(-mu)
+    # Flexibility normalised vectors have the mass mu = 1 / omega².
+    omega = 1.0 / np.sqrt(mu[order])
+    return FixedInterfaceModes(oriented(U @ W @ Z[:, order] * omega, omega), omega)

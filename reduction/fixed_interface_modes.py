@@ -10,7 +10,6 @@ from carrierflex.fe.static import AccuracyError
 from carrierflex.reduction.held_structure import HeldStructure
 from carrierflex.reduction.modes.block_lanczos import lowest_modes
 from carrierflex.reduction.modes.mode_orientation import oriented
-from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule
 
 #: Largest residual of an eigenpair, relative to its elastic force.
 _RESIDUAL_TOLERANCE = 1e-6
@@ -62,37 +61,6 @@ def fixed_interface_modes(
     _check_residuals(fixed_interface, M, eigenvalues, Phi)
     omega = np.sqrt(eigenvalues)
     return FixedInterfaceModes(oriented(Phi, omega), omega)
-
-
-def kept_modes(
-    fixed_interface: HeldStructure, M: sp.csr_array, rule: ModeRule, *, rng: np.random.Generator
-) -> FixedInterfaceModes:
-    """Fixed-interface modes that a rule keeps: whole groups of equal frequency.
-
-    Parameters
-    ----------
-    fixed_interface : HeldStructure
-        Body and pilots.
-    M : csr_array, shape (n, n)
-        Mass matrix [kg].
-    rule : ModeRule
-        How many.
-    rng : numpy.random.Generator
-        Starting vector.
-
-    Raises
-    ------
-    ValueError
-        Where the rule asks for more modes than a tenth of the degrees of freedom, or than 400.
-    AccuracyError
-        From :func:`fixed_interface_modes`.
-    """
-
-    def lowest_modes(n_modes: int) -> FixedInterfaceModes:
-        return fixed_interface_modes(fixed_interface, M, n_modes, rng=rng)
-
-    modes, count = modes_by_rule(rule, lowest_modes, M.shape[0])
-    return FixedInterfaceModes(modes.Phi[:, :count], modes.omega[:count])
 
 
 def _check_residuals(

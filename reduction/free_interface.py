@@ -25,9 +25,9 @@ from carrierflex.reduction.craig_bampton import (
     partial_components,
 )
 from carrierflex.reduction.ffrf_data import inertia_invariants
-from carrierflex.reduction.free_modes import FreeModes, kept_free_modes
+from carrierflex.reduction.free_modes import FreeModes, full_free_modes
 from carrierflex.reduction.held_structure import Grounded, grounded
-from carrierflex.reduction.modes.mode_rules import ModeRule, rule_of
+from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule, rule_of
 from carrierflex.reduction.reduced_model import ReducedModel
 
 
@@ -106,7 +106,7 @@ def free_interface_reduction(
     """
     body = body or grounded(structure)
     M, G = structure.M, sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots]))
-    free = kept_free_modes(structure, body, rule_of(kept), rng=np.random.default_rng(seed))
+    free = _kept_free_modes(structure, body, rule_of(kept), rng=np.random.default_rng(seed))
     R = body.rigid_modes @ _mass_orthonormal(body.rigid_modes, M)
     forces = G.T.toarray()
     Psi = _relieved(body, M @ R, R, forces) - free.Phi @ (
@@ -158,3 +158,15 @@ def _relieved(
 def _mass_orthonormal(R: NDArray[np.float64], M: sp.csr_array) -> NDArray[np.float64]:
     """Combination of rigid motions that makes their mass matrix the identity, shape (6, 6)."""
     return np.asarray(scipy.linalg.inv(scipy.linalg.cholesky(R.T @ (M @ R), lower=False)))
+
+
+def _kept_free_modes(
+    structure: StructuralModel, body: Grounded, rule: ModeRule, *, rng: np.random.Generator
+) -> FreeModes:
+    """Lowest elastic modes of the free body that a rule keeps: whole groups of equal frequency."""
+
+    def lowest_modes(n_modes: int) -> FreeModes:
+        return full_free_modes(structure, body, n_modes, rng=rng)
+
+    modes, count = modes_by_rule(rule, lowest_modes, structure.n_dofs)
+    return FreeModes(modes.Phi[:, :count], modes.omega[:count])

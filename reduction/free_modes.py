@@ -11,7 +11,6 @@ from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.modes.block_lanczos import lowest_modes
 from carrierflex.reduction.modes.dense_modes import dense_modes
 from carrierflex.reduction.modes.mode_orientation import oriented
-from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule
 from carrierflex.reduction.reduced_model import ReducedModel
 
 _BLOCK_SIZE = 8
@@ -63,35 +62,6 @@ def full_free_modes(
     omega_squared, Phi = lowest_modes(static_response, M, start, n_modes)
     omega = np.sqrt(omega_squared)
     return FreeModes(oriented(Phi, omega), omega)
-
-
-def kept_free_modes(
-    structure: StructuralModel, body: Grounded, rule: ModeRule, *, rng: np.random.Generator
-) -> FreeModes:
-    """Lowest elastic modes of the free body that a rule keeps: whole groups of equal frequency.
-
-    Parameters
-    ----------
-    structure : StructuralModel
-        The body.
-    body : Grounded
-        Its factor.
-    rule : ModeRule
-        How many.
-    rng : numpy.random.Generator
-        Starting block.
-
-    Raises
-    ------
-    ValueError
-        Where the rule asks for more modes than a tenth of the degrees of freedom, or than 400.
-    """
-
-    def lowest_modes(n_modes: int) -> FreeModes:
-        return full_free_modes(structure, body, n_modes, rng=rng)
-
-    modes, count = modes_by_rule(rule, lowest_modes, structure.n_dofs)
-    return FreeModes(modes.Phi[:, :count], modes.omega[:count])
 
 
 def reduced_free_modes(

@@ -13,8 +13,8 @@ from statistics import median
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan
-from carrierflex.blind_check.scoring.class_coverage import Hit, covered_parameters
 from carrierflex.blind_check.scoring.class_judging import judge_by_class
+from carrierflex.blind_check.scoring.class_score import Hit, covered_parameters
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.sealing.verdicts import Verdict
 from carrierflex.blind_check.truth.campaigns import case_campaign

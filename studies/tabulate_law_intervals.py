@@ -18,7 +18,7 @@ import numpy as np
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, PAIR, SINGLE, CasePlan
-from carrierflex.blind_check.scoring.class_coverage import Hit
+from carrierflex.blind_check.scoring.class_score import Hit
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction

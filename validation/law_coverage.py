@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from carrierflex.blind_check.labels import Label
-from carrierflex.blind_check.scoring.class_coverage import Hit
+from carrierflex.blind_check.scoring.class_score import Hit
 from carrierflex.diagnosis.inference.results import NamedValue
 
 #: Effects whose equation in the truth is the library's, in the campaign's constants: their

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 from carrierflex.blind_check.labels import FORM_FAMILIES, NOTHING, OUTSIDE, Label
-from carrierflex.blind_check.scoring.class_coverage import covered_parameters
 from carrierflex.blind_check.scoring.class_judging import (
     CLASSES_OF_LAW,
     CLEAR_CLASS_GAP,
@@ -27,6 +26,7 @@ from carrierflex.blind_check.scoring.class_judging import (
     ClassJudged,
     judge_by_class,
 )
+from carrierflex.blind_check.scoring.class_score import covered_parameters
 from carrierflex.blind_check.scoring.judging import judge
 from carrierflex.blind_check.scoring.scoring import wilson
 from carrierflex.blind_check.sealing.check import LABELS_FILE

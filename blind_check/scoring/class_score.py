@@ -3,22 +3,24 @@
 Wanted figures hold from two floors upwards; a stratum is a kind of drive, or a kind of campaign.
 """
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE, SEVERAL
-from carrierflex.blind_check.scoring.class_coverage import covered_parameters
 from carrierflex.blind_check.scoring.class_judging import (
     ABSTAINED,
     CLASS_KINDS,
     CLEAR_CLASS_GAP,
     FAILED,
+    OUTCOMES,
     RIGHT,
     SILENT,
     TIE,
+    UNDETERMINED,
     WRONG,
     ClassJudged,
 )
@@ -33,7 +35,7 @@ from carrierflex.blind_check.scoring.scoring import (
     time_figures,
     wilson,
 )
-from carrierflex.blind_check.scoring.several_score import several_figures, several_rows
+from carrierflex.blind_check.scoring.several_judging import JudgedCauses
 from carrierflex.blind_check.truth.element.drives import DECAY, STRATUM
 from carrierflex.blind_check.truth.element.families import CAUSES
 
@@ -50,6 +52,23 @@ STRATA = ("wide_band", "levels", "single_level", "decays", "carrier", "mounting"
 _FALSE_AT_MOST = {"element": 0.03, "carrier": 0.02, "mounting": 0.02}
 #: Ends of the bins of the change of form; textbook laws have none.
 CHANGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
+
+
+_ALL_FOUND, _NONE_FALSE = 0.85, 0.95
+_HEAD = "several causes"
+_NO_CLASS = "no class"
+#: Bins of the gap that a cause leaves alone.
+_BINS = (
+    ("less than 1", 0.0, 1.0),
+    ("1 to 2", 1.0, CLEAR_CLASS_GAP),
+    ("2 to 4", CLEAR_CLASS_GAP, 4.0),
+    ("4 and more", 4.0, float("inf")),
+)
+
+
+_NORMAL_95 = 1.959964
+#: Parameters of the baseline that are scored; its damping is an equivalent one beside any other.
+_OF_BASELINE = ("m", "K1")
 
 
 @dataclass(frozen=True)
@@ -128,7 +147,7 @@ def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
             several = [case for case in own if case.label.family == SEVERAL]
             clear = [case for case in own if is_clear(case) and case not in several]
             rows = [(case.truth, case.answered, case.outcome == RIGHT) for case in clear]
-            confusion += confusion_rows(kind, rows) + several_rows(kind, several)
+            confusion += confusion_rows(kind, rows) + _several_rows(kind, several)
     elements = [case for case in cases if case.label.kind in CLASS_KINDS]
     return ClassScore(
         figures=tuple(figures),
@@ -154,7 +173,7 @@ def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
     kind = cases[0].label.kind
     several = [case for case in cases if case.label.family == SEVERAL]
     others = [case for case in cases if case.label.family != SEVERAL]
-    figures = several_figures(kind, several)
+    figures = _several_figures(kind, several)
     if others:
         figures += _figures_of_strata(kind, others)
     return figures + time_figures(kind, [case.verdict.seconds for case in cases])
@@ -295,3 +314,178 @@ def _values(cases: Sequence[ClassJudged], key: str) -> list[float]:
 
 def _median(values: Sequence[float]) -> float:
     return float(np.median(values)) if values else float("nan")
+
+
+def _several_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
+    """Figures of the cases with several causes of one kind; none without such a case."""
+    if not cases:
+        return []
+    # Where no cause leaves two floors there is none to be found, but one can be false.
+    asked = [case for case in cases if _judged(case).of_gap(CLEAR_CLASS_GAP)]
+    found = [_judged(case).finds_all(CLEAR_CLASS_GAP) for case in asked]
+    none_false = [not _judged(case).false for case in cases]
+    both = [hit and not _judged(case).false for hit, case in zip(found, asked, strict=True)]
+    figures = [
+        share_figure(
+            kind,
+            f"{_HEAD}: every one of {CLEAR_CLASS_GAP:g} floors found",
+            found,
+            f">= {100 * _ALL_FOUND:.0f} %",
+            lambda p, n: p >= _ALL_FOUND,
+        ),
+        share_figure(
+            kind,
+            f"{_HEAD}: none false",
+            none_false,
+            f">= {100 * _NONE_FALSE:.0f} %",
+            lambda p, n: p >= _NONE_FALSE,
+        ),
+        share_figure(
+            kind,
+            f"{_HEAD}: none false in one at least of the sets that are not told apart",
+            [not _judged(case).in_every_set for case in cases],
+        ),
+        share_figure(kind, f"{_HEAD}: every one of 2 floors found and none false", both),
+        *_outcome_figures(kind, cases),
+    ]
+    for number in sorted({len(case.label.effects) for case in cases}):
+        own = [hit for hit, case in zip(found, asked, strict=True) if _number(case) == number]
+        figures.append(share_figure(kind, f"{_HEAD}, {number}: every one of 2 floors found", own))
+    for name, low, high in _BINS:
+        hits = [
+            cause.is_found
+            for case in cases
+            for cause in _judged(case).causes
+            if low <= cause.gap < high
+        ]
+        figures.append(share_figure(kind, f"{_HEAD}: single ones of {name} floors found", hits))
+    follows = [hit for case in cases for hit in _follows_right(case)]
+    if follows:
+        figures.append(share_figure(kind, f"{_HEAD}: what a found one follows is right", follows))
+    false_laws = [bool(case.false_laws) for case in cases]
+    return [*figures, share_figure(kind, f"{_HEAD}: law named, class wrong", false_laws)]
+
+
+def _outcome_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
+    """Shares of all cases by outcome, each apart."""
+    return [
+        share_figure(kind, f"{_HEAD}: {outcome}", [case.outcome == outcome for case in cases])
+        for outcome in OUTCOMES
+    ]
+
+
+def _several_rows(kind: str, cases: Sequence[ClassJudged]) -> list[ClassRow]:
+    """How often causes of each class are found, and each class is named falsely."""
+    hits: dict[str, list[bool]] = {}
+    instead: dict[str, Counter[str]] = {}
+    missed_beside: dict[str, Counter[str]] = {}
+    for case in cases:
+        judged = _judged(case)
+        clear = judged.of_gap(CLEAR_CLASS_GAP)
+        missed = [cause.class_id for cause in clear if not cause.is_found]
+        for cause in clear:
+            hits.setdefault(cause.class_id, []).append(cause.is_found)
+        for own in missed:
+            instead.setdefault(own, Counter())[_words(case, judged.false)] += 1
+        for own in judged.false:
+            missed_beside.setdefault(own, Counter())[" + ".join(missed) or "none missed"] += 1
+    rows = [
+        _row(kind, f"{_HEAD}: {own}", sum(of_class), len(of_class), instead.get(own, Counter()))
+        for own, of_class in sorted(hits.items())
+    ]
+    for own, beside in sorted(missed_beside.items()):
+        without = [case for case in cases if own not in _classes(case)]
+        right = len(without) - beside.total()
+        rows.append(_row(kind, f"{_HEAD}: no {own}", right, len(without), beside))
+    return rows
+
+
+def _row(kind: str, name: str, right: int, cases: int, answers: Counter[str]) -> ClassRow:
+    return ClassRow(kind, name, cases, right, wilson(right, cases), tuple(answers.most_common()))
+
+
+def _words(case: ClassJudged, false: Sequence[str]) -> str:
+    """What stands falsely in the place of a missed cause."""
+    if not case.answer:
+        return _NO_CLASS
+    return "missed beside " + " + ".join(false) if false else "missed alone"
+
+
+def _judged(case: ClassJudged) -> JudgedCauses:
+    assert case.causes is not None, "a case with several causes is judged cause by cause"
+    return case.causes
+
+
+def _number(case: ClassJudged) -> int:
+    return len(case.label.effects)
+
+
+def _classes(case: ClassJudged) -> set[str]:
+    return {cause.class_id for cause in _judged(case).causes}
+
+
+def _follows_right(case: ClassJudged) -> list[bool]:
+    """For every cause found whose class says what it follows, whether the answer says the same."""
+    answered = {name.rpartition("/")[0]: name for name in case.answer}
+    found = [cause.class_id for cause in _judged(case).causes if cause.is_found]
+    told = []
+    for name in case.label.classes:
+        shape = name.rpartition("/")[0]
+        if shape in found and not answered.get(shape, UNDETERMINED).endswith(UNDETERMINED):
+            told.append(answered[shape] == name)
+    return told
+
+
+@dataclass(frozen=True)
+class Hit:
+    """One parameter that answer and label both hold.
+
+    `half_width` is over the true value, or in rad where the parameter is a direction.
+    """
+
+    name: str
+    is_baseline: bool
+    is_covered: bool
+    half_width: float
+    is_direction: bool = False
+
+
+def covered_parameters(case: ClassJudged) -> list[Hit]:
+    """Parameters of the baseline and of textbook laws that a right answer names.
+
+    Parameters
+    ----------
+    case : ClassJudged
+        A case; one without true parameters, or that is not right, gives none.
+
+    Returns
+    -------
+    list of Hit
+        Whether the 95 % interval holds the true value, and its half-width over that value.
+    """
+    if case.outcome != RIGHT:
+        return []
+    claimed = case.verdict.document.get("parameters") or {}
+    hits = []
+    for effect, values in case.label.parameters.items():
+        for symbol, true in values.items():
+            claim = claimed.get(effect, {}).get(symbol)
+            interval = _interval(claim) if claim else None
+            is_baseline = effect == "baseline"
+            if interval is None or true == 0.0 or (is_baseline and symbol not in _OF_BASELINE):
+                continue
+            low, high = interval
+            width = 0.5 * (high - low) / abs(true)
+            hits.append(Hit(f"{effect}.{symbol}", is_baseline, low <= true <= high, width))
+    return hits
+
+
+def _interval(claim: Mapping[str, Any]) -> tuple[float, float] | None:
+    """The claimed 95 % interval, or that of its standard deviation."""
+    own = claim.get("ci95")
+    if own and None not in own:
+        return float(own[0]), float(own[1])
+    if claim.get("value") is None or claim.get("std") is None:
+        return None
+    value, std = float(claim["value"]), float(claim["std"])
+    return value - _NORMAL_95 * std, value + _NORMAL_95 * std

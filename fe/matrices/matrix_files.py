@@ -1,17 +1,34 @@
 """Which reader takes a file of a stiffness or a mass matrix."""
 
+import io
 import re
+import struct
+import zipfile
+import zlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, NamedTuple
 
-from carrierflex.fe.matrices.abaqus_files import read_abaqus_matrix
-from carrierflex.fe.matrices.ansys_files import read_full
-from carrierflex.fe.matrices.array_files import read_matrix_market, read_npz
+import numpy as np
+import scipy.io
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
 from carrierflex.fe.matrices.dmig_input_files import read_dmig
-from carrierflex.fe.matrices.harwell_boeing_files import read_harwell_boeing
 from carrierflex.fe.matrices.op4_input_files import read_op4
-from carrierflex.fe.matrices.stored_matrix import StoredMatrix
+from carrierflex.fe.matrices.stored_matrix import (
+    MOST_DOFS,
+    MOST_ENTRIES,
+    DofNames,
+    StoredMatrix,
+    from_entries,
+    names_of_keys,
+)
+from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
+from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
+from carrierflex.files.shown_values import shown
 
 #: Larger files [bytes] are refused: some hundred million entries in text.
 MOST_BYTES = 20_000_000_000
@@ -33,6 +50,47 @@ SUFFIXES = {
 }
 _EXPECTED = "a stiffness or mass matrix"
 _Reader = Callable[[Path, bytes, str], StoredMatrix]
+
+
+_EXTRA = "pip install carrierflex[ansys]"
+
+
+_BANNER = re.compile(rb"%%MatrixMarket\s+matrix\s+(\w+)\s+(\w+)\s+(\w+)", re.I)
+#: Arrays of a sparse matrix in npz, as scipy.sparse.save_npz names them.
+_PARTS = {
+    "csr": ("data", "indices", "indptr"),
+    "csc": ("data", "indices", "indptr"),
+    "coo": ("data", "row", "col"),
+}
+#: An array may be this many times as large as what is stored of it, and this large whatever is
+#: stored [bytes].
+_PACKED, _SMALL = 1000, 100_000
+#: What zip and numpy raise of damaged files, besides ValueError.
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    KeyError,
+    IndexError,
+    TypeError,
+    OSError,
+    EOFError,
+    OverflowError,
+    SyntaxError,
+    MemoryError,
+)
+
+
+#: ``(1P,3E26.18)``, ``(8I10)``, ``(4D20.12)``: repeat count, kind and width.
+_FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*(\d*)\s*([IEDFG])\s*(\d+)(?:\.\d+(?:E\d+)?)?\s*\)")
+#: Real, symmetric or general, assembled.
+_KINDS = ("RSA", "RUA")
+_WIDEST = 200
+
+
+_KEYWORD = re.compile(rb"^[ \t]*\*(?!\*)[ \t]*([^\r\n]*)", re.MULTILINE)
+_COMMENT = re.compile(rb"^[ \t]*\*\*[^\r\n]*", re.MULTILINE)
+_COMPONENTS = 6
 
 
 def read_matrix(path: Path, quantity: str) -> StoredMatrix:
@@ -60,7 +118,7 @@ def read_matrix(path: Path, quantity: str) -> StoredMatrix:
     """
     suffix = path.suffix.lower()
     if suffix == ".full":
-        return read_full(path, check_plain_file(path, _EXPECTED, MOST_BYTES), quantity)
+        return _read_full(path, check_plain_file(path, _EXPECTED, MOST_BYTES), quantity)
     if suffix not in SUFFIXES:
         check_plain_file(path, _EXPECTED, MOST_BYTES)
         known = ", ".join(SUFFIXES)
@@ -75,9 +133,390 @@ def _reader(suffix: str, content: bytes) -> _Reader:
     if suffix in (".pch", ".bdf", ".dat"):
         return read_dmig
     if suffix == ".npz":
-        return lambda path, content, quantity: read_npz(path, content)
+        return lambda path, content, quantity: _read_npz(path, content)
     if suffix in (".rsa", ".hb", ".matrix"):
-        return lambda path, content, quantity: read_harwell_boeing(path, content)
+        return lambda path, content, quantity: _read_harwell_boeing(path, content)
     if suffix == ".mm" or re.match(rb"%%MatrixMarket", content, re.I):
-        return lambda path, content, quantity: read_matrix_market(path, content)
-    return read_abaqus_matrix
+        return lambda path, content, quantity: _read_matrix_market(path, content)
+    return _read_abaqus_matrix
+
+
+def _read_full(path: Path, size: int, quantity: str) -> StoredMatrix:
+    """Stiffness or mass of a .full file, with nodes and directions."""
+    return in_child(_by_reader, path, size, quantity, about=path, what="ansys-mapdl-reader")
+
+
+def _by_reader(path: Path, size: int, quantity: str) -> StoredMatrix:
+    try:
+        from ansys.mapdl import reader
+    except ImportError as error:
+        raise ValueError(
+            f"{path}: .full files are read by ansys-mapdl-reader, which is not installed; {_EXTRA}"
+        ) from error
+    try:
+        with limited(60 + size // 500_000, 1_000_000_000 + 60 * size):
+            dofs, K, M = reader.read_binary(str(path)).load_km(sort=False)
+            chosen = sp.coo_array(K if quantity == "stiffness" else M)
+            rows, columns = (np.asarray(i, dtype=np.int64) for i in chosen.coords)
+            names = DofNames(
+                np.asarray(dofs[:, 0], dtype=np.int64), np.asarray(dofs[:, 1], dtype=np.int64)
+            )
+            values = chosen.data.astype(np.float64)
+            return StoredMatrix(from_entries(rows, columns, values, len(names)), names)
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(
+            f"{path}: not a .full file that ansys-mapdl-reader takes ({reason})"
+        ) from error
+
+
+def _read_matrix_market(path: Path, content: bytes) -> StoredMatrix:
+    """Real matrix of a MatrixMarket file: coordinate, symmetric or general."""
+    banner = _BANNER.match(content)
+    if banner is None:
+        raise ValueError(f"{path}: no %%MatrixMarket banner; expected one in the first line")
+    layout, field, symmetry = (word.decode("latin-1").lower() for word in banner.groups())
+    if layout != "coordinate" or field not in ("real", "integer", "double"):
+        raise ValueError(
+            f"{path}: MatrixMarket {layout} {field}; expected a coordinate matrix of real numbers"
+        )
+    if symmetry not in ("symmetric", "general"):
+        raise ValueError(f"{path}: MatrixMarket {shown(symmetry)}; expected symmetric or general")
+    sizes = _market_sizes(path, content)
+    try:
+        entries = sp.coo_array(scipy.io.mmread(io.BytesIO(content), spmatrix=False))
+        rows, columns = (np.asarray(index, dtype=np.int64) for index in entries.coords)
+        A = from_entries(rows, columns, entries.data.astype(np.float64), sizes[0])
+    except (ValueError, TypeError, OverflowError, RuntimeError, IndexError) as error:
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{path}: not a complete MatrixMarket file ({reason})") from error
+    return StoredMatrix(A)
+
+
+def _market_sizes(path: Path, content: bytes) -> tuple[int, int, int]:
+    """Rows, columns and entries that the file states, checked against its length."""
+    sizes = re.search(
+        rb"^[ \t]*(\d{1,12})[ \t]+(\d{1,12})[ \t]+(\d{1,12})[ \t]*\r?$", content, re.M
+    )
+    if sizes is None:
+        raise ValueError(f"{path}: no line of sizes; expected rows, columns and entries")
+    n, m, entries = (int(word) for word in sizes.groups())
+    # An entry takes "1 1 1" and a line end at least.
+    if n != m or not 0 < n <= MOST_DOFS or 6 * entries > len(content) + 6:
+        raise ValueError(
+            f"{path}: states {n} rows, {m} columns and {entries} entries in {len(content)} bytes; "
+            "expected a square matrix and a line an entry"
+        )
+    return n, m, entries
+
+
+def _read_npz(path: Path, content: bytes) -> StoredMatrix:
+    """Matrix that scipy.sparse.save_npz wrote."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            _refuse_unstored(path, archive)
+        with np.load(io.BytesIO(content), allow_pickle=False) as parts:
+            return StoredMatrix(_sparse(path, parts))
+    except _DAMAGED as error:
+        raise ValueError(f"{path}: not a whole npz file ({_reason(error)})") from error
+    except (ValueError, NotImplementedError, RuntimeError) as error:
+        if str(error).startswith(str(path)):
+            raise
+        raise ValueError(
+            f"{path}: not a sparse matrix of scipy.sparse.save_npz ({_reason(error)})"
+        ) from error
+
+
+def _refuse_unstored(path: Path, archive: zipfile.ZipFile) -> None:
+    for entry in archive.infolist():
+        if entry.file_size > _PACKED * entry.compress_size + _SMALL:
+            raise ValueError(
+                f"{path}: {shown(entry.filename)} states {entry.file_size} bytes and stores "
+                f"{entry.compress_size}; expected what is stored"
+            )
+        with archive.open(entry) as part:
+            _refuse_other_shape(path, entry.filename, entry.file_size, part)
+
+
+def _refuse_other_shape(path: Path, name: str, size: int, part: IO[bytes]) -> None:
+    """Refuse an array whose header states more than the bytes behind it."""
+    version = np.lib.format.read_magic(part)
+    reader = (
+        np.lib.format.read_array_header_1_0
+        if version == (1, 0)
+        else np.lib.format.read_array_header_2_0
+    )
+    shape, _, dtype = reader(part)
+    if dtype.hasobject or int(np.prod(shape, dtype=object)) * dtype.itemsize > size:
+        raise ValueError(
+            f"{path}: {shown(name)} states the shape {shown(shape)} of {shown(dtype)} in {size} "
+            "bytes; expected as many"
+        )
+
+
+def _sparse(path: Path, parts: "np.lib.npyio.NpzFile") -> sp.csr_array:
+    layout = bytes(np.asarray(parts["format"])).decode("latin-1").strip("\0")
+    if layout not in _PARTS:
+        raise ValueError(f"{path}: format {shown(layout)}; expected {', '.join(_PARTS)}")
+    shape = np.asarray(parts["shape"]).ravel().tolist()
+    data, first, second = (np.asarray(parts[name]) for name in _PARTS[layout])
+    kinds = (data.dtype.kind, first.dtype.kind, second.dtype.kind)
+    if len(shape) != 2 or kinds[0] not in "fiu" or set(kinds[1:]) - set("iu"):
+        raise ValueError(f"{path}: shape {shown(shape)} and types {kinds}; expected real numbers")
+    if shape[0] != shape[1] or not 0 < shape[0] <= MOST_DOFS:
+        raise ValueError(
+            f"{path}: {shape[0]} rows and {shape[1]} columns; expected a square matrix"
+        )
+    data = data.astype(np.float64, copy=False)
+    if layout == "coo":
+        indices = (first.astype(np.int64), second.astype(np.int64))
+        return from_entries(*indices, data, int(shape[0]))
+    kind = sp.csr_array if layout == "csr" else sp.csc_array
+    A = kind((data, first, second), shape=(int(shape[0]), int(shape[1])))
+    A.check_format(full_check=True)
+    coo = A.tocoo()
+    rows, columns = (index.astype(np.int64) for index in coo.coords)
+    return from_entries(rows, columns, coo.data, int(shape[0]))
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+@dataclass(frozen=True)
+class _Header:
+    kind: str
+    n_rows: int
+    n_columns: int
+    n_entries: int
+    lines: tuple[int, int, int]
+    fields: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
+
+
+def _read_harwell_boeing(path: Path, content: bytes) -> StoredMatrix:
+    """Matrix of a Harwell-Boeing file of type RSA, or RUA with both triangles."""
+    lines = content.split(b"\n", 5)
+    if len(lines) < 5:
+        raise ValueError(f"{path}: {len(lines)} lines; expected a Harwell-Boeing header of four")
+    header = _header(path, [line.decode("latin-1") for line in lines[:4]])
+    has_right_side = _count(lines[1].decode("latin-1")[56:70]) > 0
+    body = content.split(b"\n", 5 if has_right_side else 4)[-1]
+    starts_at, rows_at, values_at = np.cumsum([0, *header.lines])[:3]
+    parts = body.split(b"\n")
+    n = header.n_columns
+    counts = (n + 1, header.n_entries, header.n_entries)
+    names = ("column starts", "row numbers", "values")
+    read = []
+    for first, n_lines, (per_line, width), count, name in zip(
+        (starts_at, rows_at, values_at), header.lines, header.fields, counts, names, strict=True
+    ):
+        text = b"\n".join(parts[first : first + n_lines])
+        read.append(_numbers(text, width, per_line, count, f"{path}: the {name}"))
+    starts, rows = (
+        whole(part, f"{path}: the {name}") - 1
+        for part, name in zip(read[:2], names[:2], strict=True)
+    )
+    if starts[0] != 0 or starts[-1] != header.n_entries or (np.diff(starts) < 0).any():
+        raise ValueError(
+            f"{path}: column starts go from {starts[0] + 1} to {starts[-1] + 1}; expected "
+            f"ascending ones from 1 to {header.n_entries + 1}"
+        )
+    columns = np.repeat(np.arange(n), np.diff(starts))
+    try:
+        return StoredMatrix(from_entries(rows, columns, read[2], n))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _numbers(text: bytes, width: int, per_line: int, count: int, what: str) -> NDArray[np.float64]:
+    """Numbers in columns of fixed width, or between blanks where the header's width is not kept."""
+    try:
+        found = numbers(_fixed_fields(text, width, per_line, count, what), what)
+    except ValueError:
+        found = np.zeros(0)
+    if len(found) != count:
+        found = numbers(text, what)
+    if len(found) != count:
+        raise ValueError(f"{what} are {len(found)}; the header states {count}: cut short")
+    return found
+
+
+def _header(path: Path, lines: list[str]) -> _Header:
+    words = lines[2].split()
+    kind = words[0].upper() if words else ""
+    if kind not in _KINDS:
+        raise ValueError(
+            f"{path}: Harwell-Boeing type {shown(kind)}; expected RSA (real, symmetric, assembled)"
+        )
+    sizes = [_count(lines[2][start : start + 14]) for start in (14, 28, 42)]
+    n_lines = tuple(_count(lines[1][start : start + 14]) for start in (14, 28, 42))
+    if min(*sizes, *n_lines) < 1 or sizes[0] != sizes[1]:
+        raise ValueError(
+            f"{path}: the header states {sizes[0]} rows, {sizes[1]} columns, {sizes[2]} entries on "
+            f"{n_lines[0]}, {n_lines[1]} and {n_lines[2]} lines; expected a square matrix of whole "
+            "numbers in columns of 14"
+        )
+    if sizes[0] > MOST_DOFS or sizes[2] > MOST_ENTRIES:
+        raise ValueError(f"{path}: states {sizes[0]} rows and {sizes[2]} entries; too many")
+    fields = []
+    for text in (lines[3][:16], lines[3][16:32], lines[3][32:52]):
+        found = _FORMAT.fullmatch(text.strip().upper())
+        if found is None:
+            raise ValueError(
+                f"{path}: the header's format is {shown(text.strip())}; expected one as (10I8) or "
+                "(3E26.18)"
+            )
+        per_line, width = int(found[1] or 1), int(found[3])
+        if not (0 < per_line <= _WIDEST and 0 < width <= _WIDEST):
+            raise ValueError(f"{path}: the header's format {shown(text.strip())} has no such line")
+        fields.append((per_line, width))
+    return _Header(
+        kind,
+        *(sizes[0], sizes[1], sizes[2]),
+        (n_lines[0], n_lines[1], n_lines[2]),
+        (fields[0], fields[1], fields[2]),
+    )
+
+
+def _count(text: str) -> int:
+    """Whole number of a field of the header; 0 where it is none."""
+    word = text.strip()
+    return int(word) if word.isascii() and word.isdigit() and len(word) <= 14 else 0
+
+
+def _fixed_fields(text: bytes, width: int, per_line: int, count: int, what: str) -> bytes:
+    """The fields of lines of fixed width, one blank between them."""
+    n_lines = -(-count // per_line)
+    lines = text.split(b"\n")[:n_lines]
+    if len(lines) < n_lines:
+        raise ValueError(f"{what} end after {len(lines)} of {n_lines} lines: cut short")
+    length = width * per_line
+    block = b"".join(line.rstrip(b"\r")[:length].ljust(length) for line in lines)
+    fields = np.frombuffer(block, dtype=np.uint8).reshape(-1, width)[:count]
+    spaced = np.full((count, width + 1), ord(" "), dtype=np.uint8)
+    spaced[:, :width] = fields
+    return spaced.tobytes()
+
+
+class _Block(NamedTuple):
+    """Data lines below one keyword."""
+
+    keyword: str
+    data: bytes
+
+
+def _read_abaqus_matrix(path: Path, content: bytes, quantity: str) -> StoredMatrix:
+    """Matrix of a .mtx file in any of the three layouts."""
+    try:
+        plain, *blocks = _blocks(content)
+        if any(block.keyword.startswith("USER ELEMENT") for block in blocks):
+            return _element_matrix(content, blocks, quantity)
+        data = b"\n".join([plain.data, *(b.data for b in blocks if "MATRIX" in b.keyword)])
+        return _listed_entries(data)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _blocks(content: bytes) -> list[_Block]:
+    """What stands before the first keyword, then the data lines of every keyword."""
+    text = _COMMENT.sub(b"", content)
+    marks = list(_KEYWORD.finditer(text))
+    ends = [*(mark.start() for mark in marks), len(text)]
+    blocks = [_Block("", text[: ends[0]])]
+    for mark, end in zip(marks, ends[1:], strict=True):
+        keyword = re.sub(r"\s+", " ", mark[1].decode("latin-1")).strip().upper()
+        blocks.append(_Block(keyword, text[mark.end() : end]))
+    return blocks
+
+
+def _listed_entries(data: bytes) -> StoredMatrix:
+    first = next((line for line in data.split(b"\n") if line.strip()), b"")
+    n_columns = len(first.replace(b",", b" ").split())
+    if n_columns not in (3, 5):
+        raise ValueError(
+            f"the first data line is {shown(first.decode('latin-1')[:60])}; expected row, column, "
+            "value, or node, direction, node, direction, value, or *USER ELEMENT"
+        )
+    table = number_table(data, n_columns, "the entries")
+    if n_columns == 3:
+        index = whole(table[:, :2], "rows and columns") - 1
+        n = int(index.max(initial=-1)) + 1
+        return StoredMatrix(from_entries(index[:, 0], index[:, 1], table[:, 2], n))
+    # Nodes of negative number are internal degrees of freedom: Lagrange multipliers, tied contact.
+    if (table[:, [0, 2]] < 1.0).any():
+        odd = float(table[:, [0, 2]].min())
+        raise ValueError(f"node {odd:g} is an internal variable; expected nodes of the model only")
+    index = whole(table[:, :4], "nodes and directions")
+    _refuse_other_directions(index[:, [1, 3]])
+    keys = np.stack([_keys(index[:, 0], index[:, 1]), _keys(index[:, 2], index[:, 3])])
+    found, place = np.unique(keys, return_inverse=True)
+    rows, columns = place.reshape(2, -1)
+    A = from_entries(rows, columns, table[:, 4], len(found))
+    return StoredMatrix(A, names_of_keys(found))
+
+
+def _keys(nodes: NDArray[np.int64], directions: NDArray[np.int64]) -> NDArray[np.int64]:
+    return DofNames(nodes, directions - 1).keys
+
+
+def _element_matrix(content: bytes, blocks: list[_Block], quantity: str) -> StoredMatrix:
+    names = _element_dofs(content, blocks)
+    wanted = f"TYPE={quantity.upper()}"
+    found = [
+        block.data
+        for block in blocks
+        if block.keyword.startswith("MATRIX") and wanted in block.keyword.replace(" ", "")
+    ]
+    if len(found) != 1:
+        raise ValueError(f"{len(found)} blocks *MATRIX, {wanted}; expected one")
+    values = numbers(found[0], f"the {quantity} matrix")
+    n = len(names)
+    rows, columns = np.tril_indices(n)
+    if len(values) != len(rows):
+        raise ValueError(
+            f"the {quantity} matrix holds {len(values)} numbers; expected {len(rows)}, the lower "
+            f"triangle of {n} degrees of freedom"
+        )
+    return StoredMatrix(from_entries(rows, columns, values, n), names)
+
+
+def _element_dofs(content: bytes, blocks: list[_Block]) -> DofNames:
+    """Nodes from the comment ``** ELEMENT NODES``, directions from the lines of *USER ELEMENT."""
+    comment = re.search(
+        rb"\*\*[ \t]*ELEMENT NODES[^\r\n]*\r?\n((?:[ \t]*\*\*[^\r\n]*\r?\n)+)", content, re.I
+    )
+    if comment is None:
+        raise ValueError("no comment ** ELEMENT NODES; expected the nodes of the element there")
+    nodes = whole(numbers(comment[1].replace(b"*", b" "), "the element's nodes"), "nodes")
+    block = next(block for block in blocks if block.keyword.startswith("USER ELEMENT"))
+    lines = [line for line in block.data.split(b"\n") if line.strip()]
+    # Positions at which a list of directions begins to hold; the first line has none.
+    directions: dict[int, list[int]] = {}
+    for number, line in enumerate(lines):
+        entries = whole(numbers(line, "the directions"), "directions").tolist()
+        position, listed = (1, entries) if number == 0 else (entries[0], entries[1:])
+        directions[position] = listed
+    if not directions or max(directions) > len(nodes) or min(directions) < 1:
+        raise ValueError(
+            f"directions of {len(directions)} positions for {len(nodes)} nodes; expected lists of "
+            "directions below *USER ELEMENT"
+        )
+    found_nodes: list[int] = []
+    found_directions: list[int] = []
+    listed = []
+    for position, node in enumerate(nodes.tolist(), start=1):
+        listed = directions.get(position, listed)
+        found_nodes += [node] * len(listed)
+        found_directions += listed
+    chosen = np.array(found_directions, dtype=np.int64)
+    _refuse_other_directions(chosen)
+    names = DofNames(np.array(found_nodes, dtype=np.int64), chosen - 1)
+    if len(np.unique(names.keys)) != len(names):
+        raise ValueError("a direction of a node stands twice; expected every one once")
+    return names
+
+
+def _refuse_other_directions(directions: NDArray[np.int64]) -> None:
+    if directions.size and not (1 <= directions.min() and directions.max() <= _COMPONENTS):
+        odd = int(directions[(directions < 1) | (directions > _COMPONENTS)].flat[0])
+        raise ValueError(f"direction {odd}; expected 1 to 6, displacements and rotations only")

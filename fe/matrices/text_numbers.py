@@ -78,36 +78,3 @@ def whole(values: NDArray[np.float64], what: str) -> NDArray[np.int64]:
         odd = float(values[~sound][0])
         raise ValueError(f"{what} hold {odd:g}; expected whole numbers, not negative")
     return values.astype(np.int64)
-
-
-def fixed_fields(text: bytes, width: int, per_line: int, count: int, what: str) -> bytes:
-    """The fields of lines of fixed width, one blank between them.
-
-    Fortran may leave none between two numbers.
-
-    Parameters
-    ----------
-    text : bytes
-        Lines.
-    width, per_line : int
-        Characters of a field, fields of a line.
-    count : int
-        Fields in all.
-    what : str
-        What they are, for the message.
-
-    Raises
-    ------
-    ValueError
-        Where there are fewer lines than `count` fields need.
-    """
-    n_lines = -(-count // per_line)
-    lines = text.split(b"\n")[:n_lines]
-    if len(lines) < n_lines:
-        raise ValueError(f"{what} end after {len(lines)} of {n_lines} lines: cut short")
-    length = width * per_line
-    block = b"".join(line.rstrip(b"\r")[:length].ljust(length) for line in lines)
-    fields = np.frombuffer(block, dtype=np.uint8).reshape(-1, width)[:count]
-    spaced = np.full((count, width + 1), ord(" "), dtype=np.uint8)
-    spaced[:, :width] = fields
-    return spaced.tobytes()

@@ -1,7 +1,7 @@
 """Stiffness and mass of isoparametric solids: tetrahedra, hexahedra and wedges.
 
-Shape functions are scikit-fem's, in the weak forms of :mod:`carrierflex.fe.weak_forms`, integrated
-in full over the element's own geometry.
+Shape functions are scikit-fem's, in the weak forms of :mod:`carrierflex.fe.scikit_fem_path`,
+integrated in full over the element's own geometry.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,9 +1,11 @@
 """Reading and writing of campaign folders: campaign.toml with one CSV or Parquet file a run."""
 
+import hashlib
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -12,33 +14,43 @@ import pyarrow.parquet as pa_parquet
 import tomli_w
 
 from carrierflex.files.problems import Problems, problems_of, refuse, repeated_names
+from carrierflex.files.temporary_store import TemporaryStore
+from carrierflex.files.versions import software_name
 from carrierflex.files.whole_files import errors_naming
 from carrierflex.files.whole_folders import check_writable, taken_up, whole_folder
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.campaign_document import campaign_document
 from carrierflex.identification.campaign.campaign_header import (
     CAMPAIGN_FILE,
     CampaignHeader,
     RunEntry,
     campaign_header,
 )
-from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX, expected_columns
+from carrierflex.identification.campaign.declarations import (
+    PREDICTION_SUFFIX,
+    Baseline,
+    Channel,
+    InputSignal,
+    SimulatedMark,
+    expected_columns,
+)
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, checked_file_name
-from carrierflex.identification.campaign.kept_runs import KeptRuns
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.run_files import (
     ExpectedColumns,
     left_out_columns,
     run_columns,
 )
-from carrierflex.identification.campaign.simulated_mark import first_other_file, simulated_mark
 
 #: Copy of the simulation case that a campaign was made from; it may stand beside the campaign's own
 #: files.
 CASE_COPY = "case.toml"
 #: Copies of the law files that a case was simulated with, by number.
 LAW_COPY = "law_{}.toml"
+
+
+#: Bytes of all records up to which they are kept in memory.
+_IN_MEMORY = 200_000_000
 
 
 def read_campaign(folder: Path) -> Campaign:
@@ -138,7 +150,7 @@ def write_campaign(
                 with errors_naming(folder / run.file, path):
                     _write_run(run, path)
         if simulated:
-            mark = simulated_mark(partial, [run.file for run in campaign.runs])
+            mark = _simulated_mark(partial, [run.file for run in campaign.runs])
             document |= {"version": CAMPAIGN_FILE.version, "simulated": mark.table()}
         path = partial / DOCUMENT_NAME
         with errors_naming(folder / DOCUMENT_NAME, path):
@@ -195,7 +207,7 @@ def _refuse_measurement(folder: Path, header: CampaignHeader) -> None:
             f"{folder / DOCUMENT_NAME}: no table [simulated], so these are measured records, which "
             "are never replaced; expected a new or empty folder"
         )
-    other = first_other_file(header.simulated, folder, [run.file for run in header.runs])
+    other = _first_other_file(header.simulated, folder, [run.file for run in header.runs])
     if other is not None:
         raise ValueError(
             f"{folder / other}: not as [simulated] in {DOCUMENT_NAME} says that it was written; "
@@ -278,3 +290,139 @@ def _write_run(run: Run, path: Path) -> None:
             # Arrow would quote the column names.
             file.write((",".join(columns) + "\n").encode())
             pa_csv.write_csv(table, file, pa_csv.WriteOptions(include_header=False))
+
+
+def _simulated_mark(folder: Path, files: Iterable[str]) -> SimulatedMark:
+    """Mark of the run files that stand in a folder."""
+    return SimulatedMark(software_name(), {name: _digest(folder / name) for name in files})
+
+
+def _first_other_file(mark: SimulatedMark, folder: Path, files: Iterable[str]) -> str | None:
+    """Name of the first run file that is not the one that was written; None where all are."""
+    files = list(files)
+    for name in sorted({*files, *mark.sha256}):
+        path = folder / name
+        if name not in files or name not in mark.sha256 or not path.is_file():
+            return name
+        if _digest(path) != mark.sha256[name]:
+            return name
+    return None
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+class KeptRuns:
+    """Runs that are added one by one.
+
+    As long as they are few they stay in memory. Where all of them, as large as the first, or those
+    that were added take more, the signals are in a file of the temporary folder and are read where
+    they are asked for, unless that is full.
+    """
+
+    def __init__(self, expected: int = 1, in_memory: int = _IN_MEMORY) -> None:
+        self._expected = expected
+        self._in_memory = in_memory
+        self._runs: list[Run] = []
+        self._n_bytes = 0
+        self._store: TemporaryStore | None = None
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """All runs, in the order in which they were added."""
+        return tuple(self._runs)
+
+    def add(self, run: Run) -> None:
+        """Add a run.
+
+        Raises
+        ------
+        OSError
+            Where the temporary folder is full.
+        """
+        size = sum(values.nbytes for values in (run.time, *run.columns().values()))
+        self._n_bytes += size
+        foreseen = max(self._n_bytes, size * self._expected if not self._runs else 0)
+        if self._store is None and foreseen > self._in_memory and TemporaryStore.has_room(foreseen):
+            self._store = TemporaryStore()
+            self._runs = [own.on_disk(self._store) for own in self._runs]
+        self._runs.append(run.on_disk(self._store) if self._store else run)
+
+
+def campaign_document(campaign: Campaign) -> dict[str, Any]:
+    """Content of the campaign.toml of a campaign, ready for a TOML writer.
+
+    The version is the first that knows all its keys.
+    """
+    document: dict[str, Any] = {
+        "format": CAMPAIGN_FILE.format,
+        "version": 1,
+        "kind": campaign.kind,
+        "name": campaign.name,
+        "baseline": _baseline_table(campaign.baseline),
+        "rig": dict(campaign.rig),
+        "channels": [_channel_table(channel) for channel in campaign.channels],
+        "runs": [_run_table(run) for run in campaign.runs],
+    }
+    if campaign.inputs:
+        document["inputs"] = [_signal_table(own) for own in campaign.inputs]
+    return {**document, "version": _version(document)}
+
+
+def _version(document: Mapping[str, Any]) -> int:
+    """First version of the contract that knows all keys of a document."""
+    from carrierflex.files.toml_refusals import newer_keys_in
+    from carrierflex.identification.campaign.campaign_tables import DOCUMENT_OF_KIND
+
+    table = DOCUMENT_OF_KIND[document["kind"]]
+    return CAMPAIGN_FILE.version if newer_keys_in(document, table, 1) else 1
+
+
+def _baseline_table(baseline: Baseline) -> dict[str, Any]:
+    table: dict[str, Any] = {"source": baseline.source, "effects": list(baseline.effects)}
+    for key, values in (("fixed", baseline.fixed), ("clock_shift", baseline.clock_shift)):
+        if values:
+            table[key] = {
+                name: {"value": known.value, "std": known.std} for name, known in values.items()
+            }
+    if baseline.impossible:
+        table["impossible"] = list(baseline.impossible)
+    return table
+
+
+def _run_table(run: Run) -> dict[str, Any]:
+    table: dict[str, Any] = {"name": run.name, "file": run.file, "condition": run.condition}
+    if run.use:
+        table["use"] = [list(window) for window in run.use]
+    return table
+
+
+def _channel_table(channel: Channel) -> dict[str, Any]:
+    facts = {
+        "angle_deg": _degrees(channel.angle),
+        "radius_m": channel.radius,
+        "sensor": channel.sensor,
+        "motion": channel.motion,
+    }
+    table = {"quantity": channel.quantity, **_signal_table(channel)}
+    return {**table, **{key: value for key, value in facts.items() if value is not None}}
+
+
+def _signal_table(signal: Channel | InputSignal) -> dict[str, Any]:
+    """Name, unit and declared errors."""
+    errors = {
+        "noise_std": signal.noise_std,
+        "gain_std": signal.gain_std,
+        "zero_std": signal.zero_std,
+        "delay_std": signal.delay_std,
+        "angle_std_deg": _degrees(signal.angle_std),
+    }
+    table: dict[str, Any] = {"name": signal.name, "unit": signal.unit}
+    return {**table, **{key: value for key, value in errors.items() if value is not None}}
+
+
+def _degrees(angle: float | None) -> float | None:
+    # Twelve decimals of a degree hide the rounding of the way there and back.
+    return None if angle is None else round(float(np.rad2deg(angle)), 12)

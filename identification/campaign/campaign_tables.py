@@ -1,5 +1,6 @@
 """What campaign.toml holds, one top table a kind of campaign (versions 1 and 2 of the contract)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any, Literal
@@ -14,7 +15,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from carrierflex.files.problems import refuse
+from carrierflex.files.problems import Problems, refuse
 from carrierflex.files.toml_values import (
     Count,
     Expected,
@@ -41,23 +42,46 @@ from carrierflex.identification.campaign.campaign_kinds import (
 )
 from carrierflex.identification.campaign.declarations import (
     Baseline,
+    Channel,
+    InputSignal,
     KnownValue,
     baseline_conflicts,
+    channel_conflicts,
+    input_conflicts,
 )
 from carrierflex.identification.campaign.file_names import RUN_SUFFIXES, checked_file_name
 from carrierflex.identification.campaign.signal_tables import (
     CarrierChannelTable,
     CarrierInputTable,
+    ChannelTable,
     ElementChannelTable,
     InputTable,
     MountingChannelTable,
-    channels_of,
-    channels_of_kind,
-    inputs_of,
-    inputs_of_kind,
+    channel_of,
+    input_of,
 )
 from carrierflex.simulation.element.drives import BASE, FREE_DECAY
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
+
+
+def _channels_of_kind(kind: CampaignKind) -> AfterValidator:
+    """Check of a list of channels: what the kind does not allow is refused."""
+
+    def checked(tables: list[ChannelTable]) -> list[ChannelTable]:
+        channels_of(tables, kind)
+        return tables
+
+    return AfterValidator(checked)
+
+
+def _inputs_of_kind(kind: CampaignKind) -> AfterValidator:
+    """Check of a list of inputs: what the kind does not allow is refused."""
+
+    def checked(tables: list[InputTable]) -> list[InputTable]:
+        inputs_of(tables, kind)
+        return tables
+
+    return AfterValidator(checked)
 
 
 def _plain_file(name: str, info: ValidationInfo) -> str:
@@ -281,9 +305,9 @@ class CarrierCampaignDocument(_CampaignDocument):
     channels: Annotated[
         list[CarrierChannelTable],
         Field(min_length=1),
-        channels_of_kind(CARRIER),
+        _channels_of_kind(CARRIER),
     ] = key("Sensors")
-    inputs: Annotated[list[CarrierInputTable], inputs_of_kind(CARRIER)] = key(
+    inputs: Annotated[list[CarrierInputTable], _inputs_of_kind(CARRIER)] = key(
         "What is known of the errors of input columns", since=2, default_factory=list
     )
 
@@ -299,9 +323,9 @@ class MountingCampaignDocument(_CampaignDocument):
     channels: Annotated[
         list[MountingChannelTable],
         Field(min_length=1),
-        channels_of_kind(MOUNTING),
+        _channels_of_kind(MOUNTING),
     ] = key("Sensors")
-    inputs: Annotated[list[InputTable], inputs_of_kind(MOUNTING)] = key(
+    inputs: Annotated[list[InputTable], _inputs_of_kind(MOUNTING)] = key(
         "What is known of the errors of input columns", since=2, default_factory=list
     )
 
@@ -362,3 +386,33 @@ DOCUMENT_OF_KIND: dict[str, type[CampaignDocument]] = {
     "mounting": MountingCampaignDocument,
     "element": ElementCampaignDocument,
 }
+
+
+def channels_of(
+    tables: Sequence[ChannelTable],
+    kind: CampaignKind,
+) -> tuple[tuple[Channel, ...], tuple[InputSignal, ...]]:
+    """Channels of the tables, and the inputs that a voltage analogue declares among them."""
+    channels: list[Channel] = []
+    inputs: list[InputSignal] = []
+    problems = Problems()
+    for table in tables:
+        if kind.any_unit and table.name in kind.inputs and table.quantity == table.name:
+            inputs.append(input_of(table))
+            continue
+        with problems.at():
+            channels.append(channel_of(table))
+    problems.messages += channel_conflicts(channels, kind)
+    if not channels and not problems.messages:
+        problems.messages.append(
+            "[[channels]]: every channel is an input; expected at least one measured channel",
+        )
+    refuse(problems.messages)
+    return tuple(channels), tuple(inputs)
+
+
+def inputs_of(tables: Sequence[InputTable], kind: CampaignKind) -> tuple[InputSignal, ...]:
+    """Inputs that the tables declare."""
+    inputs = tuple(input_of(table) for table in tables)
+    refuse(input_conflicts(inputs, kind))
+    return inputs

@@ -1,19 +1,12 @@
 """What campaign.toml holds of signals: one table a channel, one an input."""
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator
-
-from carrierflex.files.problems import Problems, refuse
 from carrierflex.files.toml_values import Expected, Number, Positive, Text, TomlTable, key
-from carrierflex.identification.campaign.campaign_kinds import CampaignKind
 from carrierflex.identification.campaign.declarations import (
     Channel,
     InputSignal,
-    channel_conflicts,
-    input_conflicts,
 )
 
 
@@ -98,48 +91,6 @@ class CarrierInputTable(InputTable):
 _ERRORS = ("noise_std", "gain_std", "zero_std", "delay_std")
 
 
-def channels_of(
-    tables: Sequence[ChannelTable],
-    kind: CampaignKind,
-) -> tuple[tuple[Channel, ...], tuple[InputSignal, ...]]:
-    """Channels of the tables, and the inputs that a voltage analogue declares among them.
-
-    Raises
-    ------
-    ValueError
-        Where a name repeats, a name, quantity or unit is not of the kind, or nothing is measured.
-    """
-    channels: list[Channel] = []
-    inputs: list[InputSignal] = []
-    problems = Problems()
-    for table in tables:
-        if kind.any_unit and table.name in kind.inputs and table.quantity == table.name:
-            inputs.append(input_of(table))
-            continue
-        with problems.at():
-            channels.append(channel_of(table))
-    problems.messages += channel_conflicts(channels, kind)
-    if not channels and not problems.messages:
-        problems.messages.append(
-            "[[channels]]: every channel is an input; expected at least one measured channel",
-        )
-    refuse(problems.messages)
-    return tuple(channels), tuple(inputs)
-
-
-def inputs_of(tables: Sequence[InputTable], kind: CampaignKind) -> tuple[InputSignal, ...]:
-    """Inputs that the tables declare.
-
-    Raises
-    ------
-    ValueError
-        Where a name repeats or is no input of the kind, or a unit is not the contract's.
-    """
-    inputs = tuple(input_of(table) for table in tables)
-    refuse(input_conflicts(inputs, kind))
-    return inputs
-
-
 def channel_of(table: ChannelTable) -> Channel:
     """Channel that a table declares."""
     values = table.given()
@@ -167,23 +118,3 @@ def _errors(values: dict[str, Any]) -> dict[str, float | None]:
         **{name: values.get(name) for name in _ERRORS},
         "angle_std": None if angle is None else math.radians(angle),
     }
-
-
-def channels_of_kind(kind: CampaignKind) -> AfterValidator:
-    """Check of a list of channels: what the kind does not allow is refused."""
-
-    def checked(tables: list[ChannelTable]) -> list[ChannelTable]:
-        channels_of(tables, kind)
-        return tables
-
-    return AfterValidator(checked)
-
-
-def inputs_of_kind(kind: CampaignKind) -> AfterValidator:
-    """Check of a list of inputs: what the kind does not allow is refused."""
-
-    def checked(tables: list[InputTable]) -> list[InputTable]:
-        inputs_of(tables, kind)
-        return tables
-
-    return AfterValidator(checked)

@@ -1,21 +1,58 @@
 """All findings that the records of a campaign give by themselves."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
+import numpy as np
+
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, merged
-from carrierflex.identification.campaign_check.clock_shift import clock_shift_findings
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import mean_step
+from carrierflex.identification.campaign_check.campaign_warning import (
+    CampaignWarning,
+    key_of,
+    merged,
+    sample_of,
+)
 from carrierflex.identification.campaign_check.copies import copied_runs, copy_findings
-from carrierflex.identification.campaign_check.rig_facts import Curves, rig_findings
 from carrierflex.identification.campaign_check.sample_faults import sample_faults
-from carrierflex.identification.campaign_check.sampling import sampling_findings
+from carrierflex.identification.campaign_check.sample_statistics import neighbour_noise
 from carrierflex.identification.campaign_check.tones import tone_findings
 from carrierflex.identification.campaign_check.units import unit_findings
+
+#: A step over the median step that is a gap, and the jitter of the steps that is told.
+_GAP, _JITTER = 3.0, 0.2
+#: Samples a revolution beyond those of the planets' second order: the sixth of three planets takes
+#: more than twelve.
+_BEYOND_SECOND_ORDER = 4
+#: Share of the power of a drive above 0.8 of half the sampling rate.
+_HIGHEST_SHARE = 0.05
+
+
+#: A shift below this share of a step of time changes nothing that is measured.
+_NOTICED = 0.1
+
+
+_Curves = Mapping[str, DeflectionCurve]
+#: Radius of a sensor beside that of the rig.
+_RADIUS = 0.05
+#: Change of a periodic drive from one period to the next over the drive.
+_NOT_PERIODIC = 0.1
+#: Load while the zero is taken, over the largest.
+_AT_REST = 0.02
+#: Mean of the zeroing samples, in errors of a mean of noise with some memory.
+_NOT_ZERO = 10.0
+#: Noise between neighbouring samples over the declared noise. Noise with a memory of one sample
+#: (0.5) has 0.6 of it.
+_NOISIER = 3.0
+#: Share of the runs in which torque acts against the rotation.
+_LOADED = 0.02
 
 
 def records_findings(
     campaign: Campaign,
-    curves: Curves | None = None,
+    curves: _Curves | None = None,
     copies: Mapping[str, str] | None = None,
 ) -> tuple[CampaignWarning, ...]:
     """Findings about a campaign that need no simulation.
@@ -38,11 +75,293 @@ def records_findings(
     return merged(
         [
             *unit_findings(campaign),
-            *rig_findings(campaign, curves),
+            *_rig_findings(campaign, curves),
             *clock_shift_findings(campaign),
             *copy_findings(campaign, copied_runs(campaign) if copies is None else copies),
-            *sampling_findings(campaign),
+            *_sampling_findings(campaign),
             *sample_faults(campaign),
             *tone_findings(campaign),
         ]
     )
+
+
+def _sampling_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Findings about the time column of every run."""
+    n_planets = int(campaign.rig.get("n_planets", CarrierParameters.n_planets))
+    fewest = 4 * n_planets + _BEYOND_SECOND_ORDER
+    for run in campaign.runs:
+        if run.time.size > 3:
+            yield from _gaps(run)
+            yield from _samples_a_revolution(run, fewest)
+            if campaign.kind == "element":
+                for name in campaign.contract.inputs:
+                    yield from _drive_spectrum(run, name)
+
+
+def _gaps(run: Run) -> Iterator[CampaignWarning]:
+    step = np.diff(run.time)
+    typical = float(np.median(step))
+    longest = int(np.argmax(step))
+    line = sample_of(run.file, longest + 1)
+    if step[longest] > _GAP * typical:
+        missing = float(np.sum(step[step > _GAP * typical]))
+        yield CampaignWarning(
+            "sampling_gap",
+            run.name,
+            f"time jumps by {step[longest]:.4g} s where a step is {typical:.4g} s; "
+            f"{missing:.4g} s are missing in all",
+            "cut the run in two at the gap, or write empty cells for the samples that are missing",
+            float(step[longest]),
+            line,
+        )
+        return
+    scatter = float(np.std(step)) / typical
+    if scatter > _JITTER:
+        yield CampaignWarning(
+            "uneven_steps",
+            run.name,
+            f"steps of time scatter by {scatter:.0%}",
+            "use the logger's own clock, not the time at which samples arrived",
+            scatter,
+            line,
+        )
+
+
+def _samples_a_revolution(run: Run, fewest: int) -> Iterator[CampaignWarning]:
+    angle = run.inputs.get("carrier_angle")
+    if angle is None:
+        return
+    revolutions = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
+    if revolutions < 1.0 or not np.diff(angle).any():
+        return
+    a_revolution = float(np.count_nonzero(np.diff(angle)) / revolutions)
+    if a_revolution < fewest:
+        yield CampaignWarning(
+            "sampling_rate",
+            run.name,
+            f"{a_revolution:.1f} samples a revolution; orders above {a_revolution / 2.56:.0f} "
+            "fold back onto lower ones",
+            f"sample at least {fewest} times a revolution, behind a filter; "
+            "check that carrier_angle is in rad and time in s",
+            a_revolution,
+            sample_of(run.file, 0),
+        )
+
+
+def _drive_spectrum(run: Run, name: str) -> Iterator[CampaignWarning]:
+    """Power of an element's drive near half the sampling rate."""
+    drive = run.inputs[name] - np.mean(run.inputs[name])
+    power = np.abs(np.fft.rfft(drive * np.hanning(drive.size))) ** 2
+    total = float(power.sum())
+    if total <= 0.0:
+        return
+    share = float(power[int(0.8 * power.size) :].sum()) / total
+    if share > _HIGHEST_SHARE:
+        yield CampaignWarning(
+            "sampling_rate",
+            run.name,
+            f"{share:.0%} of the power of '{name}' lies above 0.8 of half the sampling rate; more "
+            "of it may have folded back",
+            "sample faster, or drive with a lower band; filter before sampling",
+            share,
+            sample_of(run.file, 0),
+        )
+
+
+def clock_shift_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Finding about clocks that were moved, the largest shift first.
+
+    Yields
+    ------
+    CampaignWarning
+        Check ``clock_shift``.
+    """
+    steps = {run.name: mean_step(run.time) for run in campaign.runs}
+    moved = {
+        name: known
+        for name, known in campaign.baseline.clock_shift.items()
+        if abs(known.value) > _NOTICED * steps.get(name, 0.0)
+    }
+    if not moved:
+        return
+    name, known = max(moved.items(), key=lambda item: abs(item[1].value))
+    more = f" (and {len(moved) - 1} more runs)" if len(moved) > 1 else ""
+    yield CampaignWarning(
+        "clock_shift",
+        "sensor_delay",
+        f"the import moved the simulator's clock by {1e3 * known.value:.4g} ± "
+        f"{1e3 * known.std:.1g} ms in run {name}{more}: a sensor_delay looks the same, and these "
+        "records tell the sum of both",
+        "let both run on one clock and import with shift = 0, or measure the delay of the sensors",
+        float(known.value),
+        key_of("[baseline.clock_shift]", name),
+    )
+
+
+def _rig_findings(campaign: Campaign, curves: _Curves | None) -> Iterator[CampaignWarning]:
+    """Findings about what the campaign declares."""
+    if curves is not None:
+        yield from _lobes(campaign, curves)
+    if campaign.kind == "carrier":
+        yield from _radii(campaign)
+    if campaign.kind in ("carrier", "mounting"):
+        yield from _torque_against_rotation(campaign)
+    if campaign.kind == "mounting":
+        yield from _zeroing(campaign)
+    if campaign.kind == "element" and campaign.rig.get("period_samples"):
+        for name in campaign.contract.inputs:
+            yield from _period(campaign, name, int(campaign.rig["period_samples"]))
+    yield from _declared_noise(campaign)
+
+
+def _lobes(campaign: Campaign, curves: _Curves) -> Iterator[CampaignWarning]:
+    """Largest order of the curve under torque, which the planets make."""
+    n_planets = int(campaign.rig["n_planets"])
+    curve = curves.get("delta_f")
+    if curve is None:
+        return
+    orders = np.abs(np.fft.rfft(curve.axial))[1:]
+    lobes = int(np.argmax(orders)) + 1
+    if orders.max() > 0.0 and lobes != n_planets:
+        yield CampaignWarning(
+            "n_planets",
+            "n_planets",
+            f"n_planets is {n_planets}, the deflection curve delta_f has {lobes} lobes",
+            f"n_planets = {lobes}, or the curves of a carrier of {n_planets} planets",
+            float(lobes),
+            key_of("[rig]", "n_planets"),
+        )
+
+
+def _radii(campaign: Campaign) -> Iterator[CampaignWarning]:
+    rig_radius = float(campaign.rig["sensor_radius"])
+    for channel in campaign.channels:
+        if channel.radius and abs(channel.radius / rig_radius - 1.0) > _RADIUS:
+            yield CampaignWarning(
+                "sensor_radius",
+                channel.name,
+                f"radius_m is {channel.radius:.4g}, [rig] sensor_radius {rig_radius:.4g} m",
+                "measure the radius that the sensor looks at, and state the same in both places",
+                channel.radius / rig_radius,
+                key_of(f"[[channels]] {channel.name}", "radius_m"),
+            )
+
+
+def _torque_against_rotation(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Torque that drives the carrier has the sign of its rotation."""
+    largest = max(float(np.abs(run.inputs["torque"]).max()) for run in campaign.runs)
+    against = [
+        run
+        for run in campaign.runs
+        if run.inputs["torque"].mean() * _turned(run) < 0.0
+        and abs(run.inputs["torque"].mean()) > _LOADED * largest
+    ]
+    if against:
+        mean = float(against[0].inputs["torque"].mean())
+        yield CampaignWarning(
+            "torque_sign",
+            "torque",
+            f"in {len(against)} of {len(campaign.runs)} runs torque acts against the rotation "
+            f"(mean {mean:.4g} N m)",
+            "positive torque drives the carrier towards increasing carrier_angle: turn the sign of "
+            "the torque, or of the angle",
+            mean,
+            sample_of(against[0].file, 0),
+        )
+
+
+def _turned(run: Run) -> float:
+    """Angle by which the carrier turns in a run [rad]."""
+    angle = run.inputs["carrier_angle"]
+    return float(angle[-1] - angle[0])
+
+
+def _period(campaign: Campaign, name: str, period: int) -> Iterator[CampaignWarning]:
+    for run in campaign.runs:
+        drive = run.inputs[name]
+        settle = int(campaign.rig.get("settle_samples") or 0)
+        settled = drive[settle:]
+        if settled.size <= period:
+            if campaign.rig.get("periodic"):
+                yield CampaignWarning(
+                    "period_samples",
+                    run.name,
+                    f"period_samples is {period}, the run holds {settled.size} settled samples",
+                    "count the samples of one period of the drive",
+                    float(period),
+                    key_of("[rig]", "period_samples"),
+                )
+            continue
+        change = settled[period:] - settled[:-period]
+        ratio = float(np.std(change) / (np.std(settled) or 1.0))
+        if ratio > _NOT_PERIODIC:
+            yield CampaignWarning(
+                "period_samples",
+                run.name,
+                f"'{name}' changes by {ratio:.0%} of itself from one period of {period} samples to "
+                "the next",
+                "count the samples of one period of the drive, or set periodic = false and leave "
+                "period_samples out",
+                ratio,
+                key_of("[rig]", "period_samples"),
+            )
+
+
+def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """The zero is taken at rest, and the signals are relative to it."""
+    n = int(campaign.rig["zeroing_samples"])
+    place = key_of("[rig]", "zeroing_samples")
+    remedy = (
+        "count the samples at rest before the load comes, and subtract each signal's mean over them"
+    )
+    for run in campaign.runs:
+        if n >= run.time.size:
+            text = f"zeroing_samples is {n}, the run holds {run.time.size} samples"
+            yield CampaignWarning("zeroing", run.name, text, remedy, float(n), place)
+            continue
+        for name in ("torque", "ntl_y", "ntl_z"):
+            values = run.inputs[name]
+            largest = max(float(np.abs(other.inputs[name]).max()) for other in campaign.runs)
+            change = float(np.ptp(values[:n]))
+            if largest > 0.0 and change > _AT_REST * largest:
+                text = f"'{name}' changes by {change:.4g} within the {n} samples of the zero"
+                yield CampaignWarning("zeroing", run.name, text, remedy, change, place)
+                break
+        off = [mean for mean in _means_off_zero(campaign, run, n) if mean > 0.0]
+        # One channel off its zero is an effect of its own.
+        if len(off) > 0.5 * len(campaign.channels):
+            text = (
+                f"{len(off)} channels are not zero over the {n} samples of the zero, the worst by "
+                f"{max(off):.3g} m"
+            )
+            yield CampaignWarning("zeroing", run.name, text, remedy, max(off), place)
+
+
+def _means_off_zero(campaign: Campaign, run: Run, n: int) -> Iterator[float]:
+    """Mean of the first samples of every channel [m]; zero where noise may have made it."""
+    for channel in campaign.channels:
+        values = run.signals[channel.name]
+        noise = channel.noise_std or neighbour_noise(values)
+        mean = abs(float(np.nanmean(values[:n]))) if np.isfinite(values[:n]).any() else 0.0
+        beyond = np.isfinite(noise) and mean > max(_NOT_ZERO * noise / np.sqrt(n), 1e-9)
+        yield mean if beyond else 0.0
+
+
+def _declared_noise(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Declared noise beside that between neighbouring samples."""
+    for channel in campaign.channels:
+        if channel.noise_std is None:
+            continue
+        scatter = [neighbour_noise(run.signals[channel.name]) for run in campaign.runs]
+        known = [value for value in scatter if np.isfinite(value)]
+        noise = float(np.median(known)) if known else 0.0
+        if noise > _NOISIER * channel.noise_std:
+            yield CampaignWarning(
+                "declared_noise",
+                channel.name,
+                f"noise_std is {channel.noise_std:.3g} {channel.unit}, neighbouring samples "
+                f"scatter by {noise:.3g}",
+                "leave noise_std out, or take it from repeats or from a record at rest",
+                noise / channel.noise_std,
+                key_of(f"[[channels]] {channel.name}", "noise_std"),
+            )

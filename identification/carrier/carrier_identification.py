@@ -4,27 +4,41 @@ Models M1 and M2 fitted run by run or jointly, in closed form.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import f as fisher_f
+from scipy.stats import t as student_t
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import CarrierModel
-from carrierflex.identification.carrier.parameter_estimate import (
-    ParameterEstimate,
-    parameter_estimate,
-    with_residuals_of,
-)
+from carrierflex.identification.carrier.parameter_estimate import SHARED, ParameterEstimate
 from carrierflex.identification.carrier.robust_loss import huber_equations
-from carrierflex.identification.estimation.block_bootstrap import FEWEST_SAMPLES, with_bootstrap
-from carrierflex.identification.estimation.least_squares import joint_fit
+from carrierflex.identification.estimation.least_squares import (
+    FEWEST_REVOLUTIONS,
+    JointFit,
+    joint_fit,
+    unseen_in_words,
+)
 from carrierflex.identification.estimation.normal_equations import NormalEquations, normal_equations
-from carrierflex.identification.estimation.scatter_of_runs import with_scatter_of_runs
+from carrierflex.identification.estimation.polar_pair import polar_values
+from carrierflex.identification.estimation.resampling import circular_block_counts
+from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
+
+#: With fewer samples a covariance is itself uncertain by more than ten percent.
+_FEWEST_SAMPLES = 50
+
+
+#: Runs that agree look this different once in a thousand campaigns.
+_DISAGREEMENT = 1e-3
+SCATTER_OF_RUNS = (
+    "shared parameters: jackknife over runs, which disagree; others: jackknife over revolutions"
+)
 
 
 def axial_channels(campaign: Campaign) -> tuple[Channel, ...]:
@@ -84,10 +98,10 @@ class FitOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.bootstrap < 0 or 0 < self.bootstrap < FEWEST_SAMPLES:
+        if self.bootstrap < 0 or 0 < self.bootstrap < _FEWEST_SAMPLES:
             raise ValueError(
                 f"bootstrap is {self.bootstrap} samples; expected 0 (none) or at least "
-                f"{FEWEST_SAMPLES}"
+                f"{_FEWEST_SAMPLES}"
             )
 
 
@@ -184,10 +198,10 @@ def identify_from_sums(
     """
     if options.bootstrap:
         rng = np.random.default_rng(options.seed)
-        fit = with_bootstrap(joint_fit(equations, model.shared), equations, options.bootstrap, rng)
+        fit = _with_bootstrap(joint_fit(equations, model.shared), equations, options.bootstrap, rng)
     else:
         fit = with_scatter_of_runs(joint_fit(equations, model.shared), equations, model.shared)
-    return parameter_estimate(model, equations, fit)
+    return _parameter_estimate(model, equations, fit)
 
 
 def _fitted_channels(campaign: Campaign, options: FitOptions) -> tuple[Channel, ...]:
@@ -212,7 +226,9 @@ def _identify(
         weighted = huber_equations(runs, channels, model)
         estimate = identify_from_sums(weighted, model, options)
         # The RMS is that of all samples, outliers included, whatever weight they had in the fit.
-        return with_residuals_of(estimate, [normal_equations(run, channels, model) for run in runs])
+        return _with_residuals_of(
+            estimate, [normal_equations(run, channels, model) for run in runs]
+        )
     return identify_from_sums(
         [normal_equations(run, channels, model) for run in runs], model, options
     )
@@ -252,3 +268,291 @@ def residual_signal(
 def two_revolutions(run: Run) -> NDArray[np.int64]:
     """Sample numbers of the first two whole revolutions, or of the only one."""
     return np.sort(np.concatenate(whole_revolutions(run).samples[:2]))
+
+
+def _parameter_estimate(
+    model: CarrierModel, equations: Sequence[NormalEquations], fit: JointFit
+) -> ParameterEstimate:
+    """Turn a least-squares solution into parameters, with errors by the delta method.
+
+    ``phi = |(a, b)|``, ``theta = atan2(b, a)`` of a polar pair, and ``C_parameters = J C J.T`` with
+    the derivatives J of the parameters by the coefficients.
+    """
+    runs = tuple(run.run for run in equations)
+    named, jacobian = _parameters(model, runs, fit)
+    covariance = jacobian @ fit.covariance @ jacobian.T
+    blind = (np.abs(jacobian) > 0.0) @ fit.undetermined
+    values = np.where(blind, np.nan, [value for *_, value in named])
+    covariance[blind, :] = covariance[:, blind] = 0.0
+    covariance[blind, blind] = np.inf
+    coefficients = {name: fit.run_coefficients(k) for k, name in enumerate(runs)}
+    estimate = ParameterEstimate(
+        model=model.name,
+        names=tuple(name for name, *_ in named),
+        scopes=tuple(scope for _, scope, *_ in named),
+        units=tuple(unit for *_, unit, _ in named),
+        values=values,
+        covariance=covariance,
+        covariance_source=fit.covariance_source,
+        confidence_factor=np.where(jacobian != 0.0, fit.confidence_factor, 0.0).max(axis=1),
+        rms=np.nan,
+        rms_by_run={},
+        rms_by_channel={},
+        condition_number=fit.condition_number,
+        undetermined=unseen_in_words(fit, _labels(model, runs, fit)),
+        n_samples=0,
+        n_revolutions={run.run: run.n_revolutions for run in equations},
+        run_coefficients=coefficients,
+    )
+    return _with_residuals_of(_with_directionless_tilts(estimate), equations)
+
+
+def _with_residuals_of(
+    estimate: ParameterEstimate, equations: Sequence[NormalEquations]
+) -> ParameterEstimate:
+    """Copy with the RMS of the residuals that the estimate leaves in the given sums."""
+    squared = {run.run: run.squared_error(estimate.run_coefficients[run.run]) for run in equations}
+    n_samples = {run.run: run.n_samples for run in equations}
+    return replace(
+        estimate,
+        rms=_rms(np.concatenate(list(squared.values())), np.concatenate(list(n_samples.values()))),
+        rms_by_run={name: _rms(squared[name], n_samples[name]) for name in squared},
+        rms_by_channel={
+            run.run: {
+                channel: _rms(squared[run.run][:, c], n_samples[run.run][:, c])
+                for c, channel in enumerate(run.channels)
+            }
+            for run in equations
+        },
+        n_samples=sum(int(count.sum()) for count in n_samples.values()),
+    )
+
+
+def _parameters(
+    model: CarrierModel, runs: Sequence[str], fit: JointFit
+) -> tuple[list[tuple[str, str, str, float]], NDArray[np.float64]]:
+    """Name, scope, unit and value of every parameter, and their derivatives by the unknowns."""
+    named: list[tuple[str, str, str, float]] = []
+    rows: list[NDArray[np.float64]] = []
+    for run_number, scope in [(None, SHARED), *enumerate(runs)]:
+        first = 0
+        for effect in model.effects:
+            last = first + len(effect.parameters)
+            if effect.per_run == (run_number is not None):
+                where = fit.positions[run_number or 0, first:last]
+                values, derivatives = _published(
+                    effect, fit.unknowns[where], fit.covariance[np.ix_(where, where)]
+                )
+                for (name, unit), value, derivative in zip(
+                    effect.published, values, derivatives, strict=True
+                ):
+                    row = np.zeros(fit.unknowns.size)
+                    row[where] = derivative
+                    named.append((name, scope, unit, float(value)))
+                    rows.append(row)
+            first = last
+    return named, np.array(rows)
+
+
+def _published(
+    effect: Effect, coefficients: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Parameters of one effect and their derivatives by its coefficients."""
+    if effect.pair:
+        return polar_values(coefficients, covariance)
+    return coefficients, np.eye(coefficients.size)
+
+
+def _labels(model: CarrierModel, runs: Sequence[str], fit: JointFit) -> list[str]:
+    """Names of the unknowns of a joint fit."""
+    labels = [""] * fit.unknowns.size
+    for k, run in enumerate(runs):
+        for coefficient, (name, shared) in enumerate(
+            zip(model.coefficients, model.shared, strict=True)
+        ):
+            labels[int(fit.positions[k, coefficient])] = name if shared else f"{name} of {run}"
+    return labels
+
+
+def _with_directionless_tilts(estimate: ParameterEstimate) -> ParameterEstimate:
+    """Say which tilts are zero within their error: their direction theta means nothing then."""
+    sentences = list(estimate.undetermined)
+    for k, name in enumerate(estimate.names):
+        if (
+            name.startswith("phi")
+            and estimate.values[k] < estimate.confidence_factor[k] * estimate.std[k]
+        ):
+            of_run = f" of {estimate.scopes[k]}" if estimate.scopes[k] else ""
+            if np.isfinite(estimate.std[k]):
+                sentences.append(
+                    f"{name.replace('phi', 'theta')}{of_run}: {name} is zero within its error"
+                )
+    return replace(estimate, undetermined=tuple(sentences))
+
+
+def _rms(squared: NDArray[np.float64], n_samples: NDArray[np.int64]) -> float:
+    """Root of the mean square; NaN for a channel without samples."""
+    count = int(n_samples.sum())
+    return float(np.sqrt(squared.sum() / count)) if count else float("nan")
+
+
+def _with_bootstrap(
+    fit: JointFit, equations: Sequence[NormalEquations], n_samples: int, rng: np.random.Generator
+) -> JointFit:
+    """Replace the covariance of a fit by that of refits to resampled revolutions.
+
+    Every sample draws, run by run, blocks of consecutive revolutions with replacement until the run
+    is full again (circular: a block may go over the end), of the length ``R^(1/3)`` that keeps a
+    correlation of neighbouring turns.
+
+    References
+    ----------
+    .. [1] D. N. Politis, J. P. Romano, "A circular block-resampling procedure for stationary data"
+       (1992).
+    """
+    lengths = [max(1, round(run.n_revolutions ** (1.0 / 3.0))) for run in equations]
+    for run in equations:
+        if run.n_revolutions < 3:
+            raise ValueError(
+                f"run {run.run}: {run.n_revolutions} revolutions; expected at least 3 for a "
+                "bootstrap over revolutions"
+            )
+    basis = _determined_basis(fit)
+    solutions = np.array(
+        [_resampled(fit, equations, lengths, basis, rng) for _ in range(n_samples)]
+    )
+    scatter = solutions - solutions.mean(axis=0)
+    blocks = min(
+        run.n_revolutions // length for run, length in zip(equations, lengths, strict=True)
+    )
+    # Draws with replacement scatter less than the data by (blocks - 1) / blocks.
+    covariance = scatter.T @ scatter / (n_samples - 1) * blocks / (blocks - 1.0)
+    return replace(
+        fit,
+        covariance=basis @ covariance @ basis.T,
+        covariance_source=f"block bootstrap over revolutions, {n_samples} samples, "
+        f"blocks of {'/'.join(str(length) for length in sorted(set(lengths)))}",
+        confidence_factor=np.full(fit.unknowns.size, student_t.ppf(0.975, blocks - 1)),
+    )
+
+
+def _determined_basis(fit: JointFit) -> NDArray[np.float64]:
+    """Basis of what the data determine, in the unknowns."""
+    unseen = fit.unseen
+    projector = np.eye(fit.unknowns.size) - unseen.T @ unseen
+    eigenvalues, vectors = np.linalg.eigh(projector)
+    return fit.column_scale[:, None] * vectors[:, eigenvalues > 0.5]
+
+
+def _resampled(
+    fit: JointFit,
+    equations: Sequence[NormalEquations],
+    lengths: Sequence[int],
+    basis: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Solution of one sample, in the coordinates of `basis`."""
+    matrix = np.zeros((basis.shape[1], basis.shape[1]))
+    right_side = np.zeros(basis.shape[1])
+    for run, where, length in zip(equations, fit.positions, lengths, strict=True):
+        T = basis[where]
+        counts = circular_block_counts(run.n_revolutions, length, rng)
+        matrix += T.T @ np.tensordot(counts, run.matrix.sum(axis=1), axes=1) @ T
+        right_side += counts @ run.right_side.sum(axis=1) @ T
+    return np.asarray(np.linalg.lstsq(matrix, right_side, rcond=None)[0], dtype=np.float64)
+
+
+def with_scatter_of_runs(
+    fit: JointFit, equations: Sequence[NormalEquations], shared: Sequence[bool]
+) -> JointFit:
+    """Widen the errors of shared parameters where the runs disagree on them.
+
+    The scatter of revolutions inside a run knows nothing of a tilt that differs from run to run.
+    Each run is fitted by itself, ``p_k`` with covariance ``C_k``, and ``Q = sum_k (p_k - p).T
+    C_k^-1 (p_k - p)`` is compared with Hotelling's distribution. Where it is beyond chance the
+    covariance of the shared unknowns is that of the delete-one-run jackknife, with one degree of
+    freedom less than there are runs.
+
+    Parameters
+    ----------
+    fit : JointFit
+        Solution of :func:`~carrierflex.identification.estimation.least_squares.joint_fit`.
+    equations : sequence of NormalEquations
+        One for each run.
+    shared : sequence of bool
+        Whether each coefficient is shared by the runs.
+
+    Returns
+    -------
+    JointFit
+        `fit` itself where the runs agree, or where they cannot be compared: a single run, too few
+        revolutions, or a run that does not determine every shared parameter.
+    """
+    n_shared, n_runs = sum(shared), len(equations)
+    freedom = min(run.n_revolutions for run in equations) - n_shared
+    if (
+        n_runs < 2
+        or n_shared == 0
+        or freedom < 1
+        or min(r.n_revolutions for r in equations) < FEWEST_REVOLUTIONS
+    ):
+        return fit
+    alone = [joint_fit([run], shared) for run in equations]
+    if fit.undetermined.any() or any(fit_of_run.undetermined.any() for fit_of_run in alone):
+        return fit
+    ratio = _disagreement(fit, alone, n_shared) * freedom / (freedom + n_shared - 1)
+    degrees = n_shared * (n_runs - 1)
+    if fisher_f.sf(ratio / degrees, degrees, freedom) >= _DISAGREEMENT:
+        return fit
+    covariance = fit.covariance.copy()
+    covariance[:n_shared, :] = covariance[:, :n_shared] = 0.0
+    covariance[:n_shared, :n_shared] = _jackknife_over_runs(
+        equations, np.asarray(shared, dtype=bool)
+    )
+    factor = fit.confidence_factor.copy()
+    factor[:n_shared] = student_t.ppf(0.975, n_runs - 1)
+    return replace(
+        fit, covariance=covariance, covariance_source=SCATTER_OF_RUNS, confidence_factor=factor
+    )
+
+
+def _disagreement(fit: JointFit, alone: Sequence[JointFit], n_shared: int) -> float:
+    """Sum over the runs of the squared distance to the joint solution."""
+    total = 0.0
+    for fit_of_run in alone:
+        distance = fit_of_run.unknowns[:n_shared] - fit.unknowns[:n_shared]
+        total += float(
+            distance @ np.linalg.solve(fit_of_run.covariance[:n_shared, :n_shared], distance)
+        )
+    return total
+
+
+def _jackknife_over_runs(
+    equations: Sequence[NormalEquations], shared: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Covariance of the shared unknowns from the joint solutions without one run each."""
+    reduced = [_without_run_unknowns(run, shared) for run in equations]
+    matrix = sum(
+        (matrix_of_run for matrix_of_run, _ in reduced), np.zeros((shared.sum(), shared.sum()))
+    )
+    right_side = sum((right_of_run for _, right_of_run in reduced), np.zeros(shared.sum()))
+    solutions = np.array(
+        [
+            np.linalg.solve(matrix - matrix_of_run, right_side - right_of_run)
+            for matrix_of_run, right_of_run in reduced
+        ]
+    )
+    scatter = solutions - solutions.mean(axis=0)
+    return (len(equations) - 1) / len(equations) * scatter.T @ scatter
+
+
+def _without_run_unknowns(
+    run: NormalEquations, shared: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Eliminate the run's own unknowns from its normal equations (Schur complement)."""
+    matrix, right_side = run.matrix.sum(axis=(0, 1)), run.right_side.sum(axis=(0, 1))
+    elimination = np.linalg.solve(matrix[np.ix_(~shared, ~shared)], matrix[np.ix_(~shared, shared)])
+    return (
+        matrix[np.ix_(shared, shared)] - matrix[np.ix_(shared, ~shared)] @ elimination,
+        right_side[shared] - elimination.T @ right_side[~shared],
+    )

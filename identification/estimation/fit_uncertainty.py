@@ -4,7 +4,6 @@ Covariance with alike residuals, what is unseen, profile likelihood.
 """
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
 from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
-from carrierflex.identification.estimation.resampling import block_counts
 
 Array = NDArray[np.float64]
 
@@ -20,9 +18,6 @@ Array = NDArray[np.float64]
 _UNSEEN = 1e-5
 #: A component of an unseen direction below this share is left out of the words.
 _NEGLIGIBLE = 0.02
-#: Relative change of cost and parameters at which a bootstrap refit ends: far below the scatter of
-#: the refits.
-_ROUGH = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,75 +175,6 @@ def profile_likelihood(
             warm = refit.values
             cost[k], points[k] = refit.cost, np.insert(refit.values, fixed, values[k])
     return cost, points
-
-
-def bootstrap_covariance(
-    residuals: Residuals,
-    fit: NonlinearFit,
-    blocks: NDArray[np.int64],
-    *,
-    n_samples: int,
-    rng: np.random.Generator,
-    executor: Executor,
-) -> Array:
-    """Covariance of full refits to resampled time blocks, shape (p, p).
-
-    Every sample draws as many blocks as there are, with replacement; a block drawn twice counts
-    twice.
-
-    Parameters
-    ----------
-    residuals : callable
-        Residual function of the fit; other processes must be able to load it.
-    fit : NonlinearFit
-        Solution; every refit starts there.
-    blocks : ndarray of int, shape (n,)
-        Block of every residual.
-    n_samples : int
-        Refits.
-    rng : numpy.random.Generator
-        Source of the draws.
-    executor : Executor
-        Where the refits run; the result does not depend on it.
-
-    Returns
-    -------
-    ndarray
-        In the square of the parameters' units; refits at which the model fails are left out.
-
-    Raises
-    ------
-    ValueError
-        Where fewer than two refits succeed.
-    """
-    numbers, block = np.unique(blocks, return_inverse=True)
-    futures = []
-    for _ in range(n_samples):
-        drawn = block_counts(numbers.size, rng)
-        sample = _Drawn(residuals, np.sqrt(drawn)[block])
-        futures.append(executor.submit(bounded_fit, sample, fit.free, fit.values, tolerance=_ROUGH))
-    values = []
-    for future in futures:
-        try:
-            values.append(future.result().values)
-        except (ValueError, ArithmeticError):
-            continue
-    if len(values) < 2:
-        raise ValueError(
-            f"{len(values)} of {n_samples} bootstrap refits succeeded; expected at least 2"
-        )
-    return np.cov(np.array(values), rowvar=False) * numbers.size / (numbers.size - 1.0)
-
-
-@dataclass(frozen=True, eq=False)
-class _Drawn:
-    """Residuals of a bootstrap sample: each multiplied by the root of how often it was drawn."""
-
-    residuals: Residuals
-    factor: Array
-
-    def __call__(self, values: Array) -> Array:
-        return self.residuals(values) * self.factor
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,12 +15,16 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.estimation.complex_method import ComplexSearch, complex_search
 from carrierflex.identification.estimation.fit_uncertainty import (
     FitUncertainty,
-    bootstrap_covariance,
     fit_uncertainty,
     profile_likelihood,
 )
-from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, bounded_fit
-from carrierflex.identification.estimation.several_starts import best_of_starts, check_nested
+from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
+from carrierflex.identification.estimation.resampling import block_counts
+from carrierflex.identification.estimation.several_starts import (
+    best_of_starts,
+    check_nested,
+    merged_values,
+)
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.identification.mounting.bushing_models import (
     AXIAL,
@@ -29,7 +33,7 @@ from carrierflex.identification.mounting.bushing_models import (
     MountingResiduals,
     mounting_residuals,
 )
-from carrierflex.identification.mounting.bushing_starts import search_starts, thinned
+from carrierflex.simulation.fit_parameter import FitParameter
 
 Array = NDArray[np.float64]
 
@@ -41,6 +45,15 @@ _FEWEST_BLOCKS = 24
 _SEARCHED_STARTS = 3
 #: Points of a likelihood profile.
 _PROFILE_POINTS = 9
+
+
+#: Relative change of cost and parameters at which a bootstrap refit ends: far below the scatter of
+#: the refits.
+_ROUGH = 1e-4
+
+
+#: Starts search on every n-th sample: so many samples of a run are enough to rank them.
+_SEARCH_SAMPLES = 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +256,7 @@ def bootstrapped(
     residuals = mounting_residuals(campaign, estimate.model, weights)
     rng = np.random.default_rng(seed)
     blocks = residuals.blocks(_block_seconds(residuals))
-    covariance = bootstrap_covariance(
+    covariance = _bootstrap_covariance(
         residuals, estimate.fit, blocks, n_samples=n_samples, rng=rng, executor=executor
     )
     return replace(estimate, uncertainty=replace(estimate.uncertainty, covariance=covariance))
@@ -289,12 +302,12 @@ def _fitted(
 ) -> NonlinearFit:
     """Search a thinned record from several starts, the simpler model's too; finish on all of it."""
     free = residuals.model.free(residuals.rig)
-    starts = search_starts(
+    starts = _search_starts(
         residuals, None if simpler is None else (simpler.model, simpler.fit.values)
     )
     if simpler is None:  # nearly linear in its parameters: one start is enough
         return bounded_fit(residuals, free, starts[0])
-    searched = best_of_starts(thinned(residuals), free, starts, executor, most=_SEARCHED_STARTS)
+    searched = best_of_starts(_thinned(residuals), free, starts, executor, most=_SEARCHED_STARTS)
     candidates = [searched.values, starts[0]]
     costs = [float(np.square(residuals(start)).sum()) for start in candidates]
     fit = bounded_fit(residuals, free, candidates[int(np.argmin(costs))])
@@ -338,3 +351,92 @@ def _rms(
         }
         first = last
     return float(np.sqrt(np.square(gaps).sum() / counted.sum())), by_run
+
+
+def _bootstrap_covariance(
+    residuals: Residuals,
+    fit: NonlinearFit,
+    blocks: NDArray[np.int64],
+    *,
+    n_samples: int,
+    rng: np.random.Generator,
+    executor: Executor,
+) -> Array:
+    """Covariance of full refits to resampled time blocks, shape (p, p)."""
+    numbers, block = np.unique(blocks, return_inverse=True)
+    futures = []
+    for _ in range(n_samples):
+        drawn = block_counts(numbers.size, rng)
+        sample = _Drawn(residuals, np.sqrt(drawn)[block])
+        futures.append(executor.submit(bounded_fit, sample, fit.free, fit.values, tolerance=_ROUGH))
+    values = []
+    for future in futures:
+        try:
+            values.append(future.result().values)
+        except (ValueError, ArithmeticError):
+            continue
+    if len(values) < 2:
+        raise ValueError(
+            f"{len(values)} of {n_samples} bootstrap refits succeeded; expected at least 2"
+        )
+    return np.cov(np.array(values), rowvar=False) * numbers.size / (numbers.size - 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """Residuals of a bootstrap sample: each multiplied by the root of how often it was drawn."""
+
+    residuals: Residuals
+    factor: Array
+
+    def __call__(self, values: Array) -> Array:
+        return self.residuals(values) * self.factor
+
+
+def _search_starts(
+    residuals: MountingResiduals, simpler: tuple[BushingModel, Array] | None
+) -> list[Array]:
+    """Starts of a model: the simpler one's solution, then one a way that added terms matter."""
+    model, K = residuals.model, residuals.rig.bushing_radial_stiffness
+    free = model.free(residuals.rig)
+    zero = dict.fromkeys(model.names, 0.0)
+    if simpler is None:
+        rig = residuals.rig
+        base = {
+            **zero,
+            "K1": K,
+            "C1": rig.bushing_radial_damping,
+            "K_x": rig.bushing_axial_stiffness,
+            "C_x": rig.bushing_axial_damping,
+        }
+        guesses: list[dict[str, float]] = [{}]
+    else:
+        known = simpler[0].simulator_values(simpler[1])
+        base = {**zero, **model.values_of(known)}
+        guesses = [{}, *_guesses(model, base, free)]
+    return [merged_values(free, {**base, **guess}, zero) for guess in guesses]
+
+
+def _guesses(
+    model: BushingModel, base: Mapping[str, float], free: Sequence[FitParameter]
+) -> list[dict[str, float]]:
+    scale = {one.name: one.scale for one in free}
+    K1 = base["K1"]
+    guesses = [{"K1": share * K1, "K3": (1.0 - share) * scale["K3"]} for share in (0.7, 1.3)]
+    if "Kp" not in model.names:
+        return guesses
+    for tau in (0.1, 1.0):
+        for yielding in (0.1, 0.4):
+            hysteresis = {"k": K1, "c": tau * K1, "Kp": 0.4 * K1, "Fy": yielding * scale["Fy"]}
+            guesses.append({"K1": 0.6 * K1, **hysteresis})
+    return guesses
+
+
+def _thinned(residuals: MountingResiduals) -> MountingResiduals:
+    """Residuals of every n-th sample; the loads stay linear between the samples that are left."""
+    inputs, signals = [], []
+    for own, measured in zip(residuals.inputs, residuals.signals, strict=True):
+        every = slice(None, None, max(1, own.time.size // _SEARCH_SAMPLES))
+        inputs.append(type(own)(*(column[every] for column in own.columns().values())))
+        signals.append(measured[every])
+    return replace(residuals, inputs=tuple(inputs), signals=tuple(signals))

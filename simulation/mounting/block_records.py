@@ -7,19 +7,12 @@ unrolled into vector operations; and one record is handed over at no cost, where
 be counted in and out at each call.
 """
 
-from typing import Protocol, cast
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.simulation.mounting.equations import Block
-from carrierflex.simulation.mounting.propagators import Propagator
-
 Array = NDArray[np.float64]
-
-#: Numbers in a vector register; states and probes are filled up with zeros to a multiple, so that
-#: few sizes have to be compiled.
-_TOGETHER = 4
 
 
 class BlockRecord(Protocol):
@@ -54,62 +47,3 @@ class BlockRecord(Protocol):
     force: Array
     friction: Array
     work: Array
-
-
-def block_record(block: Block, matrices: Propagator, state: Array, memory: Array) -> BlockRecord:
-    """Record of a block, its propagator over one substep, and where it stands.
-
-    Parameters
-    ----------
-    block : Block
-        Equations with nonlinear elements.
-    matrices : Propagator
-        Over one substep.
-    state : ndarray, shape (n,)
-        Linear states.
-    memory : ndarray, shape (5, n_elements)
-        Elasto-plastic force and deflection where the step begins; nonlinear force there, at the
-        middle of the last step and where that began.
-
-    Returns
-    -------
-    BlockRecord
-        A NumPy record.
-    """
-    n, n_e = len(state), len(block.weights)
-    both = np.vstack([_filled(matrices.probes), _filled(matrices.end[:, : n + 6 + n_e])])
-    forces = np.vstack([_filled(matrices.feedback), _filled(matrices.end[:, n + 6 + n_e :])])
-    fields = {
-        "by_state": _filled(both[:, :n].T),
-        "by_load": both[:, n : n + 6].T,
-        "by_first_force": both[:, n + 6 :].T,
-        "by_force": forces.T,
-        "law": block.law,
-        "preload": block.preload,
-        "loads": np.zeros(6),
-        "known": np.zeros(len(both)),
-        "probe": np.zeros(len(_filled(matrices.probes))),
-        "force": np.zeros(2 * n_e),
-        "friction": np.zeros(2 * n_e),
-        "work": np.zeros((2 * n_e, 2 * n_e + 1)),
-        "state": _filled(state[:, None])[:, 0],
-        "friction_before": memory[0],
-        "u_before": memory[1],
-        "last": memory[[4, 3, 2]],
-    }
-    record = np.zeros(1, [(name, np.float64, values.shape) for name, values in fields.items()])
-    for name, values in fields.items():
-        record[name][0] = values
-    return cast(BlockRecord, record[0])
-
-
-def standing(record: BlockRecord, n: int) -> tuple[Array, Array]:
-    """State, shape (n,), and memory, shape (5, n_elements), of a block that has marched."""
-    fields = cast(np.void, record)
-    memory = np.stack([fields["friction_before"], fields["u_before"], *fields["last"][::-1]])
-    return fields["state"][:n].copy(), memory
-
-
-def _filled(matrix: Array) -> Array:
-    """Rows of zeros below, up to a multiple of a vector register."""
-    return np.vstack([matrix, np.zeros((-len(matrix) % _TOGETHER, matrix.shape[1]))])

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.force_laws import ForceLaw, first_class
-from carrierflex.simulation.mounting.block_records import block_record, standing
+from carrierflex.simulation.mounting.block_records import BlockRecord
 from carrierflex.simulation.mounting.equations import Block, mounting_blocks
 from carrierflex.simulation.mounting.kernel import (
     DIVERGED,
@@ -41,6 +41,11 @@ _MOST_SUBSTEPS = 20_000
 
 #: Tolerance of Newton's method within a step, relative to the element forces.
 _NEWTON_TOLERANCE = 1e-8
+
+
+#: Numbers in a vector register; states and probes are filled up with zeros to a multiple, so that
+#: few sizes have to be compiled.
+_TOGETHER = 4
 
 
 class DivergedError(ArithmeticError):
@@ -328,7 +333,7 @@ def _march_block(
     if block.is_linear:
         good, coordinate = march_linear(matrices.end, block.output, x, loads, signals)
         return good, None if coordinate < 0 else (coordinate, DIVERGED)
-    record = block_record(block, matrices, x, memory)
+    record = _block_record(block, matrices, x, memory)
     law = block.user_law
     tables = block.tables
     if tables is not None:
@@ -346,7 +351,7 @@ def _march_block(
         None if law is None else law.parameters,
         tables,
     )
-    x[:], memory[:] = standing(record, len(x))
+    x[:], memory[:] = _standing(record, len(x))
     if tables is not None:
         parts[:] = states_of(tables)
     return good, None if outcome == DONE else (coordinate, outcome)
@@ -364,3 +369,44 @@ def _diverged(
         coordinate=names[0],
         signals=signals,
     )
+
+
+def _block_record(block: Block, matrices: Propagator, state: Array, memory: Array) -> BlockRecord:
+    """Record of a block, its propagator over one substep, and where it stands."""
+    n, n_e = len(state), len(block.weights)
+    both = np.vstack([_filled(matrices.probes), _filled(matrices.end[:, : n + 6 + n_e])])
+    forces = np.vstack([_filled(matrices.feedback), _filled(matrices.end[:, n + 6 + n_e :])])
+    fields = {
+        "by_state": _filled(both[:, :n].T),
+        "by_load": both[:, n : n + 6].T,
+        "by_first_force": both[:, n + 6 :].T,
+        "by_force": forces.T,
+        "law": block.law,
+        "preload": block.preload,
+        "loads": np.zeros(6),
+        "known": np.zeros(len(both)),
+        "probe": np.zeros(len(_filled(matrices.probes))),
+        "force": np.zeros(2 * n_e),
+        "friction": np.zeros(2 * n_e),
+        "work": np.zeros((2 * n_e, 2 * n_e + 1)),
+        "state": _filled(state[:, None])[:, 0],
+        "friction_before": memory[0],
+        "u_before": memory[1],
+        "last": memory[[4, 3, 2]],
+    }
+    record = np.zeros(1, [(name, np.float64, values.shape) for name, values in fields.items()])
+    for name, values in fields.items():
+        record[name][0] = values
+    return cast(BlockRecord, record[0])
+
+
+def _standing(record: BlockRecord, n: int) -> tuple[Array, Array]:
+    """State, shape (n,), and memory, shape (5, n_elements), of a block that has marched."""
+    fields = cast(np.void, record)
+    memory = np.stack([fields["friction_before"], fields["u_before"], *fields["last"][::-1]])
+    return fields["state"][:n].copy(), memory
+
+
+def _filled(matrix: Array) -> Array:
+    """Rows of zeros below, up to a multiple of a vector register."""
+    return np.vstack([matrix, np.zeros((-len(matrix) % _TOGETHER, matrix.shape[1]))])

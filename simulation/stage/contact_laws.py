@@ -3,7 +3,7 @@
 Force, tangent, energy, and their discrete gradients (compiled).
 
 A discrete gradient is a force whose work over a step is the change of the energy. Numba's cache of
-a compiled caller (:mod:`carrierflex.simulation.stage.time_step`) does not see changes here: touch
+a compiled caller (:mod:`carrierflex.simulation.stage.response`) does not see changes here: touch
 that file after one.
 """
 

@@ -3,7 +3,7 @@
 Newmark's formulae with the equation of motion taken between the ends of a step (Chung and Hulbert),
 Newton's method on the forces of the channels at the new end. Forces are the gradients of the
 contact laws, not discrete gradients, and high modes are damped. It shares the laws with
-:mod:`carrierflex.simulation.stage.time_step` and no step of its method: references that a
+:mod:`carrierflex.simulation.stage.response` and no step of its method: references that a
 simulation shall be compared with come from here. Some forty times slower.
 
 References

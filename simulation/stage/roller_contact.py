@@ -2,7 +2,7 @@
 
 Their discrete gradient over a time step (compiled).
 
-Numba's cache of :mod:`carrierflex.simulation.stage.time_step` does not see changes here: touch that
+Numba's cache of :mod:`carrierflex.simulation.stage.response` does not see changes here: touch that
 file after one.
 """
 

@@ -3,9 +3,8 @@
 import pytest
 
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, PAIR, SINGLE, Label
-from carrierflex.blind_check.scoring.class_coverage import covered_parameters
 from carrierflex.blind_check.scoring.class_judging import cases_judged_by_class, judge_by_class
-from carrierflex.blind_check.scoring.class_score import class_score
+from carrierflex.blind_check.scoring.class_score import class_score, covered_parameters
 from carrierflex.blind_check.scoring.result import BlindCheck
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.element.families import (

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from carrierflex.blind_check.labels import SINGLE, CasePlan, Label
-from carrierflex.blind_check.sealing.check import SealedCheck, diagnosed
-from carrierflex.blind_check.sealing.seals import (
+from carrierflex.blind_check.sealing.check import (
+    SealedCheck,
     Seals,
+    diagnosed,
     new_salt,
     read_seals,
     seal,

@@ -12,9 +12,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe import factorisation
 from carrierflex.fe.assembly import assemble_stiffness
-from carrierflex.fe.factorisation import SingularMatrixError, factorise
+from carrierflex.fe.factorisation import SingularMatrixError, factorise, upper_triangle
 from carrierflex.fe.materials import STEEL
-from carrierflex.fe.upper_triangle import upper_triangle
 from carrierflex.reduction.held_structure import statically_determinate_dofs
 from tests.fe.box_meshes import box_mesh
 

@@ -10,10 +10,11 @@ from carrierflex.fe.assembly import assemble_stiffness_and_mass
 from carrierflex.fe.materials import BODY_MATERIALS, CAST_IRON
 from carrierflex.fe.scikit_fem_path import (
     displacement_by_scikit_fem,
+    mass_form,
     stiffness_and_mass_by_scikit_fem,
+    stiffness_form,
 )
 from carrierflex.fe.static import clamped_displacement
-from carrierflex.fe.weak_forms import mass_form, stiffness_form
 from tests.fe.box_meshes import round_bar
 
 

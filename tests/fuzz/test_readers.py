@@ -22,7 +22,7 @@ from hypothesis import HealthCheck, given, settings
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
-from carrierflex.blind_check.sealing.seals import Seals, read_seals, write_seals
+from carrierflex.blind_check.sealing.check import Seals, read_seals, write_seals
 from carrierflex.blind_check.sealing.verdicts import read_verdict
 from carrierflex.diagnosis.report.diagnosis_files import read_diagnosis
 from carrierflex.diagnosis.report.rim_motion_files import (

@@ -9,9 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
-from carrierflex.geometry.given_meshes.quadratic import quadratic_tetrahedra
 from carrierflex.geometry.half_sector import quiet_geometry
-from carrierflex.geometry.mesh_files import read_mesh, write_mesh
+from carrierflex.geometry.mesh_files import quadratic_tetrahedra, read_mesh, write_mesh
 from carrierflex.geometry.quality import mesh_quality
 
 #: Formats that gmsh writes from a .msh with all groups by name.

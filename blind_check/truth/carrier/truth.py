@@ -7,7 +7,7 @@ ripple of 1 %, noise has a memory, the deflection curves belong to a slightly di
 another mesh. The baseline is refitted by the truth's own least squares on the measured inputs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import (
     ALIASED,
+    FORM,
     FORM_FAMILIES,
     NOTHING,
     ONE_CONDITION,
@@ -26,11 +27,11 @@ from carrierflex.blind_check.labels import (
 )
 from carrierflex.blind_check.truth.alias_table import same_class
 from carrierflex.blind_check.truth.carrier.alias_sets import alias_sets
-from carrierflex.blind_check.truth.carrier.label import largest_cell, named_parameters
-from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
+from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS, drawn_form
 from carrierflex.blind_check.truth.carrier.rig import (
     N_SENSORS,
     RIG,
+    SENSOR_ANGLES,
     SENSOR_NAMES,
     AddedRun,
     CarrierState,
@@ -39,16 +40,11 @@ from carrierflex.blind_check.truth.carrier.rig import (
 )
 from carrierflex.blind_check.truth.carrier.signals import (
     RADIUS,
+    WAVE_ORDERS,
     RimRecord,
     curve_at,
     drawn_values,
     scaled_values,
-)
-from carrierflex.blind_check.truth.carrier.sizes import (
-    LARGEST_ANGLE,
-    LARGEST_GAIN,
-    sized_state,
-    with_sensor_errors,
 )
 from carrierflex.blind_check.truth.carrier.stage import stage_case
 from carrierflex.blind_check.truth.linear_refit import LinearBaseline
@@ -82,6 +78,27 @@ _CONSTANT = ((1.0, 0.0, 0.0, 2.3), (1.0, 0.0, 0.0, 1.5), (1.0, 0.0, 0.0, 2.0))
 _TORQUE = 0.01
 #: Runs of a drawn plan of loads, and its largest radial load [N].
 _FORM_RUNS, _LARGEST_LOAD = 8, 2e5
+
+
+#: Steps of the search for the size of an effect; sizes that act through a threshold or a sine need
+#: more than one.
+_SIZE_STEPS, _SIZE_TOLERANCE = 30, 1e-4
+#: Largest factor on an effect of unit size that a machine could have: pin loads that stay positive,
+#: gains off by 30 %, a sensor 5 degrees from its place, 0.15 s of delay, deflections of three times
+#: the model's.
+_LARGEST = {
+    "unequal_load_sharing": 5.0, "load_sharing_ntl": 5.0, "flexible_pins": 3.0, "stiff_pins": 1.5,
+    "pin_clearance": 1.5,
+    "sensor_gain": 3.0, "sensor_angle": 3.0, "sensor_delay": 5.0,
+}  # fmt: skip
+#: Noise of a case [m], drawn between the first two; down to the last where an effect cannot grow to
+#: the wanted gap.
+_NOISE, _LEAST_NOISE = (2e-6, 5e-6), 0.3e-6
+#: Forms that are drawn until the loads show one.
+_REDRAWS = 50
+#: Largest errors of the sensors, gain and angle [rad]; every size up to them is as likely.
+_LARGEST_GAIN, _LARGEST_ANGLE = 0.03, float(np.deg2rad(0.5))
+_Gap = Callable[[CarrierState], float]
 
 
 def carrier_case(
@@ -135,10 +152,10 @@ def carrier_case(
         # Not of the effect alone: what the baseline holds keeps its bound from acting too early.
         return baseline.residuals(read_state.read(records))
 
-    ideal, floor = sized_state(
+    ideal, floor = _sized_state(
         plan, rng, known, n_runs, lambda candidate: _size(residuals(candidate))
     )
-    state, share = with_sensor_errors(
+    state, share = _with_sensor_errors(
         ideal,
         plan,
         rng,
@@ -163,7 +180,7 @@ def carrier_case(
         label = _with_aliases(label, plan, (ideal, known), (records, baseline))
     # What is outside the library, and a drift, have no place among the orders.
     elif label.effects and "thermal_drift" not in label.effects:
-        label = replace(label, where=largest_cell(residuals(ideal), declared))
+        label = replace(label, where=_largest_cell(residuals(ideal), declared))
     declared += [replace(record, torque=record.torque * error) for record in every[len(records) :]]
     return _campaign(plan, declared, measured, contained, (floor, share)), label
 
@@ -213,7 +230,7 @@ def _label(
         rho=rho,
         parameters={}
         if plan.family in (OUTSIDE, *FORM_FAMILIES)
-        else {name: named_parameters(name, state) for name in (*inside, *contained)},
+        else {name: _named_parameters(name, state) for name in (*inside, *contained)},
         where={},
     )
 
@@ -349,8 +366,154 @@ def _campaign(
         baseline=Baseline("model", contained),
         rig=dict(RIG),
         channels=rim_channels(
-            floor, uniform_std(share * LARGEST_GAIN), uniform_std(share * LARGEST_ANGLE)
+            floor, uniform_std(share * _LARGEST_GAIN), uniform_std(share * _LARGEST_ANGLE)
         ),
         runs=tuple(runs),
         inputs=(InputSignal("torque", "N m", gain_std=_TORQUE),),
+    )
+
+
+def _named_parameters(name: str, state: CarrierState) -> dict[str, float]:
+    """True values by the names of diagnosis.json."""
+    sensors = {
+        "sensor_gain": ("g", state.gain),
+        "sensor_angle": ("dv", state.turned),
+        "sensor_zero": ("z", state.zero),
+    }
+    if name in sensors:
+        symbol, values = sensors[name]
+        index = int(np.argmax(np.abs(values)))
+        return {f"{symbol}_{SENSOR_NAMES[index]}": float(values[index])}
+    if name == "sensor_delay":
+        return {"tau": state.delay}
+    waves = (
+        {f"{part}_{order}": 0.0 for order in WAVE_ORDERS for part in ("a", "b")}
+        if name == "face_runout"
+        else {}
+    )
+    return {key: float(value) for key, value in {**waves, **state.effects[name]}.items()}
+
+
+def _largest_cell(
+    gap: Sequence[FloatArray], records: Sequence[RimRecord]
+) -> dict[str, float | str]:
+    """Run, order and pattern of the largest part of the gap.
+
+    ``A_m(n) = 1/4 sum_i Y_i(n) exp(j m v_i)`` with Y_i(n) the part of channel i at n times the
+    carrier angle.
+    """
+    best, cell = -1.0, dict[str, float | str]()
+    for signal, record in zip(gap, records, strict=True):
+        for order in range(9):
+            turned = np.exp(-1j * order * record.angle)
+            amplitude = signal @ turned / record.time.size * (2.0 if order else 1.0)
+            for m, text in ((0, "m=0"), (1, "m=+1"), (-1, "m=-1"), (2, "m=2")):
+                if order == 0 and m == -1:
+                    continue  # the conjugate of m = +1
+                size = abs(np.mean(amplitude * np.exp(1j * m * SENSOR_ANGLES))) ** 2 * (
+                    0.5 if order else 2.0 if m == 1 else 1.0
+                )
+                if size > best:
+                    best, cell = (
+                        size,
+                        {"run": f"run{record.number + 1}", "order": order, "channel_pattern": text},
+                    )
+    return cell
+
+
+def _sized_state(
+    plan: CasePlan, rng: np.random.Generator, known: CarrierState, n_runs: int, gap: _Gap
+) -> tuple[CarrierState, float]:
+    """State with the withheld effects, and the noise."""
+    floor = float(np.exp(rng.uniform(*np.log(_NOISE))))
+    units = [_unit_effect(plan.family, name, rng, n_runs) for name in plan.effects]
+    if plan.family in (FORM, SEVERAL):
+        units = [
+            _shown(unit, name, rng, known, gap)
+            for name, unit in zip(plan.effects, units, strict=True)
+        ]
+    ratios = plan.own_ratios or (plan.ratio / np.sqrt(max(len(units), 1)),) * len(units)
+    for name, unit, share in zip(plan.effects, units, ratios, strict=True):
+        if name in _LARGEST:
+            floor = min(floor, gap(_with(known, unit, _LARGEST[name])) / share)
+    floor = max(floor, _LEAST_NOISE)
+    state = known
+    for name, unit, share in zip(plan.effects, units, ratios, strict=True):
+        state = _with(
+            state, unit, _factor(known, unit, share * floor, _LARGEST.get(name, np.inf), gap)
+        )
+    return state, floor
+
+
+def _factor(
+    known: CarrierState, unit: CarrierState, wanted: float, largest: float, gap: _Gap
+) -> float:
+    """Factor on a unit effect at which it leaves the wanted gap, or its physical limit."""
+    factor = 1.0
+    for _ in range(_SIZE_STEPS):
+        reached = gap(_with(known, unit, factor))
+        if abs(reached / wanted - 1.0) < _SIZE_TOLERANCE or reached == 0.0:
+            break
+        factor = min(factor * wanted / reached, largest)
+    return factor
+
+
+def _with_sensor_errors(
+    state: CarrierState,
+    plan: CasePlan,
+    rng: np.random.Generator,
+    floor: float,
+    leak: Callable[[CarrierState], float],
+) -> tuple[CarrierState, float]:
+    """State before sensors up to 3 % and 0.5 degrees off."""
+    gain = rng.uniform(-_LARGEST_GAIN, _LARGEST_GAIN, N_SENSORS)
+    turned = rng.uniform(-_LARGEST_ANGLE, _LARGEST_ANGLE, N_SENSORS)
+    leaked = leak(replace(state, gain_error=gain, angle_error=turned)) / floor
+    share = min(1.0, largest_leak(plan) / leaked) if leaked > 0.0 else 1.0
+    return replace(state, gain_error=share * gain, angle_error=share * turned), share
+
+
+def _unit_effect(family: str, name: str, rng: np.random.Generator, n_runs: int) -> CarrierState:
+    """A state that holds one effect alone, of about 30 micrometres."""
+    if family == OUTSIDE:
+        return CarrierState({}, outside=(name, 3e-5))
+    if name in OTHER_FORMS:
+        return CarrierState({name: drawn_form(name, rng)})
+    gains = np.zeros(N_SENSORS)
+    gains[rng.integers(N_SENSORS)] = rng.choice((-1.0, 1.0))
+    if name == "sensor_gain":
+        return CarrierState({}, gain=0.1 * gains)
+    if name == "sensor_angle":
+        return CarrierState({}, turned=0.03 * gains)
+    if name == "sensor_zero":
+        return CarrierState({}, zero=3e-5 * gains)
+    if name == "sensor_delay":
+        return CarrierState({}, delay=0.03 * float(gains.sum()))
+    return CarrierState({name: drawn_values(name, rng, n_runs)})
+
+
+def _shown(
+    unit: CarrierState, name: str, rng: np.random.Generator, known: CarrierState, gap: _Gap
+) -> CarrierState:
+    """Unit effect of a form that these loads show, drawn anew until they do."""
+    for _ in range(_REDRAWS):
+        if gap(_with(known, unit, 1.0)) > _LEAST_NOISE:
+            return unit
+        unit = CarrierState({name: drawn_form(name, rng)})
+    raise ArithmeticError(f"no form of {name} shows under the drawn loads")
+
+
+def _with(state: CarrierState, effect: CarrierState, factor: float) -> CarrierState:
+    """State with one more effect, `factor` times its unit."""
+    more = {name: scaled_values(values, factor) for name, values in effect.effects.items()}
+    return replace(
+        state,
+        effects={**state.effects, **more},
+        gain=state.gain + factor * effect.gain,
+        turned=state.turned + factor * effect.turned,
+        zero=state.zero + factor * effect.zero,
+        delay=state.delay + factor * effect.delay,
+        outside=(effect.outside[0], factor * effect.outside[1])
+        if effect.outside[0]
+        else state.outside,
     )

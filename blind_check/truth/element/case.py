@@ -6,16 +6,14 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.signal import cont2discrete, lfilter
 
 from carrierflex.blind_check.truth.element.drawing import smaller
 from carrierflex.blind_check.truth.element.drives import DECAY, Drive
 from carrierflex.blind_check.truth.element.element import FINE, Element
 from carrierflex.blind_check.truth.element.reference import Reference, reference_motion
-from carrierflex.blind_check.truth.element.refit import (
-    DecayRefit,
-    ForcedRefit,
-    driven_residuals,
-)
+from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 
 FloatArray = NDArray[np.float64]
 
@@ -75,7 +73,7 @@ class ElementCase:
         if not plain.by_force:
             motions = [reference_motion(plain, drive, self.n).columns for drive in self.drives]
             kept = [columns[::FINE][self.settle :] for columns in motions]
-            return lambda signals: driven_residuals(
+            return lambda signals: _driven_residuals(
                 kept, [signal[self.settle :] for signal in signals]
             )
         fine = 8
@@ -120,3 +118,139 @@ def bounded(case: ElementCase) -> ElementCase:
     raise ArithmeticError(
         f"the motion grows without bound after {_TRIALS} reductions; expected a softer cause"
     )
+
+
+def _driven_residuals(
+    columns: Sequence[FloatArray], signals: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """What is left of driven elements, whose force is linear in the baseline's parameters."""
+    baseline = LinearBaseline(columns, own_offset=False)
+    return [series[0] for series in baseline.residuals([signal[None] for signal in signals])]
+
+
+@dataclass(frozen=True, eq=False)
+class ForcedRefit:
+    """Refit of a mass on an element under a force, with straight lines between fine samples.
+
+    `forces` by run at `fine` times the samples, `step` of the fine samples [s], `start` mass,
+    stiffness, damping, constant force; `settle` samples do not count.
+    """
+
+    forces: Sequence[FloatArray]
+    step: float
+    fine: int
+    start: FloatArray
+    settle: int
+
+    def residuals(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+        """What is left after Gauss-Newton steps with the response's exact sensitivities.
+
+        Parameters
+        ----------
+        signals : sequence of ndarray, shape (n,)
+            Deflections.
+
+        Returns
+        -------
+        list of ndarray, shape (n - settle,)
+            Residuals.
+        """
+        theta = self.start.copy()
+        left, columns = self._linearised(theta, signals)
+        for _ in range(30):
+            target, matrix = np.concatenate(left), np.concatenate(columns)
+            size = np.linalg.norm(matrix, axis=0)
+            # At one frequency mass and spring are one parameter: the shortest step then.
+            change = np.linalg.lstsq(matrix / size, target, rcond=1e-7)[0] / size
+            cost = float(target @ target)
+            for share in (1.0, 0.5, 0.25, 0.1, 0.03):
+                trial = theta + share * change
+                if (trial[:3] <= 0.0).any():
+                    continue
+                trial_left, trial_columns = self._linearised(trial, signals)
+                if sum(float(run @ run) for run in trial_left) < cost:
+                    break
+            else:
+                return left
+            gain = cost - sum(float(run @ run) for run in trial_left)
+            theta = trial
+            left = trial_left
+            columns = trial_columns
+            if gain <= 1e-6 * cost:
+                return left
+        return left
+
+    def _linearised(
+        self, theta: FloatArray, signals: Sequence[FloatArray]
+    ) -> tuple[list[FloatArray], list[FloatArray]]:
+        """Residuals and the response's derivatives to mass, stiffness, damping, constant force."""
+        mass, stiffness, damping, constant = theta
+        system = ([1.0], [mass, damping, stiffness])
+        numerator, denominator, _ = cont2discrete(system, self.step, method="foh")
+        numerator = numerator.reshape(-1)
+        left, columns = [], []
+        for force, signal in zip(self.forces, signals, strict=True):
+            x = lfilter(numerator, denominator, force - constant)
+            v = np.gradient(x, self.step)
+            causes = np.array([np.gradient(v, self.step), x, v, np.ones_like(x)])
+            slopes = -lfilter(numerator, denominator, causes, axis=-1)
+            left.append((signal - x[:: self.fine])[self.settle :])
+            columns.append(slopes[:, :: self.fine].T[self.settle :])
+        return left, columns
+
+
+@dataclass(frozen=True, eq=False)
+class DecayRefit:
+    """Refit of free decays: one frequency, damping and position of rest, own starts.
+
+    `step` of the samples [s], `omega`, `ratio` natural frequency [rad/s] and damping ratio to start
+    from.
+    """
+
+    step: float
+    omega: float
+    ratio: float
+
+    def residuals(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+        """What is left.
+
+        Parameters
+        ----------
+        signals : sequence of ndarray, shape (n,)
+            Deflections.
+
+        Returns
+        -------
+        list of ndarray, shape (n,)
+            Residuals.
+        """
+        scale = np.concatenate(signals).std()
+
+        def residual(theta: FloatArray) -> FloatArray:
+            return np.concatenate(self._left(signals, theta)) / scale
+
+        solution = least_squares(
+            residual, [1.0, 1.0], bounds=([0.3, 0.01], [3.0, 100.0]), x_scale=[0.01, 0.3]
+        )
+        return self._left(signals, np.asarray(solution.x))
+
+    def _left(self, signals: Sequence[FloatArray], theta: FloatArray) -> list[FloatArray]:
+        """Residuals at a frequency and a damping, over those to start from."""
+        swings = [self._swing(signal.size, theta) for signal in signals]
+        moved, one = [], []
+        for signal, swing in zip(signals, swings, strict=True):
+            both = np.array([signal, np.ones(signal.size)]).T
+            left = both - swing @ np.linalg.lstsq(swing, both, rcond=None)[0]
+            moved.append(left[:, 0])
+            one.append(left[:, 1])
+        # The position of rest is that of all runs, the start of each its own.
+        rests = np.concatenate(one)
+        rest = float(np.concatenate(moved) @ rests / (rests @ rests))
+        return [signal - rest * own for signal, own in zip(moved, one, strict=True)]
+
+    def _swing(self, n: int, theta: FloatArray) -> FloatArray:
+        omega = self.omega * theta[0]
+        ratio = min(self.ratio * theta[1], 0.99)
+        time = self.step * np.arange(n)
+        turn = omega * np.sqrt(1.0 - ratio**2) * time
+        return np.exp(-ratio * omega * time)[:, None] * np.array([np.cos(turn), np.sin(turn)]).T

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from carrierflex.blind_check.truth.element.drives import (
     DECAY,
@@ -15,7 +16,6 @@ from carrierflex.blind_check.truth.element.drives import (
 from carrierflex.blind_check.truth.element.element import N_FORM, DriveSide, Element, Law
 from carrierflex.blind_check.truth.element.families import CAUSES
 from carrierflex.blind_check.truth.element.memory_laws import MEMORY_LAWS
-from carrierflex.blind_check.truth.element.nonlinear_branch import beyond_linear_memory
 from carrierflex.blind_check.truth.element.reference import Reference, force_of
 from carrierflex.blind_check.truth.element.static_laws import STATIC_LAWS
 from carrierflex.blind_check.truth.noise import root_mean_square
@@ -33,6 +33,12 @@ _TEXTBOOK = 0.25
 _WAVE_NUMBERS = (1.0, 6.0)
 _NUMBERS = STATIC_LAWS | MEMORY_LAWS
 _PLAIN_FORM = np.zeros((3, N_FORM))
+
+
+#: Relaxation times of the linear memory, over the time in which the phase turns by one radian.
+_TIMES = np.geomspace(0.03, 30.0, 14)
+#: By how much the spring is curved further, and how often at most: to 10^4 times what it was.
+_MORE, _TIMES_MORE = 1.5, 23
 
 
 def drawn_element(rng: np.random.Generator, drive: str) -> Element:
@@ -139,66 +145,6 @@ def smaller(element: Element, factor: float) -> Element:
     )
 
 
-def resized(element: Element, names: Sequence[str], number: int, factor: float) -> Element:
-    """Element one of whose causes is larger or smaller; a gap in its spring is wider or narrower.
-
-    Parameters
-    ----------
-    element : Element
-        Element with its causes.
-    names : sequence of str
-        Its causes, as :func:`with_causes` was given them.
-    number : int
-        Place of the one that changes.
-    factor : float
-        What its size is multiplied by.
-    """
-    name = names[number]
-    if name == "late_sensor":
-        return replace(element, delay=factor * element.delay, lag=factor * element.lag)
-    if not CAUSES[name].law:
-        assert element.drive_side is not None
-        amplitude = factor * element.drive_side.amplitude
-        return replace(element, drive_side=replace(element.drive_side, amplitude=amplitude))
-    place = _law_place(names, number)
-    own = element.laws[place]
-    if name == "gap_in_spring":
-        form = own.form * np.array([[factor], [1.0], [1.0]])
-        own = replace(own, p=own.p * np.array([factor, *np.ones(own.p.size - 1)]), form=form)
-    else:
-        (own,) = scaled([own], factor)
-    return replace(element, laws=(*element.laws[:place], own, *element.laws[place + 1 :]))
-
-
-def _law_place(names: Sequence[str], number: int) -> int:
-    """Place among an element's laws of the law of one of its causes."""
-    return sum(bool(CAUSES[name].law) for name in names[:number])
-
-
-def with_one_cause(element: Element, names: Sequence[str], number: int) -> Element:
-    """Element with one of its causes alone, its base as it is.
-
-    Parameters
-    ----------
-    element : Element
-        Element with all causes.
-    names : sequence of str
-        Its causes, as :func:`with_causes` was given them.
-    number : int
-        Place of the one that stays.
-    """
-    own = CAUSES[names[number]]
-    is_late = names[number] == "late_sensor"
-    return replace(
-        element,
-        laws=(element.laws[_law_place(names, number)],) if own.law else (),
-        drive_side=None if own.law or is_late else element.drive_side,
-        delay=element.delay if is_late else 0.0,
-        lag=element.lag if is_late else 0.0,
-        disturbance=(),
-    )
-
-
 def _with_cause(
     rng: np.random.Generator,
     name: str,
@@ -228,7 +174,7 @@ def _with_cause(
     if name == "spring_and_dashpot":
         # A law whose form is changed by less is one of its class still.
         left = float(rng.uniform(CHANGE[1], 2.0 * CHANGE[1]))
-        law = beyond_linear_memory(law, reference, element.omega, left)
+        law = _beyond_linear_memory(law, reference, element.omega, left)
     if name == "gap_in_spring":
         # The gap is in the element's own spring.
         amplitude = element.base[1] * reference.scale[0]
@@ -279,3 +225,22 @@ def _disturbance(rng: np.random.Generator, size: float, omega: float) -> Lines:
     lines = omega * rng.uniform(0.2, 2.0, n)
     amplitude = size * np.sqrt(2.0 / n) * np.ones(n)
     return Lines(amplitude, lines, rng.uniform(0.0, 2.0 * np.pi, n), 1e-6)
+
+
+def _beyond_linear_memory(law: Law, reference: Reference, omega: float, left: float) -> Law:
+    """Spring and dashpot with the least curvature of which a linear memory leaves enough."""
+    v = reference.columns[:, 1]
+    branches = [_relaxing(v, reference.step, time / omega) for time in _TIMES]
+    memory = replace(reference, columns=np.column_stack([reference.columns, *branches]))
+    for _ in range(_TIMES_MORE):
+        force = force_of(law, reference)
+        if memory.missing(force) >= left * reference.missing(force):
+            break
+        law = replace(law, p=law.p * np.array([_MORE, *np.ones(law.p.size - 1)]))
+    return law
+
+
+def _relaxing(v: FloatArray, step: float, tau: float) -> FloatArray:
+    """Deflection of a linear spring in series with a dashpot, shape (n,)."""
+    keep = np.exp(-step / tau)
+    return np.asarray(lfilter([tau * (1.0 - keep)], [1.0, -keep], v))

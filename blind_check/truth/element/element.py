@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from carrierflex.blind_check.truth.element.drives import Drive, Lines, Release, drive_motion
-from carrierflex.blind_check.truth.element.integration import force_along, motion_under
+from carrierflex.blind_check.truth.element.static_laws import changed_form, static_force
 
 FloatArray = NDArray[np.float64]
 
@@ -16,6 +17,11 @@ FloatArray = NDArray[np.float64]
 FINE = 24
 PER_PERIOD = 32
 N_FORM = 4
+
+
+#: Inner states that every law is given; Iwan's sliders need most.
+_N_MEMORY = 10
+_inline = njit(cache=True, inline="always")
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,3 +164,242 @@ def _stacked(
         np.array([law.form for law in laws]).reshape(n, 3, N_FORM),
         np.array([law.scale for law in laws]).reshape(n, 3),
     )
+
+
+@njit(cache=True)
+def _law_force(
+    law: int,
+    p: FloatArray,
+    form: FloatArray,
+    scale: FloatArray,
+    q: float,
+    v: float,
+    t: float,
+    memory: FloatArray,
+    rate: FloatArray,
+) -> float:
+    """Force of a law and the rates of its inner states."""
+    s, w = q / scale[1], v / scale[2]
+    if law < 100:
+        rate[:] = 0.0
+        return scale[0] * static_force(law, p, form, s, w, t)
+    return scale[0] * _memory_force(law, p, form, s, w, v / scale[1], memory, rate)
+
+
+@njit(cache=True)
+def _slope(
+    state: FloatArray,
+    force: float,
+    t: float,
+    base: FloatArray,
+    laws: FloatArray,
+    p: FloatArray,
+    form: FloatArray,
+    scale: FloatArray,
+    slope: FloatArray,
+) -> None:
+    total = force - base[3] - base[1] * state[0] - base[2] * state[1]
+    for i in range(laws.size):
+        own = slice(2 + _N_MEMORY * i, 2 + _N_MEMORY * (i + 1))
+        total -= _law_force(
+            int(laws[i]), p[i], form[i], scale[i], state[0], state[1], t, state[own], slope[own]
+        )
+    slope[0] = state[1]
+    slope[1] = total / base[0]
+
+
+@njit(cache=True)
+def motion_under(
+    force: FloatArray,
+    step: float,
+    start: FloatArray,
+    base: FloatArray,
+    laws: FloatArray,
+    p: FloatArray,
+    form: FloatArray,
+    scale: FloatArray,
+) -> FloatArray:
+    """Deflection of a mass on the element under a force.
+
+    Integrated by the three-eighths Runge-Kutta rule.
+
+    Parameters
+    ----------
+    force : ndarray, shape (3 n + 1,)
+        Force at every third of a step.
+    step : float
+        Step [s].
+    start : ndarray, shape (2,)
+        Deflection and speed at the first step.
+    base : ndarray, shape (4,)
+        Mass, stiffness, damping, constant force.
+    laws, p, form, scale : ndarray, shape (n,), (n, 6), (n, 3, m), (n, 3)
+        As :func:`_law_force`, for every law; their forces add.
+
+    Returns
+    -------
+    ndarray, shape (n + 1,)
+        Deflection at the steps.
+    """
+    n = (force.size - 1) // 3
+    n_states = 2 + _N_MEMORY * laws.size
+    result = np.empty(n + 1)
+    state = np.zeros(n_states)
+    state[:2] = start
+    k1, k2, k3, k4 = np.zeros((4, n_states))
+    result[0] = state[0]
+    for k in range(n):
+        t = step * k
+        _slope(state, force[3 * k], t, base, laws, p, form, scale, k1)
+        trial = state + step * k1 / 3.0
+        _slope(trial, force[3 * k + 1], t + step / 3.0, base, laws, p, form, scale, k2)
+        trial = state + step * (k2 - k1 / 3.0)
+        _slope(trial, force[3 * k + 2], t + step / 1.5, base, laws, p, form, scale, k3)
+        trial = state + step * (k1 - k2 + k3)
+        _slope(trial, force[3 * k + 3], t + step, base, laws, p, form, scale, k4)
+        state += step / 8.0 * (k1 + 3.0 * k2 + 3.0 * k3 + k4)
+        result[k + 1] = state[0]
+    return result
+
+
+@njit(cache=True)
+def force_along(
+    q: FloatArray,
+    v: FloatArray,
+    step: float,
+    law: int,
+    p: FloatArray,
+    form: FloatArray,
+    scale: FloatArray,
+) -> FloatArray:
+    """Force of a law along a given motion.
+
+    The inner states are integrated by the midpoint rule on straight lines between the samples.
+
+    Parameters
+    ----------
+    q, v : ndarray, shape (n,)
+        Deflection and speed at steps short against the memory of the law.
+    step : float
+        Step [s].
+    law, p, form, scale
+        As :func:`_law_force`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Force.
+    """
+    result = np.empty(q.size)
+    memory = np.zeros(_N_MEMORY)
+    rate = np.zeros(_N_MEMORY)
+    for k in range(q.size):
+        t = k * step
+        result[k] = _law_force(law, p, form, scale, q[k], v[k], t, memory, rate)
+        if k + 1 < q.size:
+            middle = memory + 0.5 * step * rate
+            q_m, v_m = 0.5 * (q[k] + q[k + 1]), 0.5 * (v[k] + v[k + 1])
+            _law_force(law, p, form, scale, q_m, v_m, t + 0.5 * step, middle, rate)
+            memory += step * rate
+    return result
+
+
+@_inline
+def _slides(z: float, limit: float, r: float) -> bool:
+    return abs(z) >= limit and z * r > 0.0
+
+
+@_inline
+def _bouc_wen(p: FloatArray, r: float, z: float) -> float:
+    """Rate of z: p[0] stiffness, p[1] exponent, p[2] beta, p[3] gamma."""
+    hardening = p[2] * np.sign(r * z) + p[3]
+    return p[0] * r * (1.0 - abs(z) ** p[1] * hardening)
+
+
+@_inline
+def _hysteresis(
+    law: int, p: FloatArray, s: float, r: float, memory: FloatArray, rate: FloatArray
+) -> float:
+    if law <= 101:
+        rate[0] = _bouc_wen(p, r, memory[0])
+        pinch = 1.0 - p[4] * np.exp(-((s / p[5]) ** 2)) if law == 101 else 1.0
+        return memory[0] * pinch
+    if law == 102:  # yields spread evenly from p[0] to p[1], weights by the power p[2]
+        total = 0.0
+        weights = 0.0
+        for k in range(memory.size):
+            limit = p[0] + (p[1] - p[0]) * k / (memory.size - 1.0)
+            weight = limit ** p[2]
+            rate[k] = 0.0 if _slides(memory[k], limit, r) else r
+            total += weight * memory[k]
+            weights += weight * limit
+        return total / weights
+    if law == 103:  # lopsided by p[1]
+        rate[0] = 0.0 if _slides(memory[0], p[0], r) else r
+        z = memory[0] / p[0]
+        return z + p[1] * z * z
+    # Play with friction: beyond the gap p[0] the flanks bear, within it a slider that yields at
+    # p[1] drags with the level p[2].
+    rate[0] = 0.0 if _slides(memory[0], p[1], r) else r
+    flanks = np.sign(s) * max(abs(s) - p[0], 0.0) / (1.0 - p[0])
+    return flanks + p[2] * memory[0] / p[1]
+
+
+@_inline
+def _lugre(p: FloatArray, w: float, r: float, memory: FloatArray, rate: FloatArray) -> float:
+    """Bristles of length p[0]; Stribeck rise p[1] below the speed p[2]; p[3] damping."""
+    level = 1.0 + p[1] * np.exp(-((w / p[2]) ** 2))
+    rate[0] = r - abs(r) * memory[0] / (p[0] * level)
+    return memory[0] / p[0] + p[3] * rate[0] / p[0]
+
+
+@_inline
+def _relaxation(p: FloatArray, r: float, memory: FloatArray, rate: FloatArray) -> float:
+    """Three Maxwell branches: stiffness p[0], p[2], p[4] and time p[1], p[3], p[5]."""
+    total = 0.0
+    for k in range(3):
+        rate[k] = r - memory[k] / p[2 * k + 1]
+        total += p[2 * k] * memory[k]
+    return total
+
+
+@_inline
+def _outside(
+    law: int, p: FloatArray, s: float, w: float, r: float, memory: FloatArray, rate: FloatArray
+) -> float:
+    if law == 130:  # frequency p[0], damping ratio p[1]
+        pull = p[0] ** 2 * (s - memory[0]) + 2.0 * p[1] * p[0] * (r - memory[1])
+        rate[0] = memory[1]
+        rate[1] = pull
+        return pull / p[0] ** 2
+    if law == 131:  # heat rises with the work and fades in the time p[1]
+        friction = np.tanh(w / 0.002) / (1.0 + memory[0])
+        rate[0] = p[0] * friction * r - memory[0] / p[1]
+        return friction
+    spring = memory[0] + p[0] * memory[0] ** 3
+    rate[0] = r - spring / p[1]
+    return spring
+
+
+@njit(cache=True)
+def _memory_force(
+    law: int,
+    p: FloatArray,
+    form: FloatArray,
+    s: float,
+    w: float,
+    r: float,
+    memory: FloatArray,
+    rate: FloatArray,
+) -> float:
+    """Force of a law with inner states, per unit of its size, and the rates of these states."""
+    rate[:] = 0.0
+    if law < 110:
+        z = _hysteresis(law, p, s, r, memory, rate)
+        return z + changed_form(form, s if law == 104 else z)
+    if law < 120:
+        z = _lugre(p, w, r, memory, rate)
+        return z + changed_form(form, w)
+    if law < 130:
+        return _relaxation(p, r, memory, rate)
+    return _outside(law, p, s, w, r, memory, rate)

@@ -7,15 +7,13 @@ them, noise has a memory, and spring and damper of the baseline are themselves a
 noise is set so that the gap over the floor is the wanted one.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import OUTSIDE, CasePlan, Label
-from carrierflex.blind_check.truth.element.balance import balanced, own_gaps
-from carrierflex.blind_check.truth.element.campaign import GAIN_STD, Records, campaign_of
 from carrierflex.blind_check.truth.element.case import (
     ElementCase,
     bounded,
@@ -31,8 +29,8 @@ from carrierflex.blind_check.truth.element.drawing import (
     with_causes,
 )
 from carrierflex.blind_check.truth.element.drives import DECAY, drawn_drives
-from carrierflex.blind_check.truth.element.families import acceptable_laws, class_sets
-from carrierflex.blind_check.truth.element.parameters import true_parameters
+from carrierflex.blind_check.truth.element.element import Element, Law
+from carrierflex.blind_check.truth.element.families import CAUSES, acceptable_laws, class_sets
 from carrierflex.blind_check.truth.element.reference import reference_motion
 from carrierflex.blind_check.truth.noise import (
     case_rng,
@@ -42,6 +40,8 @@ from carrierflex.blind_check.truth.noise import (
     root_mean_square,
 )
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
+from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
 
@@ -55,6 +55,37 @@ _SLIGHT = (-3.3, -2.3)
 #: Curvature that is tried first, of a cause's size, and how often it is corrected: what it leaves
 #: is all but proportional to it.
 _TRIED_LEAK, _LEAK_PASSES = 0.01, 2
+
+
+#: How near the wanted ratio of two gaps must be met, of the ratio, and how often sizes are changed.
+_NEAR, _PASSES = 0.07, 8
+#: Least and largest change of what a cause shows by a change of its size, both as logarithms.
+_SLOPES = (0.3, 3.0)
+#: Farthest that a size is changed at once, as a logarithm.
+_FARTHEST = 2.0
+
+
+#: Relative standard deviation of the gains of drive and channel.
+_GAIN_STD = 0.01
+_QUANTITY = {"force": "displacement", "displacement": "force", "free_decay": "displacement"}
+_UNIT = {"displacement": "m", "force": "N"}
+
+
+#: Parameters of a law of textbook form from its own scale of force, deflection, speed and its p.
+_VALUES: dict[str, Callable[[float, float, float, Law], dict[str, float]]] = {
+    "quadratic_spring": lambda f, q, v, law: {"K2": f / q**2},
+    "cubic_spring": lambda f, q, v, law: {"K3": f / q**3},
+    "quintic_spring": lambda f, q, v, law: {"K5": f / q**5},
+    "gap_in_spring": lambda f, q, v, law: {"gap": law.p[0] * q},
+    "coulomb": lambda f, q, v, law: {"Fc": f},
+    "unequal_friction": lambda f, q, v, law: {"F_plus": f, "F_minus": f * law.p[2]},
+    "stribeck": lambda f, q, v, law: {"Fc": f, "Fs": f * law.p[0], "v_s": law.p[1] * v},
+    "quadratic_damper": lambda f, q, v, law: {"C2": f / v**2},
+    "cubic_damper": lambda f, q, v, law: {"C3": f / v**3},
+    "slider": lambda f, q, v, law: {"Kp": f / (law.p[0] * q), "Fy": f},
+    "maxwell": lambda f, q, v, law: {"k": f / q, "tau": law.p[1]},
+    "square_coupling": lambda f, q, v, law: {"C1": f / (q**2 * v)},
+}
 
 
 def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
@@ -83,11 +114,11 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         # The slight curvature is all that is missing: it must stay below what noise can show.
         gap, floor = 0.0, gap / (largest_leak(plan) * rng.uniform(0.2, 1.0))
     memory = float(rng.uniform(*_MEMORY))
-    gains = 1.0 + GAIN_STD * rng.standard_normal(2)
+    gains = 1.0 + _GAIN_STD * rng.standard_normal(2)
     own_noise = noise_rng(plan, repeat)
     noise = [floor * coloured_noise(own_noise, (case.n,), memory=memory) for _ in case.drives]
     time = case.plain.step * np.arange(float(case.n))
-    records = Records(
+    records = _Records(
         drive="free_decay"
         if case.drive == DECAY
         else ("displacement", "force")[case.plain.by_force],
@@ -100,7 +131,7 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         settle=case.settle,
     )
     label = _label(plan, case, residuals, gap, floor)
-    return campaign_of(plan, records), replace(label, own_gaps=tuple(own / floor for own in gaps))
+    return _campaign_of(plan, records), replace(label, own_gaps=tuple(own / floor for own in gaps))
 
 
 def _label(
@@ -157,7 +188,7 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> ElementCase:
     element, changes = with_causes(rng, plan.effects, plain, reference, size, len(drives))
     case = ElementCase(plan.drive, drives, plain, element, reference, changes)
     if len(plan.effects) > 1:
-        case = balanced(case, plan.effects, rng.uniform(*_BALANCE))
+        case = _balanced(case, plan.effects, rng.uniform(*_BALANCE))
     if plan.effects:
         return _leaking(rng, plan, case, size)
     # With nothing missing the curvature is the gap that the floor is set by.
@@ -183,3 +214,214 @@ def _leaking(
         factor = allowed / root_mean_square(after - before)
         tried = replace(tried, laws=(*tried.laws[:bare], *scaled(tried.laws[bare:], factor)))
     return bounded(replace(case, element=tried))
+
+
+def own_gaps(case: ElementCase, names: Sequence[str]) -> tuple[float, ...]:
+    """RMS that each of several causes leaves with the others in the model, in the channel's unit.
+
+    Parameters
+    ----------
+    case : ElementCase
+        Element with its causes, whose motion is bounded.
+    names : sequence of str
+        Its causes.
+
+    Returns
+    -------
+    tuple of float
+        By cause, after the baseline's own refit.
+    """
+    return tuple(
+        root_mean_square(np.array(case.baseline(signals))) for signals in shown_by_each(case, names)
+    )
+
+
+def _balanced(case: ElementCase, names: Sequence[str], ratio: float) -> ElementCase:
+    """Case whose second cause leaves a multiple of what the first one leaves."""
+    case = bounded(case)
+    moved = last = 0.0
+    slope = 1.0
+    for _ in range(_PASSES):
+        first, second = own_gaps(case, names)
+        missed = float(np.log(ratio * first / second))
+        if abs(missed) <= _NEAR:
+            break
+        if moved:
+            # Causes change the motion that shows them: a cause twice as large may show four times.
+            slope = float(np.clip((last - missed) / moved, *_SLOPES))
+        moved = float(np.clip(missed / slope, -_FARTHEST, _FARTHEST))
+        last = missed
+        case = bounded(replace(case, element=_moved(case.element, names, moved)))
+    return case
+
+
+def _moved(element: Element, names: Sequence[str], moved: float) -> Element:
+    """Element with one cause smaller by the exponential: the first, the second if negative."""
+    return _resized(element, names, int(moved < 0.0), float(np.exp(-abs(moved))))
+
+
+def shown_by_each(case: ElementCase, names: Sequence[str]) -> list[list[FloatArray]]:
+    """Channel of every run of the plain element that one cause acts on as in the records.
+
+    Parameters
+    ----------
+    case : ElementCase
+        Element with its causes.
+    names : sequence of str
+        Its causes.
+
+    Returns
+    -------
+    list of list of ndarray, shape (n,)
+        By cause and run. What they differ by from the plain element adds up to what the records
+        do: the plain element is linear.
+    """
+    alone = [_with_one_cause(case.element, names, number) for number in range(len(names))]
+    if not case.plain.by_force:
+        # The motion is given, and forces add.
+        return [case.signals(own) for own in alone]
+    return [[_shown(case, own, run) for run in range(len(case.drives))] for own in alone]
+
+
+def _shown(case: ElementCase, own: Element, run: int) -> FloatArray:
+    """Channel of one run with the force of one cause along the recorded motion, shape (n,)."""
+    q = case.recorded[run]
+    linear = replace(own, laws=(), delay=0.0, lag=0.0)
+    answer = linear.motion(case.drives[run], run, case.n, added=-own.law_force(q))
+    late = own.sensed(q, case.n) - linear.sensed(q, case.n)
+    return linear.sensed(answer, case.n) + late
+
+
+def _resized(element: Element, names: Sequence[str], number: int, factor: float) -> Element:
+    """Element with one cause resized; a gap in its spring gets wider or narrower."""
+    name = names[number]
+    if name == "late_sensor":
+        return replace(element, delay=factor * element.delay, lag=factor * element.lag)
+    if not CAUSES[name].law:
+        assert element.drive_side is not None
+        amplitude = factor * element.drive_side.amplitude
+        return replace(element, drive_side=replace(element.drive_side, amplitude=amplitude))
+    place = _law_place(names, number)
+    own = element.laws[place]
+    if name == "gap_in_spring":
+        form = own.form * np.array([[factor], [1.0], [1.0]])
+        own = replace(own, p=own.p * np.array([factor, *np.ones(own.p.size - 1)]), form=form)
+    else:
+        (own,) = scaled([own], factor)
+    return replace(element, laws=(*element.laws[:place], own, *element.laws[place + 1 :]))
+
+
+def _law_place(names: Sequence[str], number: int) -> int:
+    """Place among an element's laws of the law of one of its causes."""
+    return sum(bool(CAUSES[name].law) for name in names[:number])
+
+
+def _with_one_cause(element: Element, names: Sequence[str], number: int) -> Element:
+    """Element with one of its causes alone, its base as it is."""
+    own = CAUSES[names[number]]
+    is_late = names[number] == "late_sensor"
+    return replace(
+        element,
+        laws=(element.laws[_law_place(names, number)],) if own.law else (),
+        drive_side=None if own.law or is_late else element.drive_side,
+        delay=element.delay if is_late else 0.0,
+        lag=element.lag if is_late else 0.0,
+        disturbance=(),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Records:
+    """What was measured."""
+
+    drive: str
+    time: FloatArray
+    inputs: Sequence[FloatArray]
+    signals: Sequence[FloatArray]
+    noise_std: float
+    settle: int
+
+
+def _campaign_of(plan: CasePlan, records: _Records) -> Campaign:
+    """Campaign of a case."""
+    quantity = _QUANTITY[records.drive]
+    channel = f"measured_{quantity}"
+    runs = tuple(
+        Run(
+            f"run{k + 1}",
+            f"run{k + 1}.parquet",
+            f"drive {k + 1}",
+            records.time,
+            {} if records.drive == "free_decay" else {records.drive: values},
+            {channel: signal},
+        )
+        for k, (values, signal) in enumerate(zip(records.inputs, records.signals, strict=True))
+    )
+    rig = {"drive": records.drive}
+    settle = {"settle_samples": records.settle} if records.settle else {}
+    declared = () if records.drive == "free_decay" else (records.drive,)
+    inputs = tuple(InputSignal(name, _UNIT[name], gain_std=_GAIN_STD) for name in declared)
+    return Campaign(
+        kind="element",
+        name=plan.name,
+        baseline=Baseline("model"),
+        rig={**rig, **settle},
+        channels=(
+            Channel(
+                channel,
+                quantity,
+                _UNIT[quantity],
+                noise_std=records.noise_std,
+                gain_std=_GAIN_STD,
+            ),
+        ),
+        runs=runs,
+        inputs=inputs,
+    )
+
+
+def true_parameters(
+    names: Sequence[str], changes: Sequence[float], element: Element, *, is_decay: bool
+) -> dict[str, dict[str, float]]:
+    """Parameters of baseline and causes where every cause has its textbook form.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Withheld causes.
+    changes : sequence of float
+        Change of form of each.
+    element : Element
+        Element with the causes.
+    is_decay : bool
+        Forces of a decay are per mass.
+
+    Returns
+    -------
+    dict
+        By effect of the library, ``baseline`` among them, and symbol; empty where a cause has
+        another form than the library's: its law then has no true parameter, and spring and damper
+        share its linear part.
+    """
+    if any(changes) or any(not CAUSES[name].library for name in names):
+        return {}
+    mass, stiffness = element.base[:2]
+    per = mass if is_decay else 1.0
+    values = {"baseline": {"K1": float(stiffness / per)}}
+    if not is_decay:
+        values["baseline"]["m"] = float(mass)
+    laws = iter(element.laws)
+    for name in names:
+        library = CAUSES[name].library
+        if name == "late_sensor":
+            values[library] = {"delay": float(element.delay)}
+            continue
+        law = next(laws)
+        force, deflection, speed = (float(value) for value in law.scale)
+        own = _VALUES[name](force, deflection, speed, law)
+        of_mass = {symbol for symbol in own if symbol not in ("gap", "tau", "v_s")}
+        values[library] = {
+            symbol: float(value / (per if symbol in of_mass else 1.0))
+            for symbol, value in own.items()
+        }
+    return values

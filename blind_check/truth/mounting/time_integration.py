@@ -19,7 +19,6 @@ from carrierflex.blind_check.truth.mounting.form_laws import (
     N_STATES,
     form_force,
 )
-from carrierflex.blind_check.truth.mounting.laws import law_force
 from carrierflex.blind_check.truth.mounting.rig import N_FREE, RIG, Bodies
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +33,9 @@ _BEARING_STEP = 2.0
 _BEARING_DAMPING = 0.03
 #: Part of a step at which each slope of the Runge-Kutta rule is taken.
 _PARTS = (0.0, 0.5, 0.5, 1.0)
+
+
+_HYPERBOLIC = 0.6  # argument of the hyperbolic functions at the deflection's size
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +165,7 @@ def _acceleration(  # type: ignore[no-untyped-def]
                 f = leaf_force(p[law, 0], size[law, 0], int(names[law] - 100), u)
             else:
                 at = 2 * n + 2 * (law * rows.shape[0] + element)
-                f = law_force(
+                f = _law_force(
                     names[law], p[law], size[law], u, u_rate, x[at : at + 2], t, rate[at : at + 2]
                 )
             for i in range(n):
@@ -244,3 +246,29 @@ def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[n
             q[sample + 2 :] = np.nan
             break
     return q
+
+
+@njit(cache=True)
+def _law_force(
+    law: int,
+    p: FloatArray,
+    size: FloatArray,
+    q: float,
+    v: float,
+    memory: FloatArray,
+    t: float,
+    rate: FloatArray,
+) -> float:
+    """Force of a law and the rates of its memory."""
+    rate[0] = rate[1] = 0.0
+    if law == 11:
+        share = (abs(memory[0]) * p[0] / p[1]) ** 10
+        rate[0] = v - (share * v if v * memory[0] > 0.0 else 0.0)
+        return p[0] * memory[0]
+    if law == 12:
+        rate[0], rate[1] = v - memory[0] / (0.9 * p[1]), v - memory[1] / (1.1 * p[1])
+        return 0.5 * p[0] * (memory[0] + memory[1])
+    if law == 13:  # the spring loses stiffness as it warms
+        return -p[0] * (1.0 - np.exp(-t / p[1])) * q
+    b = _HYPERBOLIC / size[0]
+    return 2.0 * p[0] * (np.cosh(b * q) - 1.0) / b**2 * v

@@ -6,15 +6,16 @@ Torque is 1 % wrong, sensors have gains up to 3 % off, speed has a ripple of 1 %
 memory. It is set so that the gap over the floor is the wanted one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import (
     ALIASED,
+    FORM,
     FORM_FAMILIES,
     NOTHING,
     ONE_CONDITION,
@@ -23,7 +24,6 @@ from carrierflex.blind_check.labels import (
     Label,
 )
 from carrierflex.blind_check.truth.alias_table import same_class
-from carrierflex.blind_check.truth.mounting.label import named_parameters
 from carrierflex.blind_check.truth.mounting.loads import (
     ALONE,
     CONDITIONS,
@@ -36,12 +36,12 @@ from carrierflex.blind_check.truth.mounting.loads import (
 from carrierflex.blind_check.truth.mounting.other_forms import (
     MOUNTING_FORMS,
     form_aliases,
+    with_form,
 )
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit, zeroed
 from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies, bodies
-from carrierflex.blind_check.truth.mounting.sizes import Withheld, withheld
-from carrierflex.blind_check.truth.mounting.state import MountingState
-from carrierflex.blind_check.truth.mounting.time_integration import Bushings
+from carrierflex.blind_check.truth.mounting.state import MountingState, with_effect
+from carrierflex.blind_check.truth.mounting.time_integration import COARSE, FINE, Bushings
 from carrierflex.blind_check.truth.noise import (
     case_rng,
     coloured_noise,
@@ -62,6 +62,37 @@ _GAIN, _TORQUE = 0.03, 0.01
 _RUNAWAY = 10.0
 #: Error of the declared masses where causes have other forms.
 _MASS = 0.03
+
+
+#: Names of diagnosis.json where the truth has its own.
+_PUBLISHED: Mapping[str, Mapping[str, str]] = {
+    "deflection_dependent_damping": {"C3": "C1"},
+    "main_bearing_compliance": {"main_bearing_compliance": "compliance"},
+    "ntl_direction": {"ntl_angle": "angle"},
+    "unequal_bushings": {"starboard_excess": "e"},
+    "sensor_delay": {"delay": "tau"},
+}
+
+
+#: A cause has its size where the gap that it leaves alone is the wanted one within this: sizes are
+#: drawn over a factor of fourteen, and the label holds the gap that it does leave.
+_TOLERANCE = 0.07
+_STEPS = 12
+#: Second cause of a pair over the first, both alone: as of an element.
+_BALANCE = (0.6, 1.6)
+#: Gap [m] of a state, by integration steps in a sample.
+_Gap = Callable[[MountingState, int], float]
+_Caused = Callable[[MountingState, float], tuple[MountingState, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Withheld:
+    """State with the withheld causes."""
+
+    state: MountingState
+    changes: tuple[float, ...] = ()
+    own_gaps: tuple[float, ...] = ()
+    floor: float = 0.0
 
 
 def mounting_case(
@@ -141,9 +172,9 @@ def _bounded(
     plan: CasePlan,
     rng: np.random.Generator,
     plain: list[FloatArray],
-    drawn: Callable[[np.random.Generator, float], Withheld],
+    drawn: Callable[[np.random.Generator, float], _Withheld],
     read: Callable[[MountingState], list[FloatArray]],
-) -> tuple[Withheld, list[FloatArray], np.random.Generator]:
+) -> tuple[_Withheld, list[FloatArray], np.random.Generator]:
     """Causes whose motion is bounded, its signals, and the random numbers behind them.
 
     A form that takes the stiffness away (warming, softening rubber) may have no bounded motion at
@@ -314,3 +345,150 @@ def _campaign(
         runs=tuple(runs),
         inputs=(InputSignal("torque", "N m", gain_std=share * _TORQUE),),
     )
+
+
+def named_parameters(state: MountingState) -> dict[str, dict[str, float]]:
+    """True values by effect and by the names of diagnosis.json, those of the baseline too.
+
+    Parameters
+    ----------
+    state : MountingState
+        What acts and what reads.
+    """
+    named = {"baseline": {"K1": state.bushings.K1, "C1": state.bushings.C1}}
+    for effect, values in state.parameters.items():
+        names = _PUBLISHED.get(effect, {})
+        named[effect] = {names.get(name, name): value for name, value in values.items()}
+    if "axial_bushing_stiffness" in named:
+        own = state.parameters["axial_bushing_stiffness"]["k_x"]
+        named["axial_bushing_stiffness"] = {"dk_x": own - RIG["bushing_axial_stiffness"]}
+    if "fluid_branch" in named:
+        k, tau = (state.parameters["fluid_branch"][name] for name in ("k", "tau"))
+        named["fluid_branch"] = {"k": k, "c": k * tau}
+    return named
+
+
+def withheld(
+    plan: CasePlan,
+    rng: np.random.Generator,
+    known: MountingState,
+    size: FloatArray,
+    *,
+    gap: _Gap,
+    share: float = 1.0,
+) -> _Withheld:
+    """State with the causes of a plan.
+
+    One cause is as large as it is drawn. Causes of several have gaps of their own: those of the
+    plan, or a pair's, whose noise follows from the gap of both.
+
+    Parameters
+    ----------
+    plan : CasePlan
+        Causes, and of several at once the gap over the noise that each leaves alone.
+    rng : Generator
+        Random numbers.
+    known : MountingState
+        What the baseline holds.
+    size : ndarray, shape (2,)
+        Largest radial deflection [m] and its speed [m/s] without the causes.
+    gap : callable
+        RMS [m] of what a state leaves after the baseline's refit, and how finely it is integrated.
+    share : float
+        Share of the drawn size that causes in other forms have at most.
+
+    Raises
+    ------
+    ArithmeticError
+        Where the motion grows beyond all numbers.
+    """
+    if plan.own_ratios:
+        return _several(plan, plan.own_ratios, rng, known, size, gap=gap, share=share)
+    if plan.family == FORM and len(plan.effects) > 1:
+        ratios = (1.0, float(rng.uniform(*_BALANCE)))
+        return replace(_several(plan, ratios, rng, known, size, gap=gap, share=share), floor=0.0)
+    state = known
+    changes = []
+    for name in plan.effects:
+        if plan.family == FORM:
+            state, change = with_form(state, name, rng, size, share)
+            changes.append(change)
+        else:
+            state = with_effect(state, name, rng, size)
+    return _Withheld(state, tuple(changes))
+
+
+def _several(
+    plan: CasePlan,
+    ratios: Sequence[float],
+    rng: np.random.Generator,
+    known: MountingState,
+    size: FloatArray,
+    *,
+    gap: _Gap,
+    share: float,
+) -> _Withheld:
+    """State with several causes of wanted gaps, one as large as drawn, none larger."""
+    causes: list[_Caused] = []
+    for name in plan.effects:
+        causes.append(_with_share(name, deepcopy(rng), size))
+        with_form(known, name, rng, size)
+    largest = [_largest(cause, known, gap, float(size[0]), share) for cause in causes]
+    floor = min(own / ratio for (_, own), ratio in zip(largest, ratios, strict=True))
+    state = known
+    changes = []
+    own_gaps = []
+    for cause, start, ratio in zip(causes, largest, ratios, strict=True):
+        own_share, own_gap = _share(cause, known, ratio * floor, start, gap)
+        state, change = cause(state, own_share)
+        changes.append(change)
+        own_gaps.append(own_gap)
+    return _Withheld(state, tuple(changes), tuple(own_gaps), floor)
+
+
+def _with_share(name: str, numbers: np.random.Generator, size: FloatArray) -> _Caused:
+    """A cause that has the same form at every share of its size."""
+
+    def caused(state: MountingState, share: float) -> tuple[MountingState, float]:
+        """State with the cause, and its change of form."""
+        return with_form(state, name, deepcopy(numbers), size, share)
+
+    return caused
+
+
+def _coarse_gap(gap: _Gap, state: MountingState) -> float:
+    """Gap in coarse steps; a damping by a power of the speed may ask for those of a record."""
+    try:
+        return gap(state, COARSE)
+    except ArithmeticError:
+        return gap(state, FINE)
+
+
+def _largest(
+    cause: _Caused, known: MountingState, gap: _Gap, deflection: float, share: float
+) -> tuple[float, float]:
+    """Largest share of a cause's size that the motion bears, of halves, and its gap [m]."""
+    while True:
+        try:
+            own = _coarse_gap(gap, cause(known, share)[0])
+        except ArithmeticError:
+            own = np.inf
+        if own < deflection:
+            return share, own
+        share *= 0.5
+
+
+def _share(
+    cause: _Caused, known: MountingState, wanted: float, start: tuple[float, float], gap: _Gap
+) -> tuple[float, float]:
+    """Share of the drawn size at which a cause alone leaves the wanted gap, and what it leaves."""
+    shares, gaps = [start[0]], [start[1]]
+    share = start[0] * wanted / start[1]
+    for _ in range(_STEPS):
+        if abs(gaps[-1] / wanted - 1.0) < _TOLERANCE:
+            break
+        shares.append(share)
+        gaps.append(_coarse_gap(gap, cause(known, share)[0]))
+        rise = np.log(gaps[-1] / gaps[-2]) / np.log(shares[-1] / shares[-2])
+        share *= float((wanted / gaps[-1]) ** (1.0 / np.clip(rise, 0.3, 4.0)))
+    return shares[-1], gaps[-1]

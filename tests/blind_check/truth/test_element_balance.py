@@ -7,12 +7,16 @@ import pytest
 
 from carrierflex.blind_check.labels import OUTSIDE, PAIR, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.blind_check.truth.element.balance import own_gaps, shown_by_each
 from carrierflex.blind_check.truth.element.case import ElementCase
 from carrierflex.blind_check.truth.element.drawing import CHANGE
 from carrierflex.blind_check.truth.element.drives import MULTISINE, NOISE, SWEEPS
 from carrierflex.blind_check.truth.element.reference import force_of
-from carrierflex.blind_check.truth.element.truth import _BALANCE, _drawn_case
+from carrierflex.blind_check.truth.element.truth import (
+    _BALANCE,
+    _drawn_case,
+    own_gaps,
+    shown_by_each,
+)
 from carrierflex.blind_check.truth.noise import case_rng
 
 #: Causes and number of cases: a driven element, and two under a force, whose motion the causes

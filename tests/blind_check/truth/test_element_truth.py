@@ -11,7 +11,7 @@ from carrierflex.blind_check.case_plans import case_plans, full_size
 from carrierflex.blind_check.element_plans import DRIVEN_SIZE
 from carrierflex.blind_check.labels import DECAYS, NOTHING, OUTSIDE, PAIR, SINGLE, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign, write_case
-from carrierflex.blind_check.truth.element.case import samples
+from carrierflex.blind_check.truth.element.case import DecayRefit, ForcedRefit, samples
 from carrierflex.blind_check.truth.element.drawing import (
     _with_cause,
     drawn_element,
@@ -31,10 +31,8 @@ from carrierflex.blind_check.truth.element.drives import (
 )
 from carrierflex.blind_check.truth.element.element import Element
 from carrierflex.blind_check.truth.element.families import CAUSES
-from carrierflex.blind_check.truth.element.parameters import true_parameters
 from carrierflex.blind_check.truth.element.reference import reference_motion
-from carrierflex.blind_check.truth.element.refit import DecayRefit, ForcedRefit
-from carrierflex.blind_check.truth.element.truth import _drawn_case
+from carrierflex.blind_check.truth.element.truth import _drawn_case, true_parameters
 from carrierflex.blind_check.truth.noise import case_rng, largest_leak, root_mean_square
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.identification.campaign.campaign_files import read_campaign

@@ -35,9 +35,9 @@ from carrierflex.blind_check.truth.mounting.other_forms import (
     form_aliases,
     with_form,
 )
-from carrierflex.blind_check.truth.mounting.sizes import withheld
 from carrierflex.blind_check.truth.mounting.state import MountingState
 from carrierflex.blind_check.truth.mounting.time_integration import Bushings
+from carrierflex.blind_check.truth.mounting.truth import withheld
 from carrierflex.diagnosis.mounting.answer import contract_id
 from carrierflex.diagnosis.mounting.table import SHAPE_OF_LAW
 

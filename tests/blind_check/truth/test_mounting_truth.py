@@ -11,7 +11,6 @@ import pytest
 from carrierflex.blind_check.labels import NOTHING, ONE_CONDITION, OUTSIDE, SINGLE, CasePlan
 from carrierflex.blind_check.truth.alias_table import OUTSIDE_NAMES
 from carrierflex.blind_check.truth.campaigns import write_case
-from carrierflex.blind_check.truth.mounting.label import named_parameters
 from carrierflex.blind_check.truth.mounting.laws import LAWS
 from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord, drawn_record
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit
@@ -23,6 +22,7 @@ from carrierflex.blind_check.truth.mounting.time_integration import (
     housing_motion,
     leaf_force,
 )
+from carrierflex.blind_check.truth.mounting.truth import named_parameters
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.inputs import MountingInputs

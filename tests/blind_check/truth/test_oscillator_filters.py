@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete
 
-from carrierflex.blind_check.truth.mounting.oscillator_filters import oscillator_filters
+from carrierflex.blind_check.truth.mounting.refit import oscillator_filters
 
 _STEP = 0.02
 

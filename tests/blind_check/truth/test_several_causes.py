@@ -6,9 +6,8 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 
-from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.case_plans import LARGEST_OWN, SMALLEST_OWN, case_plans
 from carrierflex.blind_check.labels import FORM, SEVERAL, CasePlan
-from carrierflex.blind_check.several_plans import LARGEST_OWN, SMALLEST_OWN
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.blind_check.truth.carrier.alias_sets import alias_sets
 from carrierflex.blind_check.truth.carrier.other_forms import (

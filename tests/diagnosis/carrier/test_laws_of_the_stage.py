@@ -11,7 +11,7 @@ from carrierflex.blind_check.truth.carrier.stage import LOADS, stage_readings
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, with_weight
-from carrierflex.simulation.carrier.effects.radial_load import CLEARANCE_ROCKING
+from carrierflex.simulation.carrier.effects.library import CLEARANCE_ROCKING
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CURVES, NOISE, twin_campaign
 

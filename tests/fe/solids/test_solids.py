@@ -9,10 +9,10 @@ from numpy.testing import assert_allclose
 from carrierflex.fe.materials import STEEL
 from carrierflex.fe.matrices.interface_files import read_interfaces
 from carrierflex.fe.matrices.node_files import numbers_in_turn
+from carrierflex.fe.scikit_fem_path import mass_form, stiffness_form
 from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.fe.solids.solid_matrices import inverted_elements, solid_matrices
 from carrierflex.fe.surface_integrals import rigid_body_modes
-from carrierflex.fe.weak_forms import mass_form, stiffness_form
 from carrierflex.geometry.given_meshes.solid_files import SolidMesh, read_solid_mesh
 from carrierflex.geometry.half_sector import quiet_geometry
 

@@ -9,8 +9,11 @@ import tomli_w
 from numpy.testing import assert_allclose
 
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.campaign_document import campaign_document
-from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.campaign_files import (
+    campaign_document,
+    read_campaign,
+    write_campaign,
+)
 from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 from tests.identification.synthetic_campaigns import carrier_campaign

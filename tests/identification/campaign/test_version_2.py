@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 import tomli_w
 
-from carrierflex.identification.campaign.campaign_document import campaign_document
-from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.campaign_files import (
+    campaign_document,
+    read_campaign,
+    write_campaign,
+)
 from carrierflex.identification.campaign.declarations import Baseline, InputSignal, KnownValue
 from tests.identification.campaign.test_campaign_files import element_campaign
 from tests.identification.synthetic_campaigns import RIG, carrier_campaign, run_case

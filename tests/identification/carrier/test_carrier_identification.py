@@ -8,20 +8,18 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.carrier.carrier_identification import (
+    SCATTER_OF_RUNS,
     axial_channels,
     fitted_signal,
     identify_each_run,
     identify_jointly,
     residual_signal,
+    with_scatter_of_runs,
 )
 from carrierflex.identification.carrier.models import flexible_model, rigid_model
 from carrierflex.identification.carrier.parameter_estimate import SHARED
 from carrierflex.identification.estimation.least_squares import CLASSICAL, JACKKNIFE, joint_fit
 from carrierflex.identification.estimation.normal_equations import normal_equations
-from carrierflex.identification.estimation.scatter_of_runs import (
-    SCATTER_OF_RUNS,
-    with_scatter_of_runs,
-)
 from carrierflex.simulation.carrier.motion import CarrierMotion
 from tests.identification.synthetic_campaigns import SENSORS, TRUTH, carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve

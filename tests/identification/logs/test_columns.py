@@ -10,9 +10,8 @@ from carrierflex.files.problems import problems_of
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_kinds import campaign_kind
 from carrierflex.identification.logs.angles import angle_of_pulses, unwrapped_angle
-from carrierflex.identification.logs.dropouts import marked, stuck, zeroed
 from carrierflex.identification.logs.log_files import read_log
-from carrierflex.identification.logs.logged_signals import contract_unit
+from carrierflex.identification.logs.logged_signals import contract_unit, marked, stuck, zeroed
 from carrierflex.identification.logs.logged_units import factor_to, unit_behind
 from carrierflex.identification.logs.map_guesses import map_guess
 from carrierflex.workflows.identification.import_records import main as import_records

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.identification.campaign.campaign_files import read_campaign
-from carrierflex.identification.campaign_check.clock_shift import clock_shift_findings
+from carrierflex.identification.campaign_check.records_check import clock_shift_findings
 from carrierflex.workflows.identification.import_records import main as import_records
 from carrierflex.workflows.identification.new_campaign import main as new_campaign
 from tests.workflows.checked_documents import checked_document

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.simulation.carrier.effects.radial_load import CLEARANCE_ROCKING
+from carrierflex.simulation.carrier.effects.library import CLEARANCE_ROCKING
 from carrierflex.simulation.carrier.patterns import (
     closing_torque,
     drift_patterns,

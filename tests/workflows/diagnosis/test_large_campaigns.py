@@ -10,8 +10,11 @@ import pytest
 
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.files.temporary_store import StoredRows
-from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
-from carrierflex.identification.campaign.kept_runs import KeptRuns
+from carrierflex.identification.campaign.campaign_files import (
+    KeptRuns,
+    read_campaign,
+    write_campaign,
+)
 from tests.diagnosis.carrier.carrier_twin import twin_problem
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 

@@ -11,7 +11,7 @@ from carrierflex.files.json_files import plain
 from carrierflex.files.result_schemas import result_schema
 from carrierflex.geometry.cad_surface_files import write_cad_statements
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
-from carrierflex.identification.campaign.campaign_document import campaign_document
+from carrierflex.identification.campaign.campaign_files import campaign_document
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows.identification import read_printed_tables
 from carrierflex.workflows.outputs import schema_file
