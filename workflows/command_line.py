@@ -137,7 +137,9 @@ def _about_input(error: Exception, arguments: list[str]) -> str:
         and Path(argument).exists()
     ]
     names = [name for path in given for name in (str(path), path.name, *_files_in(path))]
-    if not given or "--" in text or any(_is_named(name, text) for name in names):
+    # A file that is absent, or in the way, is named by its error.
+    names_it = isinstance(error, (FileNotFoundError, FileExistsError)) or "--" in text
+    if not given or names_it or any(_is_named(name, text) for name in names):
         return text
     return f"{given[0]}: {text}"
 
