@@ -92,7 +92,7 @@ def test_linear_edges_are_read_where_the_ray_meets_the_chord():
     a, b, c, d = quadrilaterals[0]
     facets = np.concatenate([quadrilaterals[1:], [[a, b, c, a], [a, c, d, a]]])
     none = np.zeros(0, dtype=np.int64)
-    ring = NamedSolids(points, none, [], {}, {"rim_face": facets})
+    ring = NamedSolids(points, none, [], {}, surfaces={"rim_face": facets})
     axial, radial = rim_recovery(ring, radii[0], ANGLES)
     assert (np.diff(axial.indptr) <= 2).all()
     # An axial displacement of the size of y or of z tells where a row reads.
