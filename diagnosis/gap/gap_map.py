@@ -45,8 +45,11 @@ def adjusted_together(tables: Sequence[FloatArray]) -> list[FloatArray]:
 
 
 def significant(cells: Iterable[GapCell]) -> list[GapCell]:
-    """Cells that hold more than noise, beyond chance, in their order."""
-    return [cell for cell in cells if cell.p_value < SIGNIFICANCE and cell.coherent > 0.0]
+    """Cells that hold more than noise, beyond chance, in their order.
+
+    None where all cells together hold no more than noise: no cell has a share of that.
+    """
+    return [cell for cell in cells if cell.p_value < SIGNIFICANCE and cell.share > 0.0]
 
 
 def largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
@@ -253,7 +256,7 @@ class GapMap(Sequence[GapCell]):
     @property
     def are_significant(self) -> BoolArray:
         """Which cells hold more than noise, beyond chance, shape (n,)."""
-        return (self.p_values < SIGNIFICANCE) & (self.coherent > 0.0)
+        return (self.p_values < SIGNIFICANCE) & (self.shares > 0.0)
 
     def chosen(self, which: BoolArray) -> "GapMap":
         """Some of the cells, in their order."""
@@ -334,7 +337,7 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
     """Gap map of several tables of runs, largest cell first.
 
     Where one table is drawn, the others stay as they are. Shares are NaN where the coherent parts
-    add up to nothing.
+    add up to nothing, or to less than the noise.
     """
     if not tables:
         return ()
@@ -365,7 +368,7 @@ def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray
     `total` is the coherent part of all tables, `p_values` are adjusted.
     """
     low, high = _share_intervals(table, total)
-    share = table.coherent / (total or np.nan)
+    share = table.coherent / (total if total > 0.0 else np.nan)
     bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz
     at = tuple(used.T)
     return np.column_stack(
@@ -383,6 +386,6 @@ def _share_intervals(table: CellTable, total: float) -> tuple[FloatArray, FloatA
     others = total - float(table.coherent.sum())
     draws = table.draws()
     drawn_total = draws.sum(axis=(1, 2, 3), keepdims=True) + others
-    shares = draws / np.where(drawn_total == 0.0, np.nan, drawn_total)
+    shares = draws / np.where(drawn_total > 0.0, drawn_total, np.nan)
     low, high = np.quantile(shares, (0.025, 0.975), axis=0)
     return low, high

@@ -74,6 +74,10 @@ def test_without_a_gap_shares_are_unknown_and_nothing_is_significant():
     assert np.isnan([cell.share for cell in cells]).all()
     assert significant(cells) == []
     assert largest_cells([]) == []
+    # Nor below the floor, whatever one cell holds.
+    cells = gap_cells([table("A", [[3.0, 0.1], [-4.0, -1.0]], spread=0.1)])
+    assert np.isnan([cell.share for cell in cells]).all()
+    assert significant(cells) == []
 
 
 def test_the_cells_that_stand_for_the_place_hold_four_fifths_of_the_gap():
