@@ -40,7 +40,6 @@ _FOLLOWS = {
     "time": "slow in time",
     "torque": "following torque",
     "radial_load": "following radial load",
-    "undetermined": "following what these records do not tell",
 }
 #: Words of forces in both bushings, and of maps between loads and signals.
 _OF_MOUNTING = {
@@ -60,6 +59,8 @@ def plain_name(effect: str) -> str:
     if effect in _OF_MOUNTING:
         return _OF_MOUNTING[effect]
     shape, _, follows = effect.rpartition("/")
+    if shape in _SHAPES and follows == "undetermined":
+        return _SHAPES[shape]
     if shape in _SHAPES:
         return f"{_SHAPES[shape]}, {_follows_words(follows)}"
     frame, _, line = effect.partition("/")

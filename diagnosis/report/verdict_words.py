@@ -82,7 +82,7 @@ def class_sentence(answer: ClassAnswer | None) -> str:
     text = text[:1].upper() + text[1:] + "."
     if answer.ties:
         tied = ", ".join(" and ".join(plain_name(n) for n in names) for names in answer.ties)
-        text += f" These records do not tell it from {tied}."
+        text += f" In these records {tied} cannot be distinguished from it."
     return text
 
 
@@ -198,8 +198,8 @@ def alias_sentence(diagnosis: Diagnosis) -> str:
     texts = []
     for effect, *others in diagnosis.attribution.aliases:
         names = listed([plain_name(other) for other in others])
-        texts.append(f"{plain_name(effect)} from {names}")
-    return f"These records do not tell {listed(texts)}." if texts else ""
+        texts.append(f"{plain_name(effect)} cannot be distinguished from {names}")
+    return f"In these records {listed(texts)}." if texts else ""
 
 
 def experiment_text(diagnosis: Diagnosis) -> str:

@@ -388,7 +388,8 @@ def test_where_no_law_is_named_the_wiring_is_an_alias_of_the_class():
     assert found.attribution.aliases == (("housing/tilt/torque", "wiring/torque_sign"),)
     # Before, it was "from ." with nothing named.
     assert alias_sentence(found) == (
-        "These records do not tell tilt of the housing, following torque from a wrong torque sign."
+        "In these records tilt of the housing, following torque cannot be distinguished from "
+        "a wrong torque sign."
     )
 
 
