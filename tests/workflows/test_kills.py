@@ -46,7 +46,7 @@ COMMANDS = {
     "cad": ["cad", "--out", "cad"],
     "gear-life": ["gear-life", "--out", "life"],
     "blind-check": [
-        "blind-check", "--kind", "element", "--cases", "2", "--classes-only", "--out", "checked",
+        "blind-check", "--kind", "element", "--cases", "2", "--out", "checked",
     ],
 }  # fmt: skip
 

@@ -32,7 +32,7 @@ COMMANDS = {
     "torsion": ["torsion", "--size", "0.08", "--out", "torsion"],
     "gear-life": ["gear-life", "--out", "life"],
     "blind-check": [
-        "blind-check", "--kind", "element", "--cases", "2", "--classes-only", "--seed", "5",
+        "blind-check", "--kind", "element", "--cases", "2", "--seed", "5",
         "--out", "checked",
     ],
 }  # fmt: skip

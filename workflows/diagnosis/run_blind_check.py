@@ -69,7 +69,6 @@ def main(
     workers: int = 1,
     scheduler: str | None = None,
     keep: bool = True,
-    classes_only: bool = False,
     references: bool = False,
     export: Path | None = None,
     score: Path | None = None,
@@ -101,9 +100,6 @@ def main(
         see the folder.
     keep : bool
         Keep the campaigns and draw the reports.
-    classes_only : bool
-        Answer by class alone, without the search for laws (kind element; kinds carrier and
-        mounting with --family form or several).
     references : bool
         Answer every case by two plain methods too, best single law by BIC and sparse regression
         over the library, and set their figures beside those of the diagnosis.
@@ -138,7 +134,7 @@ def main(
     from carrierflex.blind_check.case_plans import DECLARED, full_size
     from carrierflex.blind_check.scoring.result import ExportedCheck
     from carrierflex.blind_check.sealing.check import diagnosed, exported, opened, sealed_check
-    from carrierflex.workflows.diagnosis.diagnose_case import classify_case, diagnose_case
+    from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
     from carrierflex.workflows.diagnosis.scored_check import scored, write_score
 
     request: dict[str, Any] = {
@@ -165,9 +161,7 @@ def main(
         return ExportedCheck(export, len(plans), sealed.published.digest)
     # Fresh processes: those that wrote the cases have held labels.
     with stages.stage("diagnosing"), _processes(workers, scheduler) as executor:
-        full = functools.partial(diagnose_case, report=keep, references=references)
-        by_class = functools.partial(classify_case, references=references)
-        diagnose = by_class if classes_only else full
+        diagnose = functools.partial(diagnose_case, report=keep, references=references)
         verdicts = diagnosed(sealed, diagnose, executor, keep=keep, note=stages.note)
     with stages.stage("opening the labels"):
         labels = opened(sealed)
@@ -176,8 +170,7 @@ def main(
             result = replace(
                 result, beside=_reference_scores(folder, labels, verdicts, result.digest)
             )
-        flags = {"--classes-only": classes_only, "--references": references}
-        command = _command(kinds, cases, request, flags)
+        command = _command(kinds, cases, request, references=references)
         write_score(folder, result, rows, command=command)
     return result
 
@@ -186,7 +179,8 @@ def _command(
     kinds: Sequence[str],
     cases: int | None,
     request: Mapping[str, Any],
-    flags: Mapping[str, bool],
+    *,
+    references: bool,
 ) -> str:
     """Command that makes the same check."""
     words = ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
@@ -196,7 +190,7 @@ def _command(
     words += [f"--family {name}" for name in request.get("families", ())]
     if "noise" in request:
         words.append(f"--noise {request['noise']}")
-    return " ".join([*words, *(flag for flag, is_set in flags.items() if is_set)])
+    return " ".join([*words, *["--references"] * references])
 
 
 def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:

@@ -195,7 +195,7 @@ def test_fixed_part_of_the_check_names_no_wrong_class(tmp_path):
 
 @pytest.mark.long
 def test_elements_are_judged_by_class_from_plan_to_page(tmp_path):
-    options = {"keep": False, "quiet": True, "classes_only": True}
+    options = {"keep": False, "quiet": True}
     result = main(kind=("element",), cases=2, seed=11, out=tmp_path, **options)
     assert result.score is None
     document = checked_document(tmp_path / "blind_check.json")
@@ -244,7 +244,7 @@ def test_an_exported_check_tells_nothing_and_scores_what_others_answer(tmp_path)
 @pytest.mark.long
 def test_carriers_of_other_forms_are_judged_by_class_beside_plain_methods(tmp_path):
     options = {"kind": ("carrier",), "family": ("form",), "cases": 2, "seed": 11}
-    options |= {"keep": False, "quiet": True, "classes_only": True, "references": True}
+    options |= {"keep": False, "quiet": True, "references": True}
     result = main(out=tmp_path, **options)
     assert result.score is None
     document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
@@ -256,7 +256,7 @@ def test_carriers_of_other_forms_are_judged_by_class_beside_plain_methods(tmp_pa
 
 @pytest.mark.long
 def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_path):
-    options = {"keep": False, "quiet": True, "classes_only": True, "references": True}
+    options = {"keep": False, "quiet": True, "references": True}
     result = main(kind=("element",), cases=3, seed=11, out=tmp_path, **options)
     assert set(result.beside) == {"best_single_law", "sparse_regression"}
     page = (tmp_path / "blind_check.md").read_text(encoding="utf-8")
