@@ -36,6 +36,8 @@ IntArray = NDArray[np.int64]
 #: Sensors whose order is tried in full; of more only neighbours and orders moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
+#: Room of a fixed value, in scales of the parameter: the solver expects different bounds.
+_ROOM = 1e-9
 #: Bytes of all records with their prediction, and of the columns of one run.
 _MOST_RECORDS = 300_000_000
 _MOST_COLUMNS = 100_000_000
@@ -103,13 +105,16 @@ class _LinearBaseline:
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        n_runs = len(self.campaign.runs)
-        limits = [
-            (parameter.lower, parameter.upper)
-            for effect in self.effects
-            for _ in range(n_runs if effect.per_run else 1)
-            for parameter in effect.parameters
-        ]
+        """Bounds of the p parameters; a value that the baseline fixes stays where it is."""
+        known = {(p.effect, p.name, p.run): p for p in self.problem.parameters(())}
+        runs = [run.name for run in self.campaign.runs]
+        limits = []
+        for effect in self.effects:
+            for run in runs if effect.per_run else (None,):
+                for parameter in effect.parameters:
+                    unknown = known[effect.id, parameter.name, run]
+                    room = _ROOM * unknown.scale if unknown.lower >= unknown.upper else 0.0
+                    limits.append((unknown.lower - room, unknown.upper + room))
         lower, upper = np.array(limits).T
         return lower, upper
 

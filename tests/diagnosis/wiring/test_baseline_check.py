@@ -86,6 +86,13 @@ def test_a_campaign_without_a_fault_has_no_rival(kind):
     assert rivals(campaign) == {}
 
 
+def test_no_wiring_explains_a_gap_by_a_value_that_the_baseline_holds():
+    # A stiffer carrier is the cause; a rival that frees the held value has explained it as well.
+    own = explained_carrier()
+    held = {"flexible_pins.rho_f": KnownValue(0.5 * TRUTH.rho_f, 0.0)}
+    assert rivals(replace(own, baseline=replace(own.baseline, fixed=held))) == {}
+
+
 @pytest.mark.parametrize(
     ("kind", "column", "rival"),
     [
