@@ -307,7 +307,7 @@ class Selection:
         Smallest supported set within one standard error of the best; empty where none is supported.
     rivals : tuple of tuple of str
         Other supported sets, equal to it within the standard error, of as many parameters or fewer,
-        or of laws that the cards call its aliases.
+        or of laws that the cards call its aliases and that leave less.
     ranking : tuple of RankedSet
         All sets that were fitted, smallest held-out RMS first.
     """
@@ -390,11 +390,13 @@ def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:
 def _is_rival(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
     """Whether laws that predict as well may be the cause instead.
 
-    More parameters than those accepted speak against laws, unless these are known to pass for them:
-    pins with clearance look like stiffer pins at one load.
+    More parameters than those accepted speak against laws, unless these are known to pass for them
+    and leave less: pins with clearance look like stiffer pins at one load.
     """
     if _size(fits, laws) <= _size(fits, accepted):
         return True
+    if fits.mean_square(laws) >= fits.mean_square(accepted):
+        return False
     others = [law for law in laws if law not in accepted]
     replaced = [law for law in accepted if law not in laws]
     return len(others) == len(replaced) and all(

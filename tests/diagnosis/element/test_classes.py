@@ -140,29 +140,6 @@ def test_a_slider_with_a_spring_that_hardens_is_a_hysteresis():
     assert found.share > 0.96
 
 
-@pytest.mark.long
-def test_a_curved_spring_in_series_with_a_dashpot_is_no_maxwell_branch():
-    def branch(curvature):
-        def force(time, q):
-            # One of the relaxation times that the law is tried at.
-            tau, k, z = 0.0371, 3e3, 0.0
-            found = np.empty(q.size)
-            for n, moved in enumerate(np.diff(q, prepend=q[0])):
-                # Midpoint rule of dz/dt = v - spring / tau.
-                rate = (z + curvature * z**3) / tau
-                middle = z + 0.5 * (moved - STEP * rate)
-                z += moved - STEP * (middle + curvature * middle**3) / tau
-                found[n] = k * (z + curvature * z**3)
-            return found
-
-        return force
-
-    straight, curved = (answer(along(branch(c))).classes[0] for c in (0.0, 0.1 / HALF**2))
-    assert (straight.id, straight.law, straight.law_named) == ("memory", "maxwell_branch", True)
-    assert (curved.id, curved.law, curved.law_named) == ("memory", "maxwell_branch", False)
-    assert curved.law_share > 0.9
-
-
 def test_two_relaxing_springs_are_one_memory():
     def branches(time, q):
         return 2e3 * relaxing_branches(q, np.array([0.05, 0.5]), STEP).sum(axis=0)

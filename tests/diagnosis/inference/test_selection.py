@@ -141,9 +141,19 @@ def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
     assert selection.rivals == ()
 
 
-@pytest.mark.parametrize(("aliases", "rivals"), [((), ()), (("a",), (("a",),))])
-def test_a_known_alias_of_more_parameters_is_a_rival(judged, aliases, rivals):
-    fits = judged({**BASE, ("a",): (1.0, EQUAL), ("b",): (1.1, LITTLE_WORSE)})
+@pytest.mark.parametrize(
+    ("aliases", "left_by_b", "rivals"),
+    [
+        ((), 1.1, ()),
+        (("a",), 1.1, (("a",),)),
+        # A law that holds the accepted one predicts as well, and no better.
+        (("a",), 0.9, ()),
+    ],
+)
+def test_a_known_alias_of_more_parameters_that_leaves_less_is_a_rival(
+    judged, aliases, left_by_b, rivals
+):
+    fits = judged({**BASE, ("a",): (1.0, EQUAL), ("b",): (left_by_b, LITTLE_WORSE)})
     score = fits.scores[("a",)]
     more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
     fits.scores[("a",)] = replace(score, fit=more)

@@ -133,7 +133,7 @@ def test_records_are_known_whatever_file_holds_them(measured, tmp_path):
             "hold different records .*same samples, windows and conditions",
         ),
         ({"held_out": []}, "holds no gap to compare"),
-        ({"where": [{"run": 3}]}, "a value is of another type"),
+        ({"where": [{"run": 3}]}, "missing key 'channel_pattern'; expected a whole diagnosis"),
         ({"effects": 3}, "a value is of another type"),
     ],
 )
