@@ -419,10 +419,14 @@ def carrier_class_answer(
         note="; ".join(notes),
     )
     # Laws with values by run say nothing of a condition that is held out.
-    classes_of_law = {**answer.classes_of_law, **_classes_holding(by_run)}
+    holding = _classes_holding(by_run)
+    classes_of_law = {**answer.classes_of_law, **holding}
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), candidates)
-    # They are no columns of the table: each is fitted alone and beside others.
-    with_values = [tuple(sorted((*others, law))) for law in by_run for others in ((), *laws[:1])]
+    # They are no columns of the table: where their class is in the answer each is fitted alone and
+    # beside others; a user's law has none, and is fitted always.
+    shown = {name for names in (decision.classes, *decision.ties) for name in names}
+    tried = [law for law in by_run if not holding[law] or shown.intersection(holding[law])]
+    with_values = [tuple(sorted((*others, law))) for law in tried for others in ((), *laws[:1])]
     return replace(
         answer,
         classes_of_law=_classes_of_laws(classes_of_law, has_torques=not is_open),
