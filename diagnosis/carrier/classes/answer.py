@@ -422,10 +422,11 @@ def carrier_class_answer(
     holding = _classes_holding(by_run)
     classes_of_law = {**answer.classes_of_law, **holding}
     laws = law_sets(scores, shares, (decision.classes, *decision.ties), candidates)
-    # They are no columns of the table: where their class is in the answer each is fitted alone and
-    # beside others; a user's law has none, and is fitted always.
+    # They are no columns of the table: each is fitted alone and beside others, unless the table has
+    # their class and the answer does not (it has none of offsets that a baseline lacks).
     shown = {name for names in (decision.classes, *decision.ties) for name in names}
-    tried = [law for law in by_run if not holding[law] or shown.intersection(holding[law])]
+    absent = classes.sizes.keys() - shown
+    tried = [law for law in by_run if not absent.intersection(holding[law])]
     with_values = [tuple(sorted((*others, law))) for law in tried for others in ((), *laws[:1])]
     return replace(
         answer,
