@@ -18,6 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     CLASS_NAMED,
     NAMING,
     NONE_OF_THESE,
+    OTHERWISE,
 )
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
@@ -152,11 +153,12 @@ def with_findings(
     "aliased" where a wiring is as good as what is named; where nothing is named, a wiring that
     explains most of the gap is the reason.
     """
-    found = (*records, *baseline.warnings)
-    of_wiring = [warning for warning in found if warning.check == _WIRING]
-    of_wiring.sort(key=lambda warning: -warning.figure)
-    others = [warning for warning in found if warning.check != _WIRING]
-    diagnosis = replace(diagnosis, warnings=(*of_wiring, *others))
+    # All others stay in their order.
+    ranked = sorted(
+        (*records, *baseline.warnings),
+        key=lambda warning: -warning.figure if warning.check == _WIRING else 0.0,
+    )
+    diagnosis = replace(diagnosis, warnings=tuple(ranked))
     reduction = diagnosis.reduction
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if reduction is None or not (is_named or diagnosis.verdict == NONE_OF_THESE):
@@ -167,12 +169,9 @@ def with_findings(
         for rival, share in sorted(baseline.rivals, key=lambda entry: -entry[1])
         if share >= least
     }
-    if not is_named and as_good:
-        text = f"check the wiring first: {'; '.join(as_good.values())}; otherwise "
-        first = next(iter(as_good))
-        return replace(diagnosis, reason_id=first, reason=text + diagnosis.reason)
     if not is_named:
-        return diagnosis
+        reason = _wiring_first(as_good, diagnosis.reason)
+        return replace(diagnosis, reason_id=next(iter(as_good), ""), reason=reason)
     texts = {warning.check: warning.text for warning in records}
     if "unit" in texts:
         as_good[UNIT] = texts["unit"]
@@ -184,13 +183,19 @@ def with_findings(
         aliases.append((*delays, CLOCK_SHIFT))
     if not as_good:
         return diagnosis
-    text = f"check the wiring first: {'; '.join(as_good.values())}; otherwise {diagnosis.reason}"
     return replace(
         diagnosis,
         verdict=ALIASED,
-        reason=text,
+        reason=_wiring_first(as_good, diagnosis.reason),
         attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )
+
+
+def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:
+    """Reason after the wirings that explain as much; the reason alone where none does."""
+    if not as_good:
+        return reason
+    return f"check the wiring first: {'; '.join(as_good.values())}{OTHERWISE}{reason}"
 
 
 def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:

@@ -135,7 +135,7 @@ def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
 def _with_earned_all_clear(
     judged: Verdict, problem: ComparisonProblem, gap_square: float
 ) -> Verdict:
-    """Verdict; no agreement within a noise that is not known, or that would be half the signal.
+    """Verdict; no agreement within a noise that is not known, or is a large part of the signal.
 
     `gap_square` is the sum of squares that the baseline leaves of held-out records.
     """

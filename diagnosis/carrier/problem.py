@@ -39,13 +39,12 @@ from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
-    GapCell,
     Parameter,
     Segment,
     SegmentSums,
     bounds_of,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
+from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -197,18 +196,6 @@ class CarrierProblem(ComparisonProblem):
             result[segments.start + some] = segment_squares(residual, gram)
         return result
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
-        """Gap by run, pattern and order."""
-        return self._gap(effects, theta).cells
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Gap in time, incoherent part and growth."""
-        return self._gap(effects, theta).findings()
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Tilts, eccentricity and peak to peak of a model."""
-        return self._gap(effects, theta).scalars()
-
     def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
         """Lines and bands off the orders."""
         return self.motion.motions
@@ -285,7 +272,8 @@ class CarrierProblem(ComparisonProblem):
         simulated = records.with_target(table.columns, table.values)
         return CarrierProblem(campaign, model, simulated, self.noise, self.motion)
 
-    def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
+    def gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
+        """Gap by run, pattern and order; tilts, eccentricity and peak to peak."""
         orders = self._residuals.orders(effects, theta)
         return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion)
 

@@ -390,8 +390,10 @@ def decide(
 
     small = _with_small_cause(scores, shares, decision)
     with_small = coupled(small, shows_small_causes=True)
-    without_small = coupled(decision, shows_small_causes=False)
-    decision = with_small if shows_small_causes else without_small
+    if shows_small_causes:
+        decision = with_small
+    else:
+        decision = coupled(decision, shows_small_causes=False)
     result, surface, limits = decision.held, scores.table.surface, scores.constants
     is_single = len(decision.classes) == 1 and decision.classes != (surface,)
     holds_all = surface in decision.classes and not shows_small_causes

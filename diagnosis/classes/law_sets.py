@@ -45,6 +45,7 @@ def law_sets(
     best set of a size takes half of what the best of the size before leaves. Beside them stand the
     nearest laws of every class of the answer and of its ties. Of both only those are proposed that
     leave little more than the best of them, and than the classes where these explain the gap.
+    Before them come the sets of the answer with the laws that they lack.
 
     Parameters
     ----------
@@ -106,17 +107,11 @@ def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns
     best = _no_law(scores)
     extended = [best]
     returned: list[_LawSet] = []
+    least = scores.constants.least_gain
     for _ in range(_MOST_LAWS):
-        larger = {
-            tuple(sorted((*base.laws, name))): _with_law(scores, base, law)
-            for base in extended
-            for name, law in library.items()
-            if name not in base.laws
-        }
-        ordered = sorted(larger.values(), key=lambda entry: entry.result.total)
+        ordered = _larger(scores, extended, library)
         if not ordered:
             break
-        least = scores.constants.least_gain
         if best.laws and not shares.is_clear_gain(ordered[0].result, best.result, least):
             break
         best, extended = ordered[0], ordered[:_EXTENDED]
@@ -133,7 +128,7 @@ def _completed(
     """
     least = scores.constants.least_gain
     entry = _fitted_set(scores, [library[name] for name in entry.laws if name in library])
-    while larger := _larger(scores, entry, library):
+    while larger := _larger(scores, [entry], library):
         if not shares.is_gain(larger[0].result, entry.result, least):
             break
         entry = larger[0]
@@ -144,10 +139,17 @@ def _completed(
     return entry
 
 
-def _larger(scores: ClassScores, base: _LawSet, library: Mapping[str, LawColumns]) -> list[_LawSet]:
-    """Sets with one law more, the one that leaves least first."""
-    sets = [_with_law(scores, base, law) for name, law in library.items() if name not in base.laws]
-    return sorted(sets, key=lambda entry: entry.result.total)
+def _larger(
+    scores: ClassScores, bases: Sequence[_LawSet], library: Mapping[str, LawColumns]
+) -> list[_LawSet]:
+    """Sets with one law more than any of some sets, the one that leaves least first."""
+    larger = {
+        tuple(sorted((*base.laws, name))): _with_law(scores, base, law)
+        for base in bases
+        for name, law in library.items()
+        if name not in base.laws
+    }
+    return sorted(larger.values(), key=lambda entry: entry.result.total)
 
 
 def _smaller(

@@ -141,10 +141,6 @@ class Shares:
         is_seen = float(differences.sum()) > self.constants.least_left * float(self.floor.sum())
         return is_seen and float(differences.mean()) > least
 
-    def leaves_less(self, first: HeldOutSquares, second: HeldOutSquares) -> bool:
-        """Whether a result leaves less than another, and the blocks can tell."""
-        return first.total < second.total and not self.are_equal(first, second)
-
     def leaves_far_less(self, first: HeldOutSquares, second: HeldOutSquares) -> bool:
         """Whether a result leaves less than any that is equal to another, whatever the scatter."""
         return self.left(first) * self.constants.most_equal_left < self.left(second)

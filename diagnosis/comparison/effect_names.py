@@ -40,6 +40,7 @@ _FOLLOWS = {
     "time": "slow in time",
     "torque": "following torque",
     "radial_load": "following radial load",
+    "undetermined": "",
 }
 #: Words of forces in both bushings, and of maps between loads and signals.
 _OF_MOUNTING = {
@@ -59,10 +60,8 @@ def plain_name(effect: str) -> str:
     if effect in _OF_MOUNTING:
         return _OF_MOUNTING[effect]
     shape, _, follows = effect.rpartition("/")
-    if shape in _SHAPES and follows == "undetermined":
-        return _SHAPES[shape]
     if shape in _SHAPES:
-        return f"{_SHAPES[shape]}, {_follows_words(follows)}"
+        return ", ".join(filter(None, (_SHAPES[shape], _follows_words(follows))))
     frame, _, line = effect.partition("/")
     if line and "/" not in line and frame in _FRAMES:
         return _FRAMES[frame].format(line.replace("_", " "))

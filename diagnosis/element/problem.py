@@ -63,10 +63,12 @@ _LIMITS = ClassConstants(ridges=(*ClassConstants().ridges, 1.0))
 #: Square that the best class leaves, over the plateau's, above which the plateau is not the noise:
 #: an RMS of three, which no colour of a sensor's noise makes.
 _BELIEVABLE = 9.0
+_UNKNOWN_FLOOR = (
+    "the plateau of the spectrum lies far below what no class can learn, as after a low-pass filter"
+)
 _FLOOR_NOTE = (
-    "the noise floor cannot be known from these records (the plateau of the spectrum lies far "
-    "below what no class can learn, as after a low-pass filter): what no class learns is taken as "
-    "the floor, and the verdict rests on shares"
+    f"the noise floor cannot be known from these records ({_UNKNOWN_FLOOR}): what no class learns "
+    "is taken as the floor, and the verdict rests on shares"
 )
 #: Trial drives: factors on the amplitude, frequencies over the natural one, samples, cycles.
 _AMPLITUDES = (0.25, 0.5, 2.0)
@@ -237,14 +239,9 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         return float(sum(np.sum((response - response.mean()) ** 2) for response in responses))
 
     @property
-    def brought(self) -> Effects:
-        """Laws of the library that came from files."""
-        return tuple(self.model.measured)
-
-    @property
     def unknown_floor(self) -> str:
         """Why the noise floor is not known; empty where records or declarations bound it."""
-        return self.noise_note
+        return _UNKNOWN_FLOOR if self.noise_note else ""
 
     @cached_property
     def has_one_frequency(self) -> bool:

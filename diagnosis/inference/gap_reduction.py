@@ -91,10 +91,9 @@ def _ratios(
     )
     noise = search.problem.noise_square.sum(axis=1)
     sums = [counts @ values for values in (before.square, after.square, noise)]
-    # What leaves less than the floor explains all of the gap, and no more.
     phi_draws = np.array([explained_share(b, a, n) for b, a, n in zip(*sums, strict=True)])
-    phi = min(explained_share(before.square.sum(), after.square.sum(), noise.sum()), 1.0)
-    return _rho(before, after), np.sqrt(sums[1] / sums[0]), phi, np.minimum(phi_draws, 1.0)
+    phi = explained_share(before.square.sum(), after.square.sum(), noise.sum())
+    return _rho(before, after), np.sqrt(sums[1] / sums[0]), phi, phi_draws
 
 
 def _interval(draws: FloatArray) -> Interval:
@@ -231,8 +230,6 @@ def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> Effec
         effects=tuple(effects),
         rms=np.sqrt(squares),
         rms_alone=np.sqrt([search.mean_square((effect,)) for effect in effects]),
-        phi=np.array(
-            [min(explained_share(squares[0], square, search.floor), 1.0) for square in squares]
-        ),
+        phi=np.array([explained_share(squares[0], square, search.floor) for square in squares]),
         noise_floor=float(np.sqrt(search.floor)),
     )

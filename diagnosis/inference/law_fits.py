@@ -279,10 +279,11 @@ def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold
 def explained_share(before: float, after: float, floor: float) -> float:
     """Share of a sum of squares above the floor that is explained.
 
-    ``1 - (after - floor) / (before - floor)``.
+    ``1 - (after - floor) / (before - floor)``, at most one: what leaves less than the floor
+    explains all of it, and no more.
     """
     above = before - floor
-    return 1.0 - (after - floor) / above if above > 0.0 else 0.0
+    return min(1.0 - (after - floor) / above, 1.0) if above > 0.0 else 0.0
 
 
 def law_fits(

@@ -17,6 +17,8 @@ AT_NOISE_FLOOR = "at_noise_floor"
 NOT_DIAGNOSABLE = "not_diagnosable"
 #: Reason of a diagnosis that is not possible: no gap can be told from a noise of unknown size.
 FLOOR_UNKNOWN = "floor_unknown"
+#: What parts a wiring to check first from the reason of the verdict.
+OTHERWISE = "; otherwise "
 VERDICTS = (
     NAMED,
     NAMED_WITH_REMAINDER,

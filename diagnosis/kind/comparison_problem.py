@@ -9,6 +9,7 @@ the parameters ``J = d predicted / d theta``.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
@@ -46,6 +47,20 @@ class CandidateExperiment:
 
     text: str
     problem: "Callable[[Effects, FloatArray], ComparisonProblem | None]"
+
+
+class Gap(Protocol):
+    """Gap of a model: its map, findings and scalars."""
+
+    @property
+    def cells(self) -> Sequence[GapCell]:
+        """Gap map, largest share first."""
+
+    def findings(self) -> GapFindings:
+        """Where it lies, in time, what does not repeat, growth."""
+
+    def scalars(self) -> Sequence[Scalar]:
+        """Quantities of interest."""
 
 
 class ComparisonProblem(ABC):
@@ -114,9 +129,14 @@ class ComparisonProblem(ABC):
         Zero where not chosen.
         """
 
-    @abstractmethod
+    def gap(self, effects: Effects, theta: FloatArray) -> Gap | None:
+        """Gap of a model; None of a problem without a map."""
+        return None
+
     def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap map of a model, largest share first."""
+        gap = self.gap(effects, theta)
+        return () if gap is None else gap.cells
 
     @abstractmethod
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
@@ -179,11 +199,13 @@ class ComparisonProblem(ABC):
 
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings | None:
         """Where the gap of a model lies, in time, what does not repeat, growth."""
-        return None
+        gap = self.gap(effects, theta)
+        return None if gap is None else gap.findings()
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
         """Quantities of interest of a model."""
-        return ()
+        gap = self.gap(effects, theta)
+        return () if gap is None else gap.scalars()
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading | None:
         """What the declared errors of channels and inputs do to a fit."""

@@ -9,7 +9,7 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -23,12 +23,10 @@ from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
-    GapCell,
     Parameter,
     Segment,
     SegmentSums,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
@@ -96,6 +94,8 @@ class ModelInTime(ABC):
         Values at which the parameters of the baseline are fixed; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the channels.
+    measured : mapping of str to object
+        Laws of files by effect.
     """
 
     scale: _Scale
@@ -104,6 +104,7 @@ class ModelInTime(ABC):
     contained: Effects
     fixed: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
+    measured: Mapping[str, object] = field(default_factory=dict)
 
     @abstractmethod
     def of_baseline(self) -> list[Parameter]:
@@ -154,18 +155,6 @@ class ModelInTime(ABC):
 
     def _gain_std(self, parameter: EffectParameter) -> float:
         return 0.0
-
-
-class _Gap(Protocol):
-    """Gap of a model: its map, findings and scalars."""
-
-    @property
-    def cells(self) -> Sequence[GapCell]: ...
-    def findings(self) -> GapFindings:
-        """Where it lies, in time, what does not repeat, growth."""
-
-    def scalars(self) -> Sequence[Scalar]:
-        """Quantities of interest."""
 
 
 R = TypeVar("R", bound=_BlockedRecord)
@@ -320,10 +309,6 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         Infinite where the motion diverges. What all threads share is made before it is returned.
         """
 
-    @abstractmethod
-    def gap(self, effects: Effects, theta: FloatArray) -> _Gap:
-        """Gap of a model."""
-
     @property
     def n_channels(self) -> int:
         """Signals that are compared."""
@@ -377,6 +362,11 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         """Sum of squares of the noise by segment and cell."""
         return self._cells[1]
 
+    @property
+    def brought(self) -> Effects:
+        """Laws of the library that came from files."""
+        return tuple(self.model.measured)
+
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of a set."""
         return self.model.parameters(effects)
@@ -392,18 +382,6 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             powers = block_powers(_by_channel(residual), record.block, record.step, self.edges_hz)
             result[segments] = powers.reshape(len(segments), -1)
         return result
-
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
-        """Gap map of a model, largest share first."""
-        return self.gap(effects, theta).cells
-
-    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Where the gap of a model lies, in time, what does not repeat, growth."""
-        return self.gap(effects, theta).findings()
-
-    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
-        """Quantities of interest of a model."""
-        return self.gap(effects, theta).scalars()
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Every channel of every run as measured and as a model has it."""

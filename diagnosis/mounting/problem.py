@@ -195,11 +195,6 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
                 # Where nothing was measured the prediction is not known either.
                 yield replace(linear, predicted=record.measured - linear.residual)
 
-    @property
-    def brought(self) -> Effects:
-        """Laws of the library that came from files."""
-        return tuple(self.model.measured)
-
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
         table = mounting_table(self.model, self.records, self._bare[1])

@@ -20,6 +20,7 @@ from carrierflex.diagnosis.inference.results import (
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
+    OTHERWISE,
 )
 from carrierflex.diagnosis.report.words import capitalised, listed, sized
 from carrierflex.diagnosis.results import Diagnosis
@@ -180,7 +181,7 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
         return "These records show that an effect is missing, not which one"
     if diagnosis.reason_id.startswith("wiring/"):
-        return capitalised(diagnosis.reason.split("; otherwise ")[0])
+        return capitalised(diagnosis.reason.partition(OTHERWISE)[0])
     if diagnosis.reason_id == FLOOR_UNKNOWN:
         return "Whether an effect is missing is not known: the size of the noise is not"
     return _HEADINGS[diagnosis.verdict].format(

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import gmsh
 import meshio
@@ -40,6 +41,7 @@ _MORE_KINDS = {"CPS6": "triangle6", "CPS8": "quad8", "CPS9": "quad9", "C3D4H": "
 _MORE_DIMENSIONS = {"wedge15": 3}
 _KINDS_OF_DECKS = meshio.abaqus._abaqus.abaqus_to_meshio_type
 _NOTHING = np.zeros(0, dtype=np.int64)
+Mesh = TypeVar("Mesh")
 _GMSH_TET10 = 11
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
 _FROM_GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
@@ -72,23 +74,56 @@ def read_foreign_mesh(path: Path, size: int) -> ForeignMesh:
     ValueError
         Where it cannot be read, or holds elements that are neither tetrahedra nor on a surface.
     """
+    return read_in_child(
+        path,
+        size,
+        f"{FORMATS[path.suffix.lower()]} of tetrahedra, whole",
+        abaqus=abaqus_mesh,
+        nastran=_by_pyyeti,
+        others=_by_gmsh,
+    )
+
+
+def read_in_child(
+    path: Path,
+    size: int,
+    expected: str,
+    *,
+    abaqus: Callable[[Path], Mesh],
+    nastran: Callable[[Path], Mesh],
+    others: Callable[[Path], Mesh],
+) -> Mesh:
+    """Read a mesh file of `size` bytes in a process of its own, with limits.
+
+    Parameters
+    ----------
+    path, size : Path, int
+        File and its bytes.
+    expected : str
+        What the file should be, for the error.
+    abaqus, nastran, others : callable
+        ``(path) -> mesh`` by meshio, by pyyeti and by gmsh.
+
+    Raises
+    ------
+    ValueError
+        With the reader's reason, where it cannot be read.
+    """
     reader, who = {
-        ".inp": (abaqus_mesh, "meshio"),
-        ".bdf": (_by_pyyeti, "pyyeti"),
-        ".nas": (_by_pyyeti, "pyyeti"),
-    }.get(path.suffix.lower(), (_by_gmsh, "gmsh"))
-    return in_child(_read, reader, path, size, about=path, what=who)
+        ".inp": (abaqus, "meshio"),
+        ".bdf": (nastran, "pyyeti"),
+        ".nas": (nastran, "pyyeti"),
+    }.get(path.suffix.lower(), (others, "gmsh"))
+    return in_child(_read, reader, path, size, expected, about=path, what=who)
 
 
-def _read(reader: Callable[[Path], ForeignMesh], path: Path, size: int) -> ForeignMesh:
+def _read(reader: Callable[[Path], Mesh], path: Path, size: int, expected: str) -> Mesh:
     try:
         with limited(60 + size // 200_000, 500_000_000 + 100 * size):
             return reader(path)
     except Exception as error:
         reason = shortened(" ".join(str(error).split())) or type(error).__name__
-        raise ValueError(
-            f"{path}: {reason}; expected {FORMATS[path.suffix.lower()]} of tetrahedra, whole"
-        ) from error
+        raise ValueError(f"{path}: {reason}; expected {expected}") from error
 
 
 def abaqus_mesh(path: Path) -> ForeignMesh:

@@ -13,13 +13,12 @@ import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file
-from carrierflex.files.shown_values import shortened
 from carrierflex.geometry.given_meshes.foreign_files import (
     abaqus_mesh,
     gmsh_elements,
     gmsh_nodes,
+    read_in_child,
 )
 from carrierflex.geometry.given_meshes.nastran_decks import nastran_mesh
 from carrierflex.geometry.given_meshes.other_entries import left_out
@@ -130,12 +129,14 @@ def read_solid_mesh(
         )
     size = check_plain_file(path, f"a mesh ({suffix})", _MOST_BYTES, text=suffix == ".inp")
     told = left_out(path)
-    reader, who = {
-        ".inp": (_by_meshio, "meshio"),
-        ".bdf": (_by_pyyeti, "pyyeti"),
-        ".nas": (_by_pyyeti, "pyyeti"),
-    }.get(suffix, (_by_gmsh, "gmsh"))
-    mesh = in_child(_read, reader, path, size, about=path, what=who)
+    mesh = read_in_child(
+        path,
+        size,
+        "a mesh of solids, whole",
+        abaqus=_by_meshio,
+        nastran=_by_pyyeti,
+        others=_by_gmsh,
+    )
     _refuse_other_solids(mesh, path)
     if suffix == ".inp":
         own = np.arange(1, len(mesh.points) + 1) if numbers is None else numbers(path)
@@ -146,15 +147,6 @@ def read_solid_mesh(
             "every node once in *NODE of this file"
         )
     return replace(mesh, left_out=told)
-
-
-def _read(reader: Callable[[Path], SolidMesh], path: Path, size: int) -> SolidMesh:
-    try:
-        with limited(60 + size // 200_000, 500_000_000 + 100 * size):
-            return reader(path)
-    except Exception as error:
-        reason = shortened(" ".join(str(error).split())) or type(error).__name__
-        raise ValueError(f"{path}: {reason}; expected a mesh of solids, whole") from error
 
 
 def _refuse_other_solids(mesh: SolidMesh, path: Path) -> None:

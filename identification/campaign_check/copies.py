@@ -108,12 +108,13 @@ def _noise_correlation(first: FloatArray, second: FloatArray) -> float:
     both = np.isfinite(one) & np.isfinite(two)
     if np.count_nonzero(both) < _FEWEST_SAMPLES:
         return float("nan")
-    norm = float(np.sqrt(np.sum(one[both] ** 2) * np.sum(two[both] ** 2)))
+    one, two = (np.where(both, values, 0.0) for values in (one, two))
+    norm = float(np.sqrt((one @ one) * (two @ two)))
     # Signals without noise differ by rounding, whose correlation says nothing.
     smallest = 1e-9 * float(np.nanmax(np.abs(first)))
     if norm <= both.sum() * smallest**2:
         return float("nan")
-    one, two = (_without_jumps(np.where(both, values, 0.0)) for values in (one, two))
+    one, two = _without_jumps(one), _without_jumps(two)
     norm = float(np.sqrt((one @ one) * (two @ two)))
     shared = float(one @ two)
     next_shared = 0.5 * float(one[1:] @ two[:-1] + one[:-1] @ two[1:])

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.mounting.table_3 import TABLE_3
-from carrierflex.workflows.figures.mounting_records import LABELS
-from carrierflex.workflows.figures.shared_runs import SharedRuns
+from carrierflex.workflows.figures.shared_runs import LABELS, SharedRuns
 from carrierflex.workflows.figures.sketching import (
     INK,
     Point,

@@ -113,7 +113,7 @@ def main(
 def _numbers(shared: SharedRuns, needed: Sequence[str]) -> dict[str, object]:
     """What the papers print in tables beside the figures that were drawn, from the same runs."""
     from carrierflex.workflows.figures.mounting_figures import accuracy
-    from carrierflex.workflows.figures.mounting_records import LABELS
+    from carrierflex.workflows.figures.shared_runs import LABELS
 
     numbers: dict[str, object] = {}
     if "stage" in needed:

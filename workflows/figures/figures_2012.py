@@ -27,7 +27,7 @@ from carrierflex.workflows.figures.finite_element_figures import (
 from carrierflex.workflows.figures.paper_figure import PaperFigure, drawing
 from carrierflex.workflows.figures.rig_drawings import main_components
 from carrierflex.workflows.figures.scenes import rendered
-from carrierflex.workflows.figures.shared_runs import SharedRuns
+from carrierflex.workflows.figures.shared_runs import SHOWN, SharedRuns
 from carrierflex.workflows.figures.sketching import (
     CARRIER,
     FORCE,
@@ -52,7 +52,6 @@ from carrierflex.workflows.figures.sketching import (
     turning_arrow,
     words,
 )
-from carrierflex.workflows.figures.stage_records import SHOWN
 
 _CARRIER = (
     "The carrier's dimensions are this project's (docs/decisions/0001): gear data, centre distance "

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from carrierflex.identification.mounting.bushing_models import NONLINEAR
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS
-from carrierflex.workflows.figures.mounting_records import LABELS, MountingRecords
-from carrierflex.workflows.figures.shared_runs import SharedRuns
+from carrierflex.workflows.figures.shared_runs import LABELS, MountingRecords, SharedRuns
 
 #: Axis of time of the measured record [s].
 _TIME = (0.0, 700.0)

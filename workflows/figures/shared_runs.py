@@ -18,12 +18,18 @@ from carrierflex.identification.campaign.simulated_campaign import simulated_mou
 from carrierflex.identification.carrier.carrier_identification import identify_each_run
 from carrierflex.identification.carrier.models import CarrierModel, flexible_model, rigid_model
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.estimation.complex_method import ComplexSearch
 from carrierflex.identification.mounting.bushing_identification import (
     BushingEstimate,
     identify_bushings,
     search_bushings,
 )
-from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS, HYDRODYNAMIC
+from carrierflex.identification.mounting.bushing_models import (
+    BUSHING_MODELS,
+    HYDRODYNAMIC,
+    LINEAR,
+    NONLINEAR,
+)
 from carrierflex.reduction.craig_bampton import Reduction, craig_bampton
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
 from carrierflex.simulation.carrier.case_files import shipped_case
@@ -54,8 +60,6 @@ from carrierflex.workflows.fe.carrier_variants import (
     flexible_variant,
     stiff_variant,
 )
-from carrierflex.workflows.figures.mounting_records import MountingRecords
-from carrierflex.workflows.figures.stage_records import SHOWN
 from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
 
 #: Fixed-interface modes kept of carrier, pin and main shaft.
@@ -65,6 +69,10 @@ _N_MODES = {"carrier": 20, "pin": 4, "main_shaft": 10}
 _SWEEP = 27e6 * 8e-3
 
 
+#: Load case that the paper of 2012 shows in time.
+SHOWN = "LC2"
+#: Names of the bushing models in the paper's figures.
+LABELS = {NONLINEAR.name: "NLin", LINEAR.name: "Lin", HYDRODYNAMIC.name: "HD-b"}
 #: Elastic body of the stage for a pin fit [N m/rad] and a kind of main shaft.
 _BodyOf = Callable[[float, str], StageBody]
 #: Zeroes and gains of the sensors, chosen: usual errors of eddy-current sensors.
@@ -95,7 +103,14 @@ _WEIGHTS = {"d_x": 1.0, "d_y": 1.0, "d_z": 1.0, "theta_x": 10.0, "theta_y": 1.0,
 
 @dataclass(frozen=True, eq=False)
 class _StageRecords:
-    """What the figures of the identified and simulated motion are drawn from."""
+    """Load cases LC1 to LC4 of the 2012 paper: records, identified motion, and LC2 simulated.
+
+    The records stand for the measurement. They come from the stage in time with a kink in the joint
+    of shaft and carrier, bearing clearances and soft bearings (``stage_order_one.toml``), read by
+    sensors with errors; no equation of the identified models went into them. The simulation is
+    another stage, the paper's own model (``stage_paper_lc2.toml``), with the tilt that was
+    identified imposed.
+    """
 
     campaign: Campaign
     models: tuple[CarrierModel, ...]
@@ -106,6 +121,31 @@ class _StageRecords:
         """Record of a load case."""
         (run,) = [run for run in self.campaign.runs if run.name == name]
         return run
+
+
+@dataclass(frozen=True, eq=False)
+class MountingRecords:
+    """The load history of the 2011 paper: a record, and three bushing models identified from it.
+
+    The record stands for the measurement. Its bushings are the nonlinear ones of table 3; beside
+    them it holds what none of the three models knows, so that no fit can be perfect: bushings of
+    unequal stiffness, a radial load off the vertical, a main bearing that gives way, gains of the
+    sensors.
+    """
+
+    campaign: Annotated[Campaign, "The record"]
+    inputs: Annotated[MountingInputs, "Its loads"]
+    measured: Annotated[
+        NDArray[np.float64],
+        "Motion of the housing from the sensors, equation 10 [m, rad], shape (n, 6)",
+    ]
+    adapted: Annotated[
+        Mapping[str, NDArray[np.float64]], "Motion of the identified models, by model, shape (n, 6)"
+    ]
+    estimates: Annotated[Mapping[str, BushingEstimate], "By model"]
+    searches: Annotated[
+        Mapping[str, ComplexSearch], "Complex method on the same objective, by model"
+    ]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,14 @@ from carrierflex.blind_check.truth.element.drives import (
     Lines,
     largest_value,
 )
-from carrierflex.blind_check.truth.element.element import N_FORM, DriveSide, Element, Law
+from carrierflex.blind_check.truth.element.element import (
+    MEMORY_LAWS,
+    N_FORM,
+    DriveSide,
+    Element,
+    Law,
+)
 from carrierflex.blind_check.truth.element.families import CAUSES
-from carrierflex.blind_check.truth.element.memory_laws import MEMORY_LAWS
 from carrierflex.blind_check.truth.element.reference import Reference, force_of
 from carrierflex.blind_check.truth.element.static_laws import STATIC_LAWS
 from carrierflex.blind_check.truth.noise import root_mean_square

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from carrierflex.blind_check.truth.mounting.laws import LAWS
 from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord
 from carrierflex.blind_check.truth.mounting.refit import zeroed
 from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies
 from carrierflex.blind_check.truth.mounting.time_integration import (
     FINE,
+    LAWS,
     LEAVES,
     Bushings,
     housing_motion,

@@ -2,10 +2,16 @@
 
 Integrated by a fixed-step Runge-Kutta method, with every force at its own bushing.
 
-Radial forces beside the linear ones are those of
-:mod:`carrierflex.blind_check.truth.mounting.laws`;
-hardening springs are stacks of leaves: straight between steps of an eighth of the deflection's
-size. A main bearing that gives way is a spring and damper at its two coordinates.
+Radial forces beside the linear ones are by other equations than the library's; hardening springs
+are stacks of leaves: straight between steps of an eighth of the deflection's size. A main bearing
+that gives way is a spring and damper at its two coordinates.
+
+================ ============================================================================
+damping          of the deflection: a hyperbolic function whose first term is its square
+elasto-plastic   Bouc-Wen with a sharp knee (exponent 10)
+Maxwell branch   two branches whose time constants lie 10 % about the named one
+warming spring   loses stiffness with time
+================ ============================================================================
 """
 
 from dataclasses import dataclass, field
@@ -23,6 +29,13 @@ from carrierflex.blind_check.truth.mounting.rig import N_FREE, RIG, Bodies
 
 FloatArray = NDArray[np.float64]
 
+#: Laws by number; the parameters are p0, p1 and the deflection, speed that shape the other form.
+LAWS = {
+    "deflection_dependent_damping": 6,
+    "elasto_plastic_friction": 11,
+    "maxwell_branch": 12,
+    "softening_in_time": 13,
+}
 #: Laws of leaves, beside those of element_laws: power of the deflection.
 LEAVES = {"cubic_stiffness": 103, "quintic_stiffness": 105}
 _LEAF = 0.125  # of the deflection's size

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from carrierflex.blind_check.truth.element.element import force_along, motion_under
+from carrierflex.blind_check.truth.element.element import MEMORY_LAWS, force_along, motion_under
 from carrierflex.blind_check.truth.element.families import CAUSES, class_sets
-from carrierflex.blind_check.truth.element.memory_laws import MEMORY_LAWS
 from carrierflex.blind_check.truth.element.static_laws import STATIC_LAWS, static_force
 
 PLAIN = np.zeros((3, 4))

@@ -11,12 +11,12 @@ import pytest
 from carrierflex.blind_check.labels import NOTHING, ONE_CONDITION, OUTSIDE, SINGLE, CasePlan
 from carrierflex.blind_check.truth.alias_table import OUTSIDE_NAMES
 from carrierflex.blind_check.truth.campaigns import write_case
-from carrierflex.blind_check.truth.mounting.laws import LAWS
 from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord, drawn_record
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit
 from carrierflex.blind_check.truth.mounting.rig import RIG, bodies
 from carrierflex.blind_check.truth.mounting.state import EFFECTS, MountingState, with_effect
 from carrierflex.blind_check.truth.mounting.time_integration import (
+    LAWS,
     LEAVES,
     Bushings,
     housing_motion,

@@ -91,10 +91,10 @@ def test_a_clear_gain_is_both_a_part_of_the_gap_and_half_of_what_is_left():
     assert not SHARES.is_clear_gain(held(2.0 + scatter), held(4.0 - scatter), 0.1)
 
 
-def test_of_two_results_the_one_of_the_smaller_total_leaves_less_unless_they_are_equal():
-    assert SHARES.leaves_less(held(3.0), held(3.7))
-    assert not SHARES.leaves_less(held(3.7), held(3.0))
-    assert not SHARES.leaves_less(held(3.0), held(3.1))
+def test_two_results_are_equal_in_either_order_within_a_tenth_of_what_they_leave():
+    assert not SHARES.are_equal(held(3.0), held(3.7))
+    assert not SHARES.are_equal(held(3.7), held(3.0))
+    assert SHARES.are_equal(held(3.0), held(3.1))
 
 
 def test_far_less_is_left_beyond_the_ratio_of_results_that_may_be_equal():
