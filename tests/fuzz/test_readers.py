@@ -37,7 +37,7 @@ from carrierflex.files.json_files import save_json
 from carrierflex.files.shown_values import printable
 from carrierflex.geometry import mesh_files
 from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
-from carrierflex.geometry.given_meshes import foreign_files, solid_files
+from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.mesh_files import read_mesh, write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
@@ -278,7 +278,7 @@ def targets(tmp_path_factory, one_pin_mesh, body):
 @pytest.fixture(autouse=True)
 def careful(monkeypatch):
     """Meshes are read in this process, which is faster; all of it may take two gigabytes more."""
-    for module in (mesh_files, foreign_files, solid_files, node_files, op4_input_files):
+    for module in (mesh_files, foreign_files, node_files, op4_input_files):
         monkeypatch.setattr(
             module, "in_child", lambda function, *arguments, about, what: function(*arguments)
         )
