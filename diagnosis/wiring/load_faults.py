@@ -2,7 +2,7 @@
 
 What a fault has no size of (a sign, an exchange) is put right once; a zero, or the eccentricity of
 an encoder, is sought as the size with which the refitted baseline leaves least. The mean square is
-nearly a parabola in the size: its vertex from finite differences, twice, is enough.
+nearly a parabola in the size: its vertex from finite differences, in a few rounds, is enough.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -27,8 +27,10 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 _ANGLE, _TORQUE, _RADIAL = "carrier_angle", "torque", ("ntl_y", "ntl_z")
-#: First steps of an angle [rad] and of a load over its largest value, and of the second round.
-_ANGLE_STEP, _LOAD_STEP, _SECOND = float(np.deg2rad(3.0)), 0.03, 0.1
+#: First steps of an angle [rad] and of a load over its largest value.
+_ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
+#: Rounds in which a size is sought, and the step of one over that of the round before.
+_ROUNDS, _NARROWER = 4, 0.4
 #: Share of the changes of a held input that are one and the same number of samples apart.
 _EVEN = 0.8
 _Change = Callable[[Run], FloatArray]
@@ -158,9 +160,9 @@ def _zero_of_load(campaign: Campaign, name: str) -> _SizedFault:
 def _least(
     square: Callable[[FloatArray], float], before: float, step: float, n: int
 ) -> tuple[FloatArray, float]:
-    """Size at which a mean square is least, and that: the vertex of a paraboloid, twice."""
+    """Size at which a mean square is least, and that: vertices of paraboloids, each nearer."""
     size, least = np.zeros(n), before
-    for width in (step, _SECOND * step):
+    for width in step * _NARROWER ** np.arange(_ROUNDS):
         steps = width * np.eye(n)
         ahead = np.array([square(size + one) for one in steps])
         behind = np.array([square(size - one) for one in steps])
