@@ -218,15 +218,16 @@ def _run_rival(
     record = records[number]
     line = key_of("[[runs]]", record.run)
     steps = sums.without(run=number).steps[number]
-    steps[: sums.n_of_run] = sums.steps[number, : sums.n_of_run]
     x = record.predicted + np.einsum("p,pnc->nc", steps, record.columns)
     y = record.predicted + record.residual
     known = np.isfinite(x) & np.isfinite(y)
+    # The zeros of a run are its own.
+    x, y = (signal - np.nanmean(np.where(known, signal, np.nan), axis=0) for signal in (x, y))
     gain = float(np.sum(x[known] * y[known]) / np.sum(x[known] ** 2))
     noise = floor * known.sum()
     unexplained = float(np.sum((y - x)[known] ** 2)) - noise
     if float(np.sum((y - gain * x)[known] ** 2)) - noise <= (1.0 - _EXPLAINED) * unexplained:
-        text = f"the loads of run {record.run} {gain:.3g} times as large"
+        text = f"the loads of {record.run} {gain:.3g} times as large"
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = refitted(fault.corrected)
