@@ -41,6 +41,7 @@ _FREQUENCIES = 4097
 _LEAST_STIFFNESS = 1e-150
 #: Values of a at the shortest step that are tried: beyond the last the noise is a drift.
 _MEMORIES = np.linspace(0.0, 0.95, 96)
+#: Samples of a segment of the spectrum's estimate: shorter ones average more of a record.
 _SEGMENT = 512
 #: Start above the end of the band, in ends of the band and in lines of the window's width.
 _BEYOND, _LINES = 1.25, 3.0
@@ -86,7 +87,7 @@ def _plateau(record: ElementRecord) -> float:
     The mean of k periodograms of white noise is chi² with 2k degrees of freedom over 2k, whose
     median lies below its mean: by 31 % for one segment, by 1 / (3k) for many.
     """
-    segment = min(record.response.size, 2048)
+    segment = min(record.response.size, _SEGMENT)
     _, power = welch(
         record.response,
         1.0 / record.step,

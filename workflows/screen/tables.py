@@ -290,7 +290,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
             table.add_row(
                 "complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows)
             )
-        shown += [table, *estimates[-1].uncertainty.undetermined]
+        shown += [table, *estimates[-1].undetermined]
         known = [name for name in AXIAL if name not in estimates[-1].model.axial]
         if known:
             shown.append(f"{' and '.join(known)} of the bushings: no unknown here, the rig's value")
@@ -300,7 +300,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
             unit = "um" if name.startswith("d") else "urad"
             table.add_row(name, f"{measured:.4g}", f"{residual:.4g}", unit)
         shown += ["", table]
-    return Group(*shown)
+    return Group(*shown, *_warning_lines(identified))
 
 
 def printed_tables_table(facts: DerivedFacts) -> RenderableType:
