@@ -49,7 +49,7 @@ def main() -> None:
     try:
         with_sound_cache(lambda: _run(sys.argv[1:]))
     except TerminationError:
-        _end("asked to end; files that were finished are whole and stay", EXIT_TERMINATED)
+        _end("terminated; finished files are complete and remain", EXIT_TERMINATED)
     except KeyboardInterrupt:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
@@ -60,7 +60,7 @@ def main() -> None:
         )
     except Exception as error:
         if type(error).__module__.startswith("cyclopts"):
-            _end(f"{_one_line(error)} (carrierflex --help tells what is expected)", EXIT_REFUSED)
+            _end(f"{_one_line(error)} (see carrierflex --help)", EXIT_REFUSED)
         if not isinstance(
             error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
         ):

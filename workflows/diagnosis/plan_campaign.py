@@ -58,7 +58,7 @@ PLAN = json_table(
     version=(Literal[1], "Version of the format"),
     software=(str, "Name and version of this software"),
     kind=(Literal["carrier", "mounting"], "Kind of the campaign"),
-    proposal=(RankedAddition | None, "First proposal; null where nothing is to be parted"),
+    proposal=(RankedAddition | None, "First proposal; null where nothing is to be separated"),
 )
 
 
@@ -74,7 +74,7 @@ class PlannedCampaign:
 class PlanSettings:
     """What a plan is asked for."""
 
-    gap: Annotated[float, "Gap in floors at which causes are to be told apart"] = 6.0
+    gap: Annotated[float, "Gap in floors at which causes are to be distinguished"] = 6.0
     costs: Annotated[Costs, "What additions cost"] = field(default_factory=Costs)
     limits: Annotated[RigLimits, "What the rig can do"] = field(default_factory=RigLimits)
 
@@ -101,8 +101,8 @@ def main(
     out : Path, optional
         Folder for plan.json and plan.png; without, the result is only shown.
     gap : float, optional
-        Gap at which causes are to be told apart, its RMS over that of the noise [1]; 6 without, or
-        that of the case. The gap of the records where there are any.
+        Gap at which causes are to be distinguished, its RMS over that of the noise [1];
+        default: that of the records or of the case, else 6.
     baseline : list of str, optional
         Effects that the baseline contains, in place of those of the campaign (a case: the axial
         offset); may be given several times.
@@ -141,7 +141,7 @@ def main(
                 read_campaign(records), baseline=baseline, effects=effects or ()
             )
             curves = campaign_curves(campaign, records)
-        with stages.stage("what can be seen, parted and added"):
+        with stages.stage("what can be detected, separated and added"):
             planned = plan_of(campaign, curves, settings, is_measured=is_measured, note=stages.note)
     if out is not None:
         _write(planned.plan, prepared_folder(out))

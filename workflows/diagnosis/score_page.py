@@ -74,7 +74,7 @@ def _references(check: BlindCheck) -> Section:
             rows.append([figure.kind, figure.name, figure.wanted, reached, *values])
     names = [name.replace("_", " ") for name in check.beside]
     columns = ("kind", "figure", "wanted", "carrierflex", *names)
-    return "beside plain methods on the same seals", columns, rows
+    return "compared with plain methods on the same cases", columns, rows
 
 
 def _figures_of(check: BlindCheck) -> dict[tuple[str, str], Figure]:

@@ -38,7 +38,7 @@ class SharedOptions:
     ] = False
     log_file: Annotated[
         Path | None,
-        _option("File to which everything that is said is added, with times and results."),
+        _option("File to which all messages are appended, with times and results."),
     ] = None
     threads: Annotated[
         int | None,

@@ -101,7 +101,7 @@ def test_the_housing_motion_is_the_torques_roll_and_the_fit_leaves_noise(folder,
     assert_allclose(np.sqrt(np.mean(table["theta_x_measured_[rad]"] ** 2)), measured[3], rtol=1e-6)
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(estimate_table(result))
-    assert "left by the model" in console.export_text()
+    assert "residual" in console.export_text()
 
 
 def test_the_housing_motion_needs_its_sensors_before_anything_is_fitted(tmp_path):
