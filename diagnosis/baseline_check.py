@@ -15,6 +15,7 @@ from carrierflex.diagnosis.comparison.problem import BASELINE
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
+    AT_NOISE_FLOOR,
     CLASS_NAMED,
     NAMING,
     NONE_OF_THESE,
@@ -28,8 +29,12 @@ from carrierflex.diagnosis.wiring.linear_records import (
     late_signals,
     off_gains,
 )
+from carrierflex.diagnosis.wiring.load_faults import load_faults, sized_faults
+from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
 from carrierflex.diagnosis.wiring.refits import (
+    CHANNEL,
     CLOCK_SHIFT,
+    RUN,
     SMALLEST_DRIFT,
     UNIT,
     ClockDrift,
@@ -56,6 +61,8 @@ from carrierflex.identification.campaign_check.tones import answers_few_lines, t
 _GAP = 1.2
 #: Share of the gap above the floor that a wiring must explain to be told.
 _TOLD = 0.5
+#: The same of a wiring with a size that is fitted.
+_MOST = 0.9
 #: Share by which it may explain less than what is named and still be as good.
 _AS_GOOD = 0.03
 #: RMS of the gap over the declared noise below which that is too large.
@@ -72,6 +79,8 @@ _ON_BOUND = 1e-6
 _WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
 _SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
+#: Beginnings of the names of laws and classes that are errors of channels.
+_OF_CHANNELS = ("channel/", "sensor_")
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +124,10 @@ def checked_baseline(
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
         tried += exchanged_runs(records, campaign, wiring.refitted)
+        linear = tuple(wiring.linear(fit.theta))
+        tried += lone_rivals(linear, campaign, wiring.refitted, before, floor)
+        if wiring.has_cheap_refits:
+            tried += _load_rivals(wiring, campaign, before, floor)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.
@@ -128,6 +141,22 @@ def checked_baseline(
     rivals = tuple((rival, share) for rival, share in shares if share >= _TOLD)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
     return BaselineCheck(tuple(warnings), rivals)
+
+
+def _load_rivals(
+    wiring: WiringChecks, campaign: Campaign, before: float, floor: float
+) -> Iterator[WiringRival]:
+    """Baseline refitted with every fault of the loads and of the angle put right.
+
+    A size that is fitted takes something of every gap: it must explain nearly all.
+    """
+    line = sample_of(campaign.runs[0].file, 0)
+    for fault in load_faults(campaign):
+        square = wiring.refitted(fault.corrected)
+        yield WiringRival(fault.id, fault.about, fault.text, square, line)
+    enough = floor + (1.0 - _MOST) * (before - floor)
+    sized = sized_faults(campaign, wiring.refitted, before)
+    yield from (rival for rival in sized if rival.mean_square <= enough)
 
 
 def _drifting(
@@ -161,17 +190,20 @@ def with_findings(
     diagnosis = replace(diagnosis, warnings=tuple(ranked))
     reduction = diagnosis.reduction
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
-    if reduction is None or not (is_named or diagnosis.verdict == NONE_OF_THESE):
+    if reduction is None or not (is_named or diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)):
         return diagnosis
     least = min(reduction.phi, 1.0) - _AS_GOOD if is_named else _TOLD
     as_good = {
         rival.id: f"{rival.text} explains {min(share, 1.0):.0%} of the gap"
-        for rival, share in sorted(baseline.rivals, key=lambda entry: -entry[1])
-        if share >= least
+        for rival, share in sorted(baseline.rivals, key=_most_likely)
+        if share >= least and not (is_named and _is_same(rival, diagnosis))
     }
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
-        return replace(diagnosis, reason_id=next(iter(as_good), ""), reason=reason)
+        # What a corrected record explains is no noise.
+        verdict = NONE_OF_THESE if as_good else diagnosis.verdict
+        reason_id = next(iter(as_good), diagnosis.reason_id)
+        return replace(diagnosis, verdict=verdict, reason_id=reason_id, reason=reason)
     texts = {warning.check: warning.text for warning in records}
     if "unit" in texts:
         as_good[UNIT] = texts["unit"]
@@ -189,6 +221,21 @@ def with_findings(
         reason=_wiring_first(as_good, diagnosis.reason),
         attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )
+
+
+def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
+    """Order of rivals with their shares: kinds of faults first, the largest share first."""
+    return rival[0].id in (CHANNEL, RUN), -rival[1]
+
+
+def _is_same(rival: WiringRival, diagnosis: Diagnosis) -> bool:
+    """Whether a channel or run left out says no more than what is named.
+
+    A cause that acts in one run alone goes with that run too.
+    """
+    named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
+    is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
+    return rival.id == RUN or (rival.id == CHANNEL and is_of_channel)
 
 
 def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:

@@ -190,6 +190,7 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda theta: carrier_predictions(carrier),
             lambda other: carrier_left(carrier, other),
             lambda theta: carrier_records(carrier, theta),
+            has_cheap_refits=True,
             unchecked=unchecked_records(carrier),
         )
     return problem.wiring(campaign)

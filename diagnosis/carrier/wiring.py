@@ -5,7 +5,7 @@ least-squares problem in sums of products, of every signal with the columns of e
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import permutations
 
@@ -17,16 +17,14 @@ from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import inputs_of
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
-    ANGLE_DIRECTION,
     SENSOR_ORDER,
-    TORQUE_SIGN,
     PredictedRecord,
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
-from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+from carrierflex.identification.campaign_check.campaign_warning import key_of
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.simulation.carrier.effect import Effect
 
@@ -41,15 +39,6 @@ _ROOM = 1e-9
 #: Bytes of all records with their prediction, and of the columns of one run.
 _MOST_RECORDS = 300_000_000
 _MOST_COLUMNS = 100_000_000
-
-
-@dataclass(frozen=True, eq=False)
-class _Wiring:
-    """Signs of torque, radial loads and angle."""
-
-    torque: float = 1.0
-    load: float = 1.0
-    angle: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,16 +69,9 @@ class _LinearBaseline:
         """Whether there are any, of the project's model and not of another simulator."""
         return bool(self.effects) and self.campaign.baseline.source == "model"
 
-    def columns(self, run: Run, channel: Channel, wiring: _Wiring = _Wiring()) -> FloatArray:
+    def columns(self, run: Run, channel: Channel) -> FloatArray:
         """Columns of a sensor in a run, shape (q, n), without those of other runs' values."""
         inputs = inputs_of(run)
-        inputs = replace(
-            inputs,
-            torque=wiring.torque * inputs.torque,
-            ntl_y=wiring.load * inputs.ntl_y,
-            ntl_z=wiring.load * inputs.ntl_z,
-            carrier_angle=wiring.angle * inputs.carrier_angle,
-        )
         sensor, rig = rim_sensor(channel), self.problem.model.source.rig
         return np.concatenate([effect.signals(sensor, inputs, rig) for effect in self.effects])
 
@@ -118,14 +100,14 @@ class _LinearBaseline:
         lower, upper = np.array(limits).T
         return lower, upper
 
-    def products(self, orders: Sequence[Sequence[int]], wiring: _Wiring = _Wiring()) -> _Products:
+    def products(self, orders: Sequence[Sequence[int]]) -> _Products:
         """Products for every order of the sensors, summed run by run."""
         channels = self.campaign.channels
         p = len(self.bounds[0])
         matrix, right = np.zeros((len(orders), p, p)), np.zeros((len(orders), p))
         square = count = 0.0
         for number, run in enumerate(self.campaign.runs):
-            columns = np.stack([self.columns(run, channel, wiring) for channel in channels])
+            columns = np.stack([self.columns(run, channel) for channel in channels])
             signals = np.array([run.signals[channel.name] for channel in channels])
             known = np.isfinite(signals)
             signals = np.where(known, signals, 0.0)
@@ -160,13 +142,13 @@ class _LinearBaseline:
         residual = products.square - float(target @ target) + 2.0 * float(solution.cost)
         return np.asarray(solution.x / scale), max(residual, 0.0) / products.count
 
-    def as_declared(self, wiring: _Wiring = _Wiring()) -> tuple[FloatArray, float]:
+    def as_declared(self) -> tuple[FloatArray, float]:
         """The same with every sensor where it is declared."""
-        return self.solved(self.products([range(len(self.campaign.channels))], wiring))
+        return self.solved(self.products([range(len(self.campaign.channels))]))
 
 
 def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
-    """Baseline refitted with torque, load or angle of the other sign, and sensors exchanged.
+    """Baseline refitted with the sensors exchanged.
 
     Parameters
     ----------
@@ -176,30 +158,20 @@ def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
     Returns
     -------
     tuple of WiringRival
-        Every sign, and the order of the sensors that leaves least; empty where the baseline holds
-        no linear effect or is another simulator's.
+        The order of the sensors that leaves least; empty where the baseline holds no linear effect
+        or is another simulator's.
     """
     campaign = problem.campaign
     baseline = _LinearBaseline(problem, campaign)
     if not baseline.is_of_model:
         return ()
-    line = sample_of(campaign.runs[0].file, 0)
-    signs = {
-        "torque": (TORQUE_SIGN, "the torque of the other sign", _Wiring(torque=-1.0)),
-        "ntl_y, ntl_z": (TORQUE_SIGN, "radial loads of the other sign", _Wiring(load=-1.0)),
-        "carrier_angle": (ANGLE_DIRECTION, "the angle counted the other way", _Wiring(angle=-1.0)),
-    }
-    rivals = [
-        WiringRival(name, about, text, baseline.as_declared(wiring)[1], line)
-        for about, (name, text, wiring) in signs.items()
-    ]
     orders = list(_orders(campaign.channels))
-    if orders:
-        products = baseline.products(orders)
-        squares = [baseline.solved(products, k)[1] for k in range(len(orders))]
-        best = int(np.argmin(squares))
-        rivals.append(_order_rival(campaign.channels, orders[best], squares[best]))
-    return tuple(rivals)
+    if not orders:
+        return ()
+    products = baseline.products(orders)
+    squares = [baseline.solved(products, k)[1] for k in range(len(orders))]
+    best = int(np.argmin(squares))
+    return (_order_rival(campaign.channels, orders[best], squares[best]),)
 
 
 def unchecked_records(problem: CarrierProblem) -> str:

@@ -17,6 +17,7 @@ from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.refits import (
     INPUT_GAIN,
+    LOAD_AXES,
     SENSOR_ORDER,
     TORQUE_SIGN,
     WiringRival,
@@ -27,6 +28,7 @@ FloatArray = NDArray[np.float64]
 MountingInTime = ProblemInTime[MountingModel, MountingRecord]
 
 _LOADS = ("torque", "ntl_y", "ntl_z")
+_RADIAL = _LOADS[1:]
 #: Factor of the answer to a load below which its sign is wrong.
 _TURNED = -0.2
 #: Square that an exchange of sensors must leave of what the stated order leaves.
@@ -54,6 +56,12 @@ def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
         mean_square = baseline_left(replace(problem, records=records))
         text = f"{', '.join(turned)} of the other sign"
         rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, mean_square, "run files"))
+    if _are_exchanged(problem, measured, nominal):
+        records = tuple(_with_exchanged_loads(record) for record in problem.records)
+        mean_square = baseline_left(replace(problem, records=records))
+        y, z = _RADIAL
+        text = f"{y} and {z} exchanged"
+        rivals.append(WiringRival(LOAD_AXES, f"{y}, {z}", text, mean_square, "run files"))
     # Exchanged sensors may look like a load of the other sign: both are tried.
     signs = np.where(factors < _TURNED, -1.0, 1.0)
     for sign in [np.ones(len(_LOADS))] + ([signs] if turned else []):
@@ -129,6 +137,24 @@ def _factors(measured: FloatArray, predicted: FloatArray) -> FloatArray:
     if acts.any() and np.isfinite(columns).all():
         factors[acts] = np.linalg.lstsq(columns[acts].T, measured[known].ravel(), rcond=None)[0]
     return factors
+
+
+def _are_exchanged(problem: MountingInTime, measured: FloatArray, theta: FloatArray) -> bool:
+    """Whether the answers to exchanged radial loads fit the signals, and those as read do not."""
+    as_read = np.concatenate([_answers(problem, one, theta) for one in problem.records], axis=1)
+    exchanged = [_with_exchanged_loads(one) for one in problem.records]
+    other = np.concatenate([_answers(problem, one, theta) for one in exchanged], axis=1)
+    known = np.isfinite(measured).all(axis=1)
+    columns = np.concatenate([as_read, other[1:]])[:, known].reshape(5, -1)
+    if not np.isfinite(columns).all() or not columns[1:].any(axis=1).all():
+        return False
+    factors = np.linalg.lstsq(columns.T, measured[known].ravel(), rcond=None)[0]
+    return bool(factors[3:].min() > np.abs(factors[1:3]).max())
+
+
+def _with_exchanged_loads(record: MountingRecord) -> MountingRecord:
+    y, z = (getattr(record.inputs, name) for name in _RADIAL)
+    return replace(record, inputs=replace(record.inputs, ntl_y=z, ntl_z=y))
 
 
 def _order(measured: FloatArray, predicted: FloatArray) -> Sequence[int] | None:

@@ -29,6 +29,14 @@ RUN_ORDER = "wiring/run_order"
 INPUT_GAIN = "wiring/input_gain"
 UNIT = "wiring/unit"
 CLOCK_SHIFT = "wiring/clock_shift"
+LOAD_AXES = "wiring/load_axes"
+LOAD_ZERO = "wiring/load_zero"
+ANGLE_ZERO = "wiring/angle_zero"
+ENCODER = "wiring/encoder"
+HELD_INPUT = "wiring/held_input"
+#: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
+CHANNEL = "wiring/channel"
+RUN = "wiring/run"
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,9 @@ class WiringChecks:
         "``() -> drifts``: first guesses of how late all signals, or those of one run, are, "
         "where the records tell it without a fit; none elsewhere",
     ] = lambda: ()
+    has_cheap_refits: Annotated[
+        bool, "Whether a refit is a matter of milliseconds, so that every fault of a load is tried"
+    ] = False
     unchecked: Annotated[
         str,
         "Why `predictions` are empty though the baseline is the model's; empty where they are not",

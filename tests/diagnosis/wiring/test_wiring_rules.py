@@ -353,10 +353,13 @@ def test_findings_of_records_and_baseline_are_told_with_every_verdict():
     baseline = BaselineCheck((finding("bound"),), ((rival(1.0), 1.0),))
     for verdict in (NONE_OF_THESE, AT_NOISE_FLOOR):
         told_with = with_findings(named(verdict), (finding("unit"),), baseline)
-        assert (told_with.verdict, told_with.reason.split("; otherwise ")[-1]) == (verdict, "why")
+        # What a corrected record explains is no noise, and the most likely cause.
+        assert told_with.verdict == NONE_OF_THESE
+        assert told_with.reason.split("; otherwise ")[-1] == "why"
         assert [warning.check for warning in told_with.warnings] == ["unit", "bound"]
-        # Where something is missing and nothing is named, the wiring is the most likely cause.
-        assert told_with.reason_id == ("wiring/torque_sign" if verdict == NONE_OF_THESE else "")
+        assert told_with.reason_id == "wiring/torque_sign"
+    at_floor = with_findings(named(AT_NOISE_FLOOR), (), BaselineCheck((finding("bound"),), ()))
+    assert at_floor.verdict == AT_NOISE_FLOOR
     most_first = BaselineCheck((finding("bound"), finding("wiring")), ())
     told_with = with_findings(named(NONE_OF_THESE), (finding("tone"),), most_first)
     assert [warning.check for warning in told_with.warnings] == ["wiring", "tone", "bound"]

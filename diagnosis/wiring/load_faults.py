@@ -1,0 +1,233 @@
+"""Faults of the loads and of the carrier's angle, as campaigns in which they are put right.
+
+What a fault has no size of (a sign, an exchange) is put right once; a zero, or the eccentricity of
+an encoder, is sought as the size with which the refitted baseline leaves least. The mean square is
+nearly a parabola in the size: its vertex from finite differences, twice, is enough.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+
+from carrierflex.diagnosis.wiring.linear_records import FloatArray
+from carrierflex.diagnosis.wiring.refits import (
+    ANGLE_DIRECTION,
+    ANGLE_ZERO,
+    ENCODER,
+    HELD_INPUT,
+    LOAD_AXES,
+    LOAD_ZERO,
+    TORQUE_SIGN,
+    WiringRival,
+)
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign_check.campaign_warning import sample_of
+
+_ANGLE, _TORQUE, _RADIAL = "carrier_angle", "torque", ("ntl_y", "ntl_z")
+#: First steps of an angle [rad] and of a load over its largest value, and of the second round.
+_ANGLE_STEP, _LOAD_STEP, _SECOND = float(np.deg2rad(3.0)), 0.03, 0.1
+#: Share of the changes of a held input that are one and the same number of samples apart.
+_EVEN = 0.8
+_Change = Callable[[Run], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadFault:
+    """A fault of inputs, put right."""
+
+    id: str
+    about: Annotated[str, "Inputs"]
+    text: Annotated[str, "What is corrected"]
+    corrected: Campaign
+
+
+def load_faults(campaign: Campaign, run: str = "") -> Iterator[LoadFault]:
+    """Signs and axes of the loads put right, in one run or in all; and inputs that are held.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The campaign.
+    run : str
+        Run whose loads are corrected; empty: of all runs.
+    """
+    loads = [name for name in (_TORQUE, *_RADIAL) if _varies(campaign, name)]
+    for name in loads:
+        text = f"{name} of the other sign"
+        yield _fault(campaign, run, TORQUE_SIGN, text, {name: (name, -1.0)})
+    if set(_RADIAL) & set(loads):
+        y, z = _RADIAL
+        if set(_RADIAL) <= set(loads):
+            text = "radial loads of the other sign"
+            yield _fault(campaign, run, TORQUE_SIGN, text, {y: (y, -1.0), z: (z, -1.0)})
+        for sign_y, sign_z in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)):
+            signs = "" if sign_y == sign_z else f", {y if sign_y < 0.0 else z} reversed"
+            text = f"{y} and {z} exchanged{signs}"
+            yield _fault(campaign, run, LOAD_AXES, text, {y: (z, sign_y), z: (y, sign_z)})
+    if _varies(campaign, _ANGLE):
+        text = "the angle counted the other way"
+        yield _fault(campaign, run, ANGLE_DIRECTION, text, {_ANGLE: (_ANGLE, -1.0)})
+    for name in campaign.contract.inputs:
+        if not run and name != _ANGLE and _is_held(campaign, name):
+            runs = tuple(_between_readings(one, name) for one in campaign.runs)
+            text = f"{name} in straight lines between its readings, not held from one to the next,"
+            yield LoadFault(HELD_INPUT, name, text, replace(campaign, runs=runs))
+
+
+def sized_faults(
+    campaign: Campaign, refitted: Callable[[Campaign], float], before: float
+) -> Iterator[WiringRival]:
+    """Baseline refitted with the zero of a load or of the angle put right, or an eccentric encoder.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The campaign.
+    refitted : callable
+        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
+    before : float
+        Mean square that the baseline leaves of the campaign as it stands.
+
+    Yields
+    ------
+    WiringRival
+        One for each of the faults, with its size.
+    """
+    line = sample_of(campaign.runs[0].file, 0)
+    for fault in _unknown_sizes(campaign):
+
+        def square(size: FloatArray, fault: _SizedFault = fault) -> float:
+            return refitted(_with_inputs(campaign, "", {fault.about: fault.corrected(size)}))
+
+        size, least = _least(square, before, fault.step, fault.n_sizes)
+        yield WiringRival(fault.id, fault.about, fault.words(size), least, line)
+
+
+@dataclass(frozen=True, eq=False)
+class _SizedFault:
+    """A fault of one input, of unknown size."""
+
+    id: str
+    about: str
+    corrected: Annotated[Callable[[FloatArray], _Change], "``(size) -> (run) -> values``"]
+    words: Annotated[Callable[[FloatArray], str], "``(size) -> what is corrected``"]
+    step: float
+    n_sizes: int = 1
+
+
+def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
+    if _varies(campaign, _ANGLE):
+        yield _SizedFault(
+            ANGLE_ZERO,
+            _ANGLE,
+            lambda size: lambda run: run.inputs[_ANGLE] + size[0],
+            lambda size: f"the zero of {_ANGLE} moved by {np.rad2deg(size[0]):+.2f} degrees",
+            _ANGLE_STEP,
+        )
+        yield _SizedFault(
+            ENCODER,
+            _ANGLE,
+            lambda size: lambda run: _centred(run.inputs[_ANGLE], size),
+            lambda size: (
+                f"{_ANGLE} corrected by {np.rad2deg(np.hypot(*size)):.2f} degrees once a "
+                "turn, as of an eccentric encoder,"
+            ),
+            _ANGLE_STEP,
+            n_sizes=2,
+        )
+    for name in (_TORQUE, *_RADIAL):
+        if _varies(campaign, name):
+            yield _zero_of_load(campaign, name)
+
+
+def _zero_of_load(campaign: Campaign, name: str) -> _SizedFault:
+    unit = campaign.input_units[name]
+    largest = max(float(np.abs(run.inputs[name]).max()) for run in campaign.runs)
+    return _SizedFault(
+        LOAD_ZERO,
+        name,
+        lambda size: lambda run: run.inputs[name] + size[0],
+        lambda size: f"the zero of {name} moved by {size[0]:+.4g} {unit}",
+        _LOAD_STEP * largest,
+    )
+
+
+def _least(
+    square: Callable[[FloatArray], float], before: float, step: float, n: int
+) -> tuple[FloatArray, float]:
+    """Size at which a mean square is least, and that: the vertex of a paraboloid, twice."""
+    size, least = np.zeros(n), before
+    for width in (step, _SECOND * step):
+        steps = width * np.eye(n)
+        ahead = np.array([square(size + one) for one in steps])
+        behind = np.array([square(size - one) for one in steps])
+        slope = (ahead - behind) / (2.0 * width)
+        curvature = np.diag((ahead - 2.0 * least + behind) / width**2)
+        for i in range(n):
+            for j in range(i):
+                both = square(size + steps[i] + steps[j])
+                mixed = (both - ahead[i] - ahead[j] + least) / width**2
+                curvature[i, j] = curvature[j, i] = mixed
+        if not (np.isfinite(curvature).all() and np.linalg.eigvalsh(curvature).min() > 0.0):
+            break
+        vertex = size - np.linalg.solve(curvature, slope)
+        reached = square(vertex)
+        if not reached < least:
+            break
+        size, least = vertex, reached
+    return size, least
+
+
+def _fault(
+    campaign: Campaign, run: str, id: str, text: str, sources: Mapping[str, tuple[str, float]]
+) -> LoadFault:
+    """Fault whose inputs are others of the same run, with a factor."""
+
+    def taken(source: str, factor: float) -> _Change:
+        return lambda of_run: factor * of_run.inputs[source]
+
+    changes = {name: taken(source, factor) for name, (source, factor) in sources.items()}
+    return LoadFault(id, ", ".join(sources), text, _with_inputs(campaign, run, changes))
+
+
+def _with_inputs(campaign: Campaign, name: str, changes: Mapping[str, _Change]) -> Campaign:
+    """Campaign with other inputs in one run, or in all."""
+
+    def changed(run: Run) -> Run:
+        inputs = {key: change(run) for key, change in changes.items()}
+        return replace(run, inputs={**run.inputs, **inputs})
+
+    runs = tuple(changed(run) if name in ("", run.name) else run for run in campaign.runs)
+    return replace(campaign, runs=runs)
+
+
+def _varies(campaign: Campaign, name: str) -> bool:
+    """Whether an input is there and acts."""
+    return any(name in run.inputs and run.inputs[name].any() for run in campaign.runs)
+
+
+def _centred(angle: FloatArray, size: FloatArray) -> FloatArray:
+    """Angle of an encoder without its error once a turn."""
+    return np.asarray(angle + size[0] * np.cos(angle) + size[1] * np.sin(angle))
+
+
+def _is_held(campaign: Campaign, name: str) -> bool:
+    """Whether an input that moves repeats its last reading as often as a held one does."""
+    steps = np.concatenate([np.diff(run.inputs[name]) for run in campaign.runs])
+    moves = np.flatnonzero(steps)
+    if moves.size < 2:
+        return False
+    # Rest before, between and after the drive is no holding.
+    typical = np.median(np.diff(moves))
+    return bool(typical >= 2.0 and np.mean(np.diff(moves) == typical) > _EVEN)
+
+
+def _between_readings(run: Run, name: str) -> Run:
+    """Run with an input in straight lines between the samples at which it changes."""
+    values = run.inputs[name]
+    new = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
+    lines = np.interp(run.time, run.time[new], values[new])
+    return replace(run, inputs={**run.inputs, name: lines})

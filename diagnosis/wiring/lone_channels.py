@@ -1,0 +1,352 @@
+"""A gap that lies in one channel, or in one run, alone.
+
+What moves the machine moves all that measure it. The baseline, linear in its parameters about its
+fit, is fitted to the records without one channel or one run: where it meets what remains, what was
+left out is at fault, whatever the fault is. What such a channel reads is then compared with what
+the other channels expect of it, ``y = x + sum_k c_k u_k``, one kind of fault after the other:
+
+- a factor, ``y = g x``: reversed polarity (g = -1), a dead channel (g = 0);
+- the signal of another channel, whole or in part, ``y = x_j``, ``y = x + c x_j``;
+- loads without the machine between, ``y = x + c u``: a sensor that stands on the ground;
+- a low-pass or a high-pass filter of x, a curved characteristic ``y = g x + h x² + k x³``.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from scipy.signal import lfilter
+
+from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
+from carrierflex.diagnosis.wiring.load_faults import load_faults
+from carrierflex.diagnosis.wiring.refits import CHANNEL, INPUT_GAIN, RUN, WiringRival
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.signals import mean_step
+from carrierflex.identification.campaign_check.campaign_warning import key_of
+from carrierflex.identification.estimation.scaled_least_squares import (
+    normal_inverse,
+    normal_solution,
+)
+
+#: Fewest channels of which one can be left out: two disagree, and neither is the one.
+_FEWEST_CHANNELS = 3
+#: Fewest runs of which one can be left out.
+_FEWEST_RUNS = 3
+#: Share of the gap that goes with the channel, or the run, that is left out.
+_GOES_WITH_IT = 0.9
+#: Share of what a channel has beyond the others' expectation that its fault explains.
+_EXPLAINED = 0.9
+#: What a fault leaves over what the best leaves, up to which the simpler one is taken.
+_AS_GOOD = 1.2
+#: Factors of a polarity that is reversed and of a dead channel are within this.
+_NEAR = 0.1
+#: Share of a signal's square in its steps from which it is white noise.
+_WHITE = 0.8
+#: Times [s] of filters over the step, as powers of two.
+_FILTERS = range(0, 14)
+#: Loads that reach a sensor that stands on the ground.
+_LOADS = ("torque", "ntl_y", "ntl_z")
+
+
+@dataclass(frozen=True, eq=False)
+class _Sums:
+    """Products of the baseline's columns and the residual, by run and channel."""
+
+    grams: Annotated[FloatArray, "Shape (n_runs, n_channels, q + p + 1, q + p + 1)"]
+    counts: Annotated[FloatArray, "Samples, shape (n_runs, n_channels)"]
+    n_of_run: Annotated[int, "q"]
+
+    def without(self, run: int | None = None, channel: int | None = None) -> "_Sums":
+        """Sums without one run or one channel."""
+        grams, counts = self.grams.copy(), self.counts.copy()
+        for kept in (grams, counts):
+            if run is not None:
+                kept[run] = 0.0
+            if channel is not None:
+                kept[:, channel] = 0.0
+        return replace(self, grams=grams, counts=counts)
+
+    @property
+    def mean_square(self) -> float:
+        """Mean square that the baseline leaves once it is fitted to these."""
+        total = self._shared
+        right = total[:-1, -1]
+        explained = float(right @ normal_inverse(total[:-1, :-1]) @ right)
+        return max(float(total[-1, -1]) - explained, 0.0) / max(float(self.counts.sum()), 1.0)
+
+    @property
+    def steps(self) -> FloatArray:
+        """Steps of the parameters of every run, then of all, shape (n_runs, q + p)."""
+        q = self.n_of_run
+        shared = normal_solution(self._shared[:-1, :-1], self._shared[:-1, -1])
+        steps = []
+        for gram in self.grams.sum(axis=1):
+            right = gram[:q, -1] - gram[:q, q:-1] @ shared
+            steps.append(np.concatenate([normal_solution(gram[:q, :q], right), shared]))
+        return np.array(steps)
+
+    @property
+    def _shared(self) -> FloatArray:
+        """Products once every run's own parameters are fitted out."""
+        q = self.n_of_run
+        total = np.zeros((self.grams.shape[-1] - q,) * 2)
+        for gram in self.grams.sum(axis=1):
+            crossed = gram[:q, q:]
+            total += gram[q:, q:] - crossed.T @ normal_inverse(gram[:q, :q]) @ crossed
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class _Reading:
+    """What one channel reads, and what the others expect of it, about their means."""
+
+    measured: FloatArray
+    expected: FloatArray
+    others: Annotated[Mapping[str, FloatArray], "Signals of the other channels"]
+    loads: Annotated[FloatArray, "Shape (n_loads, n)"]
+    step: float
+    starts: Annotated[Sequence[int], "First sample of every run"]
+
+
+@dataclass(frozen=True, eq=False)
+class _Fault:
+    """A kind of fault with the size that fits best."""
+
+    id: str
+    text: str
+    square: float
+    n_unknowns: int
+
+
+def lone_rivals(
+    records: Sequence[LinearRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+    before: float,
+    floor: float,
+) -> Iterator[WiringRival]:
+    """The channel, and the run, without which the baseline meets the others.
+
+    Parameters
+    ----------
+    records : sequence of LinearRecord
+        Runs beside the fitted baseline.
+    campaign : Campaign
+        The campaign.
+    refitted : callable
+        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
+    before, floor : float
+        Mean square that the baseline leaves, and that of the noise.
+
+    Yields
+    ------
+    WiringRival
+        At most one channel and one run, each checked by a fit without it.
+    """
+    if not records:
+        return
+    sums = _sums(records)
+    at_most = floor + (1.0 - _GOES_WITH_IT) * (before - floor)
+    if len(campaign.channels) >= _FEWEST_CHANNELS:
+        squares = [sums.without(channel=k).mean_square for k in range(len(campaign.channels))]
+        channel = int(np.argmin(squares))
+        # The screen is linear about a fit that the fault has led astray: the refit decides.
+        if squares[channel] <= 0.5 * (before + floor):
+            square = refitted(_without_channel(campaign, channel))
+            if square <= at_most:
+                yield from _channel_rival(records, sums, campaign, channel, (square, floor))
+    if len(campaign.runs) >= _FEWEST_RUNS:
+        squares = [sums.without(run=k).mean_square for k in range(len(records))]
+        run = int(np.argmin(squares))
+        if squares[run] <= 0.5 * (before + floor):
+            square = refitted(_without_run(campaign, records[run].run))
+            if square <= at_most:
+                yield _run_rival(records, sums, campaign, run, refitted, (square, floor, at_most))
+
+
+def _sums(records: Sequence[LinearRecord]) -> _Sums:
+    grams, counts = [], []
+    for record in records:
+        known = np.isfinite(record.residual) & np.isfinite(record.predicted)
+        of_run = []
+        for k in range(record.residual.shape[1]):
+            rows = [*record.columns[:, known[:, k], k], record.residual[known[:, k], k]]
+            design = np.array(rows)
+            of_run.append(design @ design.T)
+        grams.append(of_run)
+        counts.append(known.sum(axis=0))
+    return _Sums(np.array(grams), np.array(counts, dtype=np.float64), records[0].n_of_run)
+
+
+def _without_channel(campaign: Campaign, channel: int) -> Campaign:
+    """Campaign that never had a channel."""
+    name = campaign.channels[channel].name
+    runs = tuple(
+        replace(run, signals={key: values for key, values in run.signals.items() if key != name})
+        for run in campaign.runs
+    )
+    channels = tuple(one for one in campaign.channels if one.name != name)
+    return replace(campaign, channels=channels, runs=runs)
+
+
+def _without_run(campaign: Campaign, name: str) -> Campaign:
+    """Campaign that never had a run."""
+    return replace(campaign, runs=tuple(run for run in campaign.runs if run.name != name))
+
+
+def _run_rival(
+    records: Sequence[LinearRecord],
+    sums: _Sums,
+    campaign: Campaign,
+    number: int,
+    refitted: Callable[[Campaign], float],
+    squares: tuple[float, float, float],
+) -> WiringRival:
+    """Rival that says what is wrong with the loads of a run, or that it is at odds with the rest.
+
+    Mean squares without the run, of the noise, and that a fault may leave of all runs.
+    """
+    without, floor, enough = squares
+    record = records[number]
+    line = key_of("[[runs]]", record.run)
+    steps = sums.without(run=number).steps[number]
+    steps[: sums.n_of_run] = sums.steps[number, : sums.n_of_run]
+    x = record.predicted + np.einsum("p,pnc->nc", steps, record.columns)
+    y = record.predicted + record.residual
+    known = np.isfinite(x) & np.isfinite(y)
+    gain = float(np.sum(x[known] * y[known]) / np.sum(x[known] ** 2))
+    noise = floor * known.sum()
+    unexplained = float(np.sum((y - x)[known] ** 2)) - noise
+    if float(np.sum((y - gain * x)[known] ** 2)) - noise <= (1.0 - _EXPLAINED) * unexplained:
+        text = f"the loads of run {record.run} {gain:.3g} times as large"
+        return WiringRival(INPUT_GAIN, record.run, text, without, line)
+    for fault in load_faults(campaign, record.run):
+        square = refitted(fault.corrected)
+        if square <= enough:
+            return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
+    text = f"run {record.run} left out, which is at odds with all others,"
+    return WiringRival(RUN, record.run, text, without, line)
+
+
+def _channel_rival(
+    records: Sequence[LinearRecord],
+    sums: _Sums,
+    campaign: Campaign,
+    channel: int,
+    squares: tuple[float, float],
+) -> Iterator[WiringRival]:
+    """Rival that says what is wrong with a channel; mean squares without it, and of the noise.
+
+    None of a channel that is only noisier than it declares.
+    """
+    square, floor = squares
+    name = campaign.channels[channel].name
+    reading = _reading(records, sums.without(channel=channel).steps, campaign, channel)
+    faults = list(_faults(reading))
+    noise = floor * reading.measured.size
+    unread = reading.measured - reading.expected
+    unexplained = float(np.sum(unread**2))
+    # Half the mean square of the steps of white noise is its own.
+    if 0.5 * float(np.sum(np.diff(unread) ** 2)) > _WHITE * unexplained:
+        return
+    least = min(fault.square for fault in faults)
+    fault = min(
+        (fault for fault in faults if fault.square <= _AS_GOOD * max(least, noise)),
+        key=lambda fault: (fault.n_unknowns, fault.square),
+    )
+    if fault.square > noise + (1.0 - _EXPLAINED) * (unexplained - noise):
+        fault = _Fault(CHANNEL, "is at odds with all others", 0.0, 0)
+    text = f"channel {name} left out, which {fault.text},"
+    yield WiringRival(fault.id, name, text, square, key_of("[[channels]]", name))
+
+
+def _reading(
+    records: Sequence[LinearRecord], steps: FloatArray, campaign: Campaign, channel: int
+) -> _Reading:
+    """Samples of a channel that are known in all, run after run."""
+    runs = {run.name: run for run in campaign.runs}
+    rows, starts, n = [], [], 0
+    for record, step in zip(records, steps, strict=True):
+        measured = (record.predicted + record.residual).T
+        expected = record.predicted[:, channel] + step @ record.columns[:, :, channel]
+        run = runs[record.run]
+        loads = [
+            np.interp(record.time, run.time, run.inputs[load])
+            for load in _LOADS
+            if load in run.inputs
+        ]
+        table = np.array([measured[channel], expected, *np.delete(measured, channel, 0), *loads])
+        table = table[:, np.isfinite(table).all(axis=0)]
+        rows.append(table)
+        starts.append(n)
+        n += table.shape[1]
+    table = np.concatenate(rows, axis=1)
+    # The zero of a channel is its own.
+    table -= table.mean(axis=1, keepdims=True)
+    names = [one.name for k, one in enumerate(campaign.channels) if k != channel]
+    return _Reading(
+        table[0],
+        table[1],
+        dict(zip(names, table[2 : 2 + len(names)], strict=True)),
+        table[2 + len(names) :],
+        mean_step(records[0].time),
+        starts,
+    )
+
+
+def _faults(reading: _Reading) -> Iterator[_Fault]:
+    """Every kind of fault with the size that fits best."""
+    y, x = reading.measured, reading.expected
+
+    def fitted(target: FloatArray, *columns: FloatArray) -> tuple[FloatArray, float]:
+        """Factors of columns, and the square that they leave of a target."""
+        design = np.array(columns)
+        factors = normal_solution(design @ design.T, design @ target)
+        return factors, float(np.sum((target - factors @ design) ** 2))
+
+    (gain,), square = fitted(y, x)
+    if abs(gain + 1.0) < _NEAR:
+        yield _Fault("wiring/polarity", "reads with the other sign", square, 0)
+    elif abs(gain) < _NEAR:
+        yield _Fault("wiring/dead_channel", "does not answer", float(np.sum(y**2)), 0)
+    else:
+        yield _Fault("wiring/channel_gain", f"reads {gain:.3g} times as much", square, 1)
+    for name, other in reading.others.items():
+        square = float(np.sum((y - other) ** 2))
+        yield _Fault("wiring/copied_channel", f"reads the signal of {name}", square, 0)
+        (share,), square = fitted(y - x, other)
+        text = f"reads {share:.1%} of {name} too"
+        yield _Fault("wiring/crosstalk", text, square, 1)
+    if reading.loads.size:
+        _, square = fitted(y - x, *reading.loads)
+        text = "moves with the loads as a sensor that stands on the ground"
+        yield _Fault("wiring/sensor_on_ground", text, square, 3)
+    for power in _FILTERS:
+        time = reading.step * 2.0**power
+        slow = _low_passed(x, reading, time)
+        square = float(np.sum((y - slow) ** 2))
+        text = f"is filtered with a time constant of about {time:.2g} s"
+        yield _Fault("wiring/filtered_channel", text, square, 1)
+        square = float(np.sum((y - (x - slow)) ** 2))
+        text = f"loses what is slower than about {time:.2g} s (AC coupling)"
+        yield _Fault("wiring/ac_coupled", text, square, 1)
+    _, square = fitted(y - y.mean(), x, x**2 - np.mean(x**2), x**3 - np.mean(x**3))
+    yield _Fault("wiring/curved_channel", "has a curved characteristic or saturates", square, 3)
+
+
+def _low_passed(values: FloatArray, reading: _Reading, time: float) -> FloatArray:
+    """First-order low-pass of every run, from its first value on."""
+    share = reading.step / (time + reading.step)
+    ends = [*reading.starts[1:], values.size]
+    return np.concatenate(
+        [
+            lfilter(
+                [share],
+                [1.0, share - 1.0],
+                values[start:end],
+                zi=np.atleast_1d((1.0 - share) * values[start : start + 1]),
+            )[0]
+            for start, end in zip(reading.starts, ends, strict=True)
+        ]
+    )
