@@ -22,7 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     OTHERWISE,
 )
-from carrierflex.diagnosis.report.words import capitalised, listed, percent, sized
+from carrierflex.diagnosis.report.words import capitalised, counted, listed, percent, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.simulation.laws import FORCE_SURFACE
 
@@ -98,6 +98,8 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     text = f"{plain_name(finding.id)} ({_share_words(share)}{next_class})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
+    if finding.id.endswith("/undetermined"):
+        text += "; its load dependence cannot be determined from these records"
     return f"{text}; {_law_words(finding, answer)}"
 
 
@@ -111,9 +113,7 @@ def _law_words(finding: ClassFinding, answer: ClassAnswer) -> str:
         class_of_law = answer.classes_of_law.get(finding.law, (finding.id,))[0]
         is_component = finding.id == FORCE_SURFACE and class_of_law != finding.id
         name = plain_name(finding.law)
-        return (
-            f"{name} is the part of it that a law follows" if is_component else f"it follows {name}"
-        )
+        return f"of it the library has the law {name}" if is_component else f"law: {name}"
     return f"no law of the library, nearest {plain_name(finding.law)} {_share_words(share)} of it"
 
 
@@ -275,7 +275,7 @@ def worth(diagnosis: Diagnosis) -> str:
     explains = diagnosis.shrinks_by_class or len(far.steps) > 1
     if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):
         return f"The gap is {before} RMS, the noise floor {floor}."
-    share = f" (-{100.0 * (1.0 - far.rho):.0f} %)" if far.rho < 1.0 - _WORTH else ""
+    share = f" (-{100.0 * (1.0 - far.rho):.3g} %)" if far.rho < 1.0 - _WORTH else ""
     what = " with the whole answer by class" if diagnosis.shrinks_by_class else ""
     return (
         f"Expected{what}: gap {before} to {sized(far.rms_after, diagnosis.unit)} RMS{share} on "
@@ -287,9 +287,10 @@ def gists(diagnosis: Diagnosis) -> dict[str, str]:
     """One line for every folded section, so that what is in it is known before it is opened."""
     far = diagnosis.reduction
     which = diagnosis.attribution
-    tried = f"{len(which.ranking)} sets of laws fitted" if which.ranking else "nothing fitted"
+    n_sets = len(which.ranking)
+    tried = f"{counted(n_sets, 'set')} of laws fitted" if n_sets else "nothing fitted"
     steps = len(far.steps) - 1 if far is not None and far.steps else 0
-    far_gist = f"RMS as effects are added, {steps} of them" if steps else "no effect was added"
+    far_gist = f"RMS after each of {counted(steps, 'effect')}" if steps else "no effect was added"
     if diagnosis.shrinks_by_class:
         far_gist += "; what the answer by class explains"
     return {

@@ -164,7 +164,9 @@ def main(
             motion = rim_motion(diagnosis, measured) if report else None
             if view and motion is None:
                 stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
-            _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
+            _write(
+                diagnosis, measured, campaign, out, stages, report=report, motion=motion, view=view
+            )
         if view and motion is not None:
             with stages.stage(f"writing {out / VIEW_FILE}"):
                 write_view(rim_scene(motion), out / VIEW_FILE)
@@ -225,6 +227,7 @@ def _write(
     *,
     report: bool,
     motion: RimMotion | None,
+    view: bool,
 ) -> None:
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis
     from carrierflex.diagnosis.report.page import ReportSource, report_page
@@ -239,8 +242,14 @@ def _write(
             (out / REPORT_FILE).unlink(missing_ok=True)
             return
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
-        page = VIEW_FILE if motion else ""
-        source = ReportSource(measured, str(folder), versions(), written, view=page)
+        source = ReportSource(
+            measured,
+            str(folder),
+            versions(),
+            written,
+            view=VIEW_FILE if motion and view else "",
+            view_command=f"carrierflex view {out} --html" if motion else "",
+        )
         if motion is not None:
             n_written = len({signal.run for signal in motion.signals})
             if n_written < len(measured.runs):
