@@ -99,7 +99,7 @@ def main(
         [plan]: a sensor 240 min, a load case 15 min beside its length, a minute of record 1 min;
         limits 400 kN m and 200 kN.
     out : Path, optional
-        Folder for plan.json and plan.png; without, the result is only shown.
+        Folder for plan.json and plan.png; default: the result is only shown.
     gap : float, optional
         Gap at which causes are to be distinguished, its RMS over that of the noise [1];
         default: that of the records or of the case, else 6.
@@ -107,7 +107,7 @@ def main(
         Effects that the baseline contains, in place of those of the campaign (a case: the axial
         offset); may be given several times.
     effects : list of str, optional
-        Causes to look at; all of the kind without. May be given several times.
+        Causes that are considered; default: all of the kind. May be given several times.
     quiet : bool
         Show no progress.
 

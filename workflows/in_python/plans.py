@@ -72,7 +72,7 @@ def planned_campaign(
         Case file (TOML) of kind carrier or mounting, the name of a bundled case, or a
         campaign folder.
     gap : float, optional
-        Gap over the noise at which causes are to be distinguished; 6 without, or that of the case.
+        Gap over the noise at which causes are to be distinguished; default: 6, or that of the case.
     baseline : list of str, optional
         Effects that the baseline contains, in place of those of the campaign.
 

@@ -98,3 +98,16 @@ COMMANDS = {
         "Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 "
         "paper.", "printed_tables.json"),
 }
+
+#: Commands by what they are for, in the order in which a user needs them.
+GROUPS = {
+    "Start": ("run", "cases", "parameters", "schema", "completion"),
+    "Carrier: geometry and mesh": ("mesh", "cad", "cad-faces", "cad-surfaces"),
+    "Finite elements and reduced bodies": (
+        "curves", "reduce", "certificate", "export", "join", "couplings", "pin-fit",
+    ),
+    "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
+    "Measurement": ("plan", "new-campaign", "import", "check", "identify"),
+    "Diagnosis": ("diagnose", "compare", "view", "blind-check"),
+    "The papers of 2011 and 2012": ("figures", "table-5", "order-one", "printed-tables"),
+}

@@ -34,7 +34,7 @@ class SharedOptions:
 
     quiet: Annotated[bool, _option("Show errors only: no progress, no notes, no tables.")] = False
     verbose: Annotated[
-        bool, _option("Show more on the way: libraries taken, files read, passes of a mesh.")
+        bool, _option("Show more messages: libraries used, files read, passes of a mesh.")
     ] = False
     log_file: Annotated[
         Path | None,
