@@ -17,14 +17,14 @@ class ShippedCases:
 
 
 def main(*names: str, out: Path | None = None) -> ShippedCases:
-    """List the bundled cases, or copy them to start from.
+    """List the bundled cases, or copy them.
 
     Parameters
     ----------
     names
-        Cases to copy with --out; all of them without a name.
+        Cases to copy with --out; default: all.
     out
-        Folder for the copies; a file that stands there is not replaced. Without, they are listed.
+        Folder for the copies; an existing file is not overwritten. Default: the cases are listed.
 
     Returns
     -------

@@ -98,7 +98,7 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     text = f"{plain_name(finding.id)} ({_share_words(share)}{next_class})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
-    if finding.id.endswith("/undetermined"):
+    if finding.id.endswith("/undetermined") and not finding.law_named:
         text += "; its load dependence cannot be determined from these records"
     return f"{text}; {_law_words(finding, answer)}"
 

@@ -45,8 +45,8 @@ def test_the_chain_runs(block, tmp_path, monkeypatch):
 @pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.stem)
 def test_every_python_name_of_a_page_exists(page):
     names = re.findall(r"`(carrierflex(?:\.\w+)+)`", page.read_text(encoding="utf-8"))
-    missing = [name for name in names if pydoc.locate(name) is None]
-    assert not missing
+    groups = {"carrierflex.effects"}  # of entry points
+    assert not [name for name in names if name not in groups and pydoc.locate(name) is None]
 
 
 @pytest.mark.parametrize("block", blocks("toml"))

@@ -1,4 +1,4 @@
-"""Tell, before measuring, which causes a campaign could see and part, and what to add to it.
+"""Show, before measuring, which causes a campaign can separate, and what to add to it.
 
 Takes a case file, or a campaign whose records leave causes that cannot be told apart. Writes
 plan.json and plan.png. A good answer: every cause that matters is seen well below the size worth
@@ -88,7 +88,7 @@ def main(
     effects: list[str] | None = None,
     quiet: bool = False,
 ) -> CampaignPlan:
-    """Tell which causes a campaign could see and part, and the cheapest addition that parts more.
+    """Show which causes a campaign can separate, and the cheapest addition that separates more.
 
     Parameters
     ----------

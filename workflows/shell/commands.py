@@ -62,7 +62,7 @@ COMMANDS = {
         "Contact pressure and pitting life of sun and ring mesh over the misalignment of a "
         "planet.", "gear_life.json"),
     "cases": Command("copy_cases", "import_tables:cases_table",
-        "List the bundled cases, or copy them as a start for new ones."),
+        "List the bundled cases, or copy them."),
     "parameters": Command("geometry.write_parameters", "import_tables:parameters_table",
         "Write every dimension with comment, unit, source and limits, and a dimensioned drawing."),
     "new-campaign": Command("identification.new_campaign", "import_tables:map_table",
@@ -74,8 +74,8 @@ COMMANDS = {
     "completion": Command("complete_shell", "import_tables:completion_script",
         "Show the script that completes commands and options in a shell."),
     "plan": Command("diagnosis.plan_campaign", "diagnosis_tables:plan_table",
-        "Show which causes a campaign can detect and separate, and the cheapest addition that "
-        "separates more.", "plan.json"),
+        "Show which causes a campaign can separate, and the cheapest addition that separates "
+        "more.", "plan.json"),
     "check": Command("diagnosis.check_campaign", "diagnosis_tables:check_table",
         "Check a measurement campaign; the exit code is 0 without a finding, 1 with one."),
     "identify": Command("identification.identify_parameters", "tables:estimate_table",

@@ -43,8 +43,8 @@ class SharedOptions:
     threads: Annotated[
         int | None,
         _option(
-            "Threads of this process, and of each process of --workers, 1 or more; as many as "
-            "the libraries choose without."
+            "Threads of this process, and of each process of --workers, 1 or more; default: "
+            "chosen by the libraries."
         ),
     ] = None
     json: Annotated[
