@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.comparison.problem import BASELINE
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -33,6 +33,8 @@ from carrierflex.diagnosis.wiring.load_faults import load_faults, sized_faults
 from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
 from carrierflex.diagnosis.wiring.refits import (
     CHANNEL,
+    CHANNEL_GAIN,
+    CHANNEL_ZERO,
     CLOCK_SHIFT,
     RUN,
     SMALLEST_DRIFT,
@@ -96,10 +98,12 @@ def checked_baseline(
     campaign: Campaign,
     wiring: WiringChecks,
     fit: EffectFit | None = None,
+    laws: Effects = (),
 ) -> BaselineCheck:
     """Fit the baseline, and again with the wiring put right where there is a gap.
 
-    `fit` is that of the baseline, where a diagnosis made it already. Checks ``wiring``, ``clock``,
+    `fit` is that of the baseline, where a diagnosis made it already; `laws` are those that it fits
+    best: a fault beside one of them explains the gap too. Checks ``wiring``, ``clock``,
     ``delay``, ``gain``, ``bound``, ``declared_noise``, ``unchecked``, and ``outliers`` and ``tone``
     beside the prediction.
     """
@@ -128,6 +132,8 @@ def checked_baseline(
         tried += lone_rivals(linear, campaign, wiring.refitted, before, floor)
         if wiring.has_cheap_refits:
             tried += _load_rivals(wiring, campaign, before, floor)
+        for law in laws:
+            tried += _beside_law(problem, campaign, wiring, law, floor)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.
@@ -138,9 +144,31 @@ def checked_baseline(
         (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
         for rival in tried
     ]
-    rivals = tuple((rival, share) for rival, share in shares if share >= _TOLD)
+    # Of one fault beside several laws the one that explains most.
+    shares.sort(key=lambda entry: entry[1])
+    most = {(rival.id, rival.about): (rival, share) for rival, share in shares}
+    rivals = tuple((rival, share) for rival, share in most.values() if share >= _TOLD)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
     return BaselineCheck(tuple(warnings), rivals)
+
+
+def _beside_law(
+    problem: ComparisonProblem, campaign: Campaign, wiring: WiringChecks, law: str, floor: float
+) -> Iterator[WiringRival]:
+    """Lone channels, runs and faults of loads beside a law; none where the law leaves no gap."""
+    fit = fit_effects(problem, (law,))
+    before = mean_square_left(problem, fit)
+    if not _GAP * floor < before < np.inf:
+        return
+    beside = wiring.beside(fit.effects, fit.known)
+    tried = [
+        *lone_rivals(tuple(beside.linear(fit.theta)), campaign, beside.refitted, before, floor)
+    ]
+    if beside.has_cheap_refits:
+        tried += _load_rivals(beside, campaign, before, floor)
+    enough = floor + (1.0 - _MOST) * (before - floor)
+    model = f"the baseline with {plain_name(law)}"
+    yield from (replace(rival, model=model) for rival in tried if rival.mean_square <= enough)
 
 
 def _load_rivals(
@@ -194,7 +222,7 @@ def with_findings(
         return diagnosis
     least = min(reduction.phi, 1.0) - _AS_GOOD if is_named else _TOLD
     as_good = {
-        rival.id: f"{rival.text} explains {min(share, 1.0):.0%} of the gap"
+        rival.id: f"{rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
         for rival, share in sorted(baseline.rivals, key=_most_likely)
         if share >= least and not (is_named and _is_same(rival, diagnosis))
     }
@@ -235,7 +263,8 @@ def _is_same(rival: WiringRival, diagnosis: Diagnosis) -> bool:
     """
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
-    return rival.id == RUN or (rival.id == CHANNEL and is_of_channel)
+    of_channel = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
+    return rival.id == RUN or (rival.id in of_channel and is_of_channel)
 
 
 def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:
@@ -273,10 +302,12 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
     return CampaignWarning(
         _WIRING,
         rival.about,
-        f"with {rival.text} the baseline alone explains {share:.0%} of the gap above the floor",
+        f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap above the "
+        "floor",
         f"check the wiring first ({rival.id.removeprefix('wiring/').replace('_', ' ')})",
         share,
         rival.line,
+        rival.id,
     )
 
 

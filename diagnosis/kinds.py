@@ -1,6 +1,7 @@
 """The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from carrierflex.diagnosis.carrier.wiring import (
     unchecked_records,
 )
 from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.element.problem import element_problem, element_with_prediction
 from carrierflex.diagnosis.element.shapes import law_of_answer
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
@@ -185,11 +187,24 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
     """
     if isinstance(problem, CarrierProblem):
         carrier = problem
+
+        def beside(laws: Effects, values: Mapping[tuple[str, str], float]) -> WiringChecks:
+            """Checks with laws beside the baseline; none of a law that adds no signal."""
+            if any(carrier.model.effects[law].pattern is None for law in laws):
+                return WiringChecks.none()
+            return replace(
+                WiringChecks.none(),
+                refitted=lambda other: carrier_left(carrier, other, laws, values),
+                linear=lambda theta: carrier_records(carrier, laws, values),
+                has_cheap_refits=True,
+            )
+
         return WiringChecks(
             lambda: carrier_rivals(carrier),
             lambda theta: carrier_predictions(carrier),
             lambda other: carrier_left(carrier, other),
-            lambda theta: carrier_records(carrier, theta),
+            lambda theta: carrier_records(carrier),
+            beside=beside,
             has_cheap_refits=True,
             unchecked=unchecked_records(carrier),
         )

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.overlay import Picture, SignalComparison
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.results import (
@@ -61,6 +62,14 @@ class Diagnosis:
         RecordDigests | None,
         "Digests of the records and files; None where the campaign was not read from a folder",
     ] = None
+
+    @property
+    def likely_laws(self) -> Effects:
+        """Laws that are named, or nearest to a named class; else the best that were tried."""
+        nearest = [finding.law for finding in self.classes.classes] if self.classes else []
+        laws = dict.fromkeys(law for law in (*self.attribution.effects, *nearest) if law)
+        best = [ranked.effects for ranked in self.attribution.ranking[:1]]
+        return tuple(laws) or tuple(law for laws in best for law in laws)
 
     @property
     def shrinks_by_class(self) -> bool:

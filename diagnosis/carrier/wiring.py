@@ -4,10 +4,11 @@ The baseline is linear in its parameters, so that a campaign with a corrected wi
 least-squares problem in sums of products, of every signal with the columns of every sensor.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import permutations
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from scipy.optimize import lsq_linear
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.records.columns import inputs_of
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
     SENSOR_ORDER,
@@ -53,16 +55,26 @@ class _Products:
 
 @dataclass(frozen=True, eq=False)
 class _LinearBaseline:
-    """Effects of the baseline that add a signal linear in their parameters, p of all runs."""
+    """Effects of the baseline that add a signal linear in their parameters, p of all runs.
+
+    Laws beside the baseline are linear at the shapes with which they were fitted.
+    """
 
     problem: CarrierProblem
     campaign: Campaign
+    laws: Effects = ()
+    values: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @cached_property
     def effects(self) -> list[Effect]:
         model = self.problem.model
-        contained = (model.effects[name] for name in model.contained)
-        return [one for one in contained if one.pattern is not None and not one.n_shapes]
+        contained = [model.effects[name] for name in model.contained]
+        linear = [one for one in contained if one.pattern is not None and not one.n_shapes]
+        return linear + [model.effects[law] for law in self.laws]
+
+    def _shapes(self, effect: Effect) -> list[float]:
+        """Fitted shapes of a law."""
+        return [self.values[effect.id, p.name] for p in effect.parameters if p.shape]
 
     @property
     def is_of_model(self) -> bool:
@@ -73,14 +85,16 @@ class _LinearBaseline:
         """Columns of a sensor in a run, shape (q, n), without those of other runs' values."""
         inputs = inputs_of(run)
         sensor, rig = rim_sensor(channel), self.problem.model.source.rig
-        return np.concatenate([effect.signals(sensor, inputs, rig) for effect in self.effects])
+        return np.concatenate(
+            [effect.signals(sensor, inputs, rig, *self._shapes(effect)) for effect in self.effects]
+        )
 
     def numbers(self, run: int) -> IntArray:
         """Numbers of the columns of a run among the p of all runs."""
         n_runs = len(self.campaign.runs)
         numbers, first = [], 0
         for effect in self.effects:
-            n = len(effect.parameters)
+            n = _n_columns(effect)
             numbers.append(first + np.arange(n) + (run * n if effect.per_run else 0))
             first += n * (n_runs if effect.per_run else 1)
         return np.concatenate(numbers)
@@ -88,12 +102,12 @@ class _LinearBaseline:
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Bounds of the p parameters; a value that the baseline fixes stays where it is."""
-        known = {(p.effect, p.name, p.run): p for p in self.problem.parameters(())}
+        known = {(p.effect, p.name, p.run): p for p in self.problem.parameters(self.laws)}
         runs = [run.name for run in self.campaign.runs]
         limits = []
         for effect in self.effects:
             for run in runs if effect.per_run else (None,):
-                for parameter in effect.parameters:
+                for parameter in effect.parameters[: _n_columns(effect)]:
                     unknown = known[effect.id, parameter.name, run]
                     room = _ROOM * unknown.scale if unknown.lower >= unknown.upper else 0.0
                     limits.append((unknown.lower - room, unknown.upper + room))
@@ -145,6 +159,11 @@ class _LinearBaseline:
     def as_declared(self) -> tuple[FloatArray, float]:
         """The same with every sensor where it is declared."""
         return self.solved(self.products([range(len(self.campaign.channels))]))
+
+
+def _n_columns(effect: Effect) -> int:
+    """Parameters that a signal is linear in."""
+    return len(effect.parameters) - effect.n_shapes
 
 
 def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
@@ -204,15 +223,21 @@ def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
     return tuple(records)
 
 
-def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[LinearRecord]:
+def carrier_records(
+    problem: CarrierProblem,
+    laws: Effects = (),
+    values: Mapping[tuple[str, str], float] = MappingProxyType({}),
+) -> Iterator[LinearRecord]:
     """Every run with its baseline and the baseline's columns.
 
     Parameters
     ----------
     problem : CarrierProblem
         Campaign.
-    theta : ndarray, shape (p,)
-        Fitted parameters of the baseline.
+    laws : tuple of str
+        Laws beside the baseline, each of which adds a signal.
+    values : mapping of tuple of str to float
+        Values of their fit, by effect and name; their shapes stay.
 
     Yields
     ------
@@ -220,12 +245,14 @@ def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[Line
         One a run; none where the baseline holds more than linear effects, or is another
         simulator's.
     """
-    baseline = _LinearBaseline(problem, problem.campaign)
+    baseline = _LinearBaseline(problem, problem.campaign, laws, values)
     effects, channels = baseline.effects, problem.campaign.channels
-    if not baseline.is_of_model or len(effects) != len(problem.model.contained):
+    n_linear = len(effects) - len(baseline.laws)
+    if not baseline.is_of_model or n_linear != len(problem.model.contained):
         return
+    theta, _ = baseline.as_declared()
     # Columns of the run itself first.
-    is_of_run = np.concatenate([[effect.per_run] * len(effect.parameters) for effect in effects])
+    is_of_run = np.concatenate([[effect.per_run] * _n_columns(effect) for effect in effects])
     order = np.argsort(~is_of_run, kind="stable")
     most = _MOST_COLUMNS // (8 * is_of_run.size * len(channels))
     for number, record in enumerate(problem.campaign.within_use().runs):
@@ -239,7 +266,12 @@ def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[Line
         )
 
 
-def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:
+def carrier_left(
+    problem: CarrierProblem,
+    campaign: Campaign,
+    laws: Effects = (),
+    values: Mapping[tuple[str, str], float] = MappingProxyType({}),
+) -> float:
     """Mean square that the baseline leaves once it is fitted to another campaign.
 
     Parameters
@@ -248,8 +280,12 @@ def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:
         Problem of a campaign whose baseline is the model.
     campaign : Campaign
         Records with the same channels, inputs and baseline.
+    laws : tuple of str
+        Laws beside the baseline, each of which adds a signal.
+    values : mapping of tuple of str to float
+        Values of their fit, by effect and name; their shapes stay.
     """
-    return _LinearBaseline(problem, campaign).as_declared()[1]
+    return _LinearBaseline(problem, campaign, laws, values).as_declared()[1]
 
 
 def _orders(channels: Sequence[Channel]) -> Iterator[tuple[int, ...]]:

@@ -41,7 +41,7 @@ from carrierflex.diagnosis.element.signatures import (
 )
 from carrierflex.diagnosis.element.table import ElementTable, element_table
 from carrierflex.diagnosis.element.wiring import element_clocks, element_rivals
-from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_of
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime, edges_of_bands_hz
 from carrierflex.diagnosis.wiring.refits import WiringChecks
@@ -295,7 +295,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
         def refitted(other: Campaign) -> float:
             """Mean square that the baseline leaves once it is fitted to a campaign."""
-            return baseline_left(element_problem(other))
+            return mean_square_of(element_problem(other))
 
         return WiringChecks(
             lambda: element_rivals(campaign, refitted),
@@ -303,6 +303,9 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             refitted,
             self.linear_records,
             lambda: element_clocks(self.records, by_force=self.model.by_force),
+            beside=lambda laws, values: self.wiring_beside(
+                laws, lambda other: mean_square_of(element_problem(other), laws)
+            ),
         )
 
     @cached_property

@@ -272,9 +272,9 @@ def mean_square_left(problem: ComparisonProblem, fit: EffectFit) -> float:
     return float(fit.sums.square.sum() / problem.cell_counts.sum())
 
 
-def baseline_left(problem: ComparisonProblem) -> float:
-    """Mean square that the baseline alone leaves once it is fitted."""
-    return mean_square_left(problem, fit_effects(problem, ()))
+def mean_square_of(problem: ComparisonProblem, effects: Effects = ()) -> float:
+    """Mean square that the baseline with some effects leaves once it is fitted."""
+    return mean_square_left(problem, fit_effects(problem, effects))
 
 
 def _prior_of(

@@ -30,7 +30,8 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.refits import PredictedRecord
+from carrierflex.diagnosis.wiring.refits import PredictedRecord, WiringChecks
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force
 from carrierflex.simulation.measurement import Measurement
@@ -416,10 +417,10 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             for record in self.records
         )
 
-    def linear_records(self, theta: FloatArray) -> Iterator[LinearRecord]:
-        """Every run with its fitted baseline, and the slopes of that by its parameters."""
-        predicted = self.simulator(())
-        slopes = self.differenced(()).slopes(theta)
+    def linear_records(self, theta: FloatArray, effects: Effects = ()) -> Iterator[LinearRecord]:
+        """Every run with its fitted model, and the slopes of that by its parameters."""
+        predicted = self.simulator(effects)
+        slopes = self.differenced(effects).slopes(theta)
         for record, (residual, columns) in zip(self.records, slopes, strict=True):
             yield LinearRecord(
                 record.name,
@@ -428,6 +429,16 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
                 _by_channel(predicted(record, theta, 1)),
                 columns.reshape(*columns.shape[:2], -1),
             )
+
+    def wiring_beside(self, laws: Effects, refitted: Callable[[Campaign], float]) -> WiringChecks:
+        """What can be tried with laws in the model; a law of a file is in no other campaign's."""
+        if set(laws) & set(self.brought):
+            return WiringChecks.none()
+        return replace(
+            WiringChecks.none(),
+            refitted=refitted,
+            linear=lambda theta: self.linear_records(theta, laws),
+        )
 
     def residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
         """Residual of every run, of the shape of its signals."""

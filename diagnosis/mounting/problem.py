@@ -22,7 +22,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Signatures,
     bounds_of,
 )
-from carrierflex.diagnosis.inference.effect_fit import Prior, baseline_left, minimised
+from carrierflex.diagnosis.inference.effect_fit import Prior, mean_square_of, minimised
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.answer import answer_of_table
@@ -188,10 +188,11 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         change[:, error.channel] = error.misread(signal) - signal
         return change
 
-    def linear_records(self, theta: FloatArray) -> Iterator[LinearRecord]:
+    def linear_records(self, theta: FloatArray, effects: Effects = ()) -> Iterator[LinearRecord]:
         """None of another simulator's prediction."""
         if not self.model.fixed:
-            for record, linear in zip(self.records, super().linear_records(theta), strict=True):
+            linear_records = super().linear_records(theta, effects)
+            for record, linear in zip(self.records, linear_records, strict=True):
                 # Where nothing was measured the prediction is not known either.
                 yield replace(linear, predicted=record.measured - linear.residual)
 
@@ -214,8 +215,11 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         return WiringChecks(
             lambda: mounting_rivals(self),
             self.predictions,
-            lambda other: baseline_left(mounting_problem(other)),
+            lambda other: mean_square_of(mounting_problem(other)),
             self.linear_records,
+            beside=lambda laws, values: self.wiring_beside(
+                laws, lambda other: mean_square_of(mounting_problem(other), laws)
+            ),
         )
 
     def choice(self, effects: Effects) -> Choice:

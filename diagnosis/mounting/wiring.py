@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_of
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
@@ -53,12 +53,12 @@ def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
     turned = [name for name, factor in zip(_LOADS, factors, strict=True) if factor < _TURNED]
     if turned:
         records = tuple(_with_loads(record, turned) for record in problem.records)
-        mean_square = baseline_left(replace(problem, records=records))
+        mean_square = mean_square_of(replace(problem, records=records))
         text = f"{', '.join(turned)} of the other sign"
         rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, mean_square, "run files"))
     if _are_exchanged(problem, measured, nominal):
         records = tuple(_with_exchanged_loads(record) for record in problem.records)
-        mean_square = baseline_left(replace(problem, records=records))
+        mean_square = mean_square_of(replace(problem, records=records))
         y, z = _RADIAL
         text = f"{y} and {z} exchanged"
         rivals.append(WiringRival(LOAD_AXES, f"{y}, {z}", text, mean_square, "run files"))
@@ -87,7 +87,7 @@ def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[Wiri
         if abs(gain - 1.0) < _SMALLEST_GAIN:
             continue
         records = tuple(_with_loads(record, [name], gain) for record in problem.records)
-        mean_square = baseline_left(replace(problem, records=records))
+        mean_square = mean_square_of(replace(problem, records=records))
         text = f"{name} {gain:.3g} times as large relative to the other loads"
         yield WiringRival(INPUT_GAIN, name, text, mean_square, "run files")
 
@@ -103,7 +103,7 @@ def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[s
     text = ", ".join(f"{names[signal]} as {names[k]}" for signal, k in moved)
     about = ", ".join(names[k] for _, k in moved)
     also = f" and {', '.join(turned)} of the other sign" if turned else ""
-    mean_square = baseline_left(replace(problem, records=records))
+    mean_square = mean_square_of(replace(problem, records=records))
     line = key_of("[[channels]]", "sensor")
     return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", mean_square, line)
 

@@ -2,10 +2,10 @@
 
 What a fault has no size of (a sign, an exchange) is put right once; a zero, or the eccentricity of
 an encoder, is sought as the size with which the refitted baseline leaves least. The mean square is
-nearly a parabola in the size: its vertex from finite differences, twice, is enough.
+nearly a parabola in the size: its vertex from finite differences, in a few rounds, is enough.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -27,8 +27,12 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 _ANGLE, _TORQUE, _RADIAL = "carrier_angle", "torque", ("ntl_y", "ntl_z")
-#: First steps of an angle [rad] and of a load over its largest value, and of the second round.
-_ANGLE_STEP, _LOAD_STEP, _SECOND = float(np.deg2rad(3.0)), 0.03, 0.1
+#: First steps of an angle [rad] and of a load over its largest value.
+_ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
+#: What is left at a first size over the least, up to which the smaller size is taken.
+_NEARLY = 1.5
+#: Rounds in which a size is sought, and the step of one over that of the round before.
+_ROUNDS, _NARROWER = 4, 0.4
 #: Share of the changes of a held input that are one and the same number of samples apart.
 _EVEN = 0.8
 _Change = Callable[[Run], FloatArray]
@@ -102,7 +106,17 @@ def sized_faults(
         def square(size: FloatArray, fault: _SizedFault = fault) -> float:
             return refitted(_with_inputs(campaign, "", {fault.about: fault.corrected(size)}))
 
-        size, least = _least(square, before, fault.step, fault.n_sizes)
+        size = np.zeros(fault.n_sizes)
+        if fault.starts:
+            squares = [square(np.array(start)) for start in fault.starts]
+            # A carrier of n equal planets is nearly the same a share of a turn on.
+            near = [
+                start
+                for start, one in zip(fault.starts, squares, strict=True)
+                if one <= _NEARLY * min(squares)
+            ]
+            size = np.array(min(near, key=np.linalg.norm))
+        size, least = _least(square, size, before, fault.step)
         yield WiringRival(fault.id, fault.about, fault.words(size), least, line)
 
 
@@ -116,6 +130,7 @@ class _SizedFault:
     words: Annotated[Callable[[FloatArray], str], "``(size) -> what is corrected``"]
     step: float
     n_sizes: int = 1
+    starts: Annotated[Sequence[tuple[float, ...]], "Sizes to begin with; none: zero alone"] = ()
 
 
 def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
@@ -126,6 +141,7 @@ def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
             lambda size: lambda run: run.inputs[_ANGLE] + size[0],
             lambda size: f"the zero of {_ANGLE} moved by {np.rad2deg(size[0]):+.2f} degrees",
             _ANGLE_STEP,
+            starts=[(float(angle),) for angle in np.deg2rad(np.arange(-170, 181, 10))],
         )
         yield _SizedFault(
             ENCODER,
@@ -156,11 +172,12 @@ def _zero_of_load(campaign: Campaign, name: str) -> _SizedFault:
 
 
 def _least(
-    square: Callable[[FloatArray], float], before: float, step: float, n: int
+    square: Callable[[FloatArray], float], size: FloatArray, before: float, step: float
 ) -> tuple[FloatArray, float]:
-    """Size at which a mean square is least, and that: the vertex of a paraboloid, twice."""
-    size, least = np.zeros(n), before
-    for width in (step, _SECOND * step):
+    """Size at which a mean square is least, and that: vertices of paraboloids, each nearer."""
+    n = size.size
+    least = square(size) if size.any() else before
+    for width in step * _NARROWER ** np.arange(_ROUNDS):
         steps = width * np.eye(n)
         ahead = np.array([square(size + one) for one in steps])
         behind = np.array([square(size - one) for one in steps])

@@ -20,7 +20,14 @@ from scipy.signal import lfilter
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
 from carrierflex.diagnosis.wiring.load_faults import load_faults
-from carrierflex.diagnosis.wiring.refits import CHANNEL, INPUT_GAIN, RUN, WiringRival
+from carrierflex.diagnosis.wiring.refits import (
+    CHANNEL,
+    CHANNEL_GAIN,
+    CHANNEL_ZERO,
+    INPUT_GAIN,
+    RUN,
+    WiringRival,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of
@@ -211,15 +218,16 @@ def _run_rival(
     record = records[number]
     line = key_of("[[runs]]", record.run)
     steps = sums.without(run=number).steps[number]
-    steps[: sums.n_of_run] = sums.steps[number, : sums.n_of_run]
     x = record.predicted + np.einsum("p,pnc->nc", steps, record.columns)
     y = record.predicted + record.residual
     known = np.isfinite(x) & np.isfinite(y)
+    # The zeros of a run are its own.
+    x, y = (signal - np.nanmean(np.where(known, signal, np.nan), axis=0) for signal in (x, y))
     gain = float(np.sum(x[known] * y[known]) / np.sum(x[known] ** 2))
     noise = floor * known.sum()
     unexplained = float(np.sum((y - x)[known] ** 2)) - noise
     if float(np.sum((y - gain * x)[known] ** 2)) - noise <= (1.0 - _EXPLAINED) * unexplained:
-        text = f"the loads of run {record.run} {gain:.3g} times as large"
+        text = f"the loads of {record.run} {gain:.3g} times as large"
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = refitted(fault.corrected)
@@ -247,6 +255,11 @@ def _channel_rival(
     noise = floor * reading.measured.size
     unread = reading.measured - reading.expected
     unexplained = float(np.sum(unread**2))
+    line = key_of("[[channels]]", name)
+    if unexplained <= _AS_GOOD * noise:
+        text = f"channel {name} left out, the zero of which is off,"
+        yield WiringRival(CHANNEL_ZERO, name, text, square, line)
+        return
     # Half the mean square of the steps of white noise is its own.
     if 0.5 * float(np.sum(np.diff(unread) ** 2)) > _WHITE * unexplained:
         return
@@ -258,7 +271,7 @@ def _channel_rival(
     if fault.square > noise + (1.0 - _EXPLAINED) * (unexplained - noise):
         fault = _Fault(CHANNEL, "is at odds with all others", 0.0, 0)
     text = f"channel {name} left out, which {fault.text},"
-    yield WiringRival(fault.id, name, text, square, key_of("[[channels]]", name))
+    yield WiringRival(fault.id, name, text, square, line)
 
 
 def _reading(
@@ -311,7 +324,7 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
     elif abs(gain) < _NEAR:
         yield _Fault("wiring/dead_channel", "does not answer", float(np.sum(y**2)), 0)
     else:
-        yield _Fault("wiring/channel_gain", f"reads {gain:.3g} times as much", square, 1)
+        yield _Fault(CHANNEL_GAIN, f"reads {gain:.3g} times as much", square, 1)
     for name, other in reading.others.items():
         square = float(np.sum((y - other) ** 2))
         yield _Fault("wiring/copied_channel", f"reads the signal of {name}", square, 0)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment, minimize, minimize_scalar
 
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
@@ -36,6 +37,8 @@ ENCODER = "wiring/encoder"
 HELD_INPUT = "wiring/held_input"
 #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
 CHANNEL = "wiring/channel"
+CHANNEL_GAIN = "wiring/channel_gain"
+CHANNEL_ZERO = "wiring/channel_zero"
 RUN = "wiring/run"
 
 
@@ -57,6 +60,7 @@ class WiringRival:
     text: Annotated[str, "What is corrected: ``the torque of the other sign``"]
     mean_square: Annotated[float, "Mean square that the refitted baseline leaves over all records"]
     line: Annotated[str, "File or key that it is about"]
+    model: Annotated[str, "What was refitted"] = "the baseline alone"
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +97,11 @@ class WiringChecks:
         "``() -> drifts``: first guesses of how late all signals, or those of one run, are, "
         "where the records tell it without a fit; none elsewhere",
     ] = lambda: ()
+    beside: Annotated[
+        "Callable[[Effects, Mapping[tuple[str, str], float]], WiringChecks]",
+        "``(laws, values) -> checks`` whose refits and records hold laws too; values of their fit "
+        "by effect and name",
+    ] = lambda laws, values: WiringChecks.none()
     has_cheap_refits: Annotated[
         bool, "Whether a refit is a matter of milliseconds, so that every fault of a load is tried"
     ] = False
@@ -100,6 +109,11 @@ class WiringChecks:
         str,
         "Why `predictions` are empty though the baseline is the model's; empty where they are not",
     ] = ""
+
+    @classmethod
+    def none(cls) -> "WiringChecks":
+        """Nothing can be tried."""
+        return cls(lambda: (), lambda theta: (), lambda other: float("nan"))
 
 
 #: Blocks of a record, the share of a block that its delay may have, and the drift over its error

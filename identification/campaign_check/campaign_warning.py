@@ -15,6 +15,7 @@ class CampaignWarning:
     remedy: Annotated[str, "What to do about it"]
     figure: Annotated[float, "What was measured"]
     line: Annotated[str, "File and line, or key of campaign.toml"]
+    id: Annotated[str, "Kind of fault, ``wiring/polarity`` ...; empty where the check says it"] = ""
 
 
 def merged(warnings: Iterable[CampaignWarning]) -> tuple[CampaignWarning, ...]:

@@ -16,6 +16,7 @@ from carrierflex.identification.campaign_check.campaign_warning import (
     sample_of,
 )
 from carrierflex.identification.campaign_check.copies import copied_runs, copy_findings
+from carrierflex.identification.campaign_check.probe_angles import probe_findings
 from carrierflex.identification.campaign_check.sample_faults import sample_faults
 from carrierflex.identification.campaign_check.sample_statistics import neighbour_noise
 from carrierflex.identification.campaign_check.tones import tone_findings
@@ -39,6 +40,9 @@ _Curves = Mapping[str, DeflectionCurve]
 _RADIUS = 0.05
 #: Change of a periodic drive from one period to the next over the drive.
 _NOT_PERIODIC = 0.1
+#: Effects whose sizes are sizes of deflection, and what an unrecorded rotor moment of +-300 kN m
+#: does to order 3 at 360 kN m in the stage (a sun that floats, published clearances).
+_DEFLECTIONS, _BY_MOMENT = ("stiff_pins", "flexible_pins"), 0.14
 #: Load while the zero is taken, over the largest.
 _AT_REST = 0.02
 #: Mean of the zeroing samples, in errors of a mean of noise with some memory.
@@ -204,6 +208,8 @@ def _rig_findings(campaign: Campaign, curves: _Curves | None) -> Iterator[Campai
         yield from _lobes(campaign, curves)
     if campaign.kind == "carrier":
         yield from _radii(campaign)
+        yield from probe_findings(campaign)
+        yield from _no_radial_load(campaign)
     if campaign.kind in ("carrier", "mounting"):
         yield from _torque_against_rotation(campaign)
     if campaign.kind == "mounting":
@@ -230,6 +236,27 @@ def _lobes(campaign: Campaign, curves: _Curves) -> Iterator[CampaignWarning]:
             f"n_planets = {lobes}, or the curves of a carrier of {n_planets} planets",
             float(lobes),
             key_of("[rig]", "n_planets"),
+        )
+
+
+def _no_radial_load(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Sizes of deflection are fitted although no radial load is recorded."""
+    fixed = {key.split(".")[0] for key in campaign.baseline.fixed}
+    sizes = [
+        name for name in _DEFLECTIONS if name in campaign.baseline.effects and name not in fixed
+    ]
+    loads = [run.inputs[name] for run in campaign.runs for name in ("ntl_y", "ntl_z")]
+    if sizes and not any(load.any() for load in loads):
+        yield CampaignWarning(
+            "no_radial_load",
+            "ntl_y, ntl_z",
+            "no radial load is recorded, and the sizes of "
+            f"{' and '.join(sizes)} are fitted: a rotor moment of 300 kN m that is not recorded "
+            f"changes order 3 of the deflection by up to {_BY_MOMENT:.0%}",
+            "record the rotor moment as ntl_y and ntl_z, or state that there was none and read "
+            "the sizes with this error",
+            _BY_MOMENT,
+            key_of("[[runs]]", "ntl_y"),
         )
 
 

@@ -7,9 +7,11 @@ do about it.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.identification.campaign_check.probe_angles import ProbeAngle, probe_angles
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.progress import Stages
@@ -22,6 +24,9 @@ class CampaignCheck:
     campaign: str
     kind: str
     warnings: tuple[CampaignWarning, ...]
+    probes: Annotated[
+        tuple[ProbeAngle, ...], "Where the probes of a carrier stand, as declared and as read"
+    ] = ()
 
     @property
     def met(self) -> bool:
@@ -61,4 +66,5 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
             examination = examined(measured, curves)
         with stages.stage("baseline and wiring"):
             warnings = (*examination.warnings, *examination.baseline().warnings)
-    return CampaignCheck(measured.name, measured.kind, warnings)
+        probes = probe_angles(measured) if measured.kind == "carrier" else ()
+    return CampaignCheck(measured.name, measured.kind, warnings, probes)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.thresholds import Thresholds
@@ -28,10 +29,10 @@ class ExaminedCampaign:
     problem: Annotated[ComparisonProblem, "Records, simulator and library"]
     floor_is_measured: Annotated[bool, "Whether the noise floor was declared or comes from repeats"]
 
-    def baseline(self, fit: EffectFit | None = None) -> BaselineCheck:
-        """Findings with the baseline; `fit` where a diagnosis made it already."""
+    def baseline(self, fit: EffectFit | None = None, laws: Effects = ()) -> BaselineCheck:
+        """Findings with the baseline; its `fit`, and `laws` that a diagnosis holds likely."""
         wiring = wiring_of(self.problem, self.distinct)
-        return checked_baseline(self.problem, self.distinct, wiring, fit)
+        return checked_baseline(self.problem, self.distinct, wiring, fit, laws)
 
     def diagnosis(
         self,
@@ -55,7 +56,7 @@ class ExaminedCampaign:
             note=note,
             executor=executor,
         )
-        baseline = self.baseline(diagnosis.baseline)
+        baseline = self.baseline(diagnosis.baseline, diagnosis.likely_laws)
         return with_findings(diagnosis, (*self.warnings, *findings), baseline)
 
 

@@ -1,5 +1,6 @@
 """Diagnosis, comparison, campaign check, plan and blind check as tables on the screen."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from carrierflex.diagnosis.report.gap_change import (
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.words import ratio, sized
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
 from carrierflex.workflows.diagnosis.score_page import score_sections
 from carrierflex.workflows.screen.titled_table import titled_table
 
@@ -40,7 +42,27 @@ def check_table(check: "CampaignCheck") -> RenderableType:
     for column in table.columns[1:]:
         column.justify = "left"
         column.overflow = "fold"
-    return table
+    return Group(table, _probe_table(check.probes)) if check.probes else table
+
+
+def _probe_table(probes: Sequence[ProbeAngle]) -> RenderableType:
+    """Where the probes of a carrier stand; blank where order 1 is too small to read it."""
+    return titled_table(
+        "probes, read from the phase of order 1 relative to the first",
+        *("probe", "declared [deg]", "read [deg]", "sign", "gain"),
+        rows=[
+            (
+                probe.channel,
+                f"{probe.declared_deg:.1f}",
+                ""
+                if probe.read_deg is None
+                else f"{probe.read_deg:.1f} ± {probe.interval_deg:.1f}",
+                {1: "+", -1: "-", None: ""}[probe.sign],
+                "" if probe.gain is None else f"{probe.gain:.3f}",
+            )
+            for probe in probes
+        ],
+    )
 
 
 def _value_text(named: NamedValue) -> str:

@@ -14,7 +14,6 @@ from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline
 from carrierflex.diagnosis.carrier import wiring as carrier_wiring
 from carrierflex.diagnosis.carrier.wiring import carrier_predictions, carrier_records
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.report.verdict_words import alias_sentence, verdict_heading
@@ -172,10 +171,9 @@ def test_a_gain_of_a_carriers_sensor_below_the_gap_is_told(column):
 def test_of_a_long_run_every_second_sample_tells_the_gain(monkeypatch):
     campaign = changed(explained("carrier"), "s047", lambda values: 1.025 * values)
     problem, _ = problem_of(campaign, curve_set())
-    theta = fit_effects(problem, ()).theta
-    (whole, _) = carrier_records(problem, theta)
+    (whole, _) = carrier_records(problem)
     monkeypatch.setattr(carrier_wiring, "_MOST_COLUMNS", whole.columns.nbytes - 1)
-    (half, _) = carrier_records(problem, theta)
+    (half, _) = carrier_records(problem)
     assert_allclose(half.time, whole.time[::2])
     assert_allclose(half.columns, whole.columns[:, ::2])
     (told,) = checked(campaign).warnings
