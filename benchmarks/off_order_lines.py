@@ -1,4 +1,4 @@
-"""How often a line beside the shaft's orders is found, and how often one is invented.
+"""How often a line between the shaft's orders is found, and how often one is invented.
 
 ``python -m benchmarks.off_order_lines --cases 60 --seed 7``: campaigns of the blind check's own
 truth (coloured noise, speed ripple, sensors a little off, an effect withheld or two), each searched

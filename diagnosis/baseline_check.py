@@ -298,8 +298,8 @@ def _unchecked(why: str) -> CampaignWarning:
     return CampaignWarning(
         "unchecked",
         "all runs",
-        "clocks that drift by more than a fit finds, exchanged runs, lone samples and tones beside "
-        f"the prediction were not looked for: {why}",
+        "clocks that drift by more than a fit finds, exchanged runs, lone samples and tones "
+        f"outside the prediction were not looked for: {why}",
         "run carrierflex check on a copy of the folder with fewer [[runs]]",
         1.0,
         key_of("[[runs]]", "file"),
@@ -361,7 +361,7 @@ def _off_gain(
     yield CampaignWarning(
         "gain",
         ", ".join(names),
-        f"{readings} beside the other channels, {surest.sureness:.0f} standard deviations",
+        f"{readings} relative to the other channels, {surest.sureness:.0f} standard deviations",
         "calibrate this sensor again, or look for its amplifier and its place: the baseline's "
         "parameters make up for it",
         surest.gain,
@@ -426,7 +426,7 @@ def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:
             yield CampaignWarning(
                 "bound",
                 parameter.name,
-                f"{parameter.name} of the {owner} stands at its bound, {fit.theta[k]:.4g} "
+                f"{parameter.name} of the {owner} is at its bound, {fit.theta[k]:.4g} "
                 f"{parameter.unit}",
                 "no physical value fits: check the signs of loads and sensors, units, and what the "
                 "baseline contains",

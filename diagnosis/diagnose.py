@@ -122,7 +122,7 @@ def diagnose(
 
 
 def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
-    """Verdict with the motion beside the shaft's orders."""
+    """Verdict with the motion between the shaft's orders."""
     classes = judged.answer.classes if judged.answer is not None else ()
     motions = problem.off_order_motions()
     joint = line_verdict(judged.verdict, judged.reason, judged.reduction, motions, classes)
@@ -173,7 +173,7 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
         )
     if not problem.cards:
         return (
-            "the baseline contains, or rules out, every effect of the library; nothing is left to "
+            "the baseline contains, or rules out, every effect of the library; nothing remains to "
             "look for"
         )
     return ""

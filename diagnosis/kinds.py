@@ -159,7 +159,7 @@ def saved_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> La
     answer : ClassAnswer
         Its answer by class.
     wanted : str, optional
-        Class as its table calls it, of a carrier frame and pattern; without, the one of the
+        Class as its table calls it, of a carrier frame and pattern; default: that of the
         largest share.
 
     Raises

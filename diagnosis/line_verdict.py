@@ -1,4 +1,4 @@
-"""Verdict where motion beside the shaft's orders was found and taken out before anything else.
+"""Verdict where motion between the shaft's orders was found and taken out before anything else.
 
 The search for effects saw records without it, so that both parts of the gap are put together here:
 what the effects explain on the orders, and the lines and bands beside them, which are classes.
@@ -102,7 +102,7 @@ def line_verdict(
         classes_of_law={},
     )
     names = ", ".join(f"{own.label} ({_where(own)})" for _, own in large)
-    text = f"motion beside the shaft's orders, {names}, is {beside / gap:.0%} of the gap"
+    text = f"motion between the shaft's orders, {names}, is {beside / gap:.0%} of the gap"
     if verdict in NAMING:
         text = f"{text}; of the rest: {reason}"
     elif verdict == CLASS_NAMED:

@@ -34,8 +34,8 @@ class Diagnosis:
     ] = None
     reason_id: Annotated[
         str,
-        "`floor_unknown` where a gap cannot be told from noise of unknown size; the id of a wiring "
-        "that explains most of a gap of which nothing is named; else empty",
+        "`floor_unknown` where a gap cannot be distinguished from noise of unknown size; the id "
+        "of a wiring that explains most of a gap of which nothing is named; else empty",
     ] = ""
     pictures: Annotated[tuple[Picture, ...], "Gap along the motion, where the kind draws it"] = ()
     gap: Annotated[

@@ -109,7 +109,7 @@ def _read_columns(path: Path) -> dict[str, np.ndarray]:
     repeated = [name for name in header if header.count(name) > 1]
     if repeated:
         raise ValueError(
-            f"{path}: column {shown(repeated[0])} stands twice; expected different names"
+            f"{path}: column {shown(repeated[0])} occurs twice; expected different names"
         )
     if len(rows) < 8:
         raise ValueError(f"{path}: {len(rows)} rows of numbers; expected at least eight angles")

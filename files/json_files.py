@@ -58,7 +58,7 @@ def read_json(path: Path, expected: str, most_bytes: int = 100_000_000) -> Any:
     except FileNotFoundError as error:
         raise ValueError(str(error)) from error
     except RecursionError as error:
-        raise ValueError(f"{path}: stands too deep in one another; expected {expected}") from error
+        raise ValueError(f"{path}: is nested too deep; expected {expected}") from error
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
         reason = " ".join(str(error).split())
         raise ValueError(f"{path}: not JSON ({reason}); expected {expected}") from error

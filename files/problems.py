@@ -68,7 +68,7 @@ def repeated_names(names: Iterable[str], what: str) -> Iterator[str]:
     for name, count in counts.items():
         if count > 1:
             times = "twice" if count == 2 else f"{count} times"
-            yield f"{what} '{name}' stands {times}; expected different names"
+            yield f"{what} '{name}' occurs {times}; expected different names"
 
 
 class Problems:

@@ -110,7 +110,7 @@ def toml_document(path: Path, kind: TomlKind) -> dict[str, Any]:
         raise ValueError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from error
     except RecursionError as error:
         raise ValueError(
-            f"{path}: not a TOML file: lists or tables stand too deep in one another",
+            f"{path}: not a TOML file: lists or tables are nested too deep",
         ) from error
 
 

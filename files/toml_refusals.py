@@ -91,8 +91,10 @@ def _lines(entry: Mapping[str, Any], document: Any, schema: Schema) -> Iterator[
     value = entry["input"]
     if kind == "value_error":
         inside = path if isinstance(value, dict) else path[:-1]
+        table = _at(inside)
         for problem in problems_of(entry["ctx"]["error"]):
-            yield _at(inside) + problem
+            # A problem of several tables names them itself.
+            yield problem if problem.startswith(table.removesuffix(": ")) else table + problem
         return
     before, name = _at(path[:-1]), shortened(str(path[-1]) if path else "")
     if kind in _BAD_TAG:

@@ -154,7 +154,9 @@ class SurfacesDocument(TomlTable):
         "The carrier's frame in the CAD model",
         default_factory=FrameTable,
     )
-    pin: PinTable = key("What the CAD model does not tell of the pins", default_factory=PinTable)
+    pin: PinTable = key(
+        "What the CAD model does not contain about the pins", default_factory=PinTable
+    )
     mesh: MeshTable = key("How the solid is meshed", default_factory=MeshTable)
     materials: dict[Literal["carrier", "pins"], MaterialTable] = key(
         "Material of each body, where it is not the usual one", default_factory=dict

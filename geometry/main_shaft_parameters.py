@@ -53,31 +53,31 @@ class MainShaftParameters:
     """
 
     def __post_init__(self) -> None:
-        refuse_non_positive(self)
+        refuse_non_positive(self, "main_shaft")
         refuse(self._conflicts())
 
     def _conflicts(self) -> Iterator[str]:
         if self.bearing_to_joint > 20.0:
             yield (
-                f"MainShaftParameters.bearing_to_joint is {self.bearing_to_joint} m; expected "
+                f"[main_shaft] bearing_to_joint is {self.bearing_to_joint} m; expected "
                 "dimensions in metres, at most 20 m"
             )
         if not self.inner_diameter < self.outer_diameter:
             yield (
-                f"MainShaftParameters.inner_diameter is {self.inner_diameter} m; expected less "
+                f"[main_shaft] inner_diameter is {self.inner_diameter} m; expected less "
                 f"than outer_diameter {self.outer_diameter} m"
             )
         room = 2.0 * min(self.bearing_to_joint, self.bearing_to_flange)
         if not self.bearing_width < room:
             yield (
-                f"MainShaftParameters.bearing_width is {self.bearing_width} m: the bearing reaches "
+                f"[main_shaft] bearing_width is {self.bearing_width} m: the bearing reaches "
                 f"an end of the shaft; expected less than {room} m, twice bearing_to_joint and "
                 "bearing_to_flange"
             )
         if not self.hub_to_bearing >= self.bearing_to_flange:
             yield (
-                f"MainShaftParameters.hub_to_bearing is {self.hub_to_bearing} m; expected at least "
-                f"bearing_to_flange {self.bearing_to_flange} m: the hub stands upwind of the flange"
+                f"[main_shaft] hub_to_bearing is {self.hub_to_bearing} m; expected at least "
+                f"bearing_to_flange {self.bearing_to_flange} m: the hub is upwind of the flange"
             )
 
     @property
@@ -112,7 +112,7 @@ class MainShaftParameters:
         """
         if not carrier.hub_inner_diameter < self.outer_diameter <= carrier.hub_outer_diameter:
             raise ValueError(
-                f"MainShaftParameters.outer_diameter is {self.outer_diameter} m; expected between "
+                f"[main_shaft] outer_diameter is {self.outer_diameter} m; expected between "
                 f"the hub_inner_diameter {carrier.hub_inner_diameter} m and the hub_outer_diameter "
                 f"{carrier.hub_outer_diameter} m of the carrier, whose hub it carries"
             )

@@ -59,7 +59,7 @@ class StageParameters:
         yield from problems.messages
         if self.gear.centre_distance != self.carrier.centre_distance:
             yield (
-                f"GearData.centre_distance is {self.gear.centre_distance} m; expected the "
+                f"[gear] centre_distance is {self.gear.centre_distance} m; expected the "
                 f"carrier's centre_distance {self.carrier.centre_distance} m"
             )
         yield from self.gear.assembly_conflicts(self.carrier.n_planets)

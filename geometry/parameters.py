@@ -27,22 +27,21 @@ def half_sector_angle(n_planets: int) -> float:
     return math.pi / n_planets
 
 
-def refuse_non_positive(parameters: object, *, but: tuple[str, ...] = ()) -> None:
+def refuse_non_positive(parameters: object, table: str, *, but: tuple[str, ...] = ()) -> None:
     """Raise ValueError naming every field that is not a finite positive number.
 
-    The fields `but` may be 0.
+    `table` is that of the user's file; the fields `but` may be 0.
     """
-    refuse(_non_positive(parameters, but))
+    refuse(_non_positive(parameters, table, but))
 
 
-def _non_positive(parameters: object, but: tuple[str, ...]) -> Iterator[str]:
+def _non_positive(parameters: object, table: str, but: tuple[str, ...]) -> Iterator[str]:
     for field in fields(parameters):  # type: ignore[arg-type]
         value = getattr(parameters, field.name)
         if field.name in but and value == 0.0:
             continue
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
-            key = f"{type(parameters).__name__}.{field.name}"
-            yield f"{key} is {value!r}; expected a positive number"
+            yield f"[{table}] {field.name} is {value!r}; expected a positive number"
 
 
 @dataclass(frozen=True)
@@ -98,17 +97,17 @@ class CarrierParameters:
     """Paper, section 2: planets, and as many pins and webs."""
 
     def __post_init__(self) -> None:
-        refuse_non_positive(self)
+        refuse_non_positive(self, "carrier")
         whole = isinstance(self.n_planets, int)
         if not (whole and FEWEST_PLANETS <= self.n_planets <= MOST_PLANETS):
             raise ValueError(
-                f"CarrierParameters.n_planets is {self.n_planets}; expected a whole number from "
+                f"[carrier] n_planets is {self.n_planets}; expected a whole number from "
                 f"{FEWEST_PLANETS} to {MOST_PLANETS}"
             )
         # In millimetres nothing else would make sense either.
         if self.outer_radius > _LARGEST_RADIUS:
             raise ValueError(
-                f"CarrierParameters.outer_radius is {self.outer_radius} m; expected dimensions in "
+                f"[carrier] outer_radius is {self.outer_radius} m; expected dimensions in "
                 f"metres, at most {_LARGEST_RADIUS} m"
             )
         conflicts = [*self._pin_hole_conflicts(), *self._web_conflicts()]
@@ -157,12 +156,12 @@ class CarrierParameters:
     def _sensor_circle_conflicts(self) -> Iterator[str]:
         if not self.outer_radius > self.sensor_radius:
             yield (
-                f"CarrierParameters.outer_radius is {self.outer_radius} m: the rim ends inside the "
+                f"[carrier] outer_radius is {self.outer_radius} m: the rim ends inside the "
                 f"sensor radius {self.sensor_radius} m; expected a larger outer radius"
             )
         if self.sensor_radius <= self.centre_distance + self.pin_hole_radius:
             yield (
-                f"CarrierParameters.sensor_radius is {self.sensor_radius} m: the measured circle "
+                f"[carrier] sensor_radius is {self.sensor_radius} m: the measured circle "
                 "crosses the pin holes, which reach "
                 f"{self.centre_distance + self.pin_hole_radius:.4g} m; expected a larger sensor "
                 "radius"
@@ -175,21 +174,21 @@ class CarrierParameters:
         )
         if outer >= self.outer_radius:
             yield (
-                f"CarrierParameters.pin_hole_diameter is {self.pin_hole_diameter} m: the hole "
+                f"[carrier] pin_hole_diameter is {self.pin_hole_diameter} m: the hole "
                 f"reaches radius {outer:.4g} m and leaves the plate; expected less than "
                 f"outer_radius {self.outer_radius} m"
             )
         to_web = self.centre_distance * math.sin(half_sector_angle(self.n_planets))
         if to_web <= self.pin_hole_radius:
             yield (
-                f"CarrierParameters.n_planets is {self.n_planets}: neighbouring pin holes of "
+                f"[carrier] n_planets is {self.n_planets}: neighbouring pin holes of "
                 f"pin_hole_diameter {self.pin_hole_diameter} m stand {2.0 * to_web:.4g} m apart "
                 "and overlap; expected fewer planets, thinner pins or a larger centre_distance"
             )
         for name in ("hub_outer_diameter", "seat_outer_diameter"):
             if inner <= getattr(self, name) / 2.0 - _DEEPEST_NOTCH:
                 yield (
-                    f"CarrierParameters.{name} is {getattr(self, name)} m and covers the pin "
+                    f"[carrier] {name} is {getattr(self, name)} m and covers the pin "
                     f"holes, which begin at radius {inner:.4g} m; expected at most "
                     f"{2.0 * (inner + _DEEPEST_NOTCH):.4g} m"
                 )
@@ -198,7 +197,7 @@ class CarrierParameters:
         a, clearance = self.centre_distance, self.planet_clearance_radius
         if not self.web_inner_radius < self.outer_radius:
             yield (
-                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected less "
+                f"[carrier] web_inner_radius is {self.web_inner_radius} m; expected less "
                 f"than outer_radius {self.outer_radius} m"
             )
         # Nearest distance of the web's middle plane (half a pitch from the pin) to the pin axis,
@@ -208,13 +207,13 @@ class CarrierParameters:
         nearest = math.sqrt(r_nearest**2 + a**2 - 2.0 * r_nearest * a * across)
         if nearest <= clearance:
             yield (
-                f"CarrierParameters.planet_clearance_radius is {clearance} m: the webs touch the "
+                f"[carrier] planet_clearance_radius is {clearance} m: the webs touch the "
                 f"planet, their middle plane is {nearest:.4g} m from the pin axis; expected a "
                 "smaller clearance radius or a larger centre_distance"
             )
         if clearance <= self.pin_hole_radius:
             yield (
-                f"CarrierParameters.planet_clearance_radius is {clearance} m; expected more than "
+                f"[carrier] planet_clearance_radius is {clearance} m; expected more than "
                 f"the pin hole's radius {self.pin_hole_radius} m"
             )
 
@@ -225,24 +224,24 @@ class CarrierParameters:
         ):
             if not inner < outer:
                 yield (
-                    f"CarrierParameters.{name}_inner_diameter is {inner} m; expected less than "
+                    f"[carrier] {name}_inner_diameter is {inner} m; expected less than "
                     f"{name}_outer_diameter {outer} m"
                 )
             if not outer < 2.0 * self.outer_radius:
                 yield (
-                    f"CarrierParameters.{name}_outer_diameter is {outer} m; expected less than "
+                    f"[carrier] {name}_outer_diameter is {outer} m; expected less than "
                     f"twice outer_radius {self.outer_radius} m"
                 )
         if not self.upwind_bearing_width < self.hub_length:
             yield (
-                f"CarrierParameters.upwind_bearing_width is {self.upwind_bearing_width} m; "
+                f"[carrier] upwind_bearing_width is {self.upwind_bearing_width} m; "
                 f"expected less than hub_length {self.hub_length} m, on which the bearing is "
                 "centred"
             )
         largest_bore = max(self.hub_inner_diameter, self.seat_inner_diameter) / 2.0
         if not largest_bore < self.web_inner_radius:
             yield (
-                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected more "
+                f"[carrier] web_inner_radius is {self.web_inner_radius} m; expected more "
                 f"than the radius of the central bores, {largest_bore} m"
             )
 
@@ -265,7 +264,7 @@ class PinParameters:
     """GRC: two NJ2232 rows of 80 mm, the mid-span surface that carries the planet."""
 
     def __post_init__(self) -> None:
-        refuse_non_positive(self)
+        refuse_non_positive(self, "pin")
 
     def check_fits(self, carrier: CarrierParameters) -> None:
         """Raise ValueError where the pin does not fit `carrier`.
@@ -277,13 +276,13 @@ class PinParameters:
     def _conflicts(self, carrier: CarrierParameters) -> Iterator[str]:
         if not math.isclose(self.diameter, carrier.pin_hole_diameter, rel_tol=1e-12):
             yield (
-                f"PinParameters.diameter is {self.diameter} m; expected the carrier's "
+                f"[pin] diameter is {self.diameter} m; expected the carrier's "
                 f"pin_hole_diameter {carrier.pin_hole_diameter} m (the fit's clearance is not part "
                 "of the mesh)"
             )
         if not self.bearing_width < carrier.plate_gap:
             yield (
-                f"PinParameters.bearing_width is {self.bearing_width} m; expected less than the "
+                f"[pin] bearing_width is {self.bearing_width} m; expected less than the "
                 f"carrier's plate_gap {carrier.plate_gap} m"
             )
 
@@ -327,22 +326,22 @@ class GearData:
     """GRC: face width of planets and ring, as above [m]."""
 
     def __post_init__(self) -> None:
-        refuse_non_positive(self, but=("helix_angle",))
+        refuse_non_positive(self, "gear", but=("helix_angle",))
         refuse(self._conflicts())
 
     def _conflicts(self) -> Iterator[str]:
         for name in ("ring_teeth", "planet_teeth", "sun_teeth"):
             if getattr(self, name) != int(getattr(self, name)):
-                yield f"GearData.{name} is {getattr(self, name)}; expected a whole number"
+                yield f"[gear] {name} is {getattr(self, name)}; expected a whole number"
         for name in ("pressure_angle", "helix_angle"):
             if getattr(self, name) >= math.pi / 4.0:
                 yield (
-                    f"GearData.{name} is {getattr(self, name)}; expected an angle in radians, "
+                    f"[gear] {name} is {getattr(self, name)}; expected an angle in radians, "
                     "below 0.785 (45 deg)"
                 )
         if self.ring_teeth != self.sun_teeth + 2 * self.planet_teeth:
             yield (
-                f"GearData.ring_teeth is {self.ring_teeth}; expected sun_teeth + 2 planet_teeth = "
+                f"[gear] ring_teeth is {self.ring_teeth}; expected sun_teeth + 2 planet_teeth = "
                 f"{self.sun_teeth + 2 * self.planet_teeth}"
             )
 
@@ -350,13 +349,13 @@ class GearData:
         """What keeps so many planets from being assembled at equal angles, or from having room."""
         if (self.ring_teeth + self.sun_teeth) % n_planets:
             yield (
-                f"GearData.sun_teeth is {self.sun_teeth}; expected ring_teeth + sun_teeth "
+                f"[gear] sun_teeth is {self.sun_teeth}; expected ring_teeth + sun_teeth "
                 f"divisible by {n_planets}, or the planets cannot be assembled at equal angles"
             )
         between = 2.0 * self.centre_distance * math.sin(half_sector_angle(n_planets))
         if self.planet_tip_diameter >= between:
             yield (
-                f"GearData.planet_tip_diameter is {self.planet_tip_diameter} m: planets stand "
+                f"[gear] planet_tip_diameter is {self.planet_tip_diameter} m: planets are "
                 f"{between:.4g} m apart and touch; expected less, or fewer planets than {n_planets}"
             )
 

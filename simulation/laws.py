@@ -140,7 +140,7 @@ class Stop(Part):
         if law.kind == MOUNTING:
             simple = Stop(self.acts_on, self.yield_deflection, self.slip, self.plane)
             messages += [
-                f"key '{name}' of a bushing; expected none: its stops are alike anywhere"
+                f"key '{name}' of a bushing; expected none: its stops are equal everywhere"
                 for name, value in vars(self).items()
                 if value != getattr(simple, name)
             ]

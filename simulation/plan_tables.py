@@ -7,13 +7,13 @@ class PlanTable(TomlTable):
     """What additions cost and what the rig allows; `carrierflex plan` reads it."""
 
     gap: Positive = key(
-        "RMS of a cause's gap over the noise at which causes are to be told apart", default=6.0
+        "RMS of a cause's gap over the noise at which causes are to be distinguished", default=6.0
     )
     sensor_cost: NotNegative = key(
         "Cost of one more sensor, in minutes on the rig", "min", default=240.0
     )
     load_case_cost: NotNegative = key(
-        "Cost of one more load case beside its own length, in minutes on the rig",
+        "Cost of one more load case in addition to its length, in minutes on the rig",
         "min",
         default=15.0,
     )
@@ -23,7 +23,7 @@ class PlanTable(TomlTable):
         "Largest radial load of the rig at the dynamometer coupling", "N", default=200e3
     )
     sensor_angles_deg: list[Number] = key(
-        "Housing angles at which a further sensor can stand; every 30 deg where there is none",
+        "Housing angles at which a further sensor can be mounted; every 30 deg where there is none",
         "deg",
         default=[],
     )

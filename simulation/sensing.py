@@ -28,7 +28,7 @@ class SensorError:
     gain: float = 0.0
     """Share by which it reads too much."""
     angle: float = 0.0
-    """Where it stands beyond its stated angle [rad]."""
+    """Deviation from its stated angle [rad]."""
     zero: float = 0.0
     """[m]."""
 

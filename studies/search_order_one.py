@@ -1,4 +1,4 @@
-"""Supports with which a kink shows the order 1 that table 5 of the 2012 paper determines.
+"""Supports with which a misalignment shows the order 1 that table 5 of the 2012 paper determines.
 
 Bounded least squares over static equilibria in LC1, LC2 and LC4 at once, from the best points of a
 Latin hypercube:

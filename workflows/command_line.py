@@ -20,7 +20,7 @@ from carrierflex.workflows.interruption import (
     TerminationError,
     interruptible,
 )
-from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.shell.commands import COMMANDS, GROUPS
 from carrierflex.workflows.shell.logs import SHOWN, show_errors
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def main() -> None:
     try:
         with_sound_cache(lambda: _run(sys.argv[1:]))
     except TerminationError:
-        _end("asked to end; files that were finished are whole and stay", EXIT_TERMINATED)
+        _end("terminated; finished files are complete and remain", EXIT_TERMINATED)
     except KeyboardInterrupt:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
@@ -60,7 +60,7 @@ def main() -> None:
         )
     except Exception as error:
         if type(error).__module__.startswith("cyclopts"):
-            _end(f"{_one_line(error)} (carrierflex --help tells what is expected)", EXIT_REFUSED)
+            _end(f"{_one_line(error)} (see carrierflex --help)", EXIT_REFUSED)
         if not isinstance(
             error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
         ):
@@ -104,12 +104,19 @@ def application() -> "cyclopts.App":
         version_format="plaintext",
         # Markup of other kinds would be read by libraries that take a fifth of the time of help.
         help_format="plaintext",
+        default_parameter=cyclopts.Parameter(negative_iterable=()),
         suppress_keyboard_interrupt=False,
     )
-    for name, command in COMMANDS.items():
-        app.command(
-            f"carrierflex.workflows.shell.called_commands:{name}", name=name, help=command.help
-        )
+    app["--help"].group = app["--version"].group = cyclopts.Group("Options")
+    for title, names in GROUPS.items():
+        group = cyclopts.Group.create_ordered(title)
+        for name in names:
+            app.command(
+                f"carrierflex.workflows.shell.called_commands:{name}",
+                name=name,
+                help=COMMANDS[name].help,
+                group=group,
+            )
     return app
 
 

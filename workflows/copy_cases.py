@@ -1,4 +1,4 @@
-"""The cases that come along: what each one is, and a copy to start from."""
+"""The bundled cases: what each one is, and a copy to start from."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,14 +17,14 @@ class ShippedCases:
 
 
 def main(*names: str, out: Path | None = None) -> ShippedCases:
-    """List the cases that come along, or copy them to start from.
+    """List the bundled cases, or copy them.
 
     Parameters
     ----------
     names
-        Cases to copy with --out; all of them without a name.
+        Cases to copy with --out; default: all.
     out
-        Folder for the copies; a file that stands there is not replaced. Without, they are listed.
+        Folder for the copies; an existing file is not overwritten. Default: the cases are listed.
 
     Returns
     -------
@@ -45,7 +45,8 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
     standing = [name for name in chosen if (out / f"{name}.toml").exists()]
     if standing:
         raise ValueError(
-            f"{out / standing[0]}.toml: stands already, perhaps edited; expected a new --out"
+            f"{out / standing[0]}.toml: exists already; an existing file is not overwritten; give "
+            "another name to --out"
         )
     from carrierflex.workflows.outputs import schema_line
 

@@ -504,8 +504,7 @@ def _refuse_silent_channels(campaign: Campaign) -> None:
         if all(np.ptp(signal) == 0.0 for signal in measured if signal.size):
             raise ValueError(
                 f"channel {channel.name}: the signal is constant in every run; expected one that "
-                "moves (a sensor "
-                "without power reads a constant)"
+                "moves (a sensor without power reads a constant)"
             )
 
 
@@ -539,7 +538,7 @@ def _channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
         value = channel.noise_std**2 if channel.noise_std is not None else float(measured[c])
         if not np.isfinite(value):
             raise ValueError(
-                f"channel {channel.name}: no revolution has samples enough to tell noise from "
+                f"channel {channel.name}: no revolution has enough samples to separate noise from "
                 "signal; give 'noise_std'"
             )
         variances.append(value)

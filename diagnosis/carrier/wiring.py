@@ -310,7 +310,7 @@ def _order_rival(channels: Sequence[Channel], order: Sequence[int], square: floa
     moved = [
         (channels[k].name, channels[sensor].name) for k, sensor in enumerate(order) if k != sensor
     ]
-    signals = ", ".join(f"{signal} where {sensor} stands" for signal, sensor in moved)
+    signals = ", ".join(f"{signal} at the angle of {sensor}" for signal, sensor in moved)
     about = ", ".join(signal for signal, _ in moved)
     line = key_of("[[channels]]", "angle_deg")
     return WiringRival(SENSOR_ORDER, about, f"the signal of {signals}", square, line)

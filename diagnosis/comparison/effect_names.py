@@ -11,10 +11,10 @@ _PROPER_NAMES = {
 }
 
 
-#: Words of what stands behind the first part of an id: a line beside the shaft's orders by its
+#: Words of what stands behind the first part of an id: a line between the shaft's orders by its
 #: frame, an error of the measurement.
 _FRAMES = {
-    "nonsynchronous": "motion at {} beside the shaft's orders",
+    "nonsynchronous": "motion at {}, between the shaft's orders",
     "channel": "motion at {} in one sensor alone",
     "wiring": "a wrong {}",
 }
@@ -31,7 +31,7 @@ _SHAPES = {
     "carrier/load_sharing": "unequal planet loads fixed to the carrier",
     "channel/gain": "gain of a sensor",
     "channel/zero": "zero of a sensor",
-    "channel/angle": "place of a sensor",
+    "channel/angle": "angle of a sensor",
     "clock/delay": "delay of all sensors",
 }
 #: Words of what such a class follows.
@@ -42,8 +42,9 @@ _FOLLOWS = {
     "radial_load": "following radial load",
     "undetermined": "",
 }
-#: Words of forces in both bushings, and of maps between loads and signals.
-_OF_MOUNTING = {
+#: Ids whose words say less than a name: forces in both bushings, maps between loads and signals.
+_NAMES = {
+    "ring_pass": "planet pass",
     "bushings/restoring_force": "restoring force of the bushings",
     "bushings/dissipation": "dissipation of the bushings",
     "bushings/hysteresis": "hysteresis of the bushings",
@@ -57,8 +58,8 @@ _OF_MOUNTING = {
 
 def plain_name(effect: str) -> str:
     """Effect id, or id of a class, in words: ``cubic stiffness``, ``tilt of the housing``."""
-    if effect in _OF_MOUNTING:
-        return _OF_MOUNTING[effect]
+    if effect in _NAMES:
+        return _NAMES[effect]
     shape, _, follows = effect.rpartition("/")
     if shape in _SHAPES:
         return ", ".join(filter(None, (_SHAPES[shape], _follows_words(follows))))

@@ -120,10 +120,10 @@ def known_physics(campaign: Campaign) -> KnownPhysics:
 
 
 #: Words where no gain is declared.
-_TAKEN_AS_EXACT = "gains taken as exact"
+_TAKEN_AS_EXACT = "gain errors are not included"
 #: A torque 5 % too large on a carrier or mounting is the torque itself on one 5 % softer: where no
 #: other load acts, the records of the two are the same.
-LOADS_AS_READ = "loads taken as read: stiffness and values per load are off by as much as these"
+LOADS_AS_READ = "load-cell errors are not included: they scale stiffness and values per load"
 
 
 @dataclass(frozen=True)

@@ -64,8 +64,8 @@ _CAUSES_APART = (
     "effects are at work, or one that no class holds whole"
 )
 _STEADY = (
-    "drive as hard and at the same frequencies throughout every run (noise or a multisine): a slow "
-    "change with time shows beside a drive that does not change"
+    "drive with constant amplitude and at the same frequencies throughout every run (noise or a "
+    "multisine): a slow change with time shows beside a drive that does not change"
 )
 _SHORT_NOTE = (
     "all classes together explain more than the best answer by what a further cause would: none is "

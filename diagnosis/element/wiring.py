@@ -56,7 +56,7 @@ def element_clocks(records: Sequence[ElementRecord], *, by_force: bool) -> tuple
 
     With the spectra X of the motion, F of the force and the phase ``e^(i w tau)`` on the one that
     is measured, mass, damping and stiffness of ``F = (K + i w C - w² m) X`` are least squares.
-    Each is given where it leaves at most half of what is left without it.
+    Each is given where it leaves at most half of the gap left without it.
     """
     if any(record.base is not None or record.is_released for record in records):
         return ()

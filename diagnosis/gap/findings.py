@@ -123,7 +123,7 @@ def _none(n: int, reason: str) -> Exponent:
 
 
 #: Kinds of findings: a shaft order in a sensor pattern; a small yet significant order in all its
-#: patterns; a line or band beside the shaft's orders; a band of frequency; a motion pattern; the
+#: patterns; a line or band between the shaft's orders; a band of frequency; a motion pattern; the
 #: motion at one channel.
 ORDER = "order"
 SMALL_ORDER = "small order"
@@ -176,7 +176,7 @@ class Finding:
         str, "Condition with which it changes, though not by a power, or empty"
     ] = ""
     follows: Annotated[FollowedLoad | None, "Load that it follows in time"] = None
-    line: Annotated[str, "Name of a line beside the orders, ``0.47X`` or ``0.83Hz``, or empty"] = ""
+    line: Annotated[str, "Line between the orders, ``0.47X`` or ``0.83Hz``, or empty"] = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,7 +309,7 @@ class GapDetail:
 
 @dataclass(frozen=True, eq=False)
 class OffOrderMotion:
-    """A line or a band beside the shaft's orders."""
+    """A line or a band between the shaft's orders."""
 
     id: Annotated[
         str,

@@ -195,7 +195,7 @@ class CellTable:
         FloatArray | None, "Ends of the band behind every order [Hz], shape (n_orders, 2)"
     ] = None
     used: Annotated[
-        BoolArray | None, "Cells that exist; all where it is left out, shape (n_patterns, n_orders)"
+        BoolArray | None, "Cells that exist; default: all, shape (n_patterns, n_orders)"
     ] = None
 
     def is_used(self) -> BoolArray:

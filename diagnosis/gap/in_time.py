@@ -130,7 +130,7 @@ class _RunCells:
     patterns: Annotated[tuple[str, ...], "Channels or sensor patterns"]
     orders: Annotated[FloatArray, "Orders, lines or middles of bands, shape (n_orders,)"]
     p_value: Annotated[FloatArray, "By chance, not adjusted, shape (n_patterns, n_orders)"]
-    used: Annotated[BoolArray | None, "Cells that exist; all where it is left out"] = None
+    used: Annotated[BoolArray | None, "Cells that exist; default: all"] = None
 
     def known_p_values(self) -> FloatArray:
         """P-values of the cells that exist, shape (n,)."""

@@ -146,7 +146,7 @@ class LawFits:
         """Why a set is not supported; None where every effect in it is.
 
         The search of a set must have converged; an effect must keep off its physical bounds,
-        explain at least the share `explained` of what is left without it and, beside others, a
+        explain at least the share `explained` of the gap left without it and, beside others, a
         material part of the whole gap, and reduce the held-out RMS in nearly all bootstrap draws,
         or leave it as it is where the drawn conditions do not call for it
         (:class:`carrierflex.diagnosis.inference.thresholds.Thresholds`).
@@ -217,7 +217,7 @@ class LawFits:
         share = explained_share(before, after, floor)
         if share < limits.explained:
             explained = f"{max(share, 0.0):.0%}"
-            text = f"{plain_name(effect)} explains {explained} of what is left without it"
+            text = f"{plain_name(effect)} explains {explained} of the gap left without it"
             return Rejection("explained", effect, text)
         if others and not self._is_material(before, after, floor, total_gap):
             least = f"{limits.material:.0%}"

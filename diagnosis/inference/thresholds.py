@@ -20,7 +20,7 @@ class Thresholds:
     floor_ratio_estimated : float
         The same where the floor itself is estimated from the record.
     explained : float
-        An effect belongs to a set only where it explains this share of what is left without it: a
+        An effect belongs to a set only where it explains this share of the gap left without it: a
         smaller share is a remainder, not a cause.
     material : float
         Beside others, an effect belongs to a set where it explains this share of the whole gap

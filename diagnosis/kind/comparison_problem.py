@@ -190,7 +190,7 @@ class ComparisonProblem(ABC):
         return None
 
     def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
-        """Lines and bands beside the shaft's orders, taken out before anything is fitted."""
+        """Lines and bands between the shaft's orders, taken out before anything is fitted."""
         return ()
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:

@@ -67,7 +67,7 @@ _WORDS = {
     f"{STIFFNESS}/{FULL}": "no sparse form of the stiffness map",
     f"{LOADS}/torque_from_load": "torque from the radial load",
     f"{LOADS}/direction": "direction of the radial load",
-    f"{LOADS}/gain": "size of the radial load beside the torque",
+    f"{LOADS}/gain": "size of the radial load relative to the torque",
     f"{LOADS}/{FULL}": "no sparse form of the input map",
     f"{GAIN}/{EACH}": "gains of several sensors",
     f"{ZERO}/{EACH}": "zeros of several sensors",

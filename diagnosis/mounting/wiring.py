@@ -88,7 +88,7 @@ def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[Wiri
             continue
         records = tuple(_with_loads(record, [name], gain) for record in problem.records)
         mean_square = mean_square_of(replace(problem, records=records))
-        text = f"{name} {gain:.3g} times as large beside the other loads"
+        text = f"{name} {gain:.3g} times as large relative to the other loads"
         yield WiringRival(INPUT_GAIN, name, text, mean_square, "run files")
 
 

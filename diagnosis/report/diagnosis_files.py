@@ -119,7 +119,7 @@ DIAGNOSIS = json_table(
     how_far=(_HOW_FAR, "How far the gap shrinks"),
     how_far_law=(_HOW_FAR, "The same of the nearest laws"),
     classes=([_CLASS], "Classes of the gap; empty where none is named"),
-    class_ties=([Sequence[str]], "Classes that the records cannot tell apart"),
+    class_ties=([Sequence[str]], "Classes that the records cannot distinguish"),
     class_rivals=(Mapping[str, float], "Share that another class alone explains"),
     beyond_share=(float, "Share of the gap beyond the classes"),
     beyond_learnable=(float, "Share that a flexible model learns beyond the classes"),
@@ -129,7 +129,7 @@ DIAGNOSIS = json_table(
     validation=([RunValidation], "Comparison error by run (ASME V&V 20)"),
     held_out=([BlockScore], "Held-out gap of the baseline by block"),
     gap=(_GAP | None, "The gap beyond its map"),
-    separating_test=(str, "Measurement that would tell rivals apart"),
+    separating_test=(str, "Measurement that would distinguish the rivals"),
 )
 
 

@@ -172,13 +172,13 @@ def _meaning(finding: Finding) -> str:
 
 
 def _line_words(finding: Finding, of_the_gap: str, parity: str) -> str:
-    """``30 % of the gap is a line at 0.47X (0.17 Hz), beside the shaft's orders, in s137``."""
+    """``30 % of the gap is a line at 0.47X (0.17 Hz), between the shaft's orders, in s137``."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
     hertz = f"{high:.3g} Hz" if high <= 1.01 * low else f"{low:.3g} to {high:.3g} Hz"
     alone = f"{finding.patterns[0]} alone" if len(finding.patterns) == 1 else "several channels"
     return (
-        f"{100.0 * finding.share:.0f} % {of_the_gap}is a line at {finding.line} ({hertz}), beside "
+        f"{100.0 * finding.share:.0f} % {of_the_gap}is a line at {finding.line} ({hertz}), between "
         f"the shaft's orders, in {alone}, {_run_words(finding)}"
     )
 
@@ -253,7 +253,7 @@ def _is_within(exponent: Exponent, half_width: float) -> bool:
 
 
 def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> str:
-    """``beside it 4 µm RMS does not repeat from revolution to revolution, most of it at ...``."""
+    """``in addition 4 µm RMS does not repeat from revolution to revolution, most of it at ...``."""
     repeats = f"from {repeatability.repetition} to {repeatability.repetition}"
     cell = repeatability.largest
     if cell is None:
@@ -264,7 +264,7 @@ def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> 
     position = "off the shaft orders" if cell.order is None else f"at {noun} {cell.order:g}"
     multiple = math.sqrt(cell.gap / cell.noise) if cell.noise > 0.0 else math.inf
     return (
-        f"beside it {sized(repeatability.rms, unit)} RMS does not repeat {repeats}, most of it "
+        f"in addition {sized(repeatability.rms, unit)} RMS does not repeat {repeats}, most of it "
         f"{position} "
         f"in {cell.run} ({cell.channel_pattern}, {multiple:.1f} times the noise)"
     )

@@ -56,9 +56,8 @@ class ReportSource:
     folder: Annotated[str, "Where they were read"]
     versions: Annotated[Mapping[str, str], "Versions of what can change a result"]
     written: Annotated[str, "Date and time"]
-    view: Annotated[
-        str, "Page beside the report on which the rim turns in space; empty where there is none"
-    ] = ""
+    view: Annotated[str, "3-D page in the report's folder; empty where none is written"] = ""
+    view_command: Annotated[str, "Command that writes it; empty where there is no motion"] = ""
 
 
 def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:

@@ -22,7 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     OTHERWISE,
 )
-from carrierflex.diagnosis.report.words import capitalised, listed, sized
+from carrierflex.diagnosis.report.words import capitalised, counted, listed, percent, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.simulation.laws import FORCE_SURFACE
 
@@ -98,6 +98,8 @@ def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
     text = f"{plain_name(finding.id)} ({_share_words(share)}{next_class})"
     if finding.shape is not None and finding.shape.words:
         text += f": {finding.shape.words}"
+    if finding.id.endswith("/undetermined") and not finding.law_named:
+        text += "; its load dependence cannot be determined from these records"
     return f"{text}; {_law_words(finding, answer)}"
 
 
@@ -111,9 +113,7 @@ def _law_words(finding: ClassFinding, answer: ClassAnswer) -> str:
         class_of_law = answer.classes_of_law.get(finding.law, (finding.id,))[0]
         is_component = finding.id == FORCE_SURFACE and class_of_law != finding.id
         name = plain_name(finding.law)
-        return (
-            f"{name} is the part of it that a law follows" if is_component else f"it follows {name}"
-        )
+        return f"of it the library has the law {name}" if is_component else f"law: {name}"
     return f"no law of the library, nearest {plain_name(finding.law)} {_share_words(share)} of it"
 
 
@@ -148,7 +148,7 @@ def rival_rows(answer: ClassAnswer | None) -> list[tuple[str, str]]:
 
 _HEADINGS = {
     NAMED: "The simulation lacks {effects}",
-    NAMED_WITH_REMAINDER: "The simulation lacks {effects}, and something more",
+    NAMED_WITH_REMAINDER: "Missing: {effects}. {remains} of the gap (RMS) remains unexplained",
     CLASS_NAMED: "The simulation lacks an effect of a known class, by no law of the library",
     ALIASED: "The simulation lacks {effects}, or an effect that looks the same in these records",
     NONE_OF_THESE: "No known effect explains the gap",
@@ -170,7 +170,7 @@ _MEANINGS = {
 
 
 def verdict_heading(diagnosis: Diagnosis) -> str:
-    """Verdict as one sentence: ``The simulation lacks cubic stiffness, and something more``."""
+    """Verdict as a heading: ``The simulation lacks cubic stiffness``."""
     answer = diagnosis.classes
     if answer is not None and answer.classes:
         if diagnosis.verdict == CLASS_NAMED:
@@ -184,8 +184,10 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
         return capitalised(diagnosis.reason.partition(OTHERWISE)[0])
     if diagnosis.reason_id == FLOOR_UNKNOWN:
         return "Whether an effect is missing is not known: the size of the noise is not"
+    far = diagnosis.reduction
     return _HEADINGS[diagnosis.verdict].format(
-        effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects])
+        effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects]),
+        remains="part" if far is None else percent(far.rho),
     )
 
 
@@ -254,7 +256,7 @@ def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
             "(diagnose --save-law), or find the law that has it."
         )
     if diagnosis.verdict == AT_NOISE_FLOOR:
-        return "Nothing: the simulation is as good as this measurement can tell."
+        return "Nothing: no difference from the simulation is detectable in this measurement."
     if answer is not None and answer.experiment:
         return "Do not look for an unknown cause yet: classes below explain the gap, but not apart."
     return (
@@ -273,11 +275,11 @@ def worth(diagnosis: Diagnosis) -> str:
     explains = diagnosis.shrinks_by_class or len(far.steps) > 1
     if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):
         return f"The gap is {before} RMS, the noise floor {floor}."
-    share = f", {100.0 * (1.0 - far.rho):.0f} % less" if far.rho < 1.0 - _WORTH else ""
-    what = "with all that the answer by class explains " if diagnosis.shrinks_by_class else ""
+    share = f" (-{100.0 * (1.0 - far.rho):.3g} %)" if far.rho < 1.0 - _WORTH else ""
+    what = " with the whole answer by class" if diagnosis.shrinks_by_class else ""
     return (
-        f"Worth it: {what}the gap goes from {before} to {sized(far.rms_after, diagnosis.unit)} "
-        f"RMS{share}, on records that were not fitted to; the noise floor is {floor}."
+        f"Expected{what}: gap {before} to {sized(far.rms_after, diagnosis.unit)} RMS{share} on "
+        f"held-out records; noise floor {floor}."
     )
 
 
@@ -285,16 +287,17 @@ def gists(diagnosis: Diagnosis) -> dict[str, str]:
     """One line for every folded section, so that what is in it is known before it is opened."""
     far = diagnosis.reduction
     which = diagnosis.attribution
-    tried = f"{len(which.ranking)} sets of laws fitted" if which.ranking else "nothing fitted"
+    n_sets = len(which.ranking)
+    tried = f"{counted(n_sets, 'set')} of laws fitted" if n_sets else "nothing fitted"
     steps = len(far.steps) - 1 if far is not None and far.steps else 0
-    far_gist = f"RMS as effects are added, {steps} of them" if steps else "no effect was added"
+    far_gist = f"RMS after each of {counted(steps, 'effect')}" if steps else "no effect was added"
     if diagnosis.shrinks_by_class:
         far_gist += "; what the answer by class explains"
     return {
         "where": "maps of the gap, its growth with the conditions, what does not repeat",
         "which": f"parameters, rivals; {tried}",
         "far": far_gist,
-        "remaining": "what is left, run by run" if steps else "the gap itself",
+        "remaining": "remaining gap, run by run" if steps else "the gap itself",
         "inputs": f"{diagnosis.campaign}: runs, channels, rig, versions",
         "words": "rho, phi, noise floor and the other words of this page",
     }

@@ -1,4 +1,4 @@
-"""Pressure on the teeth with and without the kink of shaft and carrier.
+"""Pressure on the teeth with and without misalignment of shaft and carrier.
 
 Command: gear-life, stage
 """

@@ -148,4 +148,4 @@ def _keys(grids: NDArray[np.int64], components: NDArray[np.int64]) -> NDArray[np
 
 def _refuse_twice(rows: NDArray[np.int64], columns: NDArray[np.int64], n: int) -> None:
     if len(np.unique(rows * n + columns)) != len(rows):
-        raise ValueError("an entry stands twice; expected every one once")
+        raise ValueError("an entry occurs twice; expected every one once")

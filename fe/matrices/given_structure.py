@@ -108,7 +108,7 @@ def given_body(stiffness: Path, mass: Path, interfaces: Path) -> GivenBody:
     document = read_interfaces(interfaces)
     if document.nodes is None:
         raise ValueError(
-            f"{interfaces}: table [materials] beside matrices; expected [nodes], or a mesh"
+            f"{interfaces}: table [materials] together with matrices; expected [nodes], or a mesh"
         )
     nodes = _nodes(document.nodes, interfaces)
     dofs = _dofs(document.nodes, interfaces, stiffness)
@@ -337,7 +337,7 @@ def _nodes_of(table: "PilotTable | SensorTable", nodes: NodeTable) -> NDArray[np
         own = sets[table.node_set.upper()]
     unknown = own[~np.isin(own, nodes.numbers)]
     if len(unknown) or len(np.unique(own)) < len(own) or not len(own):
-        what = f"node {unknown[0]} is none of the model" if len(unknown) else "a node stands twice"
+        what = f"node {unknown[0]} is none of the model" if len(unknown) else "a node occurs twice"
         raise ValueError(f"{table.name!r}: {what}; expected different nodes of the model")
     weights = getattr(table, "weights", None)
     if weights is not None and len(weights) != len(own):

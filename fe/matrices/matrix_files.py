@@ -512,7 +512,7 @@ def _element_dofs(content: bytes, blocks: list[_Block]) -> DofNames:
     _refuse_other_directions(chosen)
     names = DofNames(np.array(found_nodes, dtype=np.int64), chosen - 1)
     if len(np.unique(names.keys)) != len(names):
-        raise ValueError("a direction of a node stands twice; expected every one once")
+        raise ValueError("a direction of a node occurs twice; expected every one once")
     return names
 
 

@@ -67,8 +67,8 @@ def read_nodes(path: Path) -> NodeTable:
         raise ValueError(f"{path}: suffix {path.suffix!r}; expected {_EXPECTED}")
     if suffix == ".asm" and not _punch_of(path).is_file():
         raise FileNotFoundError(
-            f"{_punch_of(path)}: no such file; expected the punch file of {path.name} beside it: "
-            "its EXTRN entry says which components of every grid the matrices have"
+            f"{_punch_of(path)}: no such file; expected the punch file of {path.name} in its "
+            "folder: its EXTRN entry says which components of every grid the matrices have"
         )
     if suffix == ".inp":
         content = plain_content(path, _EXPECTED, _MOST_BYTES)
@@ -109,7 +109,7 @@ def node_table(
         raise ValueError("a coordinate is not finite; expected finite numbers")
     again = np.flatnonzero(np.diff(ordered) == 0)
     if (places[again] != places[again + 1]).any():
-        raise ValueError(f"node {ordered[again[0]]} stands twice; expected every node once")
+        raise ValueError(f"node {ordered[again[0]]} occurs twice; expected every node once")
     first = np.append(True, np.diff(ordered) > 0)
     return NodeTable(ordered[first], places[first], sets or {})
 

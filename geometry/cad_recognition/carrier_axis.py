@@ -82,8 +82,8 @@ class AxisCandidate:
         pins = str(self.patterns[0]) if self.patterns else "no pins about it"
         through = self.point - (self.point @ self.direction) * self.direction
         return (
-            f"axis {shown(self.direction)} through {shown(through)} m: {pins}, turned area "
-            f"{self.turned:.4g} m^2"
+            f"axis {shown(self.direction)} through {shown(through)} m: {pins}, area of surfaces "
+            f"of revolution {self.turned:.4g} m^2"
         )
 
 
@@ -200,7 +200,7 @@ def chosen_axis(candidates: Sequence[AxisCandidate], path: str) -> AxisCandidate
         )
     if len(with_pins) > 1 and with_pins[1].turned > AS_GOOD * with_pins[0].turned:
         raise ValueError(
-            f"{path}: two axes are alike; expected one, choose it by --axis or --origin; "
+            f"{path}: two axes fit equally well; expected one: choose it with --axis or --origin; "
             f"candidates: {listed}"
         )
     return with_pins[0]
@@ -321,8 +321,8 @@ def _downwind(
     )
     if total == 0:
         raise ValueError(
-            f"{path}: which end of the axis {shown(d)} is the shaft's cannot be told "
-            f"({told or 'both ends are alike'}); expected --axis with the direction from the "
+            f"{path}: which end of the axis {shown(d)} is the shaft's cannot be determined "
+            f"({told or 'both ends are equal'}); expected --axis with the direction from the "
             "shaft's end to the other"
         )
     downwind = d if total > 0 else -d

@@ -67,7 +67,8 @@ def _surface_lines(surface: ProposedSurface) -> Iterator[str]:
         yield statement_text(surface.chosen.statement)
         return
     yield (
-        f"# {surface.name}: {surface.equals} candidates are alike; take the # off the lines of one."
+        f"# {surface.name}: {surface.equals} candidates fit equally well; remove the # of one of "
+        "them."
     )
     for candidate in surface.candidates[: max(surface.equals, _SHOWN)]:
         yield f"# {told(candidate)}:"

@@ -59,7 +59,9 @@ def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], li
         if name == "GRID":
             number, frame, *xyz = [*fields, 0, 0, 0, 0][:5]
             if grids.setdefault(number, xyz) != xyz:
-                raise ValueError(f"GRID {number} stands twice, in two places; expected it once")
+                raise ValueError(
+                    f"GRID {number} is defined twice, at two positions; expected it once"
+                )
             in_frames |= frame != 0
         elif name == "GRDSET":
             if any(fields[1:2]):

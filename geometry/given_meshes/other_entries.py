@@ -60,7 +60,7 @@ def left_out(path: Path) -> tuple[str, ...]:
     if facets := {} if has_sections else _of(counts, shells):
         told.append(f"left out: {_listed(facets)}, to which the file gives no thickness")
     if linked := _of(counts, links):
-        told.append(f"left out: {_listed(linked)}; pilots of the interfaces file stand for links")
+        told.append(f"left out: {_listed(linked)}; pilots of the interfaces file replace links")
     if counts["INCLUDE"]:
         told.append(f"{counts['INCLUDE']} INCLUDE not followed: nothing of those files is read")
     return tuple(told)

@@ -47,7 +47,7 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
     if not (np.diff(travel) > 0.0).all():
         sample = int(np.argmin(np.diff(travel) > 0.0)) + 1
         raise ValueError(
-            f"run {run.name}: the carrier stands still or turns back at {run.time[sample]:g} s; "
+            f"run {run.name}: the carrier stops or turns back at {run.time[sample]:g} s; "
             "expected an angle that keeps turning, cut the record there"
         )
     n_revolutions = int(np.floor(travel[-1] / (2.0 * np.pi) + 1e-9)) if travel.size else 0

@@ -195,7 +195,8 @@ def prepare_campaign_folder(folder: Path) -> None:
     )
     if foreign:
         raise ValueError(
-            f"{folder}: holds '{foreign[0]}' beside the campaign; expected a new or empty folder"
+            f"{folder}: holds '{foreign[0]}', which is no file of the campaign; expected a new or "
+            "empty folder"
         )
     _refuse_measurement(folder, header)
 

@@ -169,7 +169,7 @@ def baseline_conflicts(baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
                 yield f"unknown effect '{effect}' in '{key}'; kind {kind.name} knows {known}"
     for effect in baseline.effects:
         if effect in baseline.impossible:
-            yield f"effect '{effect}' stands in 'effects' and in 'impossible'; expected one of them"
+            yield f"effect '{effect}' is in 'effects' and in 'impossible'; expected one of them"
     for name in baseline.fixed:
         yield from _fixed_conflicts(name, baseline, kind)
 
@@ -189,7 +189,7 @@ def _fixed_conflicts(name: str, baseline: Baseline, kind: CampaignKind) -> Itera
         yield f"key 'fixed' holds '{name}', an effect of 'impossible'; expected another effect"
     partner = kind.partners.get((effect, parameter))
     if partner is not None and f"{effect}.{partner}" not in baseline.fixed:
-        yield f"key 'fixed' holds '{name}' alone; expected '{effect}.{partner}' beside it"
+        yield f"key 'fixed' holds '{name}' alone; expected '{effect}.{partner}' too"
 
 
 def input_conflicts(inputs: Iterable[InputSignal], kind: CampaignKind) -> Iterator[str]:

@@ -54,7 +54,7 @@ def drive_and_response(
     if name == "base_acceleration":
         if channel.motion == "absolute":
             raise ValueError(
-                f"[[channels]] {channel.name}: motion is 'absolute' beside the input "
+                f"[[channels]] {channel.name}: motion is 'absolute' together with the input "
                 "'base_acceleration', whose displacement drifts; expected motion = 'relative', or "
                 "the input 'base_displacement'"
             )

@@ -11,7 +11,7 @@ class CampaignWarning:
 
     check: Annotated[str, "Name of the check: ``unit``, ``clipping`` ..."]
     about: Annotated[str, "Channel, input, run, effect or key that it is about"]
-    text: Annotated[str, "What stands out, with its numbers"]
+    text: Annotated[str, "Finding, with its numbers"]
     remedy: Annotated[str, "What to do about it"]
     figure: Annotated[float, "What was measured"]
     line: Annotated[str, "File and line, or key of campaign.toml"]

@@ -113,7 +113,7 @@ def _clipping(signal: _Signal) -> Iterator[CampaignWarning]:
                 "clipping",
                 plateaus[0][0],
                 float(at.sum()),
-                f"{int(at.sum())} samples stand at the {name} value {value:.4g} "
+                f"{int(at.sum())} samples are at the {name} value {value:.4g} "
                 f"{signal.channel.unit}, {clipped} of them in plateaus",
                 "the range of sensor or amplifier ends there: record it again with a wider range, "
                 "or leave the channel out",
@@ -199,7 +199,7 @@ def _outliers(signal: _Signal) -> Iterator[CampaignWarning]:
             "outliers",
             worst + 2,
             float(distance[worst]),
-            f"{int(far.sum())} samples stand alone, the worst {distance[worst]:.3g} "
+            f"{int(far.sum())} samples are isolated, the worst {distance[worst]:.3g} "
             f"{signal.channel.unit} from its neighbours",
             "spikes of the measuring chain: leave these cells empty, or identify with --loss huber",
         )
@@ -231,7 +231,7 @@ def _quantised(signal: _Signal) -> Iterator[CampaignWarning]:
             "quantised",
             0,
             step / floor,
-            f"values stand on a grid of {step:.3g} {signal.channel.unit}, {step / floor:.1f} "
+            f"values lie on a grid of {step:.3g} {signal.channel.unit}, {step / floor:.1f} "
             "times the noise floor",
             "take the amplifier's finer range, or declare a noise_std of at least 0.3 of the step",
         )

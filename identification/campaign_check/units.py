@@ -91,7 +91,7 @@ def _carrier(campaign: Campaign) -> Iterator[CampaignWarning]:
             campaign,
             "angle_deg",
             float(np.rad2deg(span)),
-            f"all sensors stand within {np.rad2deg(span):.2f} deg",
+            f"all sensors lie within {np.rad2deg(span):.2f} deg",
             "give angle_deg in degrees, not in radians",
             key_of("[[channels]]", "angle_deg"),
         )

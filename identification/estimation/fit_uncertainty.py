@@ -208,7 +208,7 @@ def _in_words(
             sentences.append(f"{members[0]} has hardly any influence on these signals")
         else:
             sentences.append(
-                f"{' and '.join(members)} cannot be told apart: these signals see fewer "
+                f"{' and '.join(members)} cannot be separated: these signals determine fewer "
                 "combinations of them"
             )
     sentences += [f"{name} ended on a bound of its search" for name in fit.at_bound]

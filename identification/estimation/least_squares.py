@@ -193,15 +193,15 @@ def _group_in_words(fit: JointFit, members: NDArray[np.int64], labels: Sequence[
     if members.size - n_unseen != 1:
         n_determined = members.size - n_unseen
         return (
-            f"{names} cannot be told apart: "
-            f"these signals see only {n_determined} combinations of them"
+            f"{names} cannot be separated: "
+            f"these signals determine only {n_determined} combinations of them"
         )
     combination = directions[-1] / directions[-1][np.argmax(np.abs(directions[-1]))]
     terms = " + ".join(
         f"{'' if np.isclose(share, 1.0) else f'{share:.3g} '}{labels[int(k)]}"
         for k, share in zip(members, combination, strict=True)
     ).replace("+ -", "- ")
-    return f"{names} cannot be told apart: only {terms} is determined"
+    return f"{names} cannot be separated: only {terms} is determined"
 
 
 def _jackknife(

@@ -119,7 +119,7 @@ def rows_in_order(time: FloatArray, file: str) -> BoolArray:
     back = int(np.count_nonzero(~later))
     if back > max(_MOST_BACK * time.size, 2.0):
         raise ValueError(
-            f"{file}: time stands still, goes back or is missing in {back} of {time.size} rows; "
+            f"{file}: time does not increase or is missing in {back} of {time.size} rows; "
             "expected the column of time in [time] column"
         )
     return later

@@ -98,7 +98,7 @@ def table_with(tables: Sequence[LogTable], column: str) -> LogTable:
     files = ", ".join(dict.fromkeys(table.file for table in tables))
     if holding:
         raise ValueError(
-            f"column '{shortened(column)}' stands {len(holding)} times in {files}; expected one: "
+            f"column '{shortened(column)}' occurs {len(holding)} times in {files}; expected one: "
             "rename it, or leave a file out of the run"
         )
     known = shortened(", ".join(name for table in tables for name in table.names), 400)

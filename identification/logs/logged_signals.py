@@ -36,7 +36,7 @@ _INTEGRALS = {"m/s": "a velocity", "m/s^2": "an acceleration"}
 _WHY_NOT = {
     "carrier": "offset, tilt and deflection at rest would be lost",
     "mounting": "every channel is relative to its zero at rest, which would be lost",
-    "element": "what its integral drifts by cannot be told from stiffness and friction; an "
+    "element": "the drift of its integral cannot be distinguished from stiffness and friction; an "
     "acceleration is read as the input base_acceleration of drive = 'base'",
 }
 
@@ -152,7 +152,9 @@ def input_values(
 def _counted(row: InputRow, values: FloatArray, time: FloatArray) -> FloatArray:
     """Angle [rad] of a counter, or of a train of pulses."""
     if row.pulses_per_turn is None:
-        raise ValueError("missing key 'pulses_per_turn'; expected a positive number beside pulses")
+        raise ValueError(
+            "missing key 'pulses_per_turn'; expected a positive number, required for pulses"
+        )
     if is_pulse_train(values):
         return angle_of_pulses(values, time, row.pulses_per_turn)
     if row.wraps_at is not None:

@@ -63,7 +63,7 @@ _OFFSET = "What is added after the factor, in the unit"
 class MapTimeTable(TomlTable):
     """The clock."""
 
-    column: Told | None = key("Column of time; without, rate_hz is the clock's", default=None)
+    column: Told | None = key("Column of time; default: the clock is rate_hz", default=None)
     unit: Told = key("Unit of the column, or 'date'", "", default="s")
     format: Told | None = key(
         "Of dates without the fraction of the second, as '%d.%m.%Y %H:%M:%S'", default=None
@@ -103,7 +103,7 @@ class MapCarrierChannelTable(_Column, CarrierChannelTable):
     """A proximity sensor at the rim, and its column."""
 
     radius_m: Positive | None = key(  # type: ignore[assignment]
-        "Radius of the point that the sensor looks at; without, the rig's sensor_radius",
+        "Radius of the point that the sensor looks at; default: sensor_radius of [rig]",
         "m",
         default=None,
     )
@@ -146,7 +146,7 @@ class MapSimulatedTable(TomlTable):
 
     time: MapTimeTable = key("Its clock", default_factory=MapTimeTable)
     shift: Number | None = key(
-        "Seconds to add to its time; found by the signals where it is left out", "s", default=None
+        "Seconds to add to its time; default: from the signals", "s", default=None
     )
     channels: Annotated[
         list[MapPredictionTable],

@@ -71,7 +71,7 @@ def _head(guess: MapGuess) -> Iterator[str]:
     yield _line("unit", guess.time.unit, "'s', 'ms' ..., or 'date'")
     if guess.date_format:
         yield _line("format", guess.date_format, "of dates, without the fraction of the second")
-    yield _beside("# rate_hz = 100.0", "rate of the campaign; without, the slowest")
+    yield _beside("# rate_hz = 100.0", "rate of the campaign; default: the slowest")
     yield _beside("#", "channel's. Faster ones are filtered first.")
     yield ""
     yield _beside("[baseline]", "the simulation whose gap is to be explained")
@@ -88,7 +88,7 @@ def _rig(guess: MapGuess) -> Iterator[str]:
         if "radial_load" in guess.rig:
             yield _line("radial_load", "none", "no column of it found; else delete this line")
         yield _beside(
-            '# deflection_curves = "curves.csv"', "of a carrier of your own, beside this map"
+            '# deflection_curves = "curves.csv"', "of another carrier, in the folder of this map"
         )
     elif guess.kind == "mounting":
         for name, entry in RIG_KEYS.items():
@@ -122,7 +122,7 @@ def _signals(guess: MapGuess) -> Iterator[str]:
         words = _words_of(guess.kind)
         for key, value in facts.items():
             yield _line(key, value, words.get(key, ""))
-        yield _beside("# noise_std = 2.0", "in the unit above; without, from repeats")
+        yield _beside("# noise_std = 2.0", "in the unit above; default: from repeats")
     if guess.others:
         yield ""
         yield f"# Columns that were left out: {_on_one_line(', '.join(guess.others))}"

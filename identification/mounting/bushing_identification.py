@@ -92,6 +92,17 @@ class BushingEstimate:
         half = self.uncertainty.confidence_factor * self.uncertainty.std
         return np.column_stack([self.fit.values - half, self.fit.values + half])
 
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """What the records do not determine, in sentences; no constant of a bushing is zero."""
+        intervals = zip(self.fit.names, *self.ci95.T, strict=True)
+        return self.uncertainty.undetermined + tuple(
+            f"{name} is not determined: its 95 % interval, {low:.2g} to {high:.2g} "
+            f"{self.model.unit(name)}, includes zero"
+            for name, low, high in intervals
+            if -np.inf < low <= 0.0 <= high and low < high
+        )
+
 
 def identify_bushings(
     campaign: Campaign,

@@ -149,7 +149,7 @@ def modes_by_rule(
         if count is not None and count <= most:
             return found, count
         if count is not None or look == most + _LOOK_AHEAD:
-            raise ValueError(f"{rule} are asked for; expected at most {most} for {whose}")
+            raise ValueError(f"{rule} requested; expected at most {most} for {whose}")
         look = min(2 * look, most + _LOOK_AHEAD)
 
 

@@ -63,7 +63,7 @@ class TruthTable(TomlTable):
 
 _TABLE_3 = Key(
     Annotated[Literal[tuple(TABLE_3)], Expected(f"one of {', '.join(TABLE_3)}")],
-    "Column of table 3 of the 2011 paper; constants beside it take the place of its own",
+    "Column of table 3 of the 2011 paper; constants given here replace its own",
 )
 _TRUTH = KeysOf(
     {parameter.name: _truth_key(parameter) for parameter in PARAMETERS} | {"table_3": _TABLE_3},

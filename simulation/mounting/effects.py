@@ -89,7 +89,7 @@ QUINTIC_STIFFNESS = MountingEffect(
 
 DEFLECTION_DEPENDENT_DAMPING = MountingEffect(
     id="deflection_dependent_damping",
-    equation="C1 u² du/dt beside the linear damper",
+    equation="C1 u² du/dt in addition to the linear damper",
     parameters=(scaled_parameter("C1", "N s/m^3", (1, -3, 1), upper=100.0),),
     signature="lag behind fast changes of the load where the deflection is large",
     entries=(
@@ -111,7 +111,7 @@ DEFLECTION_DEPENDENT_DAMPING = MountingEffect(
 
 FLUID_BRANCH = MountingEffect(
     id="fluid_branch",
-    equation="spring k and damper c in series beside each bushing (Maxwell)",
+    equation="spring k and damper c in series, parallel to each bushing (Maxwell)",
     parameters=(
         scaled_parameter("k", "N/m", (1, -1, 0)),
         scaled_parameter("c", "N s/m", (1, -1, 1), lower=0.001, upper=10000, shape=True),
@@ -170,7 +170,7 @@ AXIAL_BUSHING_STIFFNESS = MountingEffect(
     id="axial_bushing_stiffness",
     equation="k_x + dk_x of each bushing along the axis",
     parameters=(EffectParameter("dk_x", "N/m", -inf, inf, 1e6),),
-    signature="yaw under sideways load, at ssx, spx and spy alike",
+    signature="yaw under sideways load, equal at ssx, spx and spy",
     entries=(
         MountingParameter(
             "k_x", "N/m", 0.0, 1e9, neutral=nan, words="Axial stiffness of each bushing"

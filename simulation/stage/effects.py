@@ -70,30 +70,30 @@ class StageEffects:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.phi_PLC) and math.isfinite(self.theta_PLC)):
             raise ValueError(
-                f"StageEffects: phi_PLC {self.phi_PLC} and theta_PLC {self.theta_PLC} must be "
-                "finite"
+                f"[effects] phi_PLC is {self.phi_PLC} and theta_PLC is {self.theta_PLC}; expected "
+                "finite numbers"
             )
         for name in _EACH_PLANET:
             values = getattr(self, name)
             one_each = not values or FEWEST_PLANETS <= len(values) <= MOST_PLANETS
             if not (one_each and all(math.isfinite(value) for value in values)):
                 raise ValueError(
-                    f"StageEffects.{name} is {values}; expected {FEWEST_PLANETS} to {MOST_PLANETS} "
+                    f"[effects] {name} is {values}; expected {FEWEST_PLANETS} to {MOST_PLANETS} "
                     "finite numbers, one a planet"
                 )
             if name.endswith("factor") and not min(values, default=1.0) > 0.0:
-                raise ValueError(f"StageEffects.{name} is {values}; expected positive factors")
+                raise ValueError(f"[effects] {name} is {values}; expected positive factors")
         for name, n in (("ring_pass_offset", 2), ("ring_pass_tilt", 4)):
             values = getattr(self, name)
             if len(values) != n or not all(math.isfinite(value) for value in values):
-                raise ValueError(f"StageEffects.{name} is {values}; expected {n} finite numbers")
+                raise ValueError(f"[effects] {name} is {values}; expected {n} finite numbers")
         if not (
             self.pin_fit_play >= 0.0
             and self.pin_fit_closed > 0.0
             and math.isfinite(self.pin_fit_closed)
         ):
             raise ValueError(
-                f"StageEffects: pin_fit_play {self.pin_fit_play} rad and pin_fit_closed "
+                f"[effects] pin_fit_play {self.pin_fit_play} rad and pin_fit_closed "
                 f"{self.pin_fit_closed} N m/rad; expected "
                 "a play >= 0 and a positive stiffness"
             )
@@ -109,7 +109,7 @@ class StageEffects:
         values: tuple[float, ...] = getattr(self, name) or (_EACH_PLANET[name],) * n_planets
         if len(values) != n_planets:
             raise ValueError(
-                f"StageEffects.{name} holds {len(values)} numbers; expected {n_planets}, one a "
+                f"[effects] {name} holds {len(values)} numbers; expected {n_planets}, one a "
                 "planet of this stage"
             )
         return values

@@ -68,7 +68,7 @@ class ReadingEffects:
     sensors: Mapping[str, SensorError] | None = None
     """``sensor_gain``, ``sensor_angle``, ``sensor_zero`` by sensor name."""
     reference: str = "housing"
-    """What the sensors stand on: ``housing`` or ``ground``."""
+    """What the sensors are mounted on: ``housing`` or ``ground``."""
     delay: float = 0.0
     """``sensor_delay``: displacement behind the carrier angle [s]."""
     noise_std: float = 0.0

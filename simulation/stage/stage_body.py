@@ -144,11 +144,11 @@ class ShaftData:
         for name in ("length", "outer_diameter", "youngs_modulus", "shear_modulus", "density"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(
-                    f"ShaftData.{name} is {getattr(self, name)}; expected a positive number"
+                    f"[shaft] {name} is {getattr(self, name)}; expected a positive number"
                 )
         if not 0.0 <= self.inner_diameter < self.outer_diameter:
             raise ValueError(
-                f"ShaftData.inner_diameter is {self.inner_diameter} m; expected less than "
+                f"[shaft] inner_diameter is {self.inner_diameter} m; expected less than "
                 f"{self.outer_diameter} m"
             )
 

@@ -25,23 +25,19 @@ EXPONENT = 10.0 / 9.0
 GRAVITY = 9.81
 
 
-def _refuse_negative(data: object, *, but: tuple[str, ...] = ()) -> None:
+def _refuse_negative(data: object, table: str, *, but: tuple[str, ...] = ()) -> None:
     """Raise ValueError naming the first number that is not finite or is negative.
 
-    The fields `but` may be negative.
+    `table` is that of the case file; the fields `but` may be negative.
     """
     for entry in fields(data):  # type: ignore[arg-type]
         value = getattr(data, entry.name)
         if not isinstance(value, int | float):
             continue
         if not math.isfinite(value):
-            raise ValueError(
-                f"{type(data).__name__}.{entry.name} is {value!r}; expected a finite number"
-            )
+            raise ValueError(f"[{table}] {entry.name} is {value!r}; expected a finite number")
         if value < 0.0 and entry.name not in but:
-            raise ValueError(
-                f"{type(data).__name__}.{entry.name} is {value!r}; expected a finite number >= 0"
-            )
+            raise ValueError(f"[{table}] {entry.name} is {value!r}; expected a finite number >= 0")
 
 
 @dataclass(frozen=True)
@@ -84,13 +80,13 @@ class RollerBearingData:
                 math.isfinite(value) and (value > 0.0 or (value == 0.0 and entry.name == "profile"))
             ):
                 raise ValueError(
-                    f"RollerBearingData.{entry.name} is {value!r}; expected a positive number"
+                    f"[planet_rollers] {entry.name} is {value!r}; expected a positive number"
                 )
         if self.n_rollers * math.asin(self.roller_diameter / self.pitch_diameter) > math.pi:
             raise ValueError(
-                f"RollerBearingData: {self.n_rollers} rollers of {self.roller_diameter} m overlap "
-                "on a pitch circle of "
-                f"{self.pitch_diameter} m; expected fewer or smaller ones"
+                f"[planet_rollers] n_rollers is {self.n_rollers}: rollers of "
+                f"{self.roller_diameter} m overlap on a pitch circle of {self.pitch_diameter} m; "
+                "expected fewer or smaller ones"
             )
 
     @property
@@ -177,7 +173,7 @@ class MeshData:
     has little more."""
 
     def __post_init__(self) -> None:
-        _refuse_negative(self)
+        _refuse_negative(self, "mesh")
         if not (self.sun_stiffness > 0.0 and self.ring_stiffness > 0.0):
             raise ValueError(
                 f"MeshData has stiffnesses {self.sun_stiffness} and {self.ring_stiffness} N/m; "
@@ -240,13 +236,13 @@ class BearingData:
     """Radial clearance of each planet on its pin [m]."""
 
     def __post_init__(self) -> None:
-        _refuse_negative(self)
+        _refuse_negative(self, "bearings")
         for side in ("upwind", "downwind"):
             clearance = getattr(self, f"{side}_clearance")
             factor = getattr(self, f"{side}_y_factor")
             if clearance > 0.0 and factor != 1.0:
                 raise ValueError(
-                    f"BearingData.{side}_y_factor is {factor} with a clearance of {clearance} m; "
+                    f"[bearings] {side}_y_factor is {factor} with a clearance of {clearance} m; "
                     "expected 1 where there is a clearance"
                 )
 
@@ -290,7 +286,7 @@ class ChainData:
     """Paper, eq. 9: K [N m s]."""
 
     def __post_init__(self) -> None:
-        _refuse_negative(self)
+        _refuse_negative(self, "chain")
 
     @property
     def parallel_ratio(self) -> float:
@@ -344,7 +340,7 @@ class MountingData:
     they would make 350."""
 
     def __post_init__(self) -> None:
-        _refuse_negative(self, but=("x",))
+        _refuse_negative(self, "mounting", but=("x",))
 
 
 @dataclass(frozen=True)
@@ -373,9 +369,7 @@ class StageData:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.damping_ratio < 1.0:
-            raise ValueError(
-                f"StageData.damping_ratio is {self.damping_ratio}; expected 0 <= ratio < 1"
-            )
+            raise ValueError(f"damping_ratio is {self.damping_ratio}; expected 0 <= ratio < 1")
 
     @property
     def ratio(self) -> float:

@@ -145,7 +145,7 @@ class StageSensorTable(SensorTable):
 
     gain: Number = key("Share by which it reads too much", default=0.0)
     angle_error_deg: Number = key(
-        "Angle by which it stands beyond its stated one",
+        "Deviation from its stated angle",
         "deg",
         default=0.0,
     )
@@ -220,7 +220,7 @@ class ReadingTable(TomlTable):
     """Effects between the stage's motion and the record; what is left out is none."""
 
     reference: Literal["housing", "ground"] = key(
-        "What the sensors stand on: the housing, which moves, or the ground",
+        "What the sensors are mounted on: the housing, which moves, or the ground",
         default="housing",
     )
     axial_offset: Number = key("Axial offset of all axial sensors", "m", default=0.0)

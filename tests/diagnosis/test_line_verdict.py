@@ -1,4 +1,5 @@
-"""Verdict of a gap of which a part is motion beside the shaft's orders, in numbers made by hand."""
+"""Verdict of a gap of which a part is motion between the shaft's orders, in numbers made by "
+"hand."""
 
 from dataclasses import replace
 

@@ -1,6 +1,7 @@
 """Code blocks of the pages: Python runs, TOML and JSON are what they say. Shell: test_readme."""
 
 import json
+import pydoc
 import re
 import tomllib
 from pathlib import Path
@@ -39,6 +40,13 @@ def test_the_chain_runs(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(block, "page", "exec"), {"__name__": "page"})
     assert (tmp_path / "report.html").is_file()
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.stem)
+def test_every_python_name_of_a_page_exists(page):
+    names = re.findall(r"`(carrierflex(?:\.\w+)+)`", page.read_text(encoding="utf-8"))
+    groups = {"carrierflex.effects"}  # of entry points
+    assert not [name for name in names if name not in groups and pydoc.locate(name) is None]
 
 
 @pytest.mark.parametrize("block", blocks("toml"))

@@ -1,12 +1,18 @@
-"""Tutorials from end to end: every block of a page in turn, in an empty folder."""
+"""Tutorials from end to end: every block of a page in turn, in an empty folder.
 
+What a page says comes out: lines of its ``text`` blocks stand on the screen, its headline in files.
+"""
+
+import json
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 pytestmark = [pytest.mark.docs, pytest.mark.long]
 
@@ -30,6 +36,69 @@ def script(page):
     for language, block in re.findall(r"```(sh|python)\n(.*?)```", text, flags=re.DOTALL):
         parts.append(block if language == "sh" else f"python - <<'END'\n{block}END\n")
     return "".join(parts)
+
+
+def expected_lines(page):
+    """Lines of what a page says the screen shows."""
+    blocks = re.findall(r"```text\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return [line.split() for line in "".join(blocks).splitlines()]
+
+
+def is_same(found, expected):
+    """Equal words; numbers within half a per cent, errors of one digit within a factor of two."""
+    if len(found) != len(expected):
+        return False
+    before = ["", *expected]
+    return all(
+        is_same_word(*words, 1.0 if previous in ("±", "+-") else 5e-3)
+        for words, previous in zip(zip(found, expected, strict=True), before, strict=False)
+    )
+
+
+def is_same_word(found, expected, tolerance):
+    first, second = (word.strip(",[]") for word in (found, expected))
+    try:
+        return abs(float(first) - float(second)) <= tolerance * abs(float(second))
+    except ValueError:
+        return found == expected
+
+
+def carrier_is_tilted(folder):
+    """0.595 mrad in the mean of the load cases, about an axis at 60 degrees."""
+    answer = json.loads((folder / "diagnosis" / "diagnosis.json").read_text(encoding="utf-8"))
+    tilt = answer["parameters"]["carrier_tilt"]
+    assert answer["effects"][0] == "carrier_tilt"
+    assert_allclose(
+        tilt["phi_PLC"]["value"], (0.58e-3 + 0.55e-3 + 0.60e-3 + 0.65e-3) / 4, rtol=5e-3
+    )
+    assert_allclose(tilt["theta_PLC"]["value"], np.deg2rad(60.0), atol=2e-3)
+    page = (folder / "diagnosis" / "report.html").read_text(encoding="utf-8")
+    assert "10 % of the gap (RMS) remains unexplained" in page
+
+
+def mount_is_cubic(folder):
+    answer = json.loads((folder / "diagnosis" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert (answer["verdict"], answer["effects"]) == ("named", ["cubic_stiffness"])
+    low, high = answer["parameters"]["cubic_stiffness"]["K3"]["ci95"]
+    assert low < 5e8 < high
+    page = (folder / "diagnosis" / "report.html").read_text(encoding="utf-8")
+    assert "<h2>The simulation lacks cubic stiffness</h2>" in page
+
+
+def bushings_are_those_of_the_case(folder):
+    result = json.loads((folder / "bushings" / "identification.json").read_text(encoding="utf-8"))
+    for name, truth in {"K1": 17.6e6, "K3": 65.05e9, "K5": 1.55e15, "C0": 1.0e5}.items():
+        low, high = result["shared"][name]["ci95"]
+        assert low < truth < high, name
+    assert_allclose(result["runs"]["load_case"]["rms"], 2e-6, rtol=0.02)
+
+
+#: What the headline of a page comes to.
+HEADLINES = {
+    "own_measurement": carrier_is_tilted,
+    "one_element": mount_is_cubic,
+    "mounting": bushings_are_those_of_the_case,
+}
 
 
 def test_there_is_one_for_every_way_in():
@@ -59,3 +128,9 @@ def test_a_tutorial_runs_as_it_stands(page, tmp_path):
     left = re.search(r"It leaves (.*?)\.\n", page.read_text(encoding="utf-8"), flags=re.DOTALL)[1]
     for name in re.findall(r"`([^`]+)`", left):
         assert (tmp_path / name).exists(), name
+    screen = [line.split() for line in done.stdout.splitlines()]
+    expected = expected_lines(page)
+    assert len(expected) >= 3
+    for line in expected:
+        assert any(is_same(shown, line) for shown in screen), " ".join(line)
+    HEADLINES.get(page.stem, lambda folder: None)(tmp_path)

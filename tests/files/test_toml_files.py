@@ -173,7 +173,7 @@ def test_a_large_file_is_refused_by_its_size_before_it_is_read(tmp_path):
         ("a = 1\n".encode("utf-8-sig"), "begins with a byte order mark"),
         (b"a = 1\nb = \n", "Invalid value .at line 2, column 5"),
         (b"a = 1\na = 2\n", "Cannot overwrite a value .at line 2, column 6"),
-        (b"a = " + b"[" * 5000, "lists or tables stand too deep in one another"),
+        (b"a = " + b"[" * 5000, "lists or tables are nested too deep"),
         (b"a = " + b"9" * 5000, "Exceeds the limit"),
         (b"\x00\x01", "Invalid statement .at line 1, column 1"),
     ],
@@ -305,7 +305,7 @@ def test_all_conflicts_of_one_table_are_told_at_once():
 
 def test_repeated_names_are_counted():
     message = refusal(runs=[{"name": "A"}] * 3)
-    assert message == "rig.toml: run name 'A' stands 3 times; expected different names"
+    assert message == "rig.toml: run name 'A' occurs 3 times; expected different names"
 
 
 def test_a_long_list_of_problems_is_cut_and_counted():

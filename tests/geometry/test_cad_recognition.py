@@ -148,7 +148,7 @@ def test_two_seats_that_are_alike_are_left_to_the_user(step, solid, carrier, tmp
     out = tmp_path / "surfaces.toml"
     write_proposal(out, proposal)
     text = out.read_text()
-    assert "# upwind_seat: 2 candidates are alike; take the # off the lines of one." in text
+    assert "# upwind_seat: 2 candidates fit equally well; remove the # of one of them." in text
     assert "upwind_seat" not in {surface.name for surface in read_cad_statements(out).surfaces}
     # The first candidate's lines without their # are a statement.
     wanted = text.replace("# [surfaces.upwind_seat]", "[surfaces.upwind_seat]", 1)

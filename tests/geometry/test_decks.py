@@ -143,7 +143,7 @@ def test_links_and_facets_without_thickness_are_told(tmp_path):
     path.write_text(deck("plus", more=facet + card("RBE2", [300, 1, 123456, 5, 6], "free")))
     assert body_of(path, "1").warnings == (
         "left out: 1 CQUAD4, to which the file gives no thickness",
-        "left out: 1 RBE2; pilots of the interfaces file stand for links",
+        "left out: 1 RBE2; pilots of the interfaces file replace links",
     )
 
 
@@ -174,7 +174,7 @@ def test_shells_without_a_section_and_couplings_of_a_deck_are_told(tmp_path):
     )
     assert body_of(path, "ALL").warnings == (
         "left out: 2 S4, to which the file gives no thickness",
-        "left out: 1 *RIGID BODY; pilots of the interfaces file stand for links",
+        "left out: 1 *RIGID BODY; pilots of the interfaces file replace links",
     )
 
 

@@ -89,7 +89,7 @@ def test_linear_elements_are_refused(carrier, monkeypatch):
 def test_a_pin_that_does_not_fit_is_refused_by_every_mesh_with_pins(carrier):
     thick = PinParameters(diameter=0.17)
     for mesh_of in (stiff_carrier_mesh, pin_mesh):
-        with pytest.raises(ValueError, match=r"PinParameters.diameter is 0.17 m"):
+        with pytest.raises(ValueError, match=r"\[pin\] diameter is 0.17 m"):
             mesh_of(carrier, thick, 0.06)
 
 

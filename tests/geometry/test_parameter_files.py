@@ -23,14 +23,14 @@ REFUSED = [
         "[carrier]\nouter_radius = nan\n",
         r"\[carrier\]: key 'outer_radius' is nan; expected a positive number",
     ),
-    ("[gear]\nring_teeth = 98\n", r"\[gear\]: GearData.ring_teeth is 98; expected"),
+    ("[gear]\nring_teeth = 98\n", r"\[gear\] ring_teeth is 98; expected"),
     (
         "[pin]\ndiameter = 0.15\n",
-        r"PinParameters.diameter is 0.15 m; expected the carrier's pin_hole_diameter 0.16",
+        r"\[pin\] diameter is 0.15 m; expected the carrier's pin_hole_diameter 0.16",
     ),
     (
         "[gear]\ncentre_distance = 0.3\n",
-        r"GearData.centre_distance is 0.3 m; expected the carrier's centre_distance 0.308",
+        r"\[gear\] centre_distance is 0.3 m; expected the carrier's centre_distance 0.308",
     ),
 ]
 

@@ -66,7 +66,7 @@ CARRIER_CONTRADICTIONS = [
 
 @pytest.mark.parametrize(("changed", "message"), CARRIER_CONTRADICTIONS)
 def test_contradicting_carrier_dimensions_are_refused(changed, message):
-    with pytest.raises(ValueError, match=rf"^(\d problems: \(1\) )?CarrierParameters\.{message}"):
+    with pytest.raises(ValueError, match=rf"^(\d problems: \(1\) )?\[carrier\] {message}"):
         CarrierParameters(**changed)
 
 
@@ -82,14 +82,19 @@ def test_a_shaft_end_as_wide_as_the_plate_is_refused(name):
         CarrierParameters(**needle, **{f"{name}_outer_diameter": 0.872})
 
 
-@pytest.mark.parametrize("kind", [CarrierParameters, PinParameters, GearData])
+#: Tables of the file of dimensions.
+TABLES = {CarrierParameters: "carrier", PinParameters: "pin", GearData: "gear"}
+
+
+@pytest.mark.parametrize("kind", TABLES)
 @pytest.mark.parametrize("value", [0.0, -0.1, math.nan, math.inf, "0.1", None])
 def test_every_parameter_must_be_a_positive_number(kind, value):
     for field in fields(kind):
         if (field.name, value) == ("helix_angle", 0.0):
             continue  # spur gears
         with pytest.raises(
-            ValueError, match=rf"^{kind.__name__}\.{field.name} is .*; expected a positive number$"
+            ValueError,
+            match=rf"^\[{TABLES[kind]}\] {field.name} is .*; expected a positive number$",
         ):
             kind(**{field.name: value})
 
@@ -97,7 +102,7 @@ def test_every_parameter_must_be_a_positive_number(kind, value):
 def test_a_pin_of_another_diameter_than_the_hole_is_refused(carrier):
     with pytest.raises(
         ValueError,
-        match=r"PinParameters.diameter is 0.159 m; expected the carrier's pin_hole_diameter",
+        match=r"\[pin\] diameter is 0.159 m; expected the carrier's pin_hole_diameter",
     ):
         PinParameters(diameter=0.159).check_fits(carrier)
 
@@ -105,14 +110,14 @@ def test_a_pin_of_another_diameter_than_the_hole_is_refused(carrier):
 def test_a_bearing_as_wide_as_the_plate_gap_is_refused(carrier):
     with pytest.raises(
         ValueError,
-        match=r"PinParameters.bearing_width is 0.24 m; expected less than .* plate_gap 0.24",
+        match=r"\[pin\] bearing_width is 0.24 m; expected less than .* plate_gap 0.24",
     ):
         PinParameters(bearing_width=0.24).check_fits(carrier)
 
 
 def test_tooth_numbers_that_do_not_mesh_are_refused():
     with pytest.raises(
-        ValueError, match=r"GearData.ring_teeth is 98; expected sun_teeth \+ 2 planet_teeth = 99"
+        ValueError, match=r"\[gear\] ring_teeth is 98; expected sun_teeth \+ 2 planet_teeth = 99"
     ):
         GearData(ring_teeth=98)
 
@@ -120,7 +125,7 @@ def test_tooth_numbers_that_do_not_mesh_are_refused():
 def test_tooth_numbers_that_cannot_be_assembled_are_refused():
     with pytest.raises(
         ValueError,
-        match=r"GearData.sun_teeth is 22; expected ring_teeth \+ sun_teeth divisible by 3",
+        match=r"\[gear\] sun_teeth is 22; expected ring_teeth \+ sun_teeth divisible by 3",
     ):
         StageParameters(gear=GearData(ring_teeth=100, sun_teeth=22))
     gear = GearData(ring_teeth=99, planet_teeth=33, sun_teeth=33)
@@ -132,7 +137,7 @@ def test_planets_that_touch_are_refused(gear):
     assert not list(gear.assembly_conflicts(4))
     # 2 x 308 sin(36 deg) = 362 mm from one to the next.
     (message,) = gear.assembly_conflicts(5)
-    assert "planet_tip_diameter is 0.4212 m: planets stand 0.3621 m apart and touch" in message
+    assert "planet_tip_diameter is 0.4212 m: planets are 0.3621 m apart and touch" in message
 
 
 @pytest.mark.parametrize("n_planets", [2, 9, 3.0, True])

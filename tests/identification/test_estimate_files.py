@@ -79,7 +79,7 @@ def test_what_cannot_be_seen_is_null_and_said_in_words(tmp_path):
         "unit": "1",
     }
     assert document["undetermined"][0].startswith(
-        "LC1: rho_s of LC1 and rho_f of LC1 cannot be told apart"
+        "LC1: rho_s of LC1 and rho_f of LC1 cannot be separated"
     )
     write_identification(tmp_path / "i.json", document)
 

@@ -1,6 +1,6 @@
 """Body files come back whole.
 
-Whatever else lies under the name is refused in words, with the file's name.
+Whatever else lies under the name is refused with an explanation, with the file's name.
 """
 
 import h5py

@@ -25,10 +25,12 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange:
 
     Parameters
     ----------
-    before, after : Path
-        Folders of diagnose --out, each with its diagnosis.json.
+    before : Path
+        Folder of the earlier diagnosis, with its diagnosis.json.
+    after : Path
+        Folder of the later diagnosis, with its diagnosis.json.
     out : Path, optional
-        Folder for comparison.json and comparison.html; without, the result is only shown.
+        Folder for comparison.json and comparison.html; default: the result is only shown.
 
     Returns
     -------

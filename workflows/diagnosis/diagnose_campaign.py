@@ -96,23 +96,25 @@ def main(
         pattern's waves [m] over torque [N m], radial load [N] or time. Other classes are refused
         by name.
     law_class : str, optional
-        Class whose shape --save-law keeps, of a carrier frame and pattern; without, the one of the
+        Class whose shape --save-law keeps, of a carrier frame and pattern; default: that of the
         largest share.
     baseline : list of str, optional
         Effects that the baseline contains, in place of those of campaign.toml; may be given several
         times.
     effects : list of str, optional
-        Effects to be looked for; all of the kind without. May be given several times.
-    channels, runs : list of str, optional
-        Channels and runs that count; all without. May be given several times.
+        Effects that are candidates; default: all of the kind. May be given several times.
+    channels : list of str, optional
+        Channels that are used; default: all. May be given several times.
+    runs : list of str, optional
+        Runs that are used; default: all. May be given several times.
     seed : int
         Seed of the bootstrap samples behind the intervals of rho and phi and behind the rule that
         an effect must shrink the gap in 97.5 % of them, 0 or more. Another seed moves the ends of
-        intervals by some per cent of their width, a sixth with four conditions; a verdict that
-        changes with it is not sure.
+        intervals by some per cent of their width, a sixth with four conditions; treat a
+        verdict that changes with it as unreliable.
     report : bool
         Draw report.html, and in kind carrier write rim_motion.json, the mean turn of every sensor
-        in every run; without, those of an earlier diagnosis go.
+        in every run; without it those of an earlier diagnosis are removed.
     view : bool, optional
         Write view.html too, the page of carrierflex view that report.html links to: the rim in
         space with the gap in colour (kind carrier; 1.5 MB, needs carrierflex[view]).
@@ -164,7 +166,9 @@ def main(
             motion = rim_motion(diagnosis, measured) if report else None
             if view and motion is None:
                 stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
-            _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
+            _write(
+                diagnosis, measured, campaign, out, stages, report=report, motion=motion, view=view
+            )
         if view and motion is not None:
             with stages.stage(f"writing {out / VIEW_FILE}"):
                 write_view(rim_scene(motion), out / VIEW_FILE)
@@ -225,6 +229,7 @@ def _write(
     *,
     report: bool,
     motion: RimMotion | None,
+    view: bool,
 ) -> None:
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis
     from carrierflex.diagnosis.report.page import ReportSource, report_page
@@ -239,8 +244,14 @@ def _write(
             (out / REPORT_FILE).unlink(missing_ok=True)
             return
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
-        page = VIEW_FILE if motion else ""
-        source = ReportSource(measured, str(folder), versions(), written, view=page)
+        source = ReportSource(
+            measured,
+            str(folder),
+            versions(),
+            written,
+            view=VIEW_FILE if motion and view else "",
+            view_command=f"carrierflex view {out} --html" if motion else "",
+        )
         if motion is not None:
             n_written = len({signal.run for signal in motion.signals})
             if n_written < len(measured.runs):

@@ -1,4 +1,4 @@
-"""Tell, before measuring, which causes a campaign could see and part, and what to add to it.
+"""Show, before measuring, which causes a campaign can separate, and what to add to it.
 
 Takes a case file, or a campaign whose records leave causes that cannot be told apart. Writes
 plan.json and plan.png. A good answer: every cause that matters is seen well below the size worth
@@ -58,7 +58,7 @@ PLAN = json_table(
     version=(Literal[1], "Version of the format"),
     software=(str, "Name and version of this software"),
     kind=(Literal["carrier", "mounting"], "Kind of the campaign"),
-    proposal=(RankedAddition | None, "First proposal; null where nothing is to be parted"),
+    proposal=(RankedAddition | None, "First proposal; null where nothing is to be separated"),
 )
 
 
@@ -74,7 +74,7 @@ class PlannedCampaign:
 class PlanSettings:
     """What a plan is asked for."""
 
-    gap: Annotated[float, "Gap in floors at which causes are to be told apart"] = 6.0
+    gap: Annotated[float, "Gap in floors at which causes are to be distinguished"] = 6.0
     costs: Annotated[Costs, "What additions cost"] = field(default_factory=Costs)
     limits: Annotated[RigLimits, "What the rig can do"] = field(default_factory=RigLimits)
 
@@ -88,7 +88,7 @@ def main(
     effects: list[str] | None = None,
     quiet: bool = False,
 ) -> CampaignPlan:
-    """Tell which causes a campaign could see and part, and the cheapest addition that parts more.
+    """Show which causes a campaign can separate, and the cheapest addition that separates more.
 
     Parameters
     ----------
@@ -99,15 +99,15 @@ def main(
         [plan]: a sensor 240 min, a load case 15 min beside its length, a minute of record 1 min;
         limits 400 kN m and 200 kN.
     out : Path, optional
-        Folder for plan.json and plan.png; without, the result is only shown.
+        Folder for plan.json and plan.png; default: the result is only shown.
     gap : float, optional
-        Gap at which causes are to be told apart, its RMS over that of the noise [1]; 6 without, or
-        that of the case. The gap of the records where there are any.
+        Gap at which causes are to be distinguished, its RMS over that of the noise [1];
+        default: that of the records or of the case, else 6.
     baseline : list of str, optional
         Effects that the baseline contains, in place of those of the campaign (a case: the axial
         offset); may be given several times.
     effects : list of str, optional
-        Causes to look at; all of the kind without. May be given several times.
+        Causes that are considered; default: all of the kind. May be given several times.
     quiet : bool
         Show no progress.
 
@@ -141,7 +141,7 @@ def main(
                 read_campaign(records), baseline=baseline, effects=effects or ()
             )
             curves = campaign_curves(campaign, records)
-        with stages.stage("what can be seen, parted and added"):
+        with stages.stage("what can be detected, separated and added"):
             planned = plan_of(campaign, curves, settings, is_measured=is_measured, note=stages.note)
     if out is not None:
         _write(planned.plan, prepared_folder(out))

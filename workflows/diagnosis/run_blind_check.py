@@ -83,7 +83,7 @@ def main(
     kind : sequence of str
         Kinds of campaign; may be repeated.
     cases : int
-        Cases of each kind; a full check without.
+        Cases of each kind; default: a full check.
     seed : int
         Seed of the cases.
     family : sequence of str

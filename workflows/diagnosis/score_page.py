@@ -8,7 +8,7 @@ from carrierflex.blind_check.scoring.judging import Judged
 from carrierflex.blind_check.scoring.result import BlindCheck
 from carrierflex.blind_check.scoring.scoring import ClassRow, Figure, Score
 
-_FIGURES = ("kind", "figure", "wanted", "reached", "95 %", "cases", "met")
+_FIGURES = ("kind", "figure", "required", "actual", "95 %", "cases", "pass")
 _CLASSES = ("kind", "true class", "cases", "right", "95 %", "answers")
 _WRONG = ("case", "family", "truth", "gap / floor", "verdict", "named")
 _CHANGES = (
@@ -73,8 +73,8 @@ def _references(check: BlindCheck) -> Section:
             reached = _percent(figure.value)
             rows.append([figure.kind, figure.name, figure.wanted, reached, *values])
     names = [name.replace("_", " ") for name in check.beside]
-    columns = ("kind", "figure", "wanted", "carrierflex", *names)
-    return "beside plain methods on the same seals", columns, rows
+    columns = ("kind", "figure", "required", "carrierflex", *names)
+    return "compared with plain methods on the same cases", columns, rows
 
 
 def _figures_of(check: BlindCheck) -> dict[tuple[str, str], Figure]:

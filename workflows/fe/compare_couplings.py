@@ -57,11 +57,13 @@ def main(
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
         TOML file that states the surfaces of the STEP or mesh files.
-    flexible_mesh, stiff_mesh
-        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier
-        without and with bonded pins, instead of the parametric carrier.
+    flexible_mesh
+        Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier
+        without pins, instead of the parametric carrier.
+    stiff_mesh
+        Mesh file of the same kinds of the carrier with bonded pins.
     length_unit
-        Of the mesh files' coordinates.
+        Unit of the mesh files' coordinates.
     quiet
         Show no progress.
 

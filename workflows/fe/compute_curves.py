@@ -61,16 +61,18 @@ def main(
     surfaces
         TOML file that states the surfaces of the STEP or mesh files; carrierflex cad writes one to
         start from. A mesh whose groups have the surfaces' names needs none.
-    flexible_mesh, stiff_mesh
-        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier
-        without and with bonded pins, instead of the parametric carrier.
+    flexible_mesh
+        Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier
+        without pins, instead of the parametric carrier.
+    stiff_mesh
+        Mesh file of the same kinds of the carrier with bonded pins.
     length_unit
-        Of the mesh files' coordinates.
+        Unit of the mesh files' coordinates.
     assembly
         compiled: element loops compiled, a sparse factorisation library solves; scikit-fem: its
         forms and scipy's solver do both, the same numbers some fifty times slower.
     preview
-        Only tell what the work will cost.
+        Only show what the work will cost.
     cache
         Take curves that were computed from the same inputs before, and keep new ones.
     quiet

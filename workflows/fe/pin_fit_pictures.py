@@ -87,7 +87,7 @@ def sweep_figure(study: PinFitStudy) -> "Figure":
     _draw(axes[2], x, _columns(study.tied, drawn))
     axes[2].set_yscale("log")
     axes[2].set_ylim(1e-4, 1.0)
-    axes[2].set_ylabel("RMS left by the mix / RMS of the curve")
+    axes[2].set_ylabel("RMS residual of the mix / RMS of the curve")
     for axis in axes:
         for name, colour, style in ((MORE_PEAKS, "black", "--"), (TABLE_4, "0.6", ":")):
             if name in study.changes:

@@ -188,7 +188,7 @@ class Residual(TypedDict):
     """Largest residual of a mix over the sweep."""
 
     residual: Annotated[float, "RMS left over RMS"]
-    stiffness: Annotated[float, "Interface stiffness where it stands [N m/rad]"]
+    stiffness: Annotated[float, "Interface stiffness at the best mix [N m/rad]"]
 
 
 class PinFitDocument(TypedDict):

@@ -185,7 +185,7 @@ FIGURES_2011 = (
     PaperFigure(
         "2011", 4, "The hydro-dynamic bushing; force over deflection of the three laws",
         "Elements of the hydro-dynamic bushing model: elastic, fluid and elasto-plastic force. The "
-        "paper shows no force over deflection; it stands beside it here.",
+        "paper shows no force over deflection; it is added here.",
         "Equations 1 to 7 with the constants of table 3, by the laws of "
         "<code>simulation/element/kernels.py</code> under a slow sine. Equation 7 with both yield "
         "limits; equation 6 as spring and damper in series (the mass has no influence).",
@@ -221,7 +221,7 @@ FIGURES_2011 = (
     PaperFigure(
         "2011", 8, "Flow charts of the identification; convergence of the complex method",
         "Main program and subprograms of the complex method. The paper shows no convergence; it "
-        "stands beside the charts here.",
+        "is added here.",
         "<code>identification/estimation/complex_method.py</code> on the record of figure 6 and "
         "equation 12, best and worst of the population over the simulations; dotted, what "
         "least squares by gradients reaches (<code>carrierflex identify --compare-complex</code>).",

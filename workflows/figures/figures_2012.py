@@ -262,7 +262,7 @@ def _tilts() -> Figure:
     figure = Figure(figsize=(11.5, 4.8), layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, title, housing, carrier in (
-        (panels[0], r"housing tilted by $\phi_H$: the axis stands still", 7.0, 0.0),
+        (panels[0], r"housing tilted by $\phi_H$: the axis is fixed", 7.0, 0.0),
         (panels[1], r"carrier tilted by $\phi_{PLC}$: the axis turns with the shaft", 0.0, 7.0),
     ):
         prepare(axes, (-2.15, 0.95), (-0.95, 0.95), title)

@@ -391,7 +391,7 @@ def _draw_interface(axes: Axes) -> None:
     leader(axes, "pin's pilot,\naverages the pin's end", (0.12, 0.0), (0.95, 0.95), colour=FORCE)
     words(
         axes,
-        "both pilots stand at one point (drawn apart): translations tied,\n"
+        "both pilots are at one point (drawn apart): translations tied,\n"
         f"rotations against torsional springs of {PAPER_STIFFNESS:.0e} N m/rad".replace("+0", ""),
         (0.0, -1.45),
     )

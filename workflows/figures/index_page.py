@@ -41,8 +41,8 @@ def index_page(figures: Sequence[PaperFigure], size: float) -> str:
         f"<title>Figures of the papers</title><style>{_STYLE}</style></head><body>",
         "<h1>The figures of both papers, from this project's runs</h1>",
         f"<p>Drawn by {escape(software_name())}, finite elements of {size:g} m. Nothing here is "
-        "measured: where the papers show measurements, a richer simulation stands for them, and "
-        "each figure says what it takes from the papers.</p>",
+        "measured: where the papers show measurements, a more detailed simulation replaces them, "
+        "and each figure says what it takes from the papers.</p>",
         f"<nav>{links}</nav>",
     ]
     for paper, title in _PAPERS.items():

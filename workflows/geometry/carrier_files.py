@@ -51,13 +51,13 @@ class CarrierFiles:
             )
         if self.surfaces is not None and self.step is None and not self.meshes:
             raise ValueError(
-                "--surfaces is given without --step; expected the CAD model or a mesh file beside "
+                "--surfaces is given without --step; expected the CAD model or a mesh file with "
                 "the file that states its surfaces"
             )
         if self.length_unit != "m" and not self.meshes:
             raise ValueError(
-                f"--length-unit is {self.length_unit} without a mesh file; expected one beside it "
-                "(a STEP file's unit is stated as [frame] length_unit of the surfaces file)"
+                f"--length-unit is {self.length_unit} without a mesh file; expected a mesh file "
+                "with it (a STEP file's unit is stated as [frame] length_unit of the surfaces file)"
             )
         if self.meshes and self.step is not None:
             raise ValueError("a mesh file and --step are both given; expected one of them")
@@ -109,8 +109,8 @@ class CarrierFiles:
         statements = None if self.surfaces is None else read_cad_statements(self.surfaces)
         if statements is not None and statements.frame.length_unit is not None:
             raise ValueError(
-                f"{self.surfaces}: [frame] length_unit is {statements.frame.length_unit} beside a "
-                "mesh file; expected none, a mesh's unit is stated by --length-unit"
+                f"{self.surfaces}: [frame] length_unit is {statements.frame.length_unit} together "
+                "with a mesh file; expected none, a mesh's unit is stated by --length-unit"
             )
         mesh = read_mesh(
             self.meshes[variant], metres=_METRES[self.length_unit], statements=statements
@@ -208,8 +208,8 @@ def located(record: Mapping[str, Mapping[str, str]], beside: Path) -> dict[str, 
         places = [place for place in (path, beside / path, beside / path.name) if place.is_file()]
         if not places:
             raise FileNotFoundError(
-                f"{path}: no such file, nor {path.name} beside the body file; expected the file "
-                "that the body was made of, at its place or beside the body"
+                f"{path}: no such file, nor {path.name} in the folder of the body file; expected "
+                "the file that the body was made of, at its place or beside the body"
             )
         entry["file"] = str(places[0])
     return found

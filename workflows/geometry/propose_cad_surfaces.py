@@ -98,7 +98,8 @@ def _checked_outputs(out: Path) -> Path:
         raise ValueError(f"--out is {out}; expected the name of a surfaces file, .toml")
     if out.exists():
         raise ValueError(
-            f"{out}: stands already, and may be edited; expected the name of a new file"
+            f"{out}: exists already; an existing file is not overwritten; give another name to "
+            "--out"
         )
     if out.parent.exists():
         check_file_writable(out)

@@ -54,7 +54,10 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     """
     stage = read_parameters(parameters)
     if out.exists():
-        raise ValueError(f"{out}: stands already, perhaps edited; expected a new --out")
+        raise ValueError(
+            f"{out}: exists already; an existing file is not overwritten; give another name to "
+            "--out"
+        )
     check_file_writable(out)
     lines = list(_lines(stage))
     with whole_file(out) as path:
@@ -72,7 +75,7 @@ def _lines(stage: StageParameters) -> Iterator[str]:
 
     tables = TypeAdapter(ParameterTables).json_schema(schema_generator=FileSchema)["$defs"]
     yield schema_line("carrier parameters")
-    yield "# Dimensions of the planetary stage, in metres and radians. What is left out keeps its"
+    yield "# Dimensions of the planetary stage, in metres and radians. What is missing keeps its"
     yield "# default. 'alone': range in which a dimension may be changed while all others stay."
     for table in _TABLES:
         values = getattr(stage, table)

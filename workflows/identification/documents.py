@@ -50,7 +50,9 @@ class IdentificationDocument(TypedDict):
     software: Software
     shared: Annotated[Mapping[str, NamedValue], "Parameters of all runs"]
     runs: Annotated[Mapping[str, IdentifiedRun], "By run"]
-    undetermined: Annotated[Sequence[str], "Combinations that the records cannot see, in words"]
+    undetermined: Annotated[
+        Sequence[str], "Parameters and combinations that the records do not determine"
+    ]
     outliers: NotRequired[Annotated[Sequence[Outliers], "Flagged samples, which took part"]]
     warnings: Annotated[Sequence[CampaignWarning], "What does not look right in the campaign"]
     covariance_source: NotRequired[Annotated[str, "Where the errors come from"]]

@@ -16,11 +16,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.files.json_files import plain
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
-from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.identification.estimate_files import FORMAT, VERSION, write_identification
 from carrierflex.identification.estimation.complex_method import ComplexSearch
@@ -137,6 +138,7 @@ def identify(
                     measured, entry, weights=options.weights, seed=options.seed
                 )
                 seconds[entry.name] = perf_counter() - begin
+    warnings = (*warnings, *_misfits(measured, estimates))
     result = BushingIdentification(
         measured.name, estimates, searches, seconds, (), warnings=warnings
     )
@@ -163,6 +165,32 @@ def _fitted(
         group, result[-1], executor, options.bootstrap, options.seed, options.weights
     )
     return (*result[:-1], refitted)
+
+
+def _misfits(
+    measured: Campaign, estimates: Mapping[str, tuple[BushingEstimate, ...]]
+) -> tuple[CampaignWarning, ...]:
+    """Fits that leave more than the declared noise: their intervals do not hold that error."""
+    declared = [channel.noise_std for channel in measured.channels if channel.noise_std is not None]
+    if len(declared) < len(measured.channels):
+        return ()
+    noise = float(np.sqrt(np.mean(np.square(declared))))
+    last = {group: fitted[-1] for group, fitted in estimates.items()}
+    return tuple(
+        CampaignWarning(
+            "fit",
+            f"{estimate.model.name} {group}".strip(),
+            f"the fit leaves {estimate.rms * 1e6:.3g} um RMS, {estimate.rms / noise:.3g} times the "
+            "declared noise: the model does not describe these records, and the intervals do not "
+            "include that error",
+            "fit a model with more parameters (--model), or let carrierflex diagnose name the "
+            "missing effect",
+            estimate.rms / noise,
+            key_of("[[channels]]", "noise_std"),
+        )
+        for group, estimate in last.items()
+        if estimate.rms > Thresholds().remainder * noise
+    )
 
 
 def _last_by_run(measured: Campaign, result: BushingIdentification) -> dict[str, BushingEstimate]:
@@ -209,7 +237,7 @@ def _document(measured: Campaign, result: BushingIdentification) -> dict[str, An
         "undetermined": [
             f"{group}: {text}".removeprefix(": ")
             for group, last_estimate in last.items()
-            for text in last_estimate.uncertainty.undetermined
+            for text in last_estimate.undetermined
         ],
         "correlation": {
             group: {

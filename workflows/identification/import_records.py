@@ -82,7 +82,7 @@ def main(
     if curves is not None:
         source = map_.parent / curves
         if not source.is_file():
-            raise ValueError(f"{map_}: no file '{curves}' of deflection_curves beside it")
+            raise ValueError(f"{map_}: no file '{curves}' of deflection_curves in its folder")
         more[curves] = lambda path: _copy(source, path)
     write_campaign(imported.campaign, out, more_files=more)
     return ImportedRecords(imported, out)

@@ -67,7 +67,10 @@ def main(
     from carrierflex.workflows.outputs import schema_line
 
     if out.exists():
-        raise ValueError(f"{out}: stands already, perhaps edited; expected a new --out")
+        raise ValueError(
+            f"{out}: exists already; an existing file is not overwritten; give another name to "
+            "--out"
+        )
     check_file_writable(out)
     if drive is not None and kind != "element":
         raise ValueError(f"--drive is for kind element; {kind} has none")

@@ -92,7 +92,7 @@ def reduced_body(
     variant : str
         Of the carrier; stiff: pins bonded; flexible: no pins.
     parameters : StageParameters, path or None
-        Dimensions [m], or a TOML file of them; the default carrier without.
+        Dimensions [m], or a TOML file of them; default: the default carrier.
     size : float
         Element edge length [m].
     up_to : float, optional

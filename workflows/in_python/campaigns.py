@@ -108,7 +108,7 @@ def simulated_campaign(case: Path | str = "carrier_lc1_to_lc4") -> Records:
     Parameters
     ----------
     case : path or str
-        Case file (TOML), or the name of a case that comes along.
+        Case file (TOML), or the name of a bundled case.
 
     Returns
     -------

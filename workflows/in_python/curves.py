@@ -89,7 +89,7 @@ def deflection_curves(
     Parameters
     ----------
     parameters : StageParameters, path or None
-        Dimensions [m], or a TOML file of them; the default carrier without.
+        Dimensions [m], or a TOML file of them; default: the default carrier.
     size : float
         Element edge length [m].
 

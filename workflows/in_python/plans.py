@@ -54,7 +54,7 @@ class Planned:
         return f"Planned({plan.campaign}: {len(plan.alike)} pairs pass for another{first})"
 
     def _repr_html_(self) -> str:
-        rows = [("in words", first_sentences(self.result))]
+        rows = [("summary", first_sentences(self.result))]
         return shown_in_notebook(f"Plan of {self.result.campaign}", rows, self.plot())
 
 
@@ -69,10 +69,10 @@ def planned_campaign(
     Parameters
     ----------
     case : path or str
-        Case file (TOML) of kind carrier or mounting, the name of a case that comes along, or a
+        Case file (TOML) of kind carrier or mounting, the name of a bundled case, or a
         campaign folder.
     gap : float, optional
-        Gap over the noise at which causes are to be told apart; 6 without, or that of the case.
+        Gap over the noise at which causes are to be distinguished; default: 6, or that of the case.
     baseline : list of str, optional
         Effects that the baseline contains, in place of those of the campaign.
 

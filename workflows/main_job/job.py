@@ -427,7 +427,7 @@ class PaperEffects(TypedDict):
 class JobGap(TypedDict):
     """The gap of a rigid, aligned carrier."""
 
-    where: Annotated[str, "Where it lies, in words"]
+    where: Annotated[str, "Where it lies, as a sentence"]
     verdict: Verdict
     reason: Annotated[str, "Why this verdict"]
     effects: Annotated[Sequence[str], "Named effects in turn"]
@@ -461,10 +461,10 @@ class SummaryDocument(TypedDict):
     rms_um: Annotated[Mapping[str, Mapping[str, float]], "Residual by model and run [um]"]
     in_time: Annotated[Mapping[str, Any], "Figures of stage and mounting in time, and their files"]
     truth: Annotated[
-        Mapping[str, Mapping[str, AgainstTruth]], "Parameters of M2 beside the truth, by run"
+        Mapping[str, Mapping[str, AgainstTruth]], "Parameters of M2 and the truth, by run"
     ]
     gap: Annotated[JobGap, "The gap"]
-    checks: Annotated[Sequence[JobCheck], "Checks, wanted beside reached"]
+    checks: Annotated[Sequence[JobCheck], "Checks, required and actual"]
     seconds: Annotated[Mapping[str, float], "Time by stage [s]"]
     peak_memory_gb: Annotated[float, "Peak memory [GB]"]
     versions: Versions

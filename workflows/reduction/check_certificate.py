@@ -63,5 +63,5 @@ class CertificateDocument(TypedDict):
 
     body: Annotated[str, "Body file"]
     met: Annotated[bool, "Whether every check is met"]
-    checks: Annotated[Sequence[Check], "Wanted beside reached"]
+    checks: Annotated[Sequence[Check], "Required and actual"]
     cut_off_hz: Annotated[float, "Frequency up to which was checked [Hz]"]

@@ -134,7 +134,7 @@ def main(
         displacement on it, 12 bytes a surface corner and coordinate (5 MB for the default
         carrier, 18 MB at 0.015 m).
     preview
-        Only tell what the work will cost.
+        Only show what the work will cost.
     cache
         Take a body that was reduced from the same inputs before, and keep a new one.
     quiet

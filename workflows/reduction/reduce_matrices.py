@@ -152,8 +152,8 @@ def refuse_mesh_options(options: Mapping[str, Any]) -> None:
     given = [name for name, nothing in MESH_OPTIONS.items() if options[name] != nothing]
     if given:
         raise ValueError(
-            f"--{given[0].replace('_', '-')} is given beside --stiffness; expected matrices or a "
-            "mesh: pilots and couplings of matrices stand in --interfaces"
+            f"--{given[0].replace('_', '-')} is given together with --stiffness; expected "
+            "matrices or a mesh: pilots and couplings of matrices stand in --interfaces"
         )
 
 

@@ -37,7 +37,7 @@ def check_table(check: "CampaignCheck") -> RenderableType:
     table = titled_table(
         f"check of {check.campaign}",
         *("about", "finding", "remedy", "line"),
-        rows=rows or [("nothing", "stands out", "", "")],
+        rows=rows or [("-", "no findings", "", "")],
     )
     for column in table.columns[1:]:
         column.justify = "left"
@@ -133,7 +133,7 @@ def blind_check_table(check: BlindCheck | ExportedCheck) -> RenderableType:
 
 
 def plan_table(plan: CampaignPlan) -> RenderableType:
-    """Sentences, then smallest sizes, pairs that are not parted, additions."""
+    """Sentences, then smallest sizes, pairs that are not separated, additions."""
     return Group(
         first_sentences(plan),
         "",
@@ -148,7 +148,8 @@ def plan_table(plan: CampaignPlan) -> RenderableType:
 def _plan_sizes(plan: CampaignPlan) -> RenderableType:
     table = titled_table(
         f"smallest sizes (noise {plan.noise_std:.2g} {plan.unit})",
-        "cause", "parameter", "seen from", "named from", "gap seen [floors]", "beside the baseline",
+        "cause", "parameter", "detected from", "named from", "gap detected [floors]",
+        "remains after baseline",
     )  # fmt: skip
     for size in plan.sizes:
         table.add_row(
@@ -164,8 +165,8 @@ def _plan_sizes(plan: CampaignPlan) -> RenderableType:
 
 def _plan_pairs(plan: CampaignPlan) -> RenderableType:
     table = titled_table(
-        f"not told apart at {plan.gap:.3g} floors",
-        "cause", "fitted instead", "angle [deg]", "left [floors]", "parted from [floors]",
+        f"not distinguished at {plan.gap:.3g} floors",
+        "cause", "fitted instead", "angle [deg]", "residual [floors]", "separated from [floors]",
         "by an addition",
     )  # fmt: skip
     for pair in plan.pairs:
@@ -183,9 +184,10 @@ def _plan_pairs(plan: CampaignPlan) -> RenderableType:
 
 def _plan_additions(plan: CampaignPlan) -> RenderableType:
     table = titled_table(
-        "additions", "addition", "cost [min]", "pairs parted", "least left [floors]", "distance",
+        "additions",
+        *("addition", "cost [min]", "pairs separated", "least residual [floors]", "distance"),
         "information per min [nat]",
-    )  # fmt: skip
+    )
     for ranked in plan.additions[:_MOST_ADDITIONS]:
         table.add_row(
             ranked.addition.text,

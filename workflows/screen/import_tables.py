@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def map_table(new: "NewMap") -> RenderableType:
-    """Where the map is, and what is to be told."""
-    table = titled_table(f"{new.path}: look at every line, then carrierflex import", "to be told")
+    """Where the map is, and what is to fill in."""
+    table = titled_table(f"{new.path}: check every line, then run carrierflex import", "to fill in")
     table.columns[0].overflow = "fold"
     for line in new.open_keys:
         table.add_row(line)
@@ -59,7 +59,7 @@ def completion_script(completion: "Completion") -> RenderableType:
 def cases_table(cases: "ShippedCases") -> RenderableType:
     """Shipped cases with their titles."""
     where = f": copied to {cases.folder}" if cases.folder is not None else ""
-    table = titled_table(f"cases that come along{where}", "name", "what it is")
+    table = titled_table(f"bundled cases{where}", "name", "what it is")
     table.columns[1].justify = "left"
     table.columns[1].overflow = "fold"
     for name, title in cases.titles.items():

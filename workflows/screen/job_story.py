@@ -104,7 +104,7 @@ def _gap(job: "Job") -> list[RenderableType]:
 
 
 def _checks(job: "Job") -> RenderableType:
-    checks = _table("", "figure", "wanted", "reached", "met")
+    checks = _table("", "figure", "required", "actual", "pass")
     for row in job.summary["checks"]:
         met = "yes" if row["met"] else Text("no", style="red")
         checks.add_row(row["check"], row["wanted"], f"{row['reached']:.3g}", met)

@@ -84,7 +84,7 @@ def table_5_table(table_5: "Table5") -> RenderableType:
 def order_one_table(study: "OrderOneStudy") -> RenderableType:
     """Order 1 by support, and by load case beside the paper's."""
     table = titled_table(
-        "support of carrier and housing", "order 1, um", "over the kink", "order 2, um"
+        "support of carrier and housing", "order 1, um", "over the misalignment", "order 2, um"
     )
     for row in study.rows:
         numbers = (f"{row.order_1 * 1e6:.2f}", f"{row.share:.3f}", f"{row.order_2 * 1e6:.1f}")
@@ -134,8 +134,7 @@ def torsion_table(torsion: "Torsion") -> RenderableType:
         frequency.add_row(topology, mounting, *numbers)
     remark = (
         "mounting: two bushings; the paper's 11.4 is K1 R_x^2 of one. The stage's main shaft and "
-        "sun shaft were derived "
-        "from the paper's 50 and 27."
+        "sun shaft were derived from the paper's 50 and 27."
     )
     return Group(stiffness, remark, "", frequency)
 
@@ -175,7 +174,7 @@ def gear_life_table(life: "GearLife") -> RenderableType:
     for name, mesh in life.meshes.items():
         papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
     stage = titled_table(
-        "kink in the whole stage",
+        "misalignment in the whole stage",
         "support",
         "carrier",
         "mesh",

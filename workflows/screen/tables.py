@@ -79,7 +79,7 @@ def _named_surfaces(proposal: SurfaceProposal) -> Iterator[str]:
             yield f"{surface.name}: {told(surface.chosen)}"
         else:
             alike = "; ".join(told(each) for each in surface.candidates[: surface.equals])
-            yield f"{surface.name}: left out, {surface.equals} candidates are alike: {alike}"
+            yield f"{surface.name}: left out, {surface.equals} candidates fit equally well: {alike}"
 
 
 def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> RenderableType:
@@ -107,7 +107,7 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     asked_for, n_modes = (model.provenance.get(key) for key in ("modes_asked_for", "modes"))
     if asked_for is not None:
         why = "modes of equal frequency are kept together"
-        table.add_row("modes", f"{n_modes}, {asked_for} asked for: {why}")
+        table.add_row("modes", f"{n_modes}, {asked_for} requested: {why}")
     table.add_row("pilots", ", ".join(model.pilots))
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
@@ -138,8 +138,8 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
         "peaks",
         "rho_s",
         "rho_f",
-        "left, %",
-        "sum one: left, %",
+        "residual, %",
+        "sum one: residual, %",
     )
     table = _table("pin interface, N m/rad", "stiffness", *columns)
     for row in study.tied:
@@ -151,7 +151,9 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
             residuals = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
             table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *residuals)
     changes = [f"{name}: from {stiffness:.3g} N m/rad" for name, stiffness in study.changes.items()]
-    worst = _table("worst over the sweep", "mix", "left, %", "at, N m/rad", "sliding pins: left, %")
+    worst = _table(
+        "worst over the sweep", "mix", "residual, %", "at, N m/rad", "sliding pins: left, %"
+    )
     for name, text in RESIDUALS.items():
         tied, sliding = (study.worst[axial][name] for axial in ("tied", "sliding"))
         values = (
@@ -175,7 +177,9 @@ def export_table(exported: "ExportedBody") -> RenderableType:
 
 def certificate_table(certificate: Certificate) -> RenderableType:
     """Every check of a reduction certificate."""
-    table = _table("reduction certificate", "check", "wanted", "reached", "of the limit", "met")
+    table = _table(
+        "reduction certificate", "check", "required", "actual", "share of the limit", "pass"
+    )
     for check in certificate.checks:
         share = check.share_of_limit
         table.add_row(
@@ -290,17 +294,17 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
             table.add_row(
                 "complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows)
             )
-        shown += [table, *estimates[-1].uncertainty.undetermined]
+        shown += [table, *estimates[-1].undetermined]
         known = [name for name in AXIAL if name not in estimates[-1].model.axial]
         if known:
-            shown.append(f"{' and '.join(known)} of the bushings: no unknown here, the rig's value")
+            shown.append(f"{' and '.join(known)} of the bushings: not fitted, value of [rig]")
     for run, rms in identified.motion_rms.items():
-        table = _table(f"housing motion {run}, RMS", "", "measured", "left by the model", "unit")
+        table = _table(f"housing motion {run}, RMS", "", "measured", "residual", "unit")
         for name, measured, residual in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):
             unit = "um" if name.startswith("d") else "urad"
             table.add_row(name, f"{measured:.4g}", f"{residual:.4g}", unit)
         shown += ["", table]
-    return Group(*shown)
+    return Group(*shown, *_warning_lines(identified))
 
 
 def printed_tables_table(facts: DerivedFacts) -> RenderableType:

@@ -62,7 +62,7 @@ COMMANDS = {
         "Contact pressure and pitting life of sun and ring mesh over the misalignment of a "
         "planet.", "gear_life.json"),
     "cases": Command("copy_cases", "import_tables:cases_table",
-        "List the cases that come along, or copy them to start from."),
+        "List the bundled cases, or copy them."),
     "parameters": Command("geometry.write_parameters", "import_tables:parameters_table",
         "Write every dimension with comment, unit, source and limits, and a dimensioned drawing."),
     "new-campaign": Command("identification.new_campaign", "import_tables:map_table",
@@ -74,8 +74,8 @@ COMMANDS = {
     "completion": Command("complete_shell", "import_tables:completion_script",
         "Show the script that completes commands and options in a shell."),
     "plan": Command("diagnosis.plan_campaign", "diagnosis_tables:plan_table",
-        "Tell which causes a campaign could see and part, and the cheapest addition that "
-        "parts more.", "plan.json"),
+        "Show which causes a campaign can separate, and the cheapest addition that separates "
+        "more.", "plan.json"),
     "check": Command("diagnosis.check_campaign", "diagnosis_tables:check_table",
         "Check a measurement campaign; the exit code is 0 without a finding, 1 with one."),
     "identify": Command("identification.identify_parameters", "tables:estimate_table",
@@ -97,4 +97,17 @@ COMMANDS = {
     "printed-tables": Command("identification.read_printed_tables", "tables:printed_tables_table",
         "Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 "
         "paper.", "printed_tables.json"),
+}
+
+#: Commands by what they are for, in the order in which a user needs them.
+GROUPS = {
+    "Start": ("run", "cases", "parameters", "schema", "completion"),
+    "Carrier: geometry and mesh": ("mesh", "cad", "cad-faces", "cad-surfaces"),
+    "Finite elements and reduced bodies": (
+        "curves", "reduce", "certificate", "export", "join", "couplings", "pin-fit",
+    ),
+    "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
+    "Measurement": ("plan", "new-campaign", "import", "check", "identify"),
+    "Diagnosis": ("diagnose", "compare", "view", "blind-check"),
+    "The papers of 2011 and 2012": ("figures", "table-5", "order-one", "printed-tables"),
 }

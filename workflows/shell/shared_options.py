@@ -34,17 +34,17 @@ class SharedOptions:
 
     quiet: Annotated[bool, _option("Show errors only: no progress, no notes, no tables.")] = False
     verbose: Annotated[
-        bool, _option("Show more on the way: libraries taken, files read, passes of a mesh.")
+        bool, _option("Show more messages: libraries used, files read, passes of a mesh.")
     ] = False
     log_file: Annotated[
         Path | None,
-        _option("File to which everything that is said is added, with times and results."),
+        _option("File to which all messages are appended, with times and results."),
     ] = None
     threads: Annotated[
         int | None,
         _option(
-            "Threads of this process, and of each process of --workers, 1 or more; as many as "
-            "the libraries choose without."
+            "Threads of this process, and of each process of --workers, 1 or more; default: "
+            "chosen by the libraries."
         ),
     ] = None
     json: Annotated[

@@ -207,5 +207,5 @@ class CommandRefusal(TypedDict):
     version: Annotated[Literal[1], "Version of the format"]
     software: Annotated[str, "Name and version of this software"]
     command: Annotated[str | None, "Name of the command; null where there is none of that name"]
-    exit_code: Annotated[Literal[2, 130, 143], "2 refused, 130 interrupted, 143 asked to end"]
+    exit_code: Annotated[Literal[2, 130, 143], "2 refused, 130 interrupted, 143 terminated"]
     error: Annotated[str, "What is wrong, what was found and what is expected, in one line"]

@@ -88,9 +88,10 @@ class GearLife:
     misalignment: Annotated[NDArray[np.float64], "Of the sweep [rad], shape (n,)"]
     meshes: Annotated[dict[str, MeshLife], "Sweep by mesh"]
     states: Annotated[
-        list[StageState], "The stage by support and carrier, without and with the kink"
+        list[StageState],
+        "The stage by support and carrier, without and with the shaft-carrier misalignment",
     ]
-    kinks: Annotated[list[KinkInMesh], "What the kink does to the meshes"]
+    kinks: Annotated[list[KinkInMesh], "Effect of the misalignment on the meshes"]
 
 
 def main(
@@ -159,7 +160,7 @@ def main(
         meshes = {name: _swept(pair, flank, force, slopes) for name, pair in pairs.items()}
     with stages.stage(f"reduced carrier and pins, elements of {size} m, and a rigid carrier"):
         flexible, rigid = flexible_and_rigid_body(PAPER_STIFFNESS, size, parameters=parameters)
-    with stages.stage("statics of the stage with and without the kink"):
+    with stages.stage("statics of the stage with and without the misalignment"):
         bodies = {"flexible": flexible, "rigid": rigid}
         states = stage_states(bodies, _stages(gear), phi_plc, SteadyLoad(torque))
         kinks = kinks_in_meshes(states, pairs, flank)
@@ -195,8 +196,11 @@ def _write_stage(
 ) -> None:
     n_planets = len(life.kinks[0].added_slope)
     planets = [f"added slope, planet {planet} [urad]" for planet in range(1, n_planets + 1)]
-    pressures = ["pressure without kink [MPa]", "with kink [MPa]", "increase [%]", "life"]
-    raw = ["no lead correction: without kink [MPa]", "no lead correction: with kink [MPa]"]
+    pressures = ["aligned: pressure [MPa]", "misaligned: pressure [MPa]", "increase [%]", "life"]
+    raw = [
+        "no lead correction, aligned: pressure [MPa]",
+        "no lead correction, misaligned: pressure [MPa]",
+    ]
     header = ["support", "carrier", "mesh", "common slope [urad]", *planets, *pressures, *raw]
     save_table(out / "stage_meshes.csv", header, [_mesh_row(kink) for kink in life.kinks])
     tilts = [
@@ -223,7 +227,7 @@ def _contacts(
     """Contacts of the worst planet by title: aligned, and with the kink by support."""
     contacts = {}
     for mesh, pair in pairs.items():
-        contacts[f"{mesh}, no kink"] = mesh_contact(pair, life.flank, force)
+        contacts[f"{mesh}, aligned"] = mesh_contact(pair, life.flank, force)
         shown = [kink for kink in life.kinks if kink.mesh == mesh and kink.support in _SHOWN]
         for kink in (kink for kink in shown if kink.carrier == "flexible"):
             title = f"{mesh}, {kink.support}:\n{kink.worst * 1e6:.0f} urad"

@@ -21,7 +21,7 @@ class ExportedUnit:
 
     file: Annotated[Path, "The unit"]
     step: Annotated[float, "Its own step [s]"]
-    compiled: Annotated[bool, "Whether it holds a library for this platform beside its sources"]
+    compiled: Annotated[bool, "Whether it holds a library for this platform and its sources"]
 
 
 def main(

@@ -81,13 +81,13 @@ def supports() -> tuple[Support, ...]:
         Support("published clearances", _stage(clearances(), {})),
         Support("clearances, axially 20.2 MN/m", _stage(clearances(), equal)),
         Support("the same, bushings at x = 0.5 m", _stage(clearances(), centred)),
-        Support("the same, kink 1.2 mrad", _stage(clearances(), centred), 1.2e-3),
-        Support("the same, kink 2 mrad", _stage(clearances(), centred), 2e-3),
-        Support("the same, kink 3 mrad", _stage(clearances(), centred), 3e-3),
+        Support("the same, misalignment 1.2 mrad", _stage(clearances(), centred), 1.2e-3),
+        Support("the same, misalignment 2 mrad", _stage(clearances(), centred), 2e-3),
+        Support("the same, misalignment 3 mrad", _stage(clearances(), centred), 3e-3),
         Support("clearances, tilt 1e7 N m/rad", _stage(clearances(), {"tilt_stiffness": 5e6})),
         Support("clearances, tilt 1e8 N m/rad", _stage(clearances(), {"tilt_stiffness": 5e7})),
         Support(
-            "clearances, tilt 1e7, axially 20.2 MN/m, x = 0.5 m, kink 1.2 mrad",
+            "clearances, tilt 1e7, axially 20.2 MN/m, x = 0.5 m, misalignment 1.2 mrad",
             _stage(clearances(), centred | {"tilt_stiffness": 5e6}),
             1.2e-3,
         ),
@@ -99,7 +99,7 @@ def supports() -> tuple[Support, ...]:
         Support("housing held, bearing A alone", _stage(one, rigid)),
         Support("housing held, bearing A alone, sun floating freely", _stage(floating, rigid)),
         Support("sensors on the ground", reading=ReadingEffects(reference="ground")),
-        Support("tilt of the face in place of the kink", phi_PLC=0.0,
+        Support("tilt of the face in place of the misalignment", phi_PLC=0.0,
                 reading=ReadingEffects(phi_face=PHI_PLC)),
     )  # fmt: skip
 
@@ -144,9 +144,11 @@ class Axis:
 
 
 AXES = (
-    Axis("kink phi_PLC", "mrad", (0.2e-3, 0.58e-3, 1e-3, 1.5e-3, 2e-3, 3e-3), 1e3, with_phi),
+    Axis(
+        "misalignment phi_PLC", "mrad", (0.2e-3, 0.58e-3, 1e-3, 1.5e-3, 2e-3, 3e-3), 1e3, with_phi
+    ),
     Axis("clearance over the published", "1", (0.0, 0.25, 0.5, 1.0, 1.5), 1.0, with_clearance),
-    Axis("moment support", "N m/rad", (1e5, 1e6, 1e7, 1e8, 1e9), 1.0, with_tilt, True),
+    Axis("moment restraint", "N m/rad", (1e5, 1e6, 1e7, 1e8, 1e9), 1.0, with_tilt, True),
     Axis("torque", "kN m", (36e3, 90e3, 180e3, 270e3, 360e3), 1e-3, with_torque),
     Axis("radial load", "kN", (-200e3, -100e3, 0.0, 100e3, 200e3), 1e-3, with_radial_load),
 )

@@ -57,7 +57,7 @@ def main(
     case : Path
         Case file (TOML): rig, sensors and runs with the carrier's true motion, or of kind mounting,
         or a stage case, in which the whole planetary stage runs; SI units. A name without .toml is
-        that of a case that comes along: carrier_lc1_to_lc4, stage_lc1 to stage_lc4, mounting_2011.
+        that of a bundled case: carrier_lc1_to_lc4, stage_lc1 to stage_lc4, mounting_2011.
     out : Path
         Campaign folder to write: new, empty, or an earlier simulated campaign.
     curves : Path, optional

@@ -55,7 +55,7 @@ class SimulatedMounting:
         Mapping[str, int], "Length of runs of which the campaign holds the last piece alone"
     ] = field(default_factory=dict)
     balances: Annotated[
-        Mapping[str, energy.EnergyBalance], "Energies of each run, where they were asked for"
+        Mapping[str, energy.EnergyBalance], "Energies of each run, where requested"
     ] = field(default_factory=dict)
 
     @property

@@ -93,7 +93,7 @@ class Table5:
         "simulation",
     ]
     tilt: Annotated[Mapping[str, float], "Misalignment identified from the reference [rad]"]
-    folder: Annotated[Path, "Where table and picture stand"]
+    folder: Annotated[Path, "Folder of table and picture"]
 
 
 def main(
@@ -362,6 +362,8 @@ class TableFiveDocument(TypedDict):
     """table_5.json, written by table-5."""
 
     rows: Annotated[Sequence[TableFiveRow], "Cases"]
-    identified_tilt_rad: Annotated[Mapping[str, float], "Identified kink by load case [rad]"]
+    identified_tilt_rad: Annotated[
+        Mapping[str, float], "Identified shaft-carrier misalignment by load case [rad]"
+    ]
     inputs: Annotated[Mapping[str, Any], "Options"]
     versions: Versions

@@ -96,7 +96,7 @@ class OrderOneStudy:
     paper: Annotated[
         Mapping[str, float], "Order 1 that table 5 of the paper determines [m], by load case"
     ]
-    folder: Annotated[Path, "Where table and picture stand"]
+    folder: Annotated[Path, "Folder of table and picture"]
 
 
 def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> OrderOneStudy:
@@ -198,7 +198,7 @@ def _write(study: OrderOneStudy, size: float) -> None:
     from carrierflex.workflows.simulation.order_one_supports import AXES
 
     folder = study.folder
-    header = ["support", "order 1 [um]", "over the kink", "order 2 [um]", "order 3 [um]"]
+    header = ["support", "order 1 [um]", "over the misalignment", "order 2 [um]", "order 3 [um]"]
     header += ["static tilt about y at the sensors [um]", "sun mesh [urad]", "ring mesh [urad]"]
     save_table(folder / "order_one.csv", header, [_cells(row) for row in study.rows])
     sweep_rows: list[Sequence[object]] = [

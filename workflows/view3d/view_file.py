@@ -46,7 +46,7 @@ def main(
         The page is HTML, one file below 15 MB with viewer and data inside (the only form there
         is); it needs carrierflex[view] to be written and a browser with WebGL 2 to be read.
     out
-        File to write (.html); without, view.html in the folder, or beside a file with its name.
+        File to write (.html); default: view.html in the folder, or the file's name with .html.
     quiet
         Show no progress.
 

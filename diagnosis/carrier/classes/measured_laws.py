@@ -85,7 +85,10 @@ def _refusal(name: str, finding: ClassFinding) -> str:
     """Why a class with a pattern has no law."""
     if way_of(finding.id) != UNDETERMINED:
         return ""
-    return f"the records do not tell what '{name}' follows; expected three torques or more"
+    return (
+        f"the load dependence of '{name}' cannot be determined from these records; expected three "
+        "torques or more"
+    )
 
 
 def effects_of_laws(laws: Sequence[Law], campaign: Campaign) -> tuple[Effect, ...]:

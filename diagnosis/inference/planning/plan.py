@@ -188,7 +188,7 @@ def campaign_plan(
     additions, planned : sequence of Addition, Addition
         What could be added; the campaign as planned.
     gap : float
-        Gap in floors at which causes are to be told apart; that of the records where there are any.
+        Gap in floors at which causes are to be distinguished; default: that of the records.
     names : tuple of str
         Name and kind of the campaign, unit of the channels.
     costs : Costs

@@ -28,7 +28,7 @@ class Costs:
 
     sensor: Annotated[float, "One more sensor: bracket, cable, calibration (assumed)"] = 240.0
     load_case: Annotated[
-        float, "One more load case beside its length: settling, zeros (assumed)"
+        float, "One more load case in addition to its length: settling, zeros (assumed)"
     ] = 15.0
     minute: Annotated[float, "A minute of record"] = 1.0
 
@@ -64,7 +64,7 @@ class VisibleSize:
     effect: Annotated[str, "Effect id"]
     parameter: Annotated[str, "Its first amplitude; the others grow alike, each by its scale"]
     unit: Annotated[str, "Unit of that"]
-    noticeable: Annotated[float, "Size of it worth noticing, as the library states it [unit]"]
+    noticeable: Annotated[float, "Smallest relevant size, as the library states it [unit]"]
     seen_from: Annotated[
         float,
         "Size from which the held-out gap shrinks in 97.5 % of draws, by noise alone [unit]; "
@@ -87,11 +87,14 @@ class CausePair:
     rival: Annotated[str, "Effect that is fitted"]
     angle_deg: Annotated[
         float,
-        "Smallest angle between the signatures beside the baseline, of the median shape [deg]",
+        "Smallest angle between the signatures after removal of the baseline, of the median shape "
+        "[deg]",
     ]
     left: Annotated[float, "RMS that the rival leaves of the cause's gap, in floors of noise"]
     parted_from: Annotated[
-        float, "Gap of the cause, in floors, from which it is told from the rival; infinite: never"
+        float,
+        "Gap of the cause, in floors, from which it is distinguished from the rival; infinite: "
+        "never",
     ]
     state: Annotated[str, "PARTED, ALIKE or NEVER"]
 
@@ -102,12 +105,13 @@ class RankedAddition:
 
     addition: Annotated[Addition, "What is added"]
     least_left: Annotated[
-        float, "RMS that a rival leaves at least of the pairs alike as planned, in floors"
+        float,
+        "RMS that a rival leaves at least of the pairs not distinguished as planned, in floors",
     ]
     mean_left: Annotated[
         float, "Geometric mean of the same: of equal costs the largest comes first"
     ]
-    distance: Annotated[float, "Mahalanobis distance of the least parted pair"]
+    distance: Annotated[float, "Mahalanobis distance of the least separated pair"]
     information: Annotated[
         float, "Expected log odds for the true cause in that pair, ``d² / 2`` [nat]"
     ]
@@ -123,7 +127,7 @@ class CampaignPlan:
     campaign: Annotated[str, "Name of the case or campaign"]
     kind: Annotated[str, "Kind of the campaign"]
     unit: Annotated[str, "Unit of the channels"]
-    gap: Annotated[float, "Gap in floors at which causes are to be told apart"]
+    gap: Annotated[float, "Gap in floors at which causes are to be distinguished"]
     noise_std: Annotated[float, "Floor: root of the mean variance of the noise [unit]"]
     is_measured: Annotated[
         bool,
@@ -133,7 +137,7 @@ class CampaignPlan:
     sizes: Annotated[tuple[VisibleSize, ...], "Size from which each cause is seen; infinite: never"]
     pairs: Annotated[tuple[CausePair, ...], "Every cause with every rival"]
     additions: Annotated[
-        tuple[RankedAddition, ...], "Cheapest sufficient first, then most parted for their cost"
+        tuple[RankedAddition, ...], "Cheapest sufficient first, then most separated for their cost"
     ]
     costs: Annotated[Costs, "What additions cost [min]"]
 
@@ -169,25 +173,28 @@ def first_sentences(plan: CampaignPlan) -> str:
     unseen = [plain_name(cause.effect) for cause in plan.sizes if cause.gap_seen == float("inf")]
     sentences = []
     if unseen:
-        sentences.append(f"Not to be seen beside the baseline: {', '.join(unseen)}.")
+        sentences.append(f"Not detectable with this baseline: {', '.join(unseen)}.")
     size = f"a gap of {plan.gap:.3g} floors"
     where = f"the gap of the records, {plan.gap:.3g} floors" if plan.is_measured else size
     if not plan.pairs:
         fit = "One cause alone fits" if plan.is_measured else "Fewer than two causes leave"
-        sentences.append(f"{fit} {where}; nothing is to be told apart.")
+        sentences.append(f"{fit} {where}; there is nothing to distinguish.")
         return " ".join(sentences)
     if not plan.alike:
-        sentences.append(f"At {where} no cause passes for another that could be told from it.")
+        sentences.append(
+            f"At {where} no cause is mistaken for another that can be distinguished from it."
+        )
     else:
         sentences.append(
-            f"At {where} these could pass for another: {_pair_words(plan.alike)}; a rival leaves "
-            f"less than {plan.left_wanted:g} floors of them."
+            f"At {where} these can be mistaken for another: {_pair_words(plan.alike)}; a rival "
+            f"leaves a residual below {plan.left_wanted:g} floors."
         )
     never = tuple(pair for pair in plan.pairs if pair.state == NEVER)
     if never:
         sentences.append(
-            f"Nothing feasible parts {_pair_words(never)}: one holds the other as a limit, or no "
-            "sensor and load tells them; of equal fits the simpler is named."
+            f"No feasible addition separates {_pair_words(never)}: one contains the other as a "
+            "limit, "
+            "or no sensor and load distinguishes them; of equal fits the simpler one is named."
         )
     if plan.proposal is not None:
         sentences.append(_proposal_words(plan.proposal, len(plan.alike)))
@@ -200,11 +207,11 @@ def _proposal_words(ranked: RankedAddition, n_alike: int) -> str:
     if ranked.is_sufficient:
         return (
             f"Cheapest sufficient addition: {ranked.addition.text} ({cost}); every rival then "
-            f"leaves {ranked.least_left:.1f} floors or more, a Mahalanobis distance of "
-            f"{ranked.distance:.0f} from the noise alone."
+            f"leaves a residual of {ranked.least_left:.1f} floors or more, a Mahalanobis distance "
+            f"of {ranked.distance:.0f} from the noise alone."
         )
     return (
-        f"No addition parts them all; the one that parts most: {ranked.addition.text} ({cost}), "
+        f"No addition separates all pairs; the best one: {ranked.addition.text} ({cost}), "
         f"{len(ranked.parted)} of {n_alike} pairs."
     )
 
@@ -230,7 +237,7 @@ def plan_figure(plan: CampaignPlan) -> "Figure":
     sizes, pairs = figure.subplots(1, 2, width_ratios=(1.0, 1.25))
     _draw_sizes(sizes, plan)
     _draw_pairs(pairs, plan)
-    figure.suptitle(f"{plan.campaign}: what this campaign could see and part")
+    figure.suptitle(f"{plan.campaign}: what this campaign can detect and separate")
     return figure
 
 
@@ -253,13 +260,13 @@ def _draw_sizes(axes: "Axes", plan: CampaignPlan) -> None:
                   transform=axes.get_yaxis_transform())  # fmt: skip
     axes.set_yticks(rows, names, fontsize=8)
     axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.set_xlabel("size from which it is seen, and named, over the size worth noticing")
+    axes.set_xlabel("size from which it is detected, and named, over the relevant size")
 
 
 def _draw_pairs(axes: "Axes", plan: CampaignPlan) -> None:
     causes = list(dict.fromkeys(pair.cause for pair in plan.pairs))
     if not causes:
-        axes.text(0.5, 0.5, "nothing to be told apart", ha="center", va="center")
+        axes.text(0.5, 0.5, "nothing to distinguish", ha="center", va="center")
         axes.set_axis_off()
         return
     angle = np.full((len(causes), len(causes)), np.nan)

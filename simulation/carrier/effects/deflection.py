@@ -184,7 +184,7 @@ PIN_CLEARANCE = Effect(
     shape_nodes=_torque_nodes,
     aliases=others("pin_clearance", AT_PLANET_ORDERS),
     discriminating_experiment=(
-        "torque in steps of a tenth up to the nominal: order 3 has a kink where the clearance "
+        "torque in steps of a tenth up to the nominal: order 3 changes slope where the clearance "
         "closes"
     ),
 )

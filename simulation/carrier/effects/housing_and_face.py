@@ -104,7 +104,8 @@ RING_PASS = Effect(
         *angles("q_c", "q_s", "r_c", "r_s", scale=1e-4),
     ),
     signature=(
-        "order 3 of one phase at all sensors, m = 0 or m = +1 beside m = -1, growing as the torque"
+        "order 3 of one phase at all sensors, m = 0 or m = +1 together with m = -1, growing as "
+        "the torque"
     ),
     pattern=_ring_pass,
     aliases=others("ring_pass", AT_PLANET_ORDERS),
@@ -121,7 +122,7 @@ THERMAL_DRIFT = Effect(
     per_run=True,
     aliases=("axial_offset",),
     discriminating_experiment=(
-        "a record after two hours at constant load, beside the temperature of the housing"
+        "a record after two hours at constant load, with the temperature of the housing"
     ),
 )
 

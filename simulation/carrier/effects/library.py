@@ -20,7 +20,7 @@ _SENSOR_GAIN = Effect(
     "sensor_gain",
     equation="(1 + g) times the signal of one channel",
     parameters=(EffectParameter("g", "1", -0.9, 5.0, 0.05),),
-    signature="all orders of one channel alike: leaks into m = 2 in one constant ratio",
+    signature="all orders of one channel in proportion: leaks into m = 2 in one constant ratio",
     measurement=Measurement.GAIN,
     aliases=("sensor_angle", "sensor_zero"),
     discriminating_experiment="the sensor's calibration on a micrometer",
@@ -160,7 +160,7 @@ CLEARANCE_ROCKING = Effect(
     shape_parts=_PRESSED_APART,
     aliases=others("clearance_rocking", STATIC),
     discriminating_experiment=(
-        "radial loads of five sizes and both signs: a tilt that both signs take away alike"
+        "radial loads of five sizes and both signs: a tilt that both signs reduce equally"
     ),
 )
 _RADIAL_LOAD = (_NTL_TILT, _BEARING_CLEARANCE, CLEARANCE_ROCKING)

@@ -73,7 +73,7 @@ def _pin_clearance(n: int) -> Effect:
             f"order {n} falls behind the torque and order {2 * n} grows above a threshold torque"
         ),
         discriminating_experiment=(
-            f"torque in steps of a tenth up to the nominal: order {n} has a kink where the "
+            f"torque in steps of a tenth up to the nominal: order {n} changes slope where the "
             "clearance closes"
         ),
     )

@@ -190,7 +190,8 @@ def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():
         ),
         (
             answer(("carrier/waves/undetermined", 0.9, None)),
-            "do not tell what 'carrier/waves' follows; expected three torques or more",
+            "load dependence of 'carrier/waves' cannot be determined from these records; expected "
+            "three torques or more",
         ),
         (answer(("housing/tilt/torque", 0.9, None)), "'housing/tilt' was named by its law"),
     ],

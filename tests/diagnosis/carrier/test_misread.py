@@ -166,7 +166,7 @@ def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):
     # Torque 2 % too large is a tilt per torque 2 % too small.
     assert tilt.std > TORQUE * tilt.value > 2.0 * before.std
     assert aware.gains.endswith("gains (torque 2 %, channels 1 %), angles (channels 0.229 deg)")
-    assert blind.gains.startswith("loads taken as read")
+    assert blind.gains.startswith("load-cell errors are not included")
 
 
 def test_a_baseline_without_parameters_has_none_that_a_misread_signal_moves(campaign):

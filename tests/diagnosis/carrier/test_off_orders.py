@@ -1,4 +1,4 @@
-"""Motion beside the shaft's orders: found where it is, none where there is none."""
+"""Motion between the shaft's orders: found where it is, none where there is none."""
 
 from dataclasses import replace
 

@@ -52,8 +52,8 @@ CAUSES_APART = (
     "effects are at work, or one that no class holds whole"
 )
 STEADY = (
-    "drive as hard and at the same frequencies throughout every run (noise or a multisine): a slow "
-    "change with time shows beside a drive that does not change"
+    "drive with constant amplitude and at the same frequencies throughout every run (noise or a "
+    "multisine): a slow change with time shows beside a drive that does not change"
 )
 DRIVE_CHANGES = (
     "the drive itself changes with time: a slow change with time is not separable from it in these "

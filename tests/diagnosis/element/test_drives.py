@@ -200,7 +200,9 @@ def test_the_motion_of_the_channel_matters():
 def test_what_cannot_be_integrated_is_refused_by_name():
     campaign = base_campaign(no_law, measured="base_acceleration")
     channel = replace(campaign.channels[0], motion="absolute")
-    with pytest.raises(ValueError, match="motion is 'absolute' beside the input 'base_accelera"):
+    with pytest.raises(
+        ValueError, match="motion is 'absolute' together with the input 'base_accelera"
+    ):
         element_problem(replace(campaign, channels=(channel,)))
 
 

@@ -1,4 +1,4 @@
-"""Memory of a channel's noise, read above the band of the motion."""
+"""Size and memory of a channel's noise, read above the band of the motion."""
 
 from dataclasses import replace
 
@@ -11,11 +11,12 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.element.noise import (
     _noise_density,
     noise_correlation_time,
+    noise_variance,
 )
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
 from carrierflex.diagnosis.element.table import element_table
-from tests.diagnosis.element.element_campaigns import force_campaign, no_law
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign, no_law
 
 STD = 2e-6
 
@@ -80,3 +81,23 @@ def test_the_floor_of_a_linear_element_is_what_its_noise_leaves(clean, memory):
     table = element_table(problem.model, problem.records, problem.noise, ClassConstants())
     left = table.scores.of(()).total / table.table.floor.sum()
     assert_allclose(left, 1.0, atol=0.2)
+
+
+@pytest.mark.parametrize("n", [1500, 3000, 6000])
+def test_the_size_of_noise_that_is_not_declared_has_no_bias(n):
+    # The spectrum's estimate is a mean of 4, 10 and 22 segments.
+    clean = displacement_campaign(no_law, noise=0.0, n=n)
+    silent = (replace(clean.channels[0], noise_std=None),)
+    ratios = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        runs = tuple(
+            replace(run, signals={"F": run.signals["F"] + 0.05 * rng.standard_normal(n)})
+            for run in clean.runs
+        )
+        campaign = replace(clean, runs=runs, channels=silent)
+        variance, is_measured = noise_variance(campaign, element_records(campaign))
+        assert not is_measured
+        ratios.extend(np.sqrt(variance) / 0.05)
+    # 60 estimates that scatter by 7 % at most: their mean is known to 0.9 %.
+    assert_allclose(np.mean(ratios), 1.0, atol=0.03)

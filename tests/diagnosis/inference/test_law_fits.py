@@ -171,18 +171,18 @@ def test_three_laws_of_one_kind_fit_any_curve():
 def test_an_effect_explains_a_least_share_of_what_is_left_without_it():
     assert rejected({"a": 4.1, "outside": 4.0}, ("a",)) == ""
     text = rejected({"a": 4.0, "outside": 4.1}, ("a",))
-    assert text == "a explains 49% of what is left without it"
+    assert text == "a explains 49% of the gap left without it"
     # Exactly half of what is above the floor.
     assert reason_of(written({(): 9.0, ("a",): 5.0}), ("a",)) == ""
     assert rule_of(written({(): 9.0, ("a",): 5.01}), ("a",)) == ("explained", "a")
     text = reason_of(written({(): 9.0, ("a",): 13.0}), ("a",))
-    assert text == "a explains 0% of what is left without it"
+    assert text == "a explains 0% of the gap left without it"
 
 
 def test_the_member_that_smaller_scored_sets_convict_is_told_first():
     fits = fits_of({"outside": 5.0})
     fits.score(("a",))
-    assert reason_of(fits, ("a", "b")) == "b explains 0% of what is left without it"
+    assert reason_of(fits, ("a", "b")) == "b explains 0% of the gap left without it"
     assert ("b",) not in fits.scores
 
 

@@ -36,10 +36,10 @@ def test_a_class_that_is_named_is_not_nothing():
 
 def test_a_law_of_the_speed_is_a_part_of_a_surface():
     told = sentence("force_surface", "coulomb_friction")
-    assert told.endswith("; Coulomb friction is the part of it that a law follows.")
+    assert told.endswith("; of it the library has the law Coulomb friction.")
 
 
 @pytest.mark.parametrize("name", ["dissipation", "hysteresis"])
 def test_a_class_of_which_a_law_holds_all_follows_it(name):
     told = sentence(name, "coulomb_friction")
-    assert told.endswith("; it follows Coulomb friction.")
+    assert told.endswith("; law: Coulomb friction.")

@@ -38,7 +38,7 @@ def test_file_holds_the_contract(tmp_path, diagnosis):
     half_width = 0.5 * (stiffness["ci95"][1] - stiffness["ci95"][0])
     assert np.isclose(half_width, 1.96 * stiffness["std"], rtol=1e-4)
     assert np.isclose(np.mean(stiffness["ci95"]), stiffness["value"])
-    assert document["gains"] == "gains taken as exact"
+    assert document["gains"] == "gain errors are not included"
     assert set(document["ranking"][0]) >= {"effects", "held_out_rms"}
     assert set(document["where"][0]) >= {
         "channel_pattern",

@@ -235,9 +235,10 @@ def test_every_verdict_has_words(verdict, element):
     page = report_page(without_figures(replace(diagnosis, verdict=verdict)), source)
     assert not Tags(page).of("svg")
     assert f"<code>{verdict}</code>" in page
-    assert ("The simulation lacks cubic stiffness" in page) == verdict.startswith(
-        ("named", "aliased")
-    )
+    lacking = "The simulation lacks cubic stiffness" in page
+    assert lacking == (verdict in ("named", "aliased"))
+    remains = "Missing: cubic stiffness." in page and "of the gap (RMS) remains unexplained" in page
+    assert remains == (verdict == "named_with_remainder")
 
 
 def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
@@ -331,8 +332,8 @@ _BOXES = """JSON.stringify([...document.querySelectorAll("svg")].map(own => {
 
 
 def test_page_says_what_the_errors_of_parameters_hold(page, carrier_page):
-    assert "over 1.96; gains taken as exact." in Text(page).text
-    assert "gains taken as exact" not in Text(carrier_page).text
+    assert "over 1.96; gain errors are not included." in Text(page).text
+    assert "gain errors are not included" not in Text(carrier_page).text
 
 
 #: Pairs of texts of one figure, or of the page's first screen, whose boxes overlap.

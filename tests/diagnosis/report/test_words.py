@@ -72,7 +72,7 @@ def test_lists_and_places():
         "a, b and c",
     ]
     assert (set_name(("sensor_zero", "ring_pass")), set_name(())) == (
-        "sensor zero + ring pass",
+        "sensor zero + planet pass",
         "baseline alone",
     )
     wanted = {

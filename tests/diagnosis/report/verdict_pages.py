@@ -32,7 +32,8 @@ SEVERAL = {
 }
 EXPERIMENT = (
     "to distinguish carrier tilt + flange warp + flexible pins from carrier tilt + flange warp + "
-    "ring pass, run five radial loads along z up to 200 kN of both signs at full torque; predicted "
+    "planet pass, run five radial loads along z up to 200 kN of both signs at full torque; "
+    "predicted "
     "difference 1.9 times the noise. Equivalent: five radial loads along y up to 200 kN of both "
     "signs at full torque"
 )

@@ -62,7 +62,7 @@ def test_bad_records_are_refused():
     run = carrier_campaign([run_case()], noise_std=0.0).runs[0]
     still = run.inputs["carrier_angle"].copy()
     still[50] = still[49]
-    with pytest.raises(ValueError, match=r"stands still or turns back at 2\.5 s"):
+    with pytest.raises(ValueError, match=r"stops or turns back at 2\.5 s"):
         resampled_to_angle(replace(run, inputs={**run.inputs, "carrier_angle": still}), 64)
     with pytest.raises(ValueError, match=r"turns by 0.* revolutions; expected at least one"):
         resampled_to_angle(carrier_campaign([run_case(duration=2.0)]).runs[0], 64)

@@ -123,7 +123,7 @@ def test_an_earlier_simulated_campaign_is_replaced_and_anything_else_is_left_alo
     write_campaign(carrier_campaign(seed=3), folder, simulated=True)
     same(read_campaign(folder), carrier_campaign(seed=3))
     (folder / "notes.txt").write_text("mine")
-    with pytest.raises(ValueError, match=r"holds 'notes\.txt' beside the campaign"):
+    with pytest.raises(ValueError, match=r"holds 'notes\.txt', which is no file of the campaign"):
         write_campaign(carrier_campaign(), folder)
     other = tmp_path / "other"
     other.mkdir()
@@ -246,7 +246,7 @@ REFUSALS = {
     ),
     "duplicate channel": (
         edit_document(lambda d: d["channels"].append(d["channels"][0])),
-        r"\[\[channels\]\] name 's047' stands twice",
+        r"\[\[channels\]\] name 's047' occurs twice",
     ),
     "input as channel": (
         edit_document(lambda d: d["channels"][0].update(name="torque")),
@@ -258,7 +258,7 @@ REFUSALS = {
     ),
     "duplicate run": (
         edit_document(lambda d: d["runs"][1].update(name="LC1")),
-        r"\[\[runs\]\] name 'LC1' stands",
+        r"\[\[runs\]\] name 'LC1' occurs",
     ),
     "duplicate file": (
         edit_document(lambda d: d["runs"][1].update(file="LC1.csv")),
@@ -322,7 +322,7 @@ REFUSALS = {
         ),
         r"LC1\.csv: no column for the input 'torque'",
     ),
-    "repeated column": (set_cell(0, 6, "s047"), r"LC1\.csv: column 's047' stands twice"),
+    "repeated column": (set_cell(0, 6, "s047"), r"LC1\.csv: column 's047' occurs twice"),
     "time first": (set_cell(0, 0, "t"), r"LC1\.csv: first column is 't'; expected 'time'"),
     "no samples": (edit_csv(lambda lines: lines[:1]), r"LC1\.csv: .*expected at least one"),
     "empty file": (

@@ -161,7 +161,7 @@ def test_other_columns_are_left_out_with_a_note(folder):
         ),
         (
             lambda d: d["baseline"].update(fixed={"carrier_tilt.phi_PLC": {"value": 1, "std": 1}}),
-            "'carrier_tilt.phi_PLC' alone; expected 'carrier_tilt.theta_PLC' beside it",
+            "'carrier_tilt.phi_PLC' alone; expected 'carrier_tilt.theta_PLC' too",
         ),
         (
             lambda d: d["baseline"].update(fixed={"tilt.phi": {"value": 1.0, "std": 1.0}}),
@@ -177,7 +177,7 @@ def test_other_columns_are_left_out_with_a_note(folder):
         ),
         (
             lambda d: d["baseline"].update(impossible=["axial_offset"]),
-            "effect 'axial_offset' stands in 'effects' and in 'impossible'",
+            "effect 'axial_offset' is in 'effects' and in 'impossible'",
         ),
         (
             lambda d: d["baseline"].update(impossible=["magic"]),

@@ -304,7 +304,7 @@ def test_proportional_curves_are_reported_as_not_told_apart():
     twin = flexible_curve(0.4)
     estimate = identify_jointly(carrier_campaign(), flexible_model(twin, flexible_curve()))
     assert estimate.undetermined == (
-        "rho_s and rho_f cannot be told apart: only 0.4 rho_s + rho_f is determined",
+        "rho_s and rho_f cannot be separated: only 0.4 rho_s + rho_f is determined",
     )
     for name in ("rho_s", "rho_f"):
         assert np.isnan(estimate.values[estimate.index(name, "LC1")])

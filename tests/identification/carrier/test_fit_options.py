@@ -281,7 +281,7 @@ def test_what_is_determined_of_an_aliased_pair_is_said():
     # e_047 = 2 e looks like d_x = e and a tilt about the axis through the sensor at 137 deg: e_137
     # and e_227 stay.
     assert text.startswith("e_047 and d_x of LC1 and phi_H ")
-    assert text.endswith("cannot be told apart: these signals see only 2 combinations of them")
+    assert text.endswith("cannot be separated: these signals determine only 2 combinations of them")
     complete = identify_jointly(carrier_campaign([run_case()]), model)
     assert complete.undetermined == ()
 

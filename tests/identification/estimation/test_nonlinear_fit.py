@@ -178,7 +178,7 @@ def test_what_the_data_cannot_see_is_said():
     uncertainty = fit_uncertainty(fit, np.arange(TIME.size) // 20)
     assert uncertainty.undetermined == (
         "c has no influence on these signals",
-        "a and b cannot be told apart: these signals see fewer combinations of them",
+        "a and b cannot be separated: these signals determine fewer combinations of them",
     )
     assert np.isinf(uncertainty.std).all()
 

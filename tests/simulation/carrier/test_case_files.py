@@ -71,7 +71,7 @@ def test_an_unknown_shipped_case_names_those_there_are():
             "stiff_share = 1.3",
             r"1, \[motion\]: key 'stiff_share' is 1.3; .*0 <= share < 1",
         ),
-        ('name = "s137"', 'name = "s047"', "case.toml: sensor name 's047' stands twice"),
+        ('name = "s137"', 'name = "s047"', "case.toml: sensor name 's047' occurs twice"),
         (
             "angle_deg = 47.0",
             'angle_deg = "47"',

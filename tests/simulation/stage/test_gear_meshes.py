@@ -83,7 +83,7 @@ def test_meshes_of_these_tooth_numbers_are_in_phase(gear):
 
 def test_impossible_meshes_are_refused():
     with pytest.raises(
-        ValueError, match=r"MeshData\.backlash is -0\.001; expected a finite number >= 0"
+        ValueError, match=r"\[mesh\] backlash is -0\.001; expected a finite number >= 0"
     ):
         MeshData(backlash=-1e-3)
     with pytest.raises(ValueError, match="expected positive ones"):

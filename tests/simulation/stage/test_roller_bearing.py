@@ -314,7 +314,8 @@ def test_impossible_rollers_are_refused():
     with pytest.raises(ValueError, match=r"roller_length is -1\.0; expected a positive number"):
         RollerBearingData(roller_length=-1.0)
     with pytest.raises(
-        ValueError, match=r"30 rollers of 0\.036 m overlap on a pitch circle of 0\.229 m"
+        ValueError,
+        match=r"n_rollers is 30: rollers of 0\.036 m overlap on a pitch circle of 0\.229 m",
     ):
         RollerBearingData(n_rollers=30)
     with pytest.raises(

@@ -106,7 +106,7 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
         ),
         ("[effects] ", "[effect] ", "unknown key 'effect'"),
         ("phi_PLC = ", "phi_PLX = ", r"\[effects\]: unknown key 'phi_PLX'"),
-        ('name = "s137"', 'name = "s047"', "sensor name 's047' stands twice"),
+        ('name = "s137"', 'name = "s047"', "sensor name 's047' occurs twice"),
         (
             "[effects] ",
             "[planet_rollers]\nn_rollers = 17.5\n[effects] ",
@@ -115,7 +115,7 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
         (
             "[effects] ",
             "[planet_rollers]\nn_rollers = 40\n[effects] ",
-            "40 rollers of 0.036 m overlap",
+            "n_rollers is 40: rollers of 0.036 m overlap",
         ),
         (
             "[effects] ",

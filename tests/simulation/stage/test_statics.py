@@ -183,7 +183,7 @@ def test_wrong_input_is_refused(stage_body):
     with pytest.raises(ValueError, match="torque is nan; expected a finite number"):
         SteadyLoad(float("nan"))
     with pytest.raises(
-        ValueError, match=r"BearingData\.upwind_radial is -1\.0; expected a finite number >= 0"
+        ValueError, match=r"\[bearings\] upwind_radial is -1\.0; expected a finite number >= 0"
     ):
         BearingData(upwind_radial=-1.0)
     with pytest.raises(

@@ -66,6 +66,22 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
     assert "K5" in text
 
 
+def test_a_model_that_does_not_describe_the_records_says_so_and_what_zero_means(folder, tmp_path):
+    result = main(folder, model="linear_bushing", out=tmp_path / "linear", quiet=True)
+    (found,) = [warning for warning in result.warnings if warning.check == "fit"]
+    assert found.figure > 2.0
+    estimate = result.estimates[""][-1]
+    undetermined = {text.split()[0] for text in estimate.undetermined}
+    for name, (low, high) in zip(estimate.fit.names, estimate.ci95, strict=True):
+        assert (low <= 0.0 <= high) == (name in undetermined), name
+    console = Console(width=140, record=True, file=io.StringIO())
+    console.print(estimate_table(result))
+    screen = " ".join(console.export_text().split())
+    assert "the model does not describe these records" in screen
+    complete = main(folder, model="nonlinear_bushing", out=tmp_path / "nonlinear", quiet=True)
+    assert not [warning for warning in complete.warnings if warning.check == "fit"]
+
+
 def test_per_run_everything_stands_under_its_run(folder, tmp_path):
     main(folder, model="linear_bushing", out=tmp_path, per_run=True, quiet=True)
     document = checked_document(tmp_path / "identification.json")
@@ -85,7 +101,7 @@ def test_the_housing_motion_is_the_torques_roll_and_the_fit_leaves_noise(folder,
     assert_allclose(np.sqrt(np.mean(table["theta_x_measured_[rad]"] ** 2)), measured[3], rtol=1e-6)
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(estimate_table(result))
-    assert "left by the model" in console.export_text()
+    assert "residual" in console.export_text()
 
 
 def test_the_housing_motion_needs_its_sensors_before_anything_is_fitted(tmp_path):

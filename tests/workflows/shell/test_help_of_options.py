@@ -6,8 +6,9 @@ import typing
 
 import pytest
 
+from carrierflex.workflows import command_line
 from carrierflex.workflows.shell.called_commands import options_of, workflow_of
-from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.shell.commands import COMMANDS, GROUPS
 from carrierflex.workflows.shell.shown_defaults import units_of
 
 WORKFLOWS = {name: workflow_of(command) for name, command in COMMANDS.items()}
@@ -69,6 +70,18 @@ def test_an_option_means_one_thing_over_all_commands(name, key, option):
     meaning = ONE_MEANING.get(key)
     if meaning is not None:
         assert re.search(meaning, texts(inspect.getdoc(WORKFLOWS[name]))[key])
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_has_help_on_the_screen(name):
+    shown = command_line.application()[name].assemble_argument_collection(parse_docstring=True)
+    helpless = [item.name for item in shown if item.show and not item.parameter.help]
+    assert not helpless
+
+
+def test_every_command_is_in_one_group():
+    grouped = [name for names in GROUPS.values() for name in names]
+    assert sorted(grouped) == sorted(COMMANDS)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -30,10 +30,13 @@ def test_moment_support_and_clearance_decide_and_stiffness_of_tight_bearings_doe
     assert 60.0 < order_1(study, "housing held") < 80.0
     assert 225.0 < order_1(study, "housing held, bearing A alone") < 235.0
     assert 200.0 < order_1(study, "sensors on the ground") < 230.0
-    assert order_1(study, "tilt of the face in place of the kink") == pytest.approx(239.0, rel=0.01)
+    assert order_1(study, "tilt of the face in place of the misalignment") == pytest.approx(
+        239.0, rel=0.01
+    )
     loose = [order_1(study, name) for name in (
         "published clearances", "clearances, axially 20.2 MN/m", "the same, bushings at x = 0.5 m",
-        "the same, kink 1.2 mrad", "the same, kink 2 mrad", "the same, kink 3 mrad",
+        "the same, misalignment 1.2 mrad", "the same, misalignment 2 mrad", "the same, "
+        "misalignment 3 mrad",
     )]  # fmt: skip
     assert loose == sorted(loose)
     # Used up: half the range of the clearances, 0.26 mm over 0.44 m, at 0.412 m.
@@ -42,7 +45,7 @@ def test_moment_support_and_clearance_decide_and_stiffness_of_tight_bearings_doe
 
 def test_linear_supports_pass_the_same_share_of_every_kink_at_every_load(study):
     linear = list(VARIED)[2]
-    first, *others = study.sweeps["kink phi_PLC"][linear]
+    first, *others = study.sweeps["misalignment phi_PLC"][linear]
     for value, order in zip(AXES[0].values[1:], others, strict=True):
         assert order / first == pytest.approx(value / AXES[0].values[0], rel=1e-3)
     for axis in ("torque", "radial load"):
@@ -86,4 +89,4 @@ def test_the_kink_misaligns_the_teeth_where_it_reaches_the_sensors(study):
     # 41 urad of mesh misalignment are 1.5 % of contact pressure (docs/order_one.md).
     assert slope[supports()[0].name] < 2e-6
     assert slope["housing held"] > 10.0 * slope[supports()[0].name]
-    assert slope["tilt of the face in place of the kink"] < 1e-9
+    assert slope["tilt of the face in place of the misalignment"] < 1e-9
