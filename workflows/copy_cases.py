@@ -34,7 +34,7 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
     Raises
     ------
     ValueError
-        Where there is no such case, or a copy stands already.
+        Where there is no such case, or a copy exists already.
     """
     known = sorted(path.stem for path in shipped_case().parent.glob("*.toml"))
     chosen = {name: shipped_case(name) for name in names or known}
@@ -45,7 +45,7 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
     standing = [name for name in chosen if (out / f"{name}.toml").exists()]
     if standing:
         raise ValueError(
-            f"{out / standing[0]}.toml: stands already, perhaps edited; expected a new --out"
+            f"{out / standing[0]}.toml: exists already, perhaps edited; expected a new --out"
         )
     from carrierflex.workflows.outputs import schema_line
 

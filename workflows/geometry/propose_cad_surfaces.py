@@ -96,13 +96,15 @@ def _checked_outputs(out: Path) -> Path:
     """Path of the picture beside the surfaces file; both can be written."""
     if out.suffix != ".toml":
         raise ValueError(f"--out is {out}; expected the name of a surfaces file, .toml")
-    if out.exists():
-        raise ValueError(
-            f"{out}: stands already, and may be edited; expected the name of a new file"
-        )
+    picture = out.with_suffix(".png")
+    for path in (out, picture):
+        if path.exists():
+            raise ValueError(
+                f"{path}: exists already, and may be edited; expected the name of a new file"
+            )
     if out.parent.exists():
         check_file_writable(out)
-    return out.with_suffix(".png")
+    return picture
 
 
 def _finite(name: str, values: Triple | None) -> NDArray[np.float64] | None:

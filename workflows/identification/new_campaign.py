@@ -60,14 +60,14 @@ def main(
     Raises
     ------
     ValueError
-        Where a file is refused, or the map stands already.
+        Where a file is refused, or the map exists already.
     """
     from carrierflex.identification.logs.map_guesses import map_guess
     from carrierflex.identification.logs.map_text import map_text
     from carrierflex.workflows.outputs import schema_line
 
     if out.exists():
-        raise ValueError(f"{out}: stands already, perhaps edited; expected a new --out")
+        raise ValueError(f"{out}: exists already, perhaps edited; expected a new --out")
     check_file_writable(out)
     if drive is not None and kind != "element":
         raise ValueError(f"--drive is for kind element; {kind} has none")

@@ -223,5 +223,5 @@ def test_a_new_map_is_refused_until_it_is_filled_in_and_everything_is_told_at_on
     told = problems_of(refused.value)
     assert len(told) == len(new.open_keys) > 4
     assert not (tmp_path / "campaign").exists()
-    with pytest.raises(ValueError, match="stands already"):
+    with pytest.raises(ValueError, match="exists already"):
         new_campaign(kind="carrier", from_=files, out=tmp_path / "map.toml")

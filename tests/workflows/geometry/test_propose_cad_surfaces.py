@@ -46,7 +46,7 @@ def test_the_proposed_file_is_meshed_as_it_is_and_drawn_beside(step, tmp_path, c
 
 WRONG = [
     ({"out": "surfaces.txt"}, r"--out is .*surfaces.txt; expected the name of a surfaces file"),
-    ({"out": "stands.toml"}, r"stands.toml: stands already, and may be edited; expected"),
+    ({"out": "stands.toml"}, r"stands.toml: exists already, and may be edited; expected"),
     ({"axis": (0.0, 0.0, 0.0)}, r"--axis is \[0.0, 0.0, 0.0\]; expected a direction"),
     ({"origin": (0.0, float("nan"), 0.0)}, r"--origin is .*nan.*; expected three finite"),
     ({"sensor_radius": -1.0}, r"--sensor-radius is -1.0 m; expected a positive length"),

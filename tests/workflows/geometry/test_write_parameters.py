@@ -29,7 +29,7 @@ def test_the_file_of_dimensions_is_that_of_the_defaults(written):
 
 
 def test_a_file_that_stands_is_not_replaced(written):
-    with pytest.raises(ValueError, match="stands already, perhaps edited"):
+    with pytest.raises(ValueError, match="exists already, perhaps edited"):
         write_parameters(out=written.path)
 
 
@@ -69,7 +69,7 @@ def test_cases_are_listed_and_copied_whole(tmp_path):
     assert tomllib.loads(text)["kind"] == "mounting"
     assert text.startswith("#:schema file://")
     assert list(copied.titles) == ["mounting_2011"]
-    with pytest.raises(ValueError, match="stands already"):
+    with pytest.raises(ValueError, match="exists already"):
         copy_cases("mounting_2011", out=tmp_path)
     with pytest.raises(ValueError, match="no_such_case"):
         copy_cases("no_such_case")
