@@ -50,7 +50,7 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     Raises
     ------
     ValueError
-        Where dimensions contradict each other, all of them at once, or the file stands already.
+        Where dimensions contradict each other, all of them at once, or the file exists already.
     """
     stage = read_parameters(parameters)
     if out.exists():
@@ -62,7 +62,6 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     lines = list(_lines(stage))
     with whole_file(out) as path:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    drawing = out.with_suffix(".png")
     save_figure(drawing, dimensioned_drawing(stage.carrier))
     return WrittenParameters(out, drawing, sum(" = " in line for line in lines))
 
