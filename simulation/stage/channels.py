@@ -4,7 +4,7 @@ Meshes, mount and bearings with clearance.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ class Channels:
     Order: carrier angle; two drive flanks a planet (all suns', then all rings'); as many coast
     flanks; six motions of the housing; two a carrier bearing with unequal stiffnesses; two a
     bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 ... against its
-    pin.
+    pin; three where the sun's spline rubs: twist of the sun shaft, sun's y and z.
 
     Parameters
     ----------
@@ -60,6 +60,9 @@ class Channels:
         Names of the carrier bearings with unequal stiffnesses.
     rollers : RollerSet
         Rollers of the planet bearings; no bearings where those are springs.
+    splines : ndarray, shape (s, 3)
+        Lateral stiffness [N/m], radial clearance [m] and largest friction per twist of the shaft
+        [N/rad] of the sun's spline; no row where it does not rub.
     mesh_teeth : int
         Mesh periods a turn of the carrier.
     """
@@ -77,6 +80,7 @@ class Channels:
     bearings: tuple[str, ...]
     unequal: tuple[str, ...]
     rollers: RollerSet
+    splines: NDArray[np.float64]
     mesh_teeth: int
 
     @property
@@ -98,7 +102,9 @@ class Channels:
             for i in range(len(self.rollers.directions))
             for motion in ("Ty [m]", "Tz [m]", "Ry [rad]", "Rz [rad]")
         ]
-        return ("carrier angle [rad]", *flanks, *housing, *unequal, *clearances, *rollers)
+        spline = ("twist of the sun shaft [rad]", "spline of the sun, y", "spline of the sun, z")
+        splines = len(self.splines) * spline
+        return ("carrier angle [rad]", *flanks, *housing, *unequal, *clearances, *rollers, *splines)
 
     @property
     def meshes(self) -> slice:
@@ -142,6 +148,11 @@ class Channels:
         """Channels of the roller bearings."""
         return slice(self.clearances.stop, self.clearances.stop + 4 * len(self.rollers.directions))
 
+    @property
+    def rubbing(self) -> slice:
+        """Channels of the sun's spline."""
+        return slice(self.rolling.stop, self.rolling.stop + 3 * len(self.splines))
+
 
 def stage_channels(
     layout: CoordinateLayout,
@@ -158,7 +169,9 @@ def stage_channels(
     n_lines = len(lines)
     rollers = _rollers(layout, effects)
     n_turning = 6 + 2 * len(unequal)
+    splines = _splines(layout)
     n_rows = 1 + n_lines + n_turning + 2 * len(loose) + 4 * len(rollers.directions)
+    n_rows += 3 * len(splines)
     rows = np.zeros((n_rows, layout.n))
     rows[1 : 1 + n_lines] = [_approach_row(layout, line) for line in lines]
     rows[1 + n_lines + np.arange(6), layout.rows["housing"]] = 1.0
@@ -169,6 +182,10 @@ def stage_channels(
     # Which rows of which spring each channel that takes over from one has.
     taken = [(springs[name], [1, 2]) for name in loose]
     taken += [(springs[f"planet_{i + 1}"], ROLLING_ROWS) for i in range(len(rollers.directions))]
+    if len(splines):
+        # The shaft's twist is only read: the linear part keeps its spring.
+        twist = replace(springs["sun_shaft"], stiffness=np.zeros(1))
+        taken += [(twist, [0]), (springs["sun"], [1, 2])]
     first = 1 + n_lines + n_turning
     for spring, own_rows in taken:
         channels = first + np.arange(len(own_rows))
@@ -197,6 +214,7 @@ def stage_channels(
         bearings=loose,
         unequal=tuple(unequal),
         rollers=rollers,
+        splines=splines,
         mesh_teeth=layout.data.gear.ring_teeth,
     )
 
@@ -211,6 +229,15 @@ def _rollers(layout: CoordinateLayout, effects: StageEffects) -> RollerSet:
         data.bearings.planet_clearance,
         effects.of_planets("planet_bearing_factor", layout.n_planets),
     )
+
+
+def _splines(layout: CoordinateLayout) -> NDArray[np.float64]:
+    """Rows of :attr:`Channels.splines`."""
+    bearings, chain = layout.data.bearings, layout.data.chain
+    if bearings.sun_friction == 0.0:
+        return np.zeros((0, 3))
+    friction = bearings.sun_friction * chain.sun_shaft_torsion / bearings.spline_radius
+    return np.array([[bearings.sun_radial, bearings.sun_clearance, friction]])
 
 
 def _meshes(

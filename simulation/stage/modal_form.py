@@ -119,6 +119,8 @@ class StepMatrices(NamedTuple):
     """Play of the loose bearings [m]."""
     rollers: RollerSet
     """Rollers of the planet bearings."""
+    splines: NDArray[np.float64]
+    """Stiffness [N/m], clearance [m] and friction per twist [N/rad] of the sun's spline, (s, 3)."""
     K_fixed: NDArray[np.float64]
     """Mount and unequal bearings, (t, t), fixed frame."""
     C_fixed: NDArray[np.float64]
@@ -166,6 +168,7 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         gaps=np.array([line.gap for line in channels.lines]),
         clearance=channels.clearance,
         rollers=channels.rollers,
+        splines=channels.splines,
         K_fixed=channels.K_fixed,
         C_fixed=channels.C_fixed,
         K_mean=channels.K_mean,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from carrierflex.geometry.pins import pin_angles
 from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
-from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at
+from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, spline_force
 from carrierflex.simulation.stage.roller_contact import roller_load
 from carrierflex.simulation.stage.stage_data import EXPONENT
 from carrierflex.simulation.stage.stage_model import StageModel
@@ -138,6 +138,12 @@ def spring_load(model: StageModel, name: str, c: NDArray[np.float64]) -> NDArray
         r = np.linalg.norm(stretch[:, 1:3], axis=1, keepdims=True)
         stretch[:, 1:3] *= np.maximum(1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0)
     load = stretch * spring.stiffness
+    if name == "sun" and len(channels.splines):
+        stiffness, clearance, friction = channels.splines[0]
+        limits = friction * np.abs((c @ channels.B - channels.free)[:, channels.rubbing.start])
+        for instant, limit in enumerate(limits):
+            y, z = stretch[instant, 1:3]
+            load[instant, 1:3] = spline_force(y, z, stiffness, clearance, limit)[:2]
     if name in channels.unequal:
         first = 6 + 2 * channels.unequal.index(name)
         pair = channels.K_fixed[first : first + 2, first : first + 2]

@@ -225,7 +225,17 @@ class BearingData:
     main_axial: float = 1e9
     """Derived, as above."""
     sun_radial: float = 5e6
-    """Chosen: the sun floats on its shaft."""
+    """Chosen: the sun floats on a quill [N/m]. :func:`quill_stiffness` of 105 mm x 0.9 m, which
+    `ChainData.sun_shaft_torsion` implies; the dimensions are not published. Range 1e6 to 1.4e9:
+    no thicker than the sun's root circle of 186 mm and no shorter than 0.3 m. What it decides:
+    ``python -m studies.tabulate_load_sharing``."""
+    sun_friction: float = 0.0
+    """Chosen: no friction in the sun's spline. Coefficient; 0.05 to 0.15 on lubricated steel. The
+    lateral force that sticks is at most ``sun_friction T_sun / spline_radius``."""
+    spline_radius: float = 0.07
+    """Chosen [m]: acts with `sun_friction` alone; 0.05 to 0.09 fit within the sun's root circle."""
+    sun_clearance: float = 0.0
+    """Chosen: radial clearance of the spline [m]; 0 to 0.3 mm."""
     sun_axial: float = 3e8
     """Chosen: bearings of the low-speed shaft."""
     sun_tilt: float = 1e6
@@ -241,6 +251,15 @@ class BearingData:
 
     def __post_init__(self) -> None:
         _refuse_negative(self)
+        if not self.spline_radius > 0.0:
+            raise ValueError(
+                f"BearingData.spline_radius is {self.spline_radius} m; expected a positive number"
+            )
+        if self.sun_friction > 0.0 and self.sun_radial == 0.0:
+            raise ValueError(
+                f"BearingData.sun_friction is {self.sun_friction} with a sun_radial of 0 N/m; "
+                "expected a positive stiffness where the spline rubs"
+            )
         for side in ("upwind", "downwind"):
             clearance = getattr(self, f"{side}_clearance")
             factor = getattr(self, f"{side}_y_factor")
@@ -249,6 +268,27 @@ class BearingData:
                     f"BearingData.{side}_y_factor is {factor} with a clearance of {clearance} m; "
                     "expected 1 where there is a clearance"
                 )
+
+
+def quill_stiffness(
+    diameter: float, length: float, bore: float = 0.0, youngs_modulus: float = 210e9
+) -> float:
+    """Lateral stiffness ``3 E I / L^3`` of a sun on a quill that is clamped at its far end [N/m].
+
+    Parameters
+    ----------
+    diameter, length, bore : float
+        Of the quill [m].
+    youngs_modulus : float
+        [Pa].
+
+    Examples
+    --------
+    >>> f"{quill_stiffness(0.105, 0.9):.2g}"
+    '5.2e+06'
+    """
+    second_moment = math.pi / 64.0 * (diameter**4 - bore**4)
+    return 3.0 * youngs_modulus * second_moment / length**3
 
 
 @dataclass(frozen=True)
