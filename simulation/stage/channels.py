@@ -15,6 +15,7 @@ from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.gear_meshes import (
     FlankLine,
     MeshStiffness,
+    face_slices,
     flank_line,
     mesh_stiffness,
 )
@@ -32,10 +33,10 @@ ROLLING_ROWS = [1, 2, 4, 5]
 class Channels:
     """Columns ``B`` of the channels, ``delta = Bᵀ c - free``, and what each needs.
 
-    Order: carrier angle; two drive flanks a planet (all suns', then all rings'); as many coast
-    flanks; six motions of the housing; two a carrier bearing with unequal stiffnesses; two a
-    bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 ... against its
-    pin; three where the sun's spline rubs: twist of the sun shaft, sun's y and z.
+    Order: carrier angle; two drive flanks a planet (all suns', then all rings'), slice by slice; as
+    many coast flanks; six motions of the housing; two a carrier bearing with unequal stiffnesses;
+    two a bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 ... against
+    its pin; three where the sun's spline rubs: twist of the sun shaft, sun's y and z.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ class Channels:
     reference : ndarray, shape (m,)
         Stiffness that the linear part of the equations already has [N/m].
     lines : tuple of FlankLine
-        Four flanks a planet.
+        Four flanks a planet, times the slices over the face width.
     stiffness : tuple of MeshStiffness
         Of the meshes, all suns', then all rings'.
     K_fixed, C_fixed, K_mean, C_mean : ndarray, shape (t, t)
@@ -88,7 +89,7 @@ class Channels:
         """Every channel in words."""
         flanks = [
             f"{line.mate} mesh of planet {line.planet}, "
-            f"{'coast' if i >= len(self.stiffness) else 'drive'} flank [m]"
+            f"{'coast' if 2 * i >= len(self.lines) else 'drive'} flank [m]"
             for i, line in enumerate(self.lines)
         ]
         housing = [
@@ -110,6 +111,15 @@ class Channels:
     def meshes(self) -> slice:
         """Channels of the flanks."""
         return slice(1, 1 + len(self.lines))
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """Share of its mesh's stiffness that each flank or slice has, shape (n_lines,)."""
+        return np.array([line.share for line in self.lines])
+
+    def of_flanks(self, k: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Stiffness of every flank or slice [N/m], shape (..., n_lines), from those of meshes."""
+        return np.asarray(np.tile(k, len(self.lines) // len(self.stiffness)) * self.shares)
 
     @property
     def housing(self) -> slice:
@@ -178,7 +188,8 @@ def stage_channels(
     for i, name in enumerate(unequal):
         rows[1 + n_lines + 6 + 2 * i + np.arange(2)] = springs[name].G[1:3]
     free, reference = np.zeros(n_rows), np.zeros(n_rows)
-    reference[1 : 1 + len(stiffness)] = [mesh.mean for mesh in stiffness]
+    means = np.tile([mesh.mean for mesh in stiffness], layout.data.mesh.n_slices)
+    reference[1 : 1 + n_lines // 2] = means * [line.share for line in lines[: n_lines // 2]]
     # Which rows of which spring each channel that takes over from one has.
     taken = [(springs[name], [1, 2]) for name in loose]
     taken += [(springs[f"planet_{i + 1}"], ROLLING_ROWS) for i in range(len(rollers.directions))]
@@ -248,12 +259,20 @@ def _meshes(
     x = layout.data.planet.x
     n_planets = layout.n_planets
     order = [(mate, planet) for mate in ("sun", "ring") for planet in range(1, n_planets + 1)]
-    lines = tuple(
-        flank_line(
-            mate, planet, gear, n_planets, x=x, coast=coast, gap=data.backlash if coast else 0.0
+    flanks = [
+        face_slices(
+            flank_line(
+                mate, planet, gear, n_planets, x=x, coast=coast, gap=data.backlash if coast else 0.0
+            ),
+            gear,
+            data.n_slices,
         )
         for coast in (False, True)
         for mate, planet in order
+    ]
+    drive, coast = flanks[: len(order)], flanks[len(order) :]
+    lines = tuple(
+        line for side in (drive, coast) for slices in zip(*side, strict=True) for line in slices
     )
     factors = {
         mate: effects.of_planets(f"{mate}_mesh_factor", n_planets) for mate in ("sun", "ring")

@@ -114,7 +114,9 @@ class StepMatrices(NamedTuple):
     imag: NDArray[np.float64]
     """Imaginary parts."""
     gaps: NDArray[np.float64]
-    """Play of the twelve flanks [m]."""
+    """Play of the flanks or their slices [m]."""
+    shares: NDArray[np.float64]
+    """Share of its mesh's stiffness that each has."""
     clearance: NDArray[np.float64]
     """Play of the loose bearings [m]."""
     rollers: RollerSet
@@ -166,6 +168,7 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         real=np.ascontiguousarray(amplitudes.real),
         imag=np.ascontiguousarray(amplitudes.imag),
         gaps=np.array([line.gap for line in channels.lines]),
+        shares=channels.shares,
         clearance=channels.clearance,
         rollers=channels.rollers,
         splines=channels.splines,

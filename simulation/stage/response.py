@@ -298,7 +298,7 @@ def stored_energy(
     penetration = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
     for instant, angle in enumerate(delta[:, 0]):
         k = mesh_stiffness_at(real, imag, channels.mesh_teeth * angle)
-        energy[instant] += 0.5 * (np.concatenate([k, k]) * penetration[instant] ** 2).sum()
+        energy[instant] += 0.5 * (channels.of_flanks(k) * penetration[instant] ** 2).sum()
     for i, clearance in enumerate(channels.clearance):
         channel = channels.clearances.start + 2 * i
         for instant, (y, z) in enumerate(delta[:, channel : channel + 2]):
@@ -361,7 +361,9 @@ def _flanks(
     old_k, mid_k, new_k = teeth
     work = 0.0
     for j in range(len(k.gaps)):
-        channel, stiffness = _FLANKS + j, mid_k[j % len(mid_k)]
+        i = j % len(mid_k)
+        channel, share = _FLANKS + j, k.shares[j]
+        stiffness = share * mid_k[i]
         old = delta[channel] - k.gaps[j]
         new = old + k.h * s[channel]
         mean, slope = penetration_gradient(old, new)
@@ -369,10 +371,8 @@ def _flanks(
             k.reference[channel] * (delta[channel] + 0.5 * k.h * s[channel]) - stiffness * mean
         )
         tangent[channel, channel] = k.h * (0.5 * k.reference[channel] - stiffness * slope)
-        i = j % len(mid_k)
-        work += 0.5 * (
-            (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2 + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2
-        )
+        rise = (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2
+        work += 0.5 * share * (rise + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2)
     turned = k.h * s[0]
     force[0] = -work / turned if abs(turned) > 1e-12 else 0.0
 
@@ -522,8 +522,11 @@ def _solve_channels(
         _flanks(k, s, delta, (old_k, mid_k, new_k), force, tangent)
         force[channel] = -(mount @ s[channel]) - K_turned @ delta[channel]
         _clearances(k, s, delta, force, tangent)
-        _rollers(k, s, delta, old_energy, force, tangent)
-        _splines(k, s, delta, force, tangent)
+        # A call costs more than the loop over nothing in it.
+        if len(old_energy):
+            _rollers(k, s, delta, old_energy, force, tangent)
+        if len(k.splines):
+            _splines(k, s, delta, force, tangent)
         change, enough = s - s_free - k.W @ force, _CONVERGED
         if iteration >= plain:
             change[:] = np.linalg.solve(_newton_matrix(k, tangent), change)

@@ -175,9 +175,16 @@ class MeshData:
     n_harmonics: int = 3
     """Chosen: harmonics of the mesh frequency kept in the stiffness; a helical mesh of this overlap
     has little more."""
+    n_slices: int = 1
+    """Chosen: slices over the face width ``b``, at the points and with the weights of
+    Gauss-Legendre quadrature. 1: teeth do not resist tilt. 2 or more: stiffness constant over the
+    width (ISO 6336 has one c_gamma for all of it), so that a mesh resists tilt in its plane of
+    action with ``k b^2 / 12``, 1.3e7 N m/rad at the sun, until an edge loses contact."""
 
     def __post_init__(self) -> None:
         _refuse_negative(self)
+        if self.n_slices < 1:
+            raise ValueError(f"MeshData.n_slices is {self.n_slices}; expected 1 or more")
         if not (self.sun_stiffness > 0.0 and self.ring_stiffness > 0.0):
             raise ValueError(
                 f"MeshData has stiffnesses {self.sun_stiffness} and {self.ring_stiffness} N/m; "

@@ -47,6 +47,7 @@ _MESH_KEYS = {
     "ring_stiffness": Key(Positive, "Mean stiffness of a ring mesh along the tooth normal", "N/m"),
     "backlash": Key(NotNegative, "Play between the flanks along the normal", "m"),
     "n_harmonics": Key(Harmonics, "Harmonics of the mesh frequency kept in the stiffness"),
+    "n_slices": Key(PositiveCount, "Slices of a mesh over its face width; 1: no stiffness to tilt"),
 }
 _BEARING_KEYS = {
     "planet_radial": Key(NotNegative, "Radial stiffness of a planet's bearings", "N/m"),

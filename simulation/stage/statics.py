@@ -109,7 +109,7 @@ def channel_forces(
     force, tangent = np.zeros(len(delta)), np.zeros((len(delta), len(delta)))
     flanks, gaps = channels.meshes, np.array([line.gap for line in channels.lines])
     penetration = delta[flanks] - gaps
-    stiffness = np.where(penetration > 0.0, np.tile(k, 2), 0.0)
+    stiffness = np.where(penetration > 0.0, channels.of_flanks(k), 0.0)
     reference = channels.reference[flanks]
     force[flanks] = reference * delta[flanks] - stiffness * penetration
     tangent[flanks, flanks] = np.diag(reference - stiffness)
@@ -167,9 +167,9 @@ def _closed_stiffness(channels: Channels) -> NDArray[np.float64]:
     The linear part's, on both flanks of a tooth.
     """
     stiffness = channels.reference.copy()
-    n_meshes = len(channels.stiffness)
-    drive = channels.meshes.start + np.arange(n_meshes)
-    stiffness[drive + n_meshes] = stiffness[drive]
+    n_drive = len(channels.lines) // 2
+    drive = channels.meshes.start + np.arange(n_drive)
+    stiffness[drive + n_drive] = stiffness[drive]
     return stiffness
 
 
