@@ -53,11 +53,12 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
         Where dimensions contradict each other, all of them at once, or the file exists already.
     """
     stage = read_parameters(parameters)
-    if out.exists():
-        raise ValueError(
-            f"{out}: exists already; an existing file is not overwritten; give another name to "
-            "--out"
-        )
+    for path in (out, out.with_suffix(".png")):
+        if path.exists():
+            raise ValueError(
+                f"{path}: exists already; an existing file is not overwritten; give another name "
+                "to --out"
+            )
     check_file_writable(out)
     lines = list(_lines(stage))
     with whole_file(out) as path:
