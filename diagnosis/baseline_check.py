@@ -228,7 +228,7 @@ def with_findings(
         return diagnosis
     named_share = min(reduction.phi, 1.0)
     as_good = {
-        rival.id: f"{rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
+        rival.id: f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
         for rival, share in sorted(baseline.rivals, key=_most_likely)
         if share >= (named_share + _margin(rival, diagnosis) if is_named else _TOLD)
     }
@@ -252,6 +252,7 @@ def with_findings(
     return replace(
         diagnosis,
         verdict=ALIASED,
+        reason_id=next((name for name in as_good if name != CLOCK_SHIFT), ""),
         reason=_wiring_first(as_good, diagnosis.reason),
         attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )

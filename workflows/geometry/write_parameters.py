@@ -53,7 +53,8 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
         Where dimensions contradict each other, all of them at once, or the file exists already.
     """
     stage = read_parameters(parameters)
-    for path in (out, out.with_suffix(".png")):
+    drawing = out.with_suffix(".png")
+    for path in (out, drawing):
         if path.exists():
             raise ValueError(
                 f"{path}: exists already; an existing file is not overwritten; give another name "
