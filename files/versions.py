@@ -41,7 +41,7 @@ def versions() -> dict[str, str]:
 
 
 def installed() -> str:
-    """This software, Python, packages that can change a result, and optional packages, by line."""
+    """Versions, one a line: carrierflex, Python, packages of results, optional packages."""
     required = (f"{name} {number}" for name, number in versions().items() if name != "carrierflex")
     optional = []
     for name, purpose in _OPTIONAL_PACKAGES.items():
