@@ -91,7 +91,7 @@ def decisions_page() -> str:
 def compared_page() -> str:
     """Every comparison with another code or method, what it asks, and its command."""
     lines = [
-        "# We against the others",
+        "# Comparison with other codes",
         "",
         "Each row is measured with its peer in the same run; the figures are on the pages linked "
         "below, and `make bench` prints all of them anew with the machine, the load and the date.",
