@@ -37,6 +37,7 @@ from carrierflex.diagnosis.wiring.refits import (
     CHANNEL_ZERO,
     CLOCK_SHIFT,
     RUN,
+    RUN_VARIATION,
     SMALLEST_DRIFT,
     UNIT,
     ClockDrift,
@@ -81,6 +82,8 @@ _ON_BOUND = 1e-6
 _WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
 _SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
+#: What a channel that is left out may have, which laws of the library are too.
+_CHANNELS = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
 
@@ -144,10 +147,13 @@ def checked_baseline(
         (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
         for rival in tried
     ]
-    # Of one fault beside several laws the one that explains most.
-    shares.sort(key=lambda entry: entry[1])
-    most = {(rival.id, rival.about): (rival, share) for rival, share in shares}
-    rivals = tuple((rival, share) for rival, share in most.values() if share >= _TOLD)
+    # Of one fault the first model that explains it: a further law must explain more.
+    best: dict[tuple[str, str], tuple[WiringRival, float]] = {}
+    for rival, share in shares:
+        key = (rival.id, rival.about)
+        if key not in best or share > best[key][1] + _AS_GOOD:
+            best[key] = (rival, share)
+    rivals = tuple((rival, share) for rival, share in best.values() if share >= _TOLD)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
     return BaselineCheck(tuple(warnings), rivals)
 
@@ -220,11 +226,11 @@ def with_findings(
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if reduction is None or not (is_named or diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)):
         return diagnosis
-    least = min(reduction.phi, 1.0) - _AS_GOOD if is_named else _TOLD
+    named_share = min(reduction.phi, 1.0)
     as_good = {
         rival.id: f"{rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
         for rival, share in sorted(baseline.rivals, key=_most_likely)
-        if share >= least and not (is_named and _is_same(rival, diagnosis))
+        if share >= (named_share + _margin(rival, diagnosis) if is_named else _TOLD)
     }
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
@@ -253,18 +259,20 @@ def with_findings(
 
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
     """Order of rivals with their shares: kinds of faults first, the largest share first."""
-    return rival[0].id in (CHANNEL, RUN), -rival[1]
+    return rival[0].id in (CHANNEL, RUN, RUN_VARIATION), -rival[1]
 
 
-def _is_same(rival: WiringRival, diagnosis: Diagnosis) -> bool:
-    """Whether a channel or run left out says no more than what is named.
+def _margin(rival: WiringRival, diagnosis: Diagnosis) -> float:
+    """Share by which a wiring must explain more than what is named to be an alias of it.
 
-    A cause that acts in one run alone goes with that run too.
+    A cause that acts in one run alone goes with that run too, one that grows with the amplitude
+    gives every run other values, and an error of a channel that is named is that channel's: these
+    must explain more. Any other may explain a little less.
     """
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
-    of_channel = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
-    return rival.id == RUN or (rival.id in of_channel and is_of_channel)
+    is_same = rival.id in (RUN, RUN_VARIATION) or (rival.id in _CHANNELS and is_of_channel)
+    return _AS_GOOD if is_same else -_AS_GOOD
 
 
 def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:

@@ -60,8 +60,13 @@ def in_child(function: Callable[..., T], *arguments: Any, about: Path, what: str
     finally:
         process.kill()
         process.wait()
+    return answered(answer, process.returncode, about, what)
+
+
+def answered(answer: bytes, code: int, about: Path, what: str) -> Any:
+    """Result in the answer of a process that ended by `code`; errors as of :func:`in_child`."""
     if not answer:
-        raise ValueError(f"{about}: {_death(process.returncode, what)}; the file may be damaged")
+        raise ValueError(f"{about}: {_death(code, what)}; the file may be damaged")
     succeeded, result = pickle.loads(answer)  # of this program's own process
     if isinstance(result, MemoryError):
         raise ValueError(

@@ -51,20 +51,23 @@ _PIN_HEADING = (
 class CadFrame:
     """Where the carrier's frame lies in the CAD model's.
 
-    Origin [m], x axis (downwind), z axis (towards pin 1), and the CAD file's length unit where it
-    declares a wrong one.
+    Origin [m], x axis (downwind), z axis (towards pin 1); the CAD file's length unit where it
+    declares a wrong one; the solid where it holds several: its number, or ``united`` for all.
     """
 
     origin: NDArray[np.float64]
     axis: NDArray[np.float64]
     pin_1: NDArray[np.float64]
     length_unit: str | None = None
+    solid: int | str | None = None
 
     @classmethod
-    def of_the_file(cls, length_unit: str | None = None) -> "CadFrame":
+    def of_the_file(
+        cls, length_unit: str | None = None, solid: int | str | None = None
+    ) -> "CadFrame":
         """The CAD model's own frame."""
         axis, pin_1 = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-        return cls(np.zeros(3), axis, pin_1, length_unit)
+        return cls(np.zeros(3), axis, pin_1, length_unit, solid)
 
     @property
     def rotation(self) -> NDArray[np.float64]:
@@ -134,6 +137,7 @@ def read_cad_statements(path: Path) -> CadStatements:
         _unit_vector(document.frame.axis),
         _unit_vector(document.frame.pin_1),
         document.frame.length_unit,
+        document.frame.solid,
     )
     surfaces = tuple(_statement(name, table) for name, table in document.surfaces.items())
     return CadStatements(
@@ -197,7 +201,11 @@ def frame_lines(frame: CadFrame) -> list[str]:
     vectors = {"origin": frame.origin, "axis": frame.axis, "pin_1": frame.pin_1}
     lines = [_FRAME_HEADING, "[frame]"]
     lines += [f"{name} = {_numbers(vector)}" for name, vector in vectors.items()]
-    return lines + ([f'length_unit = "{frame.length_unit}"'] if frame.length_unit else [])
+    if frame.length_unit is not None:
+        lines.append(f'length_unit = "{frame.length_unit}"')
+    if frame.solid is not None:
+        lines.append(f"solid = {frame.solid!r}")
+    return lines
 
 
 def statement_text(surface: SurfaceStatement) -> str:

@@ -19,6 +19,8 @@ from carrierflex.files.toml_values import (
 Triple = tuple[float, float, float]
 #: Units that a STEP file may be said to have.
 StepUnit = Literal["m", "cm", "mm", "inch"]
+#: Which solid of a STEP file with several: its number, or all of them as one.
+ChosenSolid = int | Literal["united"]
 #: How many times smaller elements at re-entrant edges are: of 1.7 to 10, few unknowns for
 #: curves that change by 2 % with half the size (docs/cad.md).
 FINER_AT_INNER_EDGES = 2.5
@@ -97,6 +99,10 @@ class FrameTable(TomlTable):
     origin: ThreeNumbers = key("Origin, on the rim's face", "m", default=(0.0, 0.0, 0.0))
     axis: Direction = key("Rotation axis, downwind", default=(1.0, 0.0, 0.0))
     pin_1: Direction = key("Direction from the axis towards pin 1", default=(0.0, 0.0, 1.0))
+    solid: Annotated[ChosenSolid, Expected("a number from 1, or 'united'")] | None = key(
+        "Solid of a STEP file with several: its number, or 'united' for all, which must touch",
+        default=None,
+    )
     length_unit: StepUnit | None = key(
         "Length unit of a STEP file that declares a wrong one", default=None
     )

@@ -64,8 +64,8 @@ def carrier_interface(mesh: NamedSurfaces) -> CarrierInterface:
     KeyError
         Where a surface is missing.
     ValueError
-        Where a bore is no cylinder along x, or the pins do not stand at equal angles from 0 at one
-        distance and station.
+        Where a bore is no cylinder along x, the pins do not stand at equal angles from 0 at one
+        distance and station, or upwind and downwind are exchanged.
     """
     points = {}
     n_planets = planets_of(mesh.surfaces)
@@ -75,11 +75,13 @@ def carrier_interface(mesh: NamedSurfaces) -> CarrierInterface:
     for number, angle in enumerate(pin_angles(n_planets), start=1):
         bores = [f"pin_{number}_{side}" for side in ("upwind", "downwind")]
         points |= {name: _on_axis(mesh, name) for name in bores}
+        _refuse_exchanged(mesh, *bores)
         first, last = (_extent(mesh, name) for name in bores)
         midspan = (first[1] + last[0]) / 2.0
         points[f"pin_{number}_midspan"] = np.array([midspan, *points[bores[0]][1:]])
         stations.append((points[bores[0]][0], midspan, points[bores[1]][0]))
         distances += [_distance(name, points[name], float(angle), n_planets) for name in bores]
+    _refuse_exchanged(mesh, "upwind_seat", "downwind_seat")
     if np.ptp(stations, axis=0).max() > _PIN_POSITION or np.ptp(distances) > _PIN_POSITION:
         shown = "; ".join(f"({a:.5g}, {m:.5g}, {b:.5g}) m" for a, m, b in stations)
         raise ValueError(
@@ -96,6 +98,16 @@ def carrier_interface(mesh: NamedSurfaces) -> CarrierInterface:
         float(np.mean(distances)),
         radius,
     )
+
+
+def _refuse_exchanged(mesh: NamedSurfaces, upwind: str, downwind: str) -> None:
+    at = {name: _middle(mesh, name) for name in (upwind, downwind)}
+    if at[upwind] >= at[downwind]:
+        raise ValueError(
+            f"surface {upwind!r} is at station x = {at[upwind]:.5g} m and {downwind!r} at "
+            f"{at[downwind]:.5g} m; expected the upwind one first, x points downwind: exchange the "
+            "two names, or turn [frame] axis of the surfaces file"
+        )
 
 
 def _extent(mesh: NamedSurfaces, name: str) -> tuple[float, float]:

@@ -19,6 +19,7 @@ from carrierflex.files.hdf5_datasets import (
     number_attribute,
     numbers,
 )
+from carrierflex.files.hdf5_trial import skip_trial, try_hdf5
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.whole_files import whole_file
@@ -114,6 +115,7 @@ def write_body(
             _fill_certificate(file.create_group("certificate"), certificate)
         if shapes is not None:
             fill_shapes(file.create_group("shapes"), shapes)
+    skip_trial(path)
 
 
 def _fill(file: h5py.File, model: ReducedModel) -> None:
@@ -191,6 +193,10 @@ def read_shapes(path: Path) -> BodyShapes | None:
 
 def _read(path: Path, part: Callable[[h5py.File], T]) -> T:
     check_plain_file(path, "a body file (.h5)", _MOST_FILE_BYTES)
+    try:
+        try_hdf5(path)
+    except ValueError as error:
+        raise BodyFileError(str(error)) from error
     try:
         with h5py.File(path, "r") as file:
             _check_header(file, path)

@@ -34,7 +34,7 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
     Raises
     ------
     ValueError
-        Where there is no such case, or a copy stands already.
+        Where there is no such case, or a copy exists already.
     """
     known = sorted(path.stem for path in shipped_case().parent.glob("*.toml"))
     chosen = {name: shipped_case(name) for name in names or known}

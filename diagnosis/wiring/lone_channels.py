@@ -26,6 +26,7 @@ from carrierflex.diagnosis.wiring.refits import (
     CHANNEL_ZERO,
     INPUT_GAIN,
     RUN,
+    RUN_VARIATION,
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
@@ -40,6 +41,8 @@ from carrierflex.identification.estimation.scaled_least_squares import (
 _FEWEST_CHANNELS = 3
 #: Fewest runs of which one can be left out.
 _FEWEST_RUNS = 3
+#: Fewest runs that may differ from one another.
+_FEWEST_VARYING = 2
 #: Share of the gap that goes with the channel, or the run, that is left out.
 _GOES_WITH_IT = 0.9
 #: Share of what a channel has beyond the others' expectation that its fault explains.
@@ -81,6 +84,15 @@ class _Sums:
         right = total[:-1, -1]
         explained = float(right @ normal_inverse(total[:-1, :-1]) @ right)
         return max(float(total[-1, -1]) - explained, 0.0) / max(float(self.counts.sum()), 1.0)
+
+    @property
+    def of_each_run(self) -> float:
+        """Mean square that the baseline leaves once it is fitted to every run by itself."""
+        squares = [
+            replace(self, grams=gram[None], counts=counts[None]).mean_square * counts.sum()
+            for gram, counts in zip(self.grams, self.counts, strict=True)
+        ]
+        return float(np.sum(squares)) / max(float(self.counts.sum()), 1.0)
 
     @property
     def steps(self) -> FloatArray:
@@ -170,6 +182,16 @@ def lone_rivals(
             square = refitted(_without_run(campaign, records[run].run))
             if square <= at_most:
                 yield _run_rival(records, sums, campaign, run, refitted, (square, floor, at_most))
+
+    if len(campaign.runs) >= _FEWEST_VARYING and sums.of_each_run <= 0.5 * (before + floor):
+        names = [run.name for run in campaign.runs]
+        counts = sums.counts.sum(axis=1)
+        squares = [refitted(replace(campaign, runs=(run,))) for run in campaign.runs]
+        square = float(np.average(squares, weights=counts))
+        if square <= at_most:
+            text = "values of its own for every run (temperature, adjustment, wear)"
+            line = key_of("[[runs]]", "name")
+            yield WiringRival(RUN_VARIATION, ", ".join(names), text, square, line)
 
 
 def _sums(records: Sequence[LinearRecord]) -> _Sums:

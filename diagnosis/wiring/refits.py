@@ -37,6 +37,8 @@ ENCODER = "wiring/encoder"
 HELD_INPUT = "wiring/held_input"
 #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
 CHANNEL = "wiring/channel"
+#: Runs that differ from one another in the baseline's values, as by temperature.
+RUN_VARIATION = "run_variation"
 CHANNEL_GAIN = "wiring/channel_gain"
 CHANNEL_ZERO = "wiring/channel_zero"
 RUN = "wiring/run"
@@ -199,7 +201,10 @@ def refitted_clock(
     def mean_square_with(factor: float) -> float:
         """Mean square with the guess times a factor."""
         if factor not in tried:
-            mean_square = refitted(_put_back(campaign, _times(guess, factor)))
+            put_back = _put_back(campaign, _times(guess, factor))
+            # A clock that moves a run out of its record is none.
+            is_inside = all(_is_mostly_known(run) for run in put_back.runs)
+            mean_square = refitted(put_back) if is_inside else np.inf
             tried[factor] = mean_square if np.isfinite(mean_square) else np.inf
         return tried[factor]
 
@@ -218,6 +223,11 @@ def refitted_clock(
 def without_delay(campaign: Campaign, delay: float) -> Campaign:
     """Campaign whose signals are put back by a delay of all of them."""
     return _put_back(campaign, ClockDrift("", delay, 0.0))
+
+
+def _is_mostly_known(run: Run) -> bool:
+    """Whether half of the samples of every signal are there."""
+    return all(bool(np.isfinite(values).mean() > 0.5) for values in run.signals.values())
 
 
 def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> WiringRival:

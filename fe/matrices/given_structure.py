@@ -46,6 +46,10 @@ _NO_MASS = 1e-6
 #: Singular value of the pilots' rigid motions below which one is not held.
 _HELD = 1e-8
 _ALL_MOTIONS = 6
+#: Sizes of a part of a wind turbine's drivetrain [m], from a sensor's bracket to a frame.
+_LIKELY_SIZE = (0.02, 20.0)
+#: Units that preprocessors write lengths in [m], the usual one first.
+_LENGTH_UNITS = {"millimetres": 1e-3, "metres": 1.0, "inches": 0.0254}
 #: Names of components in an interfaces file, from that of scalar points, -1, on.
 _ROW_NAMES = ("S", *COMPONENT_NAMES)
 
@@ -159,7 +163,11 @@ def body_of(
     free, ratio = free_motions(interface.model.K, interface.model.layout.rigid_modes(np.zeros(3)))
     refuse_loose_parts(interface.model.K, interface.model.layout, free.shape[1])
     _refuse_loose_pilots(interface, free)
-    warnings = (*_freedom_warnings(free, ratio), *_unit_warnings(interface.model))
+    warnings = (
+        *_freedom_warnings(free, ratio),
+        *_unit_warnings(interface.model),
+        *_size_warnings(nodes, document),
+    )
     structure, layout = _structure(document.name, interface, free)
     return GivenBody(structure, layout, warnings)
 
@@ -258,6 +266,37 @@ def _unit_warnings(model: NumberedModel) -> Iterator[str]:
             f"{mass:.4g} kg in a hull of {volume:.4g} m^3 around the nodes, "
             f"{mass / volume:.4g} kg/m^3; expected {least:g} to {most:g}: check the table [units]"
         )
+
+
+def _size_warnings(nodes: NodeTable, document: "InterfacesDocument") -> Iterator[str]:
+    """Name what has an unlikely size, with the unit of length that would make it a likely one."""
+    length = document.units.length
+    extent = float(np.ptp(nodes.points, axis=0).max())
+    if not _LIKELY_SIZE[0] <= extent * length <= _LIKELY_SIZE[1]:
+        likely = next(
+            (
+                f"; if its coordinates are in {unit}, write length = {size:g}"
+                for unit, size in _LENGTH_UNITS.items()
+                if _LIKELY_SIZE[0] <= extent * size <= _LIKELY_SIZE[1]
+            ),
+            "",
+        )
+        yield (
+            f"the body is {extent * length:.3g} m across, by [units] length = {length:g}; expected "
+            f"{_LIKELY_SIZE[0]:g} to {_LIKELY_SIZE[1]:g} m{likely}"
+        )
+    for table in document.pilots:
+        point = getattr(table, "point", None)
+        if point is None:
+            continue
+        coupled = nodes.points[np.searchsorted(nodes.numbers, _nodes_of(table, nodes))]
+        off = float(np.linalg.norm(np.array(point) - coupled.mean(axis=0)))
+        if off > 2.0 * extent:
+            yield (
+                f"pilot {table.name!r}: its point is {off * length:.3g} m from the middle of its "
+                f"nodes, on a body {extent * length:.3g} m across; expected a point near them, in "
+                "the unit of [units] length"
+            )
 
 
 def _structure(

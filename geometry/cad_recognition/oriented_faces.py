@@ -88,7 +88,9 @@ class CadSolid:
         return np.asarray(np.ptp(corners, axis=0))
 
 
-def cad_solid(path: Path, length_unit: str | None = None) -> CadSolid:
+def cad_solid(
+    path: Path, length_unit: str | None = None, solid: int | str | None = None
+) -> CadSolid:
     """Faces of the solid in a STEP file, in metres.
 
     Parameters
@@ -97,6 +99,8 @@ def cad_solid(path: Path, length_unit: str | None = None) -> CadSolid:
         STEP file with one solid.
     length_unit : str, optional
         m, cm, mm or inch, where the file declares a wrong one.
+    solid : int or str, optional
+        Number of the solid in a file with several, or ``united`` for all of them.
 
     Raises
     ------
@@ -105,14 +109,14 @@ def cad_solid(path: Path, length_unit: str | None = None) -> CadSolid:
     MeshingError
         Where OpenCASCADE cannot triangulate a face.
     """
-    return in_child(_cad_solid, path, length_unit, about=path, what=READER)
+    return in_child(_cad_solid, path, length_unit, solid, about=path, what=READER)
 
 
-def _cad_solid(path: Path, length_unit: str | None) -> CadSolid:
-    with step_solid(path, CadFrame.of_the_file(length_unit)) as (solid, faces):
+def _cad_solid(path: Path, length_unit: str | None, solid: int | str | None = None) -> CadSolid:
+    with step_solid(path, CadFrame.of_the_file(length_unit, solid)) as (tag, faces):
         gmsh.model.mesh.importStl()
-        oriented = tuple(_oriented(path, solid, face) for face in faces)
-        return CadSolid(oriented, declared_unit(path), float(gmsh.model.occ.getMass(3, solid)))
+        oriented = tuple(_oriented(path, tag, face) for face in faces)
+        return CadSolid(oriented, declared_unit(path), float(gmsh.model.occ.getMass(3, tag)))
 
 
 def _oriented(path: Path, solid: int, face: CadFace) -> OrientedFace:

@@ -60,14 +60,14 @@ def step_solid(path: Path, frame: CadFrame) -> Iterator[tuple[int, tuple[CadFace
             gmsh.option.setNumber("Geometry.OCCScaling", factor)
         size = path.stat().st_size
         with limited(60 + size // 100_000, 1_000_000_000 + 100 * size):
-            solid = _imported_solid(path, unit, frame.length_unit)
+            solid = _imported_solid(path, unit, frame)
             _move(solid, frame)
             faces = cad_faces()
         yield solid, faces
 
 
-def _imported_solid(path: Path, declared: str, stated: str | None) -> int:
-    """Number of the one solid that the file holds."""
+def _imported_solid(path: Path, declared: str, frame: CadFrame) -> int:
+    """Number of the one solid that the file holds, or that is chosen of several."""
     try:
         with silent_stdout():
             gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
@@ -77,12 +77,16 @@ def _imported_solid(path: Path, declared: str, stated: str | None) -> int:
             f"{path}: OpenCASCADE cannot read this STEP file ({error}); it may be cut short"
         ) from error
     solids = [tag for _, tag in gmsh.model.getEntities(3)]
+    if len(solids) > 1 and frame.solid is not None:
+        solids = _united(path, solids) if frame.solid == "united" else _alone(path, solids, frame)
     if len(solids) != 1:
         raise ValueError(
             f"{path}: holds {len(solids)} solids{_listed(solids)}; expected one, the carrier "
-            "without pins and planets: export its solid alone; unite the parts of a bolted carrier "
-            "in the CAD program"
+            "without pins and planets: choose one by its number or unite those that touch, by "
+            "[frame] solid = 1 or solid = 'united' of the surfaces file, --solid of cad-surfaces; "
+            "or export its solid alone"
         )
+    stated = frame.length_unit
     low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
     unit = f"declared unit: {declared}" if stated is None else f"stated unit: {stated}"
     try:
@@ -96,15 +100,44 @@ def _imported_solid(path: Path, declared: str, stated: str | None) -> int:
     return solids[0]
 
 
+def _united(path: Path, solids: list[int]) -> list[int]:
+    """All solids as one; ValueError where they do not touch."""
+    entities = [(3, tag) for tag in solids]
+    joined, _ = gmsh.model.occ.fuse(entities[:1], entities[1:])
+    gmsh.model.occ.synchronize()
+    tags = [tag for _, tag in joined]
+    if len(tags) != 1:
+        raise ValueError(
+            f"{path}: its {len(solids)} solids remain {len(tags)} when they are united"
+            f"{_listed(tags)}; expected solids that touch in faces: choose one by its number, "
+            "[frame] solid = 1 of the surfaces file, --solid 1 of cad-surfaces"
+        )
+    return tags
+
+
+def _alone(path: Path, solids: list[int], frame: CadFrame) -> list[int]:
+    """The solid of the frame's number; the others are removed."""
+    number = int(str(frame.solid))
+    if not 1 <= number <= len(solids):
+        raise ValueError(
+            f"{path}: solid {number} of {len(solids)}{_listed(solids)}; expected 1 to "
+            f"{len(solids)}, by [frame] solid of the surfaces file or --solid of cad-surfaces"
+        )
+    chosen = solids.pop(number - 1)
+    gmsh.model.occ.remove([(3, tag) for tag in solids], recursive=True)
+    gmsh.model.occ.synchronize()
+    return [chosen]
+
+
 def _listed(solids: list[int]) -> str:
-    """Name, extent and volume of the first solids."""
+    """Number, name, extent and volume of the first solids."""
     lines = []
-    for tag in solids[:_SHOWN]:
+    for number, tag in enumerate(solids[:_SHOWN], start=1):
         low, high = np.split(np.array(gmsh.model.getBoundingBox(3, tag)), 2)
         name = gmsh.model.getEntityName(3, tag).split("/")[-1] or f"solid {tag}"
         extent = " x ".join(f"{1e3 * length:.4g}" for length in high - low)
         volume = 1e6 * gmsh.model.occ.getMass(3, tag)
-        lines.append(f"{name!r} of {extent} mm, {volume:.4g} cm^3")
+        lines.append(f"{number}: {name!r} of {extent} mm, {volume:.4g} cm^3")
     return f" ({'; '.join(lines)}{'; ...' if len(solids) > _SHOWN else ''})" if lines else ""
 
 

@@ -291,7 +291,7 @@ def _logged_run(
     """Run of a map."""
     tables = run_tables([read_log(files[name]) for name in entry.files], document.time.column)
     timed = _timed_tables(tables, entry, document)
-    signals, counts = _signals(timed, entry, document, kind)
+    signals, counts = _signals(tables, timed, entry, document, kind)
     counts += [
         Count(entry.name, own.table.file, "missing rows", own.time.size - own.rows.size)
         for own in timed
@@ -350,14 +350,17 @@ def _timed_tables(
 
 
 def _signals(
-    timed: Sequence[_Timed], entry: MapRunTable, document: MapDocument, kind: CampaignKind
+    tables: Sequence[LogTable],
+    timed: Sequence[_Timed],
+    entry: MapRunTable,
+    document: MapDocument,
+    kind: CampaignKind,
 ) -> tuple[dict[str, tuple[_FloatArray, _FloatArray]], list[Count]]:
     """Time and values of every input and channel, by name."""
     problems = Problems()
     signals: dict[str, tuple[_FloatArray, _FloatArray]] = {}
     counts: list[Count] = []
     by_table = {id(own.table): own for own in timed}
-    tables = [own.table for own in timed]
     for row in document.inputs:
         with problems.at(f"[[inputs]] {row.name}"):
             own = by_table[id(table_with(tables, row.column))]

@@ -101,5 +101,11 @@ def table_with(tables: Sequence[LogTable], column: str) -> LogTable:
             f"column '{shortened(column)}' occurs {len(holding)} times in {files}; expected one: "
             "rename it, or leave a file out of the run"
         )
+    in_files = [name for table in tables for name in table.names if name.endswith(f": {column}")]
+    if in_files:
+        raise ValueError(
+            f"column '{shortened(column)}' stands in several of {files}; expected one of "
+            f"{', '.join(repr(name) for name in in_files)}"
+        )
     known = shortened(", ".join(name for table in tables for name in table.names), 400)
     raise ValueError(f"{files}: no column '{shortened(column)}'; found {known}")

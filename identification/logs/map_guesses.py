@@ -193,7 +193,7 @@ def _time(tables: Sequence[LogTable]) -> Guess:
             steps = np.diff(values)
             if steps.size and np.ptp(steps) < 1e-6 * abs(float(steps.mean())) < np.inf:
                 return Guess(name, *_time_unit(values))
-    return Guess(OPEN, "s", "no column grows evenly")
+    return Guess(OPEN, "s", "no column grows evenly: name it, or give rate_hz in its place")
 
 
 def _time_unit(values: NDArray[np.float64]) -> tuple[str, str]:

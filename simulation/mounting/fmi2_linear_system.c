@@ -28,6 +28,9 @@ typedef struct {
 #define API __attribute__((visibility("default")))
 #endif
 
+/* More steps at once are a wrong unit of time, and would keep the tool waiting. */
+#define MOST_STEPS 1e6
+
 typedef struct {
     double x[N_X], u[N_U], rate[N_U], time;
     int initialised;
@@ -51,6 +54,7 @@ API Component fmi2Instantiate(const char *name, int type, const char *guid, cons
     if (type != 1 || !guid || strcmp(guid, MODEL_GUID) != 0) return NULL;
     s = calloc(1, sizeof *s);
     if (!s) return NULL;
+    if (!name) name = "";
     s->name = calloc(strlen(name) + 1, 1);
     if (!s->name) { free(s); return NULL; }
     strcpy(s->name, name);
@@ -152,6 +156,8 @@ API Status fmi2DoStep(Component c, double time, double size, Boolean final) {
     Slave *s = c;
     double count = floor(size / STEP + 0.5), k;
     (void)final;
+    if (!(count <= MOST_STEPS))
+        return refused(s, "the communication step is too long; expected at most a million of the model's own steps");
     /* Times are sums of rounded steps: a millionth of a step is rounding, more is another step size. */
     if (!(size > 0.0) || fabs(size / STEP - count) > 1e-6 * (1.0 + count))
         return refused(s, "the communication step is no whole number of the model's own step");

@@ -36,6 +36,11 @@ Array = NDArray[np.float64]
 IDENTIFIER = "carrierflex_mounting"
 _C_FILE = Path(__file__).with_name("fmi2_linear_system.c")
 _INPUTS = {"torque": "N.m", "ntl_y": "N", "ntl_z": "N"}
+_INPUT_WORDS = {
+    "torque": "Torque on the main shaft about x",
+    "ntl_y": "Non-torque load at the coupling along y",
+    "ntl_z": "Non-torque load at the coupling along z",
+}
 #: SI base units of the units used, as the standard spells them.
 _BASE_UNITS = {
     "N.m": {"kg": "1", "m": "2", "s": "-2"},
@@ -147,7 +152,7 @@ def model_description(system: DiscreteSystem, guid: str, notes: Mapping[str, str
     )  # fmt: skip
     unit = tag(
         root, "CoSimulation", modelIdentifier=IDENTIFIER, canInterpolateInputs="true",
-        canHandleVariableCommunicationStepSize="true", maxOutputDerivativeOrder="0",
+        canHandleVariableCommunicationStepSize="false", maxOutputDerivativeOrder="0",
         canNotUseMemoryManagementFunctions="true",
     )  # fmt: skip
     tag(tag(unit, "SourceFiles"), "File", name=_C_FILE.name)
@@ -169,6 +174,7 @@ def _add_variables(root: ElementTree.Element) -> None:
             variables,
             "ScalarVariable",
             name=name,
+            description=_INPUT_WORDS[name],
             valueReference=str(reference),
             causality="input",
             variability="continuous",
@@ -180,6 +186,8 @@ def _add_variables(root: ElementTree.Element) -> None:
             variables,
             "ScalarVariable",
             name=name,
+            description=f"Displacement of the housing at sensor {name}, along {name[-1]}, from the "
+            "equilibrium under gravity",
             valueReference=str(reference),
             causality="output",
             variability="continuous",

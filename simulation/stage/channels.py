@@ -4,7 +4,7 @@ Meshes, mount and bearings with clearance.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.gear_meshes import (
     FlankLine,
     MeshStiffness,
+    face_slices,
     flank_line,
     mesh_stiffness,
 )
@@ -32,10 +33,10 @@ ROLLING_ROWS = [1, 2, 4, 5]
 class Channels:
     """Columns ``B`` of the channels, ``delta = Bᵀ c - free``, and what each needs.
 
-    Order: carrier angle; two drive flanks a planet (all suns', then all rings'); as many coast
-    flanks; six motions of the housing; two a carrier bearing with unequal stiffnesses; two a
-    bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 ... against its
-    pin.
+    Order: carrier angle; two drive flanks a planet (all suns', then all rings'), slice by slice; as
+    many coast flanks; six motions of the housing; two a carrier bearing with unequal stiffnesses;
+    two a bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 ... against
+    its pin; three where the sun's spline rubs: twist of the sun shaft, sun's y and z.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ class Channels:
     reference : ndarray, shape (m,)
         Stiffness that the linear part of the equations already has [N/m].
     lines : tuple of FlankLine
-        Four flanks a planet.
+        Four flanks a planet, times the slices over the face width.
     stiffness : tuple of MeshStiffness
         Of the meshes, all suns', then all rings'.
     K_fixed, C_fixed, K_mean, C_mean : ndarray, shape (t, t)
@@ -60,6 +61,9 @@ class Channels:
         Names of the carrier bearings with unequal stiffnesses.
     rollers : RollerSet
         Rollers of the planet bearings; no bearings where those are springs.
+    splines : ndarray, shape (s, 3)
+        Lateral stiffness [N/m], radial clearance [m] and largest friction per twist of the shaft
+        [N/rad] of the sun's spline; no row where it does not rub.
     mesh_teeth : int
         Mesh periods a turn of the carrier.
     """
@@ -77,6 +81,7 @@ class Channels:
     bearings: tuple[str, ...]
     unequal: tuple[str, ...]
     rollers: RollerSet
+    splines: NDArray[np.float64]
     mesh_teeth: int
 
     @property
@@ -84,7 +89,7 @@ class Channels:
         """Every channel in words."""
         flanks = [
             f"{line.mate} mesh of planet {line.planet}, "
-            f"{'coast' if i >= len(self.stiffness) else 'drive'} flank [m]"
+            f"{'coast' if 2 * i >= len(self.lines) else 'drive'} flank [m]"
             for i, line in enumerate(self.lines)
         ]
         housing = [
@@ -98,12 +103,23 @@ class Channels:
             for i in range(len(self.rollers.directions))
             for motion in ("Ty [m]", "Tz [m]", "Ry [rad]", "Rz [rad]")
         ]
-        return ("carrier angle [rad]", *flanks, *housing, *unequal, *clearances, *rollers)
+        spline = ("twist of the sun shaft [rad]", "spline of the sun, y", "spline of the sun, z")
+        splines = len(self.splines) * spline
+        return ("carrier angle [rad]", *flanks, *housing, *unequal, *clearances, *rollers, *splines)
 
     @property
     def meshes(self) -> slice:
         """Channels of the flanks."""
         return slice(1, 1 + len(self.lines))
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """Share of its mesh's stiffness that each flank or slice has, shape (n_lines,)."""
+        return np.array([line.share for line in self.lines])
+
+    def of_flanks(self, k: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Stiffness of every flank or slice [N/m], shape (..., n_lines), from those of meshes."""
+        return np.asarray(np.tile(k, len(self.lines) // len(self.stiffness)) * self.shares)
 
     @property
     def housing(self) -> slice:
@@ -142,6 +158,11 @@ class Channels:
         """Channels of the roller bearings."""
         return slice(self.clearances.stop, self.clearances.stop + 4 * len(self.rollers.directions))
 
+    @property
+    def rubbing(self) -> slice:
+        """Channels of the sun's spline."""
+        return slice(self.rolling.stop, self.rolling.stop + 3 * len(self.splines))
+
 
 def stage_channels(
     layout: CoordinateLayout,
@@ -158,17 +179,24 @@ def stage_channels(
     n_lines = len(lines)
     rollers = _rollers(layout, effects)
     n_turning = 6 + 2 * len(unequal)
+    splines = _splines(layout)
     n_rows = 1 + n_lines + n_turning + 2 * len(loose) + 4 * len(rollers.directions)
+    n_rows += 3 * len(splines)
     rows = np.zeros((n_rows, layout.n))
     rows[1 : 1 + n_lines] = [_approach_row(layout, line) for line in lines]
     rows[1 + n_lines + np.arange(6), layout.rows["housing"]] = 1.0
     for i, name in enumerate(unequal):
         rows[1 + n_lines + 6 + 2 * i + np.arange(2)] = springs[name].G[1:3]
     free, reference = np.zeros(n_rows), np.zeros(n_rows)
-    reference[1 : 1 + len(stiffness)] = [mesh.mean for mesh in stiffness]
+    means = np.tile([mesh.mean for mesh in stiffness], layout.data.mesh.n_slices)
+    reference[1 : 1 + n_lines // 2] = means * [line.share for line in lines[: n_lines // 2]]
     # Which rows of which spring each channel that takes over from one has.
     taken = [(springs[name], [1, 2]) for name in loose]
     taken += [(springs[f"planet_{i + 1}"], ROLLING_ROWS) for i in range(len(rollers.directions))]
+    if len(splines):
+        # The shaft's twist is only read: the linear part keeps its spring.
+        twist = replace(springs["sun_shaft"], stiffness=np.zeros(1))
+        taken += [(twist, [0]), (springs["sun"], [1, 2])]
     first = 1 + n_lines + n_turning
     for spring, own_rows in taken:
         channels = first + np.arange(len(own_rows))
@@ -197,6 +225,7 @@ def stage_channels(
         bearings=loose,
         unequal=tuple(unequal),
         rollers=rollers,
+        splines=splines,
         mesh_teeth=layout.data.gear.ring_teeth,
     )
 
@@ -213,6 +242,15 @@ def _rollers(layout: CoordinateLayout, effects: StageEffects) -> RollerSet:
     )
 
 
+def _splines(layout: CoordinateLayout) -> NDArray[np.float64]:
+    """Rows of :attr:`Channels.splines`."""
+    bearings, chain = layout.data.bearings, layout.data.chain
+    if bearings.sun_friction == 0.0:
+        return np.zeros((0, 3))
+    friction = bearings.sun_friction * chain.sun_shaft_torsion / bearings.spline_radius
+    return np.array([[bearings.sun_radial, bearings.sun_clearance, friction]])
+
+
 def _meshes(
     layout: CoordinateLayout, effects: StageEffects
 ) -> tuple[tuple[FlankLine, ...], tuple[MeshStiffness, ...]]:
@@ -221,12 +259,20 @@ def _meshes(
     x = layout.data.planet.x
     n_planets = layout.n_planets
     order = [(mate, planet) for mate in ("sun", "ring") for planet in range(1, n_planets + 1)]
-    lines = tuple(
-        flank_line(
-            mate, planet, gear, n_planets, x=x, coast=coast, gap=data.backlash if coast else 0.0
+    flanks = [
+        face_slices(
+            flank_line(
+                mate, planet, gear, n_planets, x=x, coast=coast, gap=data.backlash if coast else 0.0
+            ),
+            gear,
+            data.n_slices,
         )
         for coast in (False, True)
         for mate, planet in order
+    ]
+    drive, coast = flanks[: len(order)], flanks[len(order) :]
+    lines = tuple(
+        line for side in (drive, coast) for slices in zip(*side, strict=True) for line in slices
     )
     factors = {
         mate: effects.of_planets(f"{mate}_mesh_factor", n_planets) for mate in ("sun", "ring")

@@ -1,4 +1,4 @@
-"""Contact laws of teeth and of round parts with play.
+"""Contact laws of teeth, of round parts with play, and of a sun held by its spline.
 
 Force, tangent, energy, and their discrete gradients (compiled).
 
@@ -116,3 +116,86 @@ def play_gradient(
         yz + dz * by_y,
         zz + rest + dz * by_z,
     )
+
+
+@numba.njit(cache=True)
+def spline_force(
+    y: float,
+    z: float,
+    stiffness: float,
+    clearance: float,
+    limit: float,
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Force that resists the offset of a turning sun on its quill, and the force's derivatives.
+
+    The quill bends by ``F / k``, the spline's halves slide by ``m`` against dry friction of at most
+    ``L``, up to the radial clearance ``c``. Both halves turn with the sun, so that an offset ``d``
+    that stands still (or turns slower) slides once a turn, and the friction stands across the
+    sliding. With the bristle law ``z' = v - |v| |z| z / s^2``, ``s = L / k``, ``rho = |d| / s``:
+
+    ``F = k (d - m n)``, ``n = (P d + E x × d) / |d|``, ``E^2 = 2 / (1 + sqrt(1 + 4 rho^4))``,
+    ``P = rho^2 E^2``, ``m = min(P |d|, c)``
+
+    which is ``k d`` where friction holds (``rho << 1``) and the play ``k max(|d| - c, 0)`` where
+    there is none.
+
+    Parameters
+    ----------
+    y, z : float
+        Offset ``d`` [m]; the sun turns about +x.
+    stiffness : float
+        ``k`` [N/m].
+    clearance : float
+        ``c`` [m].
+    limit : float
+        ``L`` [N].
+
+    Returns
+    -------
+    tuple of float
+        F along y and z [N]; its derivatives by the offset, yy, yz, zy, zz [N/m], and by the limit.
+    """
+    r = np.sqrt(y * y + z * z)
+    if r < _STILL:
+        return stiffness * y, stiffness * z, stiffness, 0.0, 0.0, stiffness, 0.0, 0.0
+    E, P, E_r, P_r, by_limit = 0.0, 1.0, 0.0, 0.0, 0.0
+    if limit > _STILL * stiffness:
+        rho = r * stiffness / limit
+        w = np.sqrt(1.0 + 4.0 * rho**4)
+        E = np.sqrt(2.0 / (1.0 + w))
+        P = rho * rho * E * E
+        E_r = -4.0 * rho**3 * E / (w * (1.0 + w)) * stiffness / limit
+        P_r = 2.0 * P / r + 2.0 * rho * rho * E * E_r
+        # Both depend on the limit through rho alone.
+        by_limit = -r / limit
+    if P * r <= clearance:
+        along, across = 1.0 - P * P, -P * E
+        along_r, across_r = -2.0 * P * P_r, -P_r * E - P * E_r
+        along_L, across_L = along_r * by_limit, across_r * by_limit
+    else:
+        share = clearance / r
+        along, across = 1.0 - share * P, -share * E
+        along_L, across_L = -share * P_r * by_limit, -share * E_r * by_limit
+        along_r, across_r = share * (P / r - P_r), share * (E / r - E_r)
+    k = stiffness
+    fy, fz = k * (along * y - across * z), k * (along * z + across * y)
+    # Direction in which the force changes with |d|.
+    gy, gz = k * (along_r * y - across_r * z) / r, k * (along_r * z + across_r * y) / r
+    return (
+        fy,
+        fz,
+        k * along + gy * y,
+        -k * across + gy * z,
+        k * across + gz * y,
+        k * along + gz * z,
+        k * (along_L * y - across_L * z),
+        k * (along_L * z + across_L * y),
+    )
+
+
+@numba.njit(cache=True)
+def spline_energy(y: float, z: float, stiffness: float, clearance: float, limit: float) -> float:
+    """Energy ``|F|^2 / 2 k`` of the quill less that of the linear part, ``k |d|^2 / 2`` [J]."""
+    force = spline_force(y, z, stiffness, clearance, limit)
+    stored = (force[0] * force[0] + force[1] * force[1]) / stiffness
+    return float(0.5 * (stored - stiffness * (y * y + z * z)))

@@ -4,7 +4,7 @@ Their stiffness over the carrier angle.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from carrierflex.simulation.stage.stage_data import MeshData
 
 @dataclass(frozen=True, eq=False)
 class FlankLine:
-    """One flank pair of one mesh.
+    """One flank pair of one mesh, or a slice of it over the face width.
 
     Parameters
     ----------
@@ -28,9 +28,11 @@ class FlankLine:
     normal : ndarray, shape (3,)
         Direction of the force on the planet, carrier frame.
     point : ndarray, shape (3,)
-        Pitch point at mid-width [m].
+        Pitch point at mid-width of the flank or of its slice [m].
     gap : float
         Play along the normal before the flanks touch [m].
+    share : float
+        Share of the mesh's stiffness.
     """
 
     mate: str
@@ -38,6 +40,7 @@ class FlankLine:
     normal: NDArray[np.float64]
     point: NDArray[np.float64]
     gap: float
+    share: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +118,22 @@ def flank_line(
     radius = gear.centre_distance - outward * gear.planet_pitch_diameter / 2.0
     normal = math.cos(beta) * transverse + axial
     return FlankLine(mate, planet, normal, radius * e + np.array([x, 0.0, 0.0]), gap)
+
+
+def face_slices(line: FlankLine, gear: GearData, n_slices: int) -> tuple[FlankLine, ...]:
+    """Slices of a flank over the face width, as many as `n_slices`.
+
+    Points and weights of Gauss-Legendre quadrature: two or more have the moment ``b^2 / 12`` of an
+    even stiffness exactly.
+    """
+    width = min(gear.sun_width, gear.planet_width) if line.mate == "sun" else gear.planet_width
+    point, weight = np.polynomial.legendre.leggauss(n_slices)
+    return tuple(
+        replace(
+            line, point=line.point + np.array([0.5 * width * x, 0.0, 0.0]), share=float(0.5 * share)
+        )
+        for x, share in zip(point, weight, strict=True)
+    )
 
 
 def mesh_stiffness(

@@ -195,7 +195,7 @@ class _Stepper:
         )
         gaps = np.array([line.gap for line in channels.lines])
         squares = np.maximum(delta[channels.meshes] - gaps, 0.0) ** 2
-        force[0] = -0.5 * np.tile((ahead - k) / _ANGLE_STEP, 2) @ squares
+        force[0] = -0.5 * channels.of_flanks((ahead - k) / _ANGLE_STEP) @ squares
         load, unused = np.zeros(4), np.zeros((4, 4))
         for b in range(len(channels.rollers.directions)):
             rolling = slice(channels.rolling.start + 4 * b, channels.rolling.start + 4 * b + 4)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from carrierflex.simulation.stage.coordinate_layout import SHAFTS
 from carrierflex.simulation.stage.part_loads import PartLoads, mesh_misalignment, spring_load
 from carrierflex.simulation.stage.response import StageRecord
+from carrierflex.simulation.stage.stage_data import RollerBearingData
 from carrierflex.simulation.stage.stage_model import StageModel
 
 #: Bearings whose loads are told: name of the spring, name of the column.
@@ -59,7 +60,9 @@ def load_columns(
         and ``_slope``, the misalignment of the mesh in the plane of action [rad];
         ``pin_i_force_*``, ``pin_i_moment_*``: planet on pin, axial, radial and tangential [N, N m];
         ``share_i``: of the tangential pin forces; ``load_sharing_factor``: the largest share times
-        the number of planets; ``bearing_A_y`` ...: force on the rotating part in the fixed frame
+        the number of planets; ``pin_load_factor``: the largest load across a pin over their mean;
+        ``pin_i_upwind_row``, ``pin_i_downwind_row``: load of a planet's bearing rows [N];
+        ``bearing_A_y`` ...: force on the rotating part in the fixed frame
         [N] and ``_my``, ``_mz`` its moment [N m]; ``housing_*`` as :data:`HOUSING_COLUMNS`;
         ``*_speed`` [rad/s], planets' against the fixed
         frame; ``generator_torque`` on the generator about +x [N m]; ``energy_*`` since the start,
@@ -80,6 +83,12 @@ def load_columns(
     share = loads.load_share
     columns |= {f"share_{pin + 1}": share[:, pin] for pin in planets}
     columns["load_sharing_factor"] = n_planets * share.max(axis=1)
+    pins = loads.pin_load
+    columns["pin_load_factor"] = pins.max(axis=1) / pins.mean(axis=1)
+    rows = loads.row_load((model.data.planet_rollers or RollerBearingData()).row_spacing)
+    for pin in planets:
+        for i, side in enumerate(("upwind", "downwind")):
+            columns[f"pin_{pin + 1}_{side}_row"] = rows[:, pin, i]
     for spring, name in BEARINGS.items():
         force = -_in_fixed_frame(record.c[:, 0], spring_load(model, spring, record.c))
         for i, component in zip((0, 1, 2, 4, 5), ("x", "y", "z", "my", "mz"), strict=True):

@@ -114,11 +114,15 @@ class StepMatrices(NamedTuple):
     imag: NDArray[np.float64]
     """Imaginary parts."""
     gaps: NDArray[np.float64]
-    """Play of the twelve flanks [m]."""
+    """Play of the flanks or their slices [m]."""
+    shares: NDArray[np.float64]
+    """Share of its mesh's stiffness that each has."""
     clearance: NDArray[np.float64]
     """Play of the loose bearings [m]."""
     rollers: RollerSet
     """Rollers of the planet bearings."""
+    splines: NDArray[np.float64]
+    """Stiffness [N/m], clearance [m] and friction per twist [N/rad] of the sun's spline, (s, 3)."""
     K_fixed: NDArray[np.float64]
     """Mount and unequal bearings, (t, t), fixed frame."""
     C_fixed: NDArray[np.float64]
@@ -164,8 +168,10 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         real=np.ascontiguousarray(amplitudes.real),
         imag=np.ascontiguousarray(amplitudes.imag),
         gaps=np.array([line.gap for line in channels.lines]),
+        shares=channels.shares,
         clearance=channels.clearance,
         rollers=channels.rollers,
+        splines=channels.splines,
         K_fixed=channels.K_fixed,
         C_fixed=channels.C_fixed,
         K_mean=channels.K_mean,

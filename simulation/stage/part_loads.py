@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from carrierflex.geometry.pins import pin_angles
 from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
-from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at
+from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, spline_force
 from carrierflex.simulation.stage.roller_contact import roller_load
 from carrierflex.simulation.stage.stage_data import EXPONENT
 from carrierflex.simulation.stage.stage_model import StageModel
@@ -40,6 +40,21 @@ class PartLoads:
         tangential = self.pin_force[:, :, 2]
         return np.asarray(tangential / tangential.sum(axis=1, keepdims=True))
 
+    @property
+    def pin_load(self) -> NDArray[np.float64]:
+        """Size of the load across each pin [N], shape (N, p)."""
+        return np.asarray(np.linalg.norm(self.pin_force[:, :, 1:], axis=2))
+
+    def row_load(self, spacing: float) -> NDArray[np.float64]:
+        """Size of the load of each planet's upwind and downwind row [N], shape (N, p, 2).
+
+        ``F / 2 -+ x × M / h`` of pin force F, pin moment M and rows ``h = spacing`` [m] apart.
+        """
+        radial, tangential = self.pin_moment[:, :, 1], self.pin_moment[:, :, 2]
+        apart = np.stack([tangential, -radial], axis=2) / spacing
+        middle = 0.5 * self.pin_force[:, :, 1:]
+        return np.linalg.norm(np.stack([middle - apart, middle + apart], axis=2), axis=3)
+
 
 def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     """Loads from coordinates c, shape (N, n), the first of which is the carrier angle."""
@@ -48,8 +63,9 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     real, imag = mesh_amplitudes(channels)
     k = np.array([mesh_stiffness_at(real, imag, channels.mesh_teeth * angle) for angle in c[:, 0]])
     gaps = np.array([line.gap for line in channels.lines])
-    mesh = np.concatenate([k, k], axis=1) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
+    slices = channels.of_flanks(k) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
     n_planets = model.layout.n_planets
+    mesh = slices.reshape(len(c), 2, -1, 2 * n_planets).sum(axis=2).reshape(len(c), -1)
     force, moment = np.zeros((len(c), n_planets, 3)), np.zeros((len(c), n_planets, 3))
     for i, angle in enumerate(pin_angles(n_planets)):
         load = spring_load(model, f"planet_{i + 1}", c)
@@ -138,6 +154,12 @@ def spring_load(model: StageModel, name: str, c: NDArray[np.float64]) -> NDArray
         r = np.linalg.norm(stretch[:, 1:3], axis=1, keepdims=True)
         stretch[:, 1:3] *= np.maximum(1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0)
     load = stretch * spring.stiffness
+    if name == "sun" and len(channels.splines):
+        stiffness, clearance, friction = channels.splines[0]
+        limits = friction * np.abs((c @ channels.B - channels.free)[:, channels.rubbing.start])
+        for instant, limit in enumerate(limits):
+            y, z = stretch[instant, 1:3]
+            load[instant, 1:3] = spline_force(y, z, stiffness, clearance, limit)[:2]
     if name in channels.unequal:
         first = 6 + 2 * channels.unequal.index(name)
         pair = channels.K_fixed[first : first + 2, first : first + 2]

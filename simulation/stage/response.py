@@ -15,6 +15,8 @@ from carrierflex.simulation.stage.contact_laws import (
     penetration_gradient,
     play_force,
     play_gradient,
+    spline_energy,
+    spline_force,
 )
 from carrierflex.simulation.stage.modal_form import (
     ModalStage,
@@ -296,7 +298,7 @@ def stored_energy(
     penetration = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
     for instant, angle in enumerate(delta[:, 0]):
         k = mesh_stiffness_at(real, imag, channels.mesh_teeth * angle)
-        energy[instant] += 0.5 * (np.concatenate([k, k]) * penetration[instant] ** 2).sum()
+        energy[instant] += 0.5 * (channels.of_flanks(k) * penetration[instant] ** 2).sum()
     for i, clearance in enumerate(channels.clearance):
         channel = channels.clearances.start + 2 * i
         for instant, (y, z) in enumerate(delta[:, channel : channel + 2]):
@@ -309,6 +311,10 @@ def stored_energy(
             energy[instant] += roller_energy(
                 channels.rollers, b, rolling[instant, 4 * b : 4 * b + 4], angle
             )
+    for i, (stiffness, clearance, friction) in enumerate(channels.splines):
+        twist = channels.rubbing.start + 3 * i
+        for instant, (twisted, y, z) in enumerate(delta[:, twist : twist + 3]):
+            energy[instant] += spline_energy(y, z, stiffness, clearance, friction * abs(twisted))
     return energy
 
 
@@ -355,7 +361,9 @@ def _flanks(
     old_k, mid_k, new_k = teeth
     work = 0.0
     for j in range(len(k.gaps)):
-        channel, stiffness = _FLANKS + j, mid_k[j % len(mid_k)]
+        i = j % len(mid_k)
+        channel, share = _FLANKS + j, k.shares[j]
+        stiffness = share * mid_k[i]
         old = delta[channel] - k.gaps[j]
         new = old + k.h * s[channel]
         mean, slope = penetration_gradient(old, new)
@@ -363,10 +371,8 @@ def _flanks(
             k.reference[channel] * (delta[channel] + 0.5 * k.h * s[channel]) - stiffness * mean
         )
         tangent[channel, channel] = k.h * (0.5 * k.reference[channel] - stiffness * slope)
-        i = j % len(mid_k)
-        work += 0.5 * (
-            (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2 + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2
-        )
+        rise = (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2
+        work += 0.5 * share * (rise + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2)
     turned = k.h * s[0]
     force[0] = -work / turned if abs(turned) > 1e-12 else 0.0
 
@@ -415,6 +421,49 @@ def _rollers(
 
 
 @numba.njit(cache=True)
+def _splines(
+    k: StepMatrices,
+    s: NDArray[np.float64],
+    delta: NDArray[np.float64],
+    force: NDArray[np.float64],
+    tangent: NDArray[np.float64],
+) -> None:
+    """Force and tangent of the sun's spline at the middle of the step."""
+    for i in range(len(k.splines)):
+        twist = len(delta) - 3 * (len(k.splines) - i)
+        stiffness, clearance, friction = k.splines[i]
+        middle = delta[twist : twist + 3] + 0.5 * k.h * s[twist : twist + 3]
+        y, z = middle[1], middle[2]
+        limit = friction * abs(middle[0])
+        fy, fz, yy, yz, zy, zz, y_L, z_L = spline_force(y, z, stiffness, clearance, limit)
+        force[twist + 1] = stiffness * y - fy
+        force[twist + 2] = stiffness * z - fz
+        scale = 0.5 * k.h
+        by_twist = scale * friction * np.sign(middle[0])
+        tangent[twist + 1, twist], tangent[twist + 2, twist] = -y_L * by_twist, -z_L * by_twist
+        tangent[twist + 1, twist + 1], tangent[twist + 1, twist + 2] = (
+            scale * (stiffness - yy),
+            -scale * yz,
+        )
+        tangent[twist + 2, twist + 1], tangent[twist + 2, twist + 2] = (
+            -scale * zy,
+            scale * (stiffness - zz),
+        )
+
+
+@numba.njit(cache=True)
+def _quill_energies(k: StepMatrices, delta: NDArray[np.float64]) -> float:
+    """Energy of the sun's quill beyond the linear part's [J]."""
+    energy = 0.0
+    for i in range(len(k.splines)):
+        twist = len(delta) - 3 * (len(k.splines) - i)
+        stiffness, clearance, friction = k.splines[i]
+        y, z = delta[twist + 1], delta[twist + 2]
+        energy += spline_energy(y, z, stiffness, clearance, friction * abs(delta[twist]))
+    return energy
+
+
+@numba.njit(cache=True)
 def _roller_energies(k: StepMatrices, delta: NDArray[np.float64]) -> NDArray[np.float64]:
     """Energy of every roller bearing [J]."""
     energy = np.zeros(len(k.rollers.directions))
@@ -433,6 +482,7 @@ def _newton_matrix(k: StepMatrices, tangent: NDArray[np.float64]) -> NDArray[np.
         (len(k.K_fixed), 1),
         (2, len(k.clearance)),
         (4, len(k.rollers.directions)),
+        (3, len(k.splines)),
     ):
         for _ in range(count):
             for i in range(first, first + size):
@@ -472,7 +522,11 @@ def _solve_channels(
         _flanks(k, s, delta, (old_k, mid_k, new_k), force, tangent)
         force[channel] = -(mount @ s[channel]) - K_turned @ delta[channel]
         _clearances(k, s, delta, force, tangent)
-        _rollers(k, s, delta, old_energy, force, tangent)
+        # A call costs more than the loop over nothing in it.
+        if len(old_energy):
+            _rollers(k, s, delta, old_energy, force, tangent)
+        if len(k.splines):
+            _splines(k, s, delta, force, tangent)
         change, enough = s - s_free - k.W @ force, _CONVERGED
         if iteration >= plain:
             change[:] = np.linalg.solve(_newton_matrix(k, tangent), change)
@@ -536,6 +590,11 @@ def _advance(
         total[2] += k.h * (a[2:] @ rates[2:])
         total[3] += k.h * (force[turning] @ s[turning])
         total[4] += k.h * (k.structural @ (w * w) + s[turning] @ (k.C_mean @ s[turning]))
+        if len(k.splines):
+            # What a spline takes and its quill does not store, friction dissipates.
+            rubbing = slice(len(delta) - 3 * len(k.splines), len(delta))
+            total[4] -= k.h * (force[rubbing] @ s[rubbing])
+            total[4] -= _quill_energies(k, delta + k.h * s) - _quill_energies(k, delta)
         q += k.h * w
         v[:] = 2.0 * w - v
         delta += k.h * s

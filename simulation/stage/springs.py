@@ -70,7 +70,10 @@ def stage_springs(layout: CoordinateLayout, effects: StageEffects) -> dict[str, 
     centre = layout.centre("sun")
     sun = (bearings.sun_axial, bearings.sun_radial, bearings.sun_radial, bearings.sun_tilt, 0.0)
     springs["sun"] = bearing(
-        layout.part_motion("sun", centre) - layout.part_motion("housing", centre), sun
+        layout.part_motion("sun", centre) - layout.part_motion("housing", centre),
+        sun,
+        # A spline with friction has a law of its own, clearance included.
+        0.0 if bearings.sun_friction > 0.0 else bearings.sun_clearance,
     )
     centre, bolted = layout.centre("ring"), bearings.ring_to_housing
     at_radius = bolted * (layout.data.gear.centre_distance * 1.65) ** 2

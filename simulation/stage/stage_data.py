@@ -171,9 +171,16 @@ class MeshData:
     n_harmonics: int = 3
     """Chosen: harmonics of the mesh frequency kept in the stiffness; a helical mesh of this overlap
     has little more."""
+    n_slices: int = 1
+    """Chosen: slices over the face width ``b``, at the points and with the weights of
+    Gauss-Legendre quadrature. 1: teeth do not resist tilt. 2 or more: stiffness constant over the
+    width (ISO 6336 has one c_gamma for all of it), so that a mesh resists tilt in its plane of
+    action with ``k b^2 / 12``, 1.3e7 N m/rad at the sun, until an edge loses contact."""
 
     def __post_init__(self) -> None:
         _refuse_negative(self, "mesh")
+        if self.n_slices < 1:
+            raise ValueError(f"[mesh] n_slices is {self.n_slices}; expected 1 or more")
         if not (self.sun_stiffness > 0.0 and self.ring_stiffness > 0.0):
             raise ValueError(
                 f"MeshData has stiffnesses {self.sun_stiffness} and {self.ring_stiffness} N/m; "
@@ -221,7 +228,17 @@ class BearingData:
     main_axial: float = 1e9
     """Derived, as above."""
     sun_radial: float = 5e6
-    """Chosen: the sun floats on its shaft."""
+    """Chosen: the sun floats on a quill [N/m]. :func:`quill_stiffness` of 105 mm x 0.9 m, which
+    `ChainData.sun_shaft_torsion` implies; the dimensions are not published. Range 1e6 to 1.4e9:
+    no thicker than the sun's root circle of 186 mm and no shorter than 0.3 m. What it decides:
+    ``python -m studies.tabulate_load_sharing``."""
+    sun_friction: float = 0.0
+    """Chosen: no friction in the sun's spline. Coefficient; 0.05 to 0.15 on lubricated steel. The
+    lateral force that sticks is at most ``sun_friction T_sun / spline_radius``."""
+    spline_radius: float = 0.07
+    """Chosen [m]: acts with `sun_friction` alone; 0.05 to 0.09 fit within the sun's root circle."""
+    sun_clearance: float = 0.0
+    """Chosen: radial clearance of the spline [m]; 0 to 0.3 mm."""
     sun_axial: float = 3e8
     """Chosen: bearings of the low-speed shaft."""
     sun_tilt: float = 1e6
@@ -237,6 +254,15 @@ class BearingData:
 
     def __post_init__(self) -> None:
         _refuse_negative(self, "bearings")
+        if not self.spline_radius > 0.0:
+            raise ValueError(
+                f"[bearings] spline_radius is {self.spline_radius} m; expected a positive number"
+            )
+        if self.sun_friction > 0.0 and self.sun_radial == 0.0:
+            raise ValueError(
+                f"[bearings] sun_friction is {self.sun_friction} with a sun_radial of 0 N/m; "
+                "expected a positive stiffness where the spline rubs"
+            )
         for side in ("upwind", "downwind"):
             clearance = getattr(self, f"{side}_clearance")
             factor = getattr(self, f"{side}_y_factor")
@@ -245,6 +271,27 @@ class BearingData:
                     f"[bearings] {side}_y_factor is {factor} with a clearance of {clearance} m; "
                     "expected 1 where there is a clearance"
                 )
+
+
+def quill_stiffness(
+    diameter: float, length: float, bore: float = 0.0, youngs_modulus: float = 210e9
+) -> float:
+    """Lateral stiffness ``3 E I / L^3`` of a sun on a quill that is clamped at its far end [N/m].
+
+    Parameters
+    ----------
+    diameter, length, bore : float
+        Of the quill [m].
+    youngs_modulus : float
+        [Pa].
+
+    Examples
+    --------
+    >>> f"{quill_stiffness(0.105, 0.9):.2g}"
+    '5.2e+06'
+    """
+    second_moment = math.pi / 64.0 * (diameter**4 - bore**4)
+    return 3.0 * youngs_modulus * second_moment / length**3
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,7 @@ _MESH_KEYS = {
     "ring_stiffness": Key(Positive, "Mean stiffness of a ring mesh along the tooth normal", "N/m"),
     "backlash": Key(NotNegative, "Play between the flanks along the normal", "m"),
     "n_harmonics": Key(Harmonics, "Harmonics of the mesh frequency kept in the stiffness"),
+    "n_slices": Key(PositiveCount, "Slices of a mesh over its face width; 1: no stiffness to tilt"),
 }
 _BEARING_KEYS = {
     "planet_radial": Key(NotNegative, "Radial stiffness of a planet's bearings", "N/m"),
@@ -72,6 +73,11 @@ _BEARING_KEYS = {
     "main_radial": Key(NotNegative, "Radial stiffness of the main bearing", "N/m"),
     "main_axial": Key(NotNegative, "Axial stiffness of the main bearing", "N/m"),
     "sun_radial": Key(NotNegative, "Radial stiffness of the sun's support", "N/m"),
+    "sun_friction": Key(
+        NotNegative, "Friction coefficient of the sun's spline; 0 for a spline without friction"
+    ),
+    "spline_radius": Key(Positive, "Radius at which the sun's spline rubs", "m"),
+    "sun_clearance": Key(NotNegative, "Radial clearance of the sun's spline", "m"),
     "sun_axial": Key(NotNegative, "Axial stiffness of the sun's support", "N/m"),
     "sun_tilt": Key(NotNegative, "Tilting stiffness of the sun's support", "N m/rad"),
     "ring_to_housing": Key(NotNegative, "Stiffness of the joint between ring and housing", "N/m"),

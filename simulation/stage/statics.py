@@ -10,7 +10,12 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from carrierflex.simulation.stage.channels import Channels
-from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, play_force, play_stiffness
+from carrierflex.simulation.stage.contact_laws import (
+    mesh_stiffness_at,
+    play_force,
+    play_stiffness,
+    spline_force,
+)
 from carrierflex.simulation.stage.roller_contact import roller_load
 from carrierflex.simulation.stage.stage_data import GRAVITY
 from carrierflex.simulation.stage.stage_model import StageModel
@@ -104,7 +109,7 @@ def channel_forces(
     force, tangent = np.zeros(len(delta)), np.zeros((len(delta), len(delta)))
     flanks, gaps = channels.meshes, np.array([line.gap for line in channels.lines])
     penetration = delta[flanks] - gaps
-    stiffness = np.where(penetration > 0.0, np.tile(k, 2), 0.0)
+    stiffness = np.where(penetration > 0.0, channels.of_flanks(k), 0.0)
     reference = channels.reference[flanks]
     force[flanks] = reference * delta[flanks] - stiffness * penetration
     tangent[flanks, flanks] = np.diag(reference - stiffness)
@@ -127,6 +132,16 @@ def channel_forces(
         roller_load(channels.rollers, b, delta[rolling], angle, own_force, own_tangent)
         force[rolling] = channels.reference[rolling] * delta[rolling] - own_force
         tangent[rolling, rolling] = np.diag(channels.reference[rolling]) - own_tangent
+    for i, (closed, clearance, friction) in enumerate(channels.splines):
+        twist = channels.rubbing.start + 3 * i
+        y, z = delta[twist + 1 : twist + 3]
+        fy, fz, yy, yz, zy, zz, y_L, z_L = spline_force(
+            y, z, closed, clearance, friction * abs(delta[twist])
+        )
+        force[twist + 1 : twist + 3] = closed * y - fy, closed * z - fz
+        by_twist = friction * np.sign(delta[twist])
+        tangent[twist + 1, twist : twist + 3] = -y_L * by_twist, closed - yy, -yz
+        tangent[twist + 2, twist : twist + 3] = -z_L * by_twist, -zy, closed - zz
     return force, tangent
 
 
@@ -152,9 +167,9 @@ def _closed_stiffness(channels: Channels) -> NDArray[np.float64]:
     The linear part's, on both flanks of a tooth.
     """
     stiffness = channels.reference.copy()
-    n_meshes = len(channels.stiffness)
-    drive = channels.meshes.start + np.arange(n_meshes)
-    stiffness[drive + n_meshes] = stiffness[drive]
+    n_drive = len(channels.lines) // 2
+    drive = channels.meshes.start + np.arange(n_drive)
+    stiffness[drive + n_drive] = stiffness[drive]
     return stiffness
 
 

@@ -265,3 +265,53 @@ def test_elements_are_smaller_at_re_entrant_edges_and_only_there():
         }
     assert_allclose(lengths[edge], 0.025, rtol=0.1)
     assert max(lengths.values()) > 2.0 * lengths[edge]
+
+
+def boxes(path, *corners):
+    """STEP file of cubes of 40 mm at their corners [mm]; the first one is twice as high."""
+    with quiet_geometry():
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        for number, corner in enumerate(corners):
+            at = [1e-3 * length for length in corner]
+            gmsh.model.occ.addBox(*at, 0.04, 0.04, 0.04 if number else 0.08)
+        gmsh.model.occ.synchronize()
+        gmsh.write(str(path))
+    return path
+
+
+def test_of_several_solids_one_is_chosen_by_its_number(tmp_path):
+    path = boxes(tmp_path / "a.step", (0, 0, 0), (0, 100, 0), (0, 0, 200))
+    with pytest.raises(ValueError, match=r"3 solids \(1: .* 40 x 40 x 80 mm, 128 cm.*--solid"):
+        _cad_solid(path, None)
+    volumes = [_cad_solid(path, None, number).volume for number in (1, 2, 3)]
+    assert_allclose(volumes, [128e-6, 64e-6, 64e-6], rtol=1e-9)
+    assert_allclose(_cad_solid(path, None, 3).faces[0].face.outline[:, 2].min(), 0.2, atol=1e-6)
+    for number in (0, 4):
+        with pytest.raises(ValueError, match=rf"solid {number} of 3 .*expected 1 to 3"):
+            _cad_solid(path, None, number)
+
+
+@pytest.mark.parametrize("corner", [(0, 0, 80), (10, 10, 80), (40, 0, 20)])
+def test_solids_that_touch_in_a_face_are_united(corner, tmp_path):
+    solid = _cad_solid(boxes(tmp_path / "a.step", (0, 0, 0), corner), None, "united")
+    assert_allclose(solid.volume, 192e-6, rtol=1e-9)
+    # The faces between them are gone: the area is that of a solid of one piece.
+    area = sum(face.area for face in (each.face for each in solid.faces))
+    touching = 0.04 * 0.04 if corner != (10, 10, 80) else 0.03 * 0.03
+    whole = 2 * 0.04**2 + 4 * 0.04 * 0.08 + 6 * 0.04**2
+    assert_allclose(area, whole - 2.0 * touching, rtol=1e-6)
+
+
+@pytest.mark.parametrize("corner", [(0, 0, 81), (100, 0, 0), (40, 40, 80)])
+def test_solids_that_do_not_touch_in_a_face_are_not_united(corner, tmp_path):
+    path = boxes(tmp_path / "a.step", (0, 0, 0), corner)
+    with pytest.raises(ValueError, match=r"a\.step: its 2 solids remain 2 when they are united"):
+        _cad_solid(path, None, "united")
+
+
+def test_the_chosen_solid_stands_in_the_surfaces_file(step, solid, tmp_path):
+    proposal = proposed_surfaces(step, solid)
+    for chosen in ("united", 2):
+        path = tmp_path / f"{chosen}.toml"
+        write_proposal(path, replace(proposal, frame=replace(proposal.frame, solid=chosen)))
+        assert read_cad_statements(path).frame.solid == chosen

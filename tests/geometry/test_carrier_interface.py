@@ -51,3 +51,11 @@ def test_a_missing_surface_is_named(flexible_mesh):
     }
     with pytest.raises(KeyError, match="no surface 'upwind_seat'; it has downwind_seat"):
         carrier_interface(replace(flexible_mesh, surfaces=surfaces))
+
+
+@pytest.mark.parametrize("first", ["upwind_seat", "pin_2_upwind"])
+def test_upwind_and_downwind_exchanged_is_refused(flexible_mesh, first):
+    surfaces, second = dict(flexible_mesh.surfaces), first.replace("upwind", "downwind")
+    surfaces[first], surfaces[second] = surfaces[second], surfaces[first]
+    with pytest.raises(ValueError, match=rf"'{first}' is at station .* exchange the two names"):
+        carrier_interface(replace(flexible_mesh, surfaces=surfaces))

@@ -23,7 +23,7 @@ from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import versions
-from carrierflex.files.whole_files import check_file_writable
+from carrierflex.files.whole_files import check_file_writable, refuse_foreign
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
@@ -191,6 +191,7 @@ def _refuse(
         raise ValueError("--law-class without --save-law; expected the file to save the law in")
     if save_law is not None:
         check_file_writable(save_law)
+        refuse_foreign(save_law, 'format = "carrierflex-')
 
 
 def _diagnosed(

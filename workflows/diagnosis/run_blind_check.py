@@ -278,7 +278,8 @@ def _scored_answers(answers: Path, out: Path) -> BlindCheck:
     labels, published = remade(out, _plans, _label)
     read = read_answers(answers, labels)
     result, rows = scored(labels, read.cases, published.digest)
-    folder = out / "scores" / answers.stem
+    # Of "...json" the stem is "..": the folder above.
+    folder = out / "scores" / (answers.stem.strip(".") or "answers")
     folder.mkdir(parents=True, exist_ok=True)
     command = f"carrierflex blind-check --score {answers.name}, answers of {read.tool}"
     write_score(folder, result, rows, command=command)

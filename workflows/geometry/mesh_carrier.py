@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
+from carrierflex.files.whole_files import refuse_foreign
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
 from carrierflex.geometry.tet_mesh import TetMesh
@@ -54,6 +55,7 @@ def main(
 
     files = CarrierFiles(step, surfaces)
     check_mesh_path(out)
+    refuse_foreign(out, "shaft_face", "rim_face")
     prepared_folder(out.parent)
     stages = Stages(2, quiet)
     edge = files.element_size(size)

@@ -6,6 +6,7 @@ Proposes surfaces.toml and draws what was recognised, before anything is compute
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.whole_files import check_file_writable
-from carrierflex.geometry.cad_surface_tables import StepUnit
+from carrierflex.geometry.cad_surface_tables import ChosenSolid, StepUnit
 from carrierflex.workflows.outputs import prepared_folder, save_image
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ def main(
     axis: Triple | None = None,
     origin: Triple | None = None,
     length_unit: StepUnit | None = None,
+    solid: ChosenSolid | None = None,
     sensor_radius: float | None = None,
     bearing_width: float | None = None,
 ) -> SurfaceProposal:
@@ -50,6 +52,9 @@ def main(
         Point of the axis in the upwind face of the rim, in the file's frame [m].
     length_unit
         Length unit of the STEP file where it declares a wrong one.
+    solid
+        Solid of a STEP file that holds several: its number in the list that a refusal shows, or
+        united for all of them, which must touch.
     sensor_radius
         Radius of the circle on the rim face that the sensors are aimed at [m]; half-way between
         bores and rim where it is not given.
@@ -78,13 +83,14 @@ def main(
 
     proposal = proposed_surfaces(
         step,
-        cad_solid(step, length_unit),
+        cad_solid(step, length_unit, solid),
         axis=direction,
         origin=point,
         length_unit=length_unit,
         sensor_radius=sensor_radius,
         bearing_width=bearing_width,
     )
+    proposal = replace(proposal, frame=replace(proposal.frame, solid=solid))
     image = proposal_picture(proposal)
     prepared_folder(out.parent)
     save_image(picture, image)
@@ -96,14 +102,16 @@ def _checked_outputs(out: Path) -> Path:
     """Path of the picture beside the surfaces file; both can be written."""
     if out.suffix != ".toml":
         raise ValueError(f"--out is {out}; expected the name of a surfaces file, .toml")
-    if out.exists():
-        raise ValueError(
-            f"{out}: exists already; an existing file is not overwritten; give another name to "
-            "--out"
-        )
+    picture = out.with_suffix(".png")
+    for path in (out, picture):
+        if path.exists():
+            raise ValueError(
+                f"{path}: exists already; an existing file is not overwritten; give "
+                "another name to --out"
+            )
     if out.parent.exists():
         check_file_writable(out)
-    return out.with_suffix(".png")
+    return picture
 
 
 def _finite(name: str, values: Triple | None) -> NDArray[np.float64] | None:

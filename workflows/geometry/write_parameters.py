@@ -37,8 +37,8 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     Parameters
     ----------
     out
-        File of dimensions (TOML) that --parameters of other commands takes; the drawing stands
-        beside it, as PNG. A file that stands is not replaced.
+        File of dimensions (TOML) that --parameters of other commands takes; the drawing is a
+        PNG of the same name. An existing file is not overwritten.
     parameters
         TOML file whose dimensions are written in place of the defaults [m, rad].
 
@@ -50,19 +50,20 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     Raises
     ------
     ValueError
-        Where dimensions contradict each other, all of them at once, or the file stands already.
+        Where dimensions contradict each other, all of them at once, or the file exists already.
     """
     stage = read_parameters(parameters)
-    if out.exists():
-        raise ValueError(
-            f"{out}: exists already; an existing file is not overwritten; give another name to "
-            "--out"
-        )
+    drawing = out.with_suffix(".png")
+    for path in (out, drawing):
+        if path.exists():
+            raise ValueError(
+                f"{path}: exists already; an existing file is not overwritten; give another name "
+                "to --out"
+            )
     check_file_writable(out)
     lines = list(_lines(stage))
     with whole_file(out) as path:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    drawing = out.with_suffix(".png")
     save_figure(drawing, dimensioned_drawing(stage.carrier))
     return WrittenParameters(out, drawing, sum(" = " in line for line in lines))
 

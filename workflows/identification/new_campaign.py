@@ -60,7 +60,7 @@ def main(
     Raises
     ------
     ValueError
-        Where a file is refused, or the map stands already.
+        Where a file is refused, or the map exists already.
     """
     from carrierflex.identification.logs.map_guesses import map_guess
     from carrierflex.identification.logs.map_text import map_text

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from carrierflex.files.whole_files import check_file_writable, whole_file
+from carrierflex.files.whole_files import check_file_writable, refuse_foreign, whole_file
 
 Name = Literal[
     "campaign",
@@ -75,6 +75,7 @@ def main(name: Name, *, out: Path | None = None) -> Schema:
     if out is None:
         return Schema(text)
     check_file_writable(out)
+    refuse_foreign(out, '"$schema"')
     with whole_file(out) as path:
         path.write_text(text, encoding="utf-8")
     return Schema(text, out)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 from carrierflex.files.versions import versions
+from carrierflex.files.whole_files import refuse_foreign
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
@@ -62,6 +63,7 @@ def main(
 
     system = mounting_system(rig, parameters, step=time_step)
     prepared_folder(out.parent)
+    refuse_foreign(out, "modelDescription.xml", "sources/linear_system.h")
     compiler = None if sources_only else c_compiler()
     write_fmu(system, out, compiler=compiler, notes=versions())
     return ExportedUnit(out, time_step, compiler is not None)

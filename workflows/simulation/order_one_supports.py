@@ -66,6 +66,8 @@ def supports() -> tuple[Support, ...]:
     one = {"downwind_radial": 0.0}
     loose = _stage(one, {})
     floating = one | {"sun_radial": 1.0, "sun_tilt": 1.0}
+    tilting = {"x": 0.2, "tilt_stiffness": 8e5}
+    held_sun = clearances() | {"sun_radial": 3e8}
     sideways = {"upwind_y_factor": 1.0 / 60.0, "downwind_y_factor": 1.0 / 50.0}
     return (
         Support("as the paper reads: ball joint, bushings without moment, tight bearings"),
@@ -101,6 +103,9 @@ def supports() -> tuple[Support, ...]:
         Support("sensors on the ground", reading=ReadingEffects(reference="ground")),
         Support("tilt of the face in place of the misalignment", phi_PLC=0.0,
                 reading=ReadingEffects(phi_face=PHI_PLC)),
+        Support("clearances, x = 0.2 m, tilt 1.6e6, kink 2.5 mrad", _stage(clearances(), tilting),
+                2.5e-3),
+        Support("the same, sun held by 3e8 N/m", _stage(held_sun, tilting), 2.5e-3),
     )  # fmt: skip
 
 

@@ -48,6 +48,8 @@ VARIED = {
     "bushings without moment, tight bearings": 0,
     "published clearances, axially 20.2 MN/m, x = 0.5 m": 12,
     "housing held, tight bearings": 19,
+    "clearances, x = 0.2 m, kink 2.5 mrad, sun floating": 27,
+    "the same, sun held by 3e8 N/m": 28,
 }
 
 

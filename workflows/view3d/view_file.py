@@ -8,7 +8,7 @@ from pathlib import Path
 
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.files.json_files import save_text
-from carrierflex.files.whole_files import check_file_writable
+from carrierflex.files.whole_files import check_file_writable, refuse_foreign
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.view3d.curve_scene import curve_scene
 from carrierflex.workflows.view3d.scene import Scene
@@ -67,6 +67,7 @@ def main(
     if page.suffix != ".html":
         raise ValueError(f"{page}: suffix {page.suffix!r}; expected .html")
     check_file_writable(page)
+    refuse_foreign(page, "k3d")
     stages = Stages(1, quiet)
     with stages.stage(f"writing {page}"):
         return write_view(_scene(source), page)

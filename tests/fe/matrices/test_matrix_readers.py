@@ -234,6 +234,13 @@ BAD = [
     ("a.sti", b"1 99999999999 1\n", "expected at most"),
     ("a.mtx", b"%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n", "pattern"),
     ("a.mtx", b"%%MatrixMarket matrix coordinate real general\n9 9 99\n1 1 1\n", "a line an entry"),
+    (
+        "a.mtx",
+        b"%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 2.0\0\n",
+        "the entries",
+    ),
+    ("a.mm", b"%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n", "states 2"),
+    ("a.mm", b"%%MatrixMarket matrix coordinate real general\n2 2 1\n1.5 1 1\n", "hold 1.5"),
     ("a.rsa", b"t\n 1\n CSA 3 3 3\n(1I1)\n", "type 'CSA'"),
     ("a.npz", b"PK", "not a whole npz"),
     ("a.pch", b"GRID,1\n", "matrices none"),
@@ -252,6 +259,22 @@ def test_what_cannot_be_read_is_told_in_one_line_with_the_file(name, content, to
         read_matrix(path, "stiffness")
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("layout", ["csr", "csc", "coo"])
+def test_an_npz_that_unpacks_to_far_more_than_its_size_is_refused_unread(layout, tmp_path):
+    """Explicit zeros pack a thousand to one."""
+    n, names = 2_000_000, ("row", "col") if layout == "coo" else ("indices", "indptr")
+    parts = {name: np.zeros(n, np.int32) for name in names} | {"data": np.zeros(n)}
+    np.savez_compressed(tmp_path / "k.npz", format=layout.encode(), shape=np.array([9, 9]), **parts)
+    with pytest.raises(ValueError, match=r"k\.npz: its arrays unpack to 32\d+ bytes from \d+;"):
+        read_matrix(tmp_path / "k.npz", "stiffness")
+
+
+def test_a_mass_of_equal_points_packs_well_and_is_read(tmp_path):
+    M = sp.csr_array(sp.eye_array(200_000)) * 0.5
+    sp.save_npz(tmp_path / "m.npz", M)
+    assert (read_matrix(tmp_path / "m.npz", "mass").A - M).nnz == 0
 
 
 def test_a_binary_file_that_states_more_than_it_holds_is_refused(tmp_path):

@@ -1,5 +1,7 @@
 """Bodies of tetrahedra, hexahedra and wedges: exact states, scikit-fem's own matrices, groups."""
 
+import re
+
 import gmsh
 import numpy as np
 import pytest
@@ -216,3 +218,47 @@ def test_inverted_elements_are_refused(folder):
     turned = SolidMesh(mesh.points * [1.0, 1.0, -1.0], mesh.numbers, mesh.blocks)
     assert sum(count for _, _, count in inverted_elements(turned)) == 16
     assert not list(inverted_elements(mesh))
+
+
+@pytest.mark.parametrize(
+    ("scale", "length", "told"),
+    [
+        (1.0, 0.001, "0.002 m across, by [units] length = 0.001; .* in metres, write length = 1$"),
+        (1000.0, 1.0, "2e+03 m across, .* in millimetres, write length = 0.001$"),
+        (0.1, 0.0254, "0.00508 m across, .* in metres, write length = 1$"),
+        (1000.0, 0.001, None),
+        (1.0, 1.0, None),
+    ],
+)
+def test_a_body_of_unlikely_size_is_named_with_the_likely_unit(scale, length, told, folder):
+    def scaled(nodes):
+        rows = np.array([line.split(",") for line in nodes[0].splitlines()], dtype=float)
+        return "".join(f"{int(n)}, {x}, {y}, {z}\n" for n, x, y, z in rows * [1, *[scale] * 3])
+
+    deck = blocks("hexahedron", folder / "sized.inp").read_text()
+    (folder / "sized.inp").write_text(re.sub(r"(?<=\*NODE\n)[^*]+", scaled, deck))
+    toml = folder / "sized.toml"
+    text = INTERFACES.format(
+        first="left", second="right", start='node_set = "start"', end='node_set = "end"'
+    )
+    units = f"[units]\nlength = {length}\n[materials.left]"
+    toml.write_text(text.replace("[materials.left]", units))
+    warnings = solid_body(folder / "sized.inp", read_interfaces(toml)).warnings
+    named = [line for line in warnings if "m across" in line]
+    assert len(named) == (told is not None)
+    if told is not None:
+        assert re.search(told.replace("[units]", r"\[units\]").replace("+", r"\+"), named[0])
+
+
+@pytest.mark.parametrize(("x", "far"), [(0.1, False), (100.0, True), (-30.0, True)])
+def test_a_pilot_far_from_its_nodes_is_named(x, far, folder):
+    path = blocks("hexahedron", folder / "far.inp")
+    text = INTERFACES.format(
+        first="left",
+        second="right",
+        start=f'node_set = "start"\npoint = [{x}, 0.0, 0.0]',
+        end='node_set = "end"',
+    )
+    (folder / "far.toml").write_text(text)
+    warnings = solid_body(path, read_interfaces(folder / "far.toml")).warnings
+    assert far == any("from the middle of its nodes" in line for line in warnings)

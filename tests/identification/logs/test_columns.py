@@ -114,7 +114,12 @@ def test_files_of_one_column_each_are_parts_of_a_run(names, n_runs, tmp_path):
     new_campaign(kind="element", drive="displacement", from_=files, out=tmp_path / "map.toml")
     text = (tmp_path / "map.toml").read_text()
     text = re.sub(r"(?m)^\[time\][^\[]*", '[time]\nunit = "s"\nrate_hz = 50.0\n', text)
-    (tmp_path / "map.toml").write_text(text.replace('"?"', '"loop"'))
+    text = text.replace('"?"', '"loop"')
+    ambiguous = text.replace('column = "file 1: column 1"', 'column = "column 1"')
+    (tmp_path / "ambiguous.toml").write_text(ambiguous)
+    with pytest.raises(ValueError, match=r"'column 1' stands in several of .*'file 2: column 1'"):
+        import_records(files, map_=tmp_path / "ambiguous.toml", out=tmp_path / "none")
+    (tmp_path / "map.toml").write_text(text)
     import_records(files, map_=tmp_path / "map.toml", out=tmp_path / "campaign")
     run = read_campaign(tmp_path / "campaign").runs[0]
     factors = (1e-3, 1e3) if first == 0 else (1e-6, 1.0)

@@ -1,5 +1,6 @@
 """The co-simulation unit: valid, and equal to the project's own integrator."""
 
+import ctypes
 from itertools import pairwise
 from pathlib import Path
 
@@ -109,8 +110,31 @@ def test_a_step_that_does_not_fit_and_an_infinite_load_are_refused(slave):
     started(slave, [0.0, 0.0, 0.0])
     with pytest.raises(fmpy.fmi1.FMICallException):
         slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=1.5 * STEP)
+    for endless in (1e15, np.inf, np.nan):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=endless)
+    slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=1000 * STEP)
     with pytest.raises(fmpy.fmi1.FMICallException):
         slave.setReal([0], [np.inf])
+
+
+def test_the_description_names_every_variable_and_promises_no_steps_of_any_size(unit):
+    description = fmpy.read_model_description(str(unit.file))
+    assert not description.coSimulation.canHandleVariableCommunicationStepSize
+    assert all(variable.description for variable in description.modelVariables)
+    assert [v.description[-1] for v in description.modelVariables if v.name[:3] == "ntl"] == [
+        "y",
+        "z",
+    ]
+
+
+@needs_compiler
+def test_a_unit_without_a_name_is_instantiated(slave):
+    library = slave.dll
+    library.fmi2Instantiate.restype = ctypes.c_void_p
+    made = library.fmi2Instantiate(None, 1, slave.guid.encode(), None, None, 0, 0)
+    assert made
+    library.fmi2FreeInstance(ctypes.c_void_p(made))
 
 
 def test_without_a_compiler_the_unit_holds_its_sources(tmp_path):

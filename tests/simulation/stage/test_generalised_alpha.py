@@ -13,7 +13,11 @@ from carrierflex.simulation.stage.response import (
     run_stage,
     steady_drive,
 )
-from carrierflex.simulation.stage.stage_data import BearingData, RollerBearingData, StageData
+from carrierflex.simulation.stage.stage_data import (
+    BearingData,
+    RollerBearingData,
+    StageData,
+)
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
 from tests.simulation.stage.conftest import SPEED
@@ -23,12 +27,15 @@ LOAD = SteadyLoad(360e3, ntl_z=-200e3)
 
 @pytest.fixture(scope="module")
 def loose(stage_body):
-    """Rollers, clearances, a kink: every channel that the stage has."""
+    """Rollers, clearances, a spline, a kink: every channel that the stage has."""
     bearings = replace(
         BearingData(),
         upwind_clearance=0.14e-3,
         downwind_clearance=0.12e-3,
         planet_clearance=40e-6,
+        sun_radial=3e8,
+        sun_friction=0.05,
+        sun_clearance=0.3e-3,
     )
     data = StageData(bearings=bearings, planet_rollers=RollerBearingData())
     return stage_model(stage_body, data, effects=StageEffects(phi_PLC=1e-3), speed=SPEED)

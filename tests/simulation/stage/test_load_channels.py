@@ -5,9 +5,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.simulation.stage.load_channels import load_columns
-from carrierflex.simulation.stage.part_loads import mesh_misalignment, part_loads, part_tilt
+from carrierflex.simulation.stage.part_loads import (
+    PartLoads,
+    mesh_misalignment,
+    part_loads,
+    part_tilt,
+)
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn
-from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
+from carrierflex.simulation.stage.stage_data import BearingData, MeshData, MountingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad
@@ -72,7 +77,9 @@ def test_speeds_torque_and_energies_of_a_run(stage_body):
     power = TORQUE * SPEED
     assert_allclose(columns["energy_torque"][-1], 0.5 * power, rtol=0.01)
     assert np.abs(columns["energy_imbalance"]).max() < 1e-9 * power
-    assert 1.0 < columns["load_sharing_factor"].max() < 1.1
+    # The sum of the shares is one, and weight loads one planet after the other.
+    assert_allclose(sum(columns[f"share_{i}"] for i in (1, 2, 3)), 1.0, rtol=1e-12)
+    assert (columns["load_sharing_factor"] > 1.0).all()
 
 
 def test_the_housing_turns_against_its_bushings_in_the_fixed_frame(stage_body):
@@ -107,3 +114,45 @@ def test_a_tilted_ring_misaligns_its_meshes_alone(stage_body):
     normals = np.array([line.normal for line in model.channels.lines[3:6]])
     assert_allclose(slopes[3:], normals[:, 2] * 1e-4, rtol=1e-12)
     assert np.abs(slopes[3:]).max() > 5e-5
+
+
+def test_slices_resist_the_misalignment_of_their_meshes_and_nothing_else(stage_body):
+    # Energy of small motions: k b^2 / 12 per slope of the gap over the face width, on top of k.
+    gear, mesh = StageData().gear, MeshData()
+    one, two, five = (
+        stage_model(stage_body, StageData(mesh=MeshData(n_slices=n)), speed=0.0) for n in (1, 2, 5)
+    )
+    c = 1e-5 * np.random.default_rng(4).standard_normal((3, len(one.K)))
+    c[:, 0] = 0.0
+    slopes = mesh_misalignment(one, c)
+    tilt = np.repeat(
+        [mesh.sun_stiffness * gear.sun_width**2, mesh.ring_stiffness * gear.planet_width**2], 3
+    )
+    expected = (tilt / 12.0 * slopes**2).sum(axis=1)
+    for sliced in (two, five):
+        added = np.einsum("ni,ij,nj->n", c, sliced.K - one.K, c)
+        assert_allclose(added, expected, rtol=1e-6)
+
+
+def test_a_moment_on_a_pin_loads_one_row_more(stage_body):
+    force = np.array([[[0.0, 30e3, -390e3]]])
+    # 0.04 m from mid-span downwind: all of the load on the downwind row of two 0.08 m apart.
+    moment = np.array([[np.cross([0.04, 0.0, 0.0], force[0, 0])]])
+    rows = PartLoads(np.zeros((1, 4)), force, moment).row_load(0.08)
+    assert_allclose(rows, [[[0.0, np.hypot(30e3, 390e3)]]], atol=1e-6)
+
+
+def test_teeth_that_resist_tilt_load_the_upwind_row_more(stage_body):
+    rows = {}
+    for n_slices in (1, 2):
+        data = StageData(mesh=MeshData(n_slices=n_slices))
+        model = stage_model(stage_body, data, speed=0.0)
+        record = quasi_static_turn(model, SteadyLoad(TORQUE), 6)
+        columns = load_columns(model, record, part_loads(model, record.c))
+        rows[n_slices] = [
+            np.mean([columns[f"pin_{pin}_{side}_row"] for pin in (1, 2, 3)])
+            for side in ("upwind", "downwind")
+        ]
+    # The helix tilts a planet across the pin load, which loads both rows alike.
+    assert_allclose(rows[1][0], rows[1][1], rtol=0.01)
+    assert rows[2][0] > 1.1 * rows[2][1]

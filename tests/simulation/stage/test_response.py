@@ -90,9 +90,11 @@ def test_energy_balances_and_power_passes_through(nominal_stage, start):
     )
 
 
-def test_energy_balances_through_contact_loss_and_clearance(stage_body):
+@pytest.mark.parametrize("n_slices", [1, 2])
+def test_energy_balances_through_contact_loss_and_clearance(stage_body, n_slices):
     bearings = replace(BearingData(), upwind_clearance=0.14e-3, downwind_clearance=0.12e-3)
-    model = stage_model(stage_body, StageData(bearings=bearings), speed=SPEED)
+    data = StageData(bearings=bearings, mesh=MeshData(n_slices=n_slices))
+    model = stage_model(stage_body, data, speed=SPEED)
     drive = with_torque(model, lambda t: np.cos(12.0 * np.pi * t))
     record = run(model, drive, quasi_static_start(model, LOAD), duration=0.4)
     force = part_loads(model, record.c).mesh_force

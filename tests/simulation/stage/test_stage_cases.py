@@ -43,13 +43,15 @@ def test_shipped_cases_hold_the_papers_load_cases(name, torque, radial):
 def test_tables_change_what_they_name_and_nothing_else(tmp_path):
     path = changed(tmp_path, ("angle_deg = 47.0", "angle_deg = 47.0\ngain = 0.01"))
     extra = (
-        "\n[bearings]\nupwind_clearance = 1.4e-4\n"
+        "\n[bearings]\nupwind_clearance = 1.4e-4\nsun_friction = 0.08\nsun_clearance = 2e-4\n"
         "\n[[reading.runout]]\norder = 2\namplitude = 1e-6\nphase_deg = 90.0\n"
     )
     path.write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
     case = read_stage_case(path)
     assert case.data.bearings.upwind_clearance == 1.4e-4
     assert case.data.bearings.downwind_clearance == 0.0
+    spline = (case.data.bearings.sun_friction, case.data.bearings.sun_clearance)
+    assert spline == (0.08, 2e-4)
     assert case.reading.runout == {2: (1e-6, np.pi / 2.0)}
     assert case.reading.sensors["s047"].gain == 0.01
     assert case.reading.sensors["s137"].gain == 0.0
@@ -134,6 +136,12 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
             "key 'version' is 2, written by a newer version; expected 1",
         ),
         ("ntl_z = 0.0", "ntl_z = nan", "key 'ntl_z' is nan; expected a finite number"),
+        (
+            "[effects] ",
+            "[bearings]\nsun_friction = 0.1\nsun_radial = 0.0\n[effects] ",
+            "sun_friction is 0.1 with a sun_radial of 0",
+        ),
+        ("[effects] ", "[bearings]\nspline_radius = 0.0\n[effects] ", "key 'spline_radius' is 0"),
     ],
 )
 def test_wrong_cases_are_refused_with_the_key(tmp_path, old, new, message):

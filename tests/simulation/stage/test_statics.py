@@ -14,10 +14,22 @@ from carrierflex.reduction.held_structure import HeldStructure
 from carrierflex.reduction.reduced_static import static_coordinates as held_coordinates
 from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from carrierflex.simulation.stage.effects import StageEffects
-from carrierflex.simulation.stage.part_loads import part_loads
+from carrierflex.simulation.stage.part_loads import part_loads, spring_load
+from carrierflex.simulation.stage.quasi_static import quasi_static_turn
+from carrierflex.simulation.stage.response import (
+    joined_records,
+    quasi_static_start,
+    run_stage,
+    steady_drive,
+)
 from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates, turning_force
+from carrierflex.simulation.stage.statics import (
+    SteadyLoad,
+    linear_statics,
+    static_coordinates,
+    turning_force,
+)
 from tests.simulation.stage.conftest import SPEED
 
 TORQUE = 360e3
@@ -204,3 +216,83 @@ def test_wrong_input_is_refused(stage_body):
     )
     with pytest.raises(ValueError, match="turning the drive train meets a force"):
         stage_model(grounded, speed=SPEED)
+
+
+def test_planets_carry_a_moment_that_no_bearing_takes_as_guo_keller_and_lacava_say(stage_body):
+    # R_i = T / (3 a) + (2/3) (M_eff / L_p) cos(...): spur gears, so that no axial force turns the
+    # planets; a held ring and sun, no carrier bearing, so that all of the moment goes through the
+    # planets, L_p behind the main bearing.
+    force, x_main = -100e3, stage_body.model.pilots["main_bearing_seat"][0]
+    data = StageData(
+        gear=replace(StageData().gear, helix_angle=0.0),
+        bearings=BearingData(
+            upwind_radial=0.0, downwind_radial=0.0, sun_radial=1e12, ring_to_housing=1e12
+        ),
+        mounting=MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13),
+    )
+    model = stage_model(stage_body, data, speed=0.0)
+    load = SteadyLoad(TORQUE, ntl_z=force, gravity=0.0)
+    record = quasi_static_turn(model, load, 12)
+    pull = -part_loads(model, record.c).pin_force[:, :, 2]
+    orders = np.fft.rfft(pull, axis=0) / len(pull)
+    moment, L_p = force * data.mounting.ntl_arm, data.planet.x - x_main
+    assert_allclose(orders[0].real, TORQUE / (3.0 * data.gear.centre_distance), rtol=1e-6)
+    assert_allclose(2.0 * np.abs(orders[1]), 2.0 / 3.0 * abs(moment) / L_p, rtol=2e-3)
+    assert_allclose(np.abs(orders[2:]).max(), 0.0, atol=1e-3 * np.abs(orders[1]).min())
+    # Equation 9 asks for a third of a turn from planet to planet.
+    phase = np.angle(orders[1])
+    assert_allclose(
+        np.exp(1j * (phase - phase[0])), np.exp(2j * np.pi * np.arange(3) / 3.0), atol=1e-3
+    )
+
+
+#: Sun on a short quill with a spline that rubs and slips, planets one after the other out of place.
+RUBBING = StageData(
+    bearings=BearingData(
+        upwind_clearance=0.1375e-3,
+        downwind_clearance=0.1225e-3,
+        sun_radial=1e9,
+        sun_friction=0.05,
+        sun_clearance=0.3e-3,
+    )
+)
+
+
+def test_friction_in_the_spline_bounds_what_the_sun_carries_by_the_torque(stage_body):
+    limits = []
+    for torque in (180e3, 360e3):
+        load = SteadyLoad(torque, ntl_z=-300e3 / 1.22)
+        model = stage_model(stage_body, RUBBING, speed=0.0)
+        record = quasi_static_turn(model, load, 6)
+        lateral = np.linalg.norm(spring_load(model, "sun", record.c)[:, 1:3], axis=1)
+        limits.append(lateral.max())
+        sun_torque = torque / RUBBING.gear.ratio
+        assert lateral.max() < 1.001 * 0.05 * sun_torque / 0.07
+        assert lateral.max() > 0.9 * 0.05 * sun_torque / 0.07
+    assert_allclose(limits[1] / limits[0], 2.0, rtol=0.05)
+
+
+def test_statics_and_time_share_the_load_alike_where_the_spline_slips(stage_body):
+    load = SteadyLoad(TORQUE, ntl_z=-300e3 / 1.22)
+    effects = StageEffects(pin_offset=(10e-6, -10e-6, -10e-6))
+    model = stage_model(stage_body, RUBBING, effects=effects, speed=SPEED)
+    start = quasi_static_start(model, load)
+    record = joined_records(
+        list(
+            run_stage(
+                model, steady_drive(model, load), start, duration=2.0, sample_rate=50.0, step=1e-3
+            )
+        )
+    )
+    assert np.abs(record.imbalance).max() < 1e-9 * np.abs(record.energy[:, 0]).max()
+    # Friction takes energy: more than the same stage dissipates without it.
+    assert (np.diff(record.energy[:, 4]) > 0.0).all()
+    linear = linear_statics(stage_model(stage_body, RUBBING, effects=effects, speed=0.0))
+    angles = record.c[50::10, 0]
+    c = [
+        static_coordinates(linear.model, load, float(angle), mean_stiffness=True, linear=linear)
+        for angle in angles
+    ]
+    still = part_loads(linear.model, np.array(c)).load_share
+    assert_allclose(part_loads(model, record.c[50::10]).load_share, still, rtol=0.01)
+    assert 3.0 * still.max() > 1.1

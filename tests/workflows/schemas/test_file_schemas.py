@@ -24,6 +24,7 @@ from tests.workflows.checked_documents import checked_document
 SHIPPED = {
     "carrier_lc1_to_lc4": "carrier case",
     "mounting_2011": "mounting case",
+    "stage_load_sharing": "stage case",
     "stage_order_one": "stage case",
     **{
         f"stage_{group}lc{number}": "stage case"

@@ -50,7 +50,9 @@ def test_the_papers_model_shares_the_torque_and_follows_its_carrier():
     assert model.layout.hub == "coupling_flange"
     pull = sum(columns[f"pin_{planet}_force_tangential"] for planet in (1, 2, 3))
     np.testing.assert_allclose(-pull * 0.308, 360e3, rtol=1e-3)
-    assert 1.0 < columns["load_sharing_factor"].max() < 1.01
+    # A sun on its default quill of 5e6 N/m takes no lateral force: below what any gearbox of this
+    # family measured (docs/load_sharing.md).
+    assert 1.0 < columns["load_sharing_factor"].max() < 1.08
     # Pin fit of 1e6 N m/rad: 0.18 um per kN m of order 3 (docs/pin_fit.md).
     assert 50e-6 < orders.mean_amplitude(3) < 80e-6
 

@@ -67,7 +67,9 @@ def test_table_sweeps_and_picture_are_written(study):
     assert len(written["rows"]) == len(lines) == len(supports())
     assert float(lines[0]["order 1 [um]"]) == pytest.approx(study.rows[0].order_1 * 1e6, rel=1e-6)
     with (study.folder / "order_one_sweeps.csv").open(encoding="utf-8") as file:
-        assert len(list(csv.DictReader(file))) == 4 * sum(len(axis.values) for axis in AXES)
+        assert len(list(csv.DictReader(file))) == (1 + len(VARIED)) * sum(
+            len(axis.values) for axis in AXES
+        )
     assert set(written["sweeps_um"]) == {axis.name for axis in AXES}
     assert (study.folder / "order_one.png").stat().st_size > 10_000
     console = Console(record=True, width=140)

@@ -1,0 +1,57 @@
+"""A file that this program did not write stays as it is, whatever option names it."""
+
+import pytest
+
+from carrierflex.fe.curve_files import write_curves
+from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
+
+MEASUREMENT = b"PAR1 a measurement \x00\x01 PAR1"
+COMMANDS = {
+    "schema": ("schema", "map", "--out", "theirs"),
+    "mesh": ("mesh", "--out", "theirs.msh", "--size", "0.3"),
+    "drawing": ("parameters", "--out", "theirs.toml"),
+    "view": ("view", "curves.csv", "--out", "theirs.html"),
+    "fmu": ("export-fmu", "--out", "theirs.fmu"),
+    "log": ("cases", "--log-file", "theirs.parquet"),
+    "log of another program": ("cases", "--log-file", "theirs.log"),
+}
+CONTENT = {
+    "mesh": b"$MeshFormat\n4.1 1 8\n$EndMeshFormat\n",
+    "fmu": b"PK\x03\x04modelDescription.xml of another tool",
+    "view": b"<html>their page</html>",
+    "log of another program": b"2026-01-02 03:04:05,678 INFO other.tool: started\n",
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_what_others_wrote_is_not_replaced(name, command, tmp_path):
+    curves = {each: stiff_curve() for each in ("delta_s", "g_s")}
+    curves |= {each: flexible_curve() for each in ("delta_f", "g_f")}
+    write_curves(tmp_path / "curves.csv", curves)
+    theirs = tmp_path / COMMANDS[name][-1 if name != "mesh" else 2]
+    if name == "drawing":
+        theirs = theirs.with_suffix(".png")
+    content = CONTENT.get(name, MEASUREMENT)
+    theirs.write_bytes(content)
+    ended = command(*COMMANDS[name])
+    assert ended.returncode == 2
+    assert theirs.name in ended.stderr
+    assert ended.stderr.count("\n") == 1
+    assert theirs.read_bytes() == content
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted({"curves.csv", theirs.name})
+
+
+@pytest.mark.parametrize("name", ["schema", "fmu"])
+def test_what_this_program_wrote_is_replaced(name, command, tmp_path):
+    for _ in range(2):
+        assert command(*COMMANDS[name]).returncode == 0
+    assert (tmp_path / COMMANDS[name][-1]).stat().st_size > 100
+
+
+def test_a_log_goes_on_where_it_is_one(command, tmp_path):
+    (tmp_path / "run.log").touch()
+    sizes = []
+    for _ in range(2):
+        assert command("cases", "--log-file", "run.log").returncode == 0
+        sizes.append((tmp_path / "run.log").stat().st_size)
+    assert 0 < sizes[0] < sizes[1]
