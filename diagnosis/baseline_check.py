@@ -228,7 +228,7 @@ def with_findings(
         return diagnosis
     named_share = min(reduction.phi, 1.0)
     as_good = {
-        rival.id: f"{rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
+        rival.id: f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
         for rival, share in sorted(baseline.rivals, key=_most_likely)
         if share >= (named_share + _margin(rival, diagnosis) if is_named else _TOLD)
     }

@@ -374,8 +374,8 @@ def test_a_wiring_that_explains_as_much_is_an_alias_of_what_is_named():
         assert beside(0.8451, verdict=verdict).verdict == ALIASED
     found = beside(0.8451)
     assert found.reason == (
-        "check the wiring first: the torque of the other sign explains 85% of the gap; otherwise "
-        "why"
+        "check the wiring first: with the torque of the other sign the baseline alone explains "
+        "85% of the gap; otherwise why"
     )
     assert found.attribution.aliases == (("tilt", "offset"), ("tilt", "wiring/torque_sign"))
     assert beside(0.8449).verdict == NAMED
