@@ -10,6 +10,16 @@ from typing import Annotated
 #: Packages whose version can change a result.
 _RECORDED_PACKAGES = ("carrierflex", "numpy", "scipy", "scikit-fem", "gmsh", "pygmsh")
 
+#: Packages of the extras, and what needs them.
+_OPTIONAL_PACKAGES = {
+    "mkl": "faster factorisation",
+    "k3d": "view --html",
+    "nptdms": "TDMS files of loggers",
+    "ansys-mapdl-reader": "Ansys .full files",
+    "exudyn": "tests of exported bodies",
+    "distributed": "--scheduler",
+}
+
 #: What a JSON document says of both, with the words of its schema.
 Versions = Annotated[Mapping[str, str], "Versions of Python and of packages that change a result"]
 Software = Annotated[str, "Name and version of this software"]
@@ -28,6 +38,18 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {
         name: importlib.metadata.version(name) for name in _RECORDED_PACKAGES
     }
+
+
+def installed() -> str:
+    """Versions, one a line: carrierflex, Python, packages of results, optional packages."""
+    required = (f"{name} {number}" for name, number in versions().items() if name != "carrierflex")
+    optional = []
+    for name, purpose in _OPTIONAL_PACKAGES.items():
+        try:
+            optional.append(f"{name} {version(name)} ({purpose})")
+        except PackageNotFoundError:
+            optional.append(f"{name} not installed ({purpose})")
+    return "\n".join([software_name(), *required, *optional])
 
 
 def provenance(**inputs: object) -> dict[str, str]:

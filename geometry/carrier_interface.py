@@ -140,7 +140,7 @@ def _distance(name: str, point: NDArray[np.float64], angle: float, n_planets: in
     off = math.remainder(angle_of_bore - angle, 2.0 * math.pi)
     if abs(off) > _PIN_ANGLE:
         raise ValueError(
-            f"surface {name!r} stands at {math.degrees(angle_of_bore) % 360.0:.4g} deg about the x "
+            f"surface {name!r} is at {math.degrees(angle_of_bore) % 360.0:.4g} deg about the x "
             f"axis; expected {math.degrees(angle):.4g} deg (pins 1 to {n_planets} at equal "
             "angles from z, turning about +x)"
         )

@@ -182,7 +182,7 @@ class CarrierParameters:
         if to_web <= self.pin_hole_radius:
             yield (
                 f"[carrier] n_planets is {self.n_planets}: neighbouring pin holes of "
-                f"pin_hole_diameter {self.pin_hole_diameter} m stand {2.0 * to_web:.4g} m apart "
+                f"pin_hole_diameter {self.pin_hole_diameter} m are {2.0 * to_web:.4g} m apart "
                 "and overlap; expected fewer planets, thinner pins or a larger centre_distance"
             )
         for name in ("hub_outer_diameter", "seat_outer_diameter"):

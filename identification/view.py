@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 #: Factor and unit a quantity is plotted in.
 _SCALES = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, "-")}
-_COLOURS = {"m1": "tab:orange", "m2": "tab:blue"}
+_COLOURS = {"m1": "#d55e00", "m2": "#0072b2"}
 _SYMBOLS = {
     "d_x": r"$d_x$",
     "phi_H": r"$\phi_H$",
@@ -83,8 +83,12 @@ def signals_figure(
             markersize=2.5,
             label="measured",
         )
+        residuals = []
         for model, estimate in fits:
             signal = 1e3 * fitted_signal(run, channel, model, estimate)[shown]
+            difference = signal - 1e3 * run.signals[channel.name][shown]
+            rms = np.sqrt(np.nanmean(difference**2))
+            residuals.append(f"{model.name.upper()} {rms:.3f}")
             panel.plot(
                 turns,
                 signal,
@@ -93,7 +97,8 @@ def signals_figure(
                 label=model.name.upper(),
             )
         panel.set_title(
-            f"{literal(channel.name)}, sensor at {np.rad2deg(channel.angle or 0.0):.0f}°",
+            f"{literal(channel.name)} at {np.rad2deg(channel.angle or 0.0):.0f}°; "
+            f"residual {', '.join(residuals)} mm RMS",
             fontsize=10,
         )
         panel.set_ylabel("axial displacement [mm]")
@@ -264,15 +269,15 @@ def printed_tables_figure(facts: DerivedFacts) -> "Figure":
     loads = np.array([-200e3, 260e3])
     at_rest, slope = (part.value for part in facts.saddle_line)
     saddle.plot(
-        loads / 1e3, (at_rest + slope * loads) * 1e3, color="tab:blue", label="line at full torque"
+        loads / 1e3, (at_rest + slope * loads) * 1e3, color="#0072b2", label="line at full torque"
     )
     for case, (share, load) in LOAD_CASES.items():
         saddle.plot(
             load / 1e3,
             TABLE_4[case][1] * 1e3,
             "o",
-            color="tab:blue",
-            mfc="tab:blue" if share == 1.0 else "none",
+            color="#0072b2",
+            mfc="#0072b2" if share == 1.0 else "none",
         )
         saddle.annotate(
             case, (load / 1e3, TABLE_4[case][1] * 1e3), xytext=(6, 4), textcoords="offset points"
@@ -295,7 +300,7 @@ def _draw_intervals(axes: "Axes", by_case: Mapping[str, Printed], factor: float)
             quantity.value * factor,
             [[below * factor], [above * factor]],
             fmt="o",
-            color="tab:blue",
+            color="#0072b2",
             capsize=4,
         )
     axes.set_xticks(range(len(by_case)), list(by_case))
@@ -345,7 +350,7 @@ def bushing_signals_figure(
             axes.plot(
                 run.time,
                 simulated[str(channel.sensor)] * 1e3,
-                color="tab:blue",
+                color="#0072b2",
                 linewidth=0.8,
                 label=estimate.model.name,
             )

@@ -126,7 +126,7 @@ class Stop(Part):
     ] = ""
     middle: Annotated[float, "number", "Deflection where the place s is zero"] = 0.0
     half_range: Annotated[float, "positive", "Deflection from the middle at which s is 1"] = 1.0
-    slip_middle: Annotated[float, "not_negative", "Force at slip beside it, times 1 - |s|"] = 0.0
+    slip_middle: Annotated[float, "not_negative", "Force at slip in addition, times 1 - |s|"] = 0.0
     slip_upper: Annotated[float, "not_negative", "The same times s where s > 0"] = 0.0
     slip_lower: Annotated[float, "not_negative", "The same times -s where s < 0"] = 0.0
     slip_outside: Annotated[float, "not_negative", "The same times min(4 |s|, 1)"] = 0.0

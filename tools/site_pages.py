@@ -49,7 +49,7 @@ def commands_page() -> str:
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "COMMANDS"
     )
     assert isinstance(table, ast.Dict)
-    lines = ["# Commands", "", "`carrierflex COMMAND --help` tells the same on the screen.", ""]
+    lines = ["# Commands", "", "`carrierflex COMMAND --help` shows the same text.", ""]
     for key, value in zip(table.keys, table.values, strict=True):
         assert isinstance(key, ast.Constant)
         assert isinstance(value, ast.Call)
@@ -91,9 +91,9 @@ def decisions_page() -> str:
 def compared_page() -> str:
     """Every comparison with another code or method, what it asks, and its command."""
     lines = [
-        "# We against the others",
+        "# Comparison with other codes",
         "",
-        "Each row is measured with its peer in the same run; the figures stand on the pages linked "
+        "Each row is measured with its peer in the same run; the figures are on the pages linked "
         "below, and `make bench` prints all of them anew with the machine, the load and the date.",
         "",
         "| what is compared | command |",

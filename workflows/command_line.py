@@ -121,9 +121,9 @@ def application() -> "cyclopts.App":
 
 
 def _version() -> str:
-    from carrierflex.files.versions import software_name
+    from carrierflex.files.versions import installed
 
-    return software_name()
+    return installed()
 
 
 def _about_input(error: Exception, arguments: list[str]) -> str:

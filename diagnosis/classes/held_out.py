@@ -179,7 +179,10 @@ def _factor(A: FloatArray) -> FloatArray:
         factor, failed = dpotrf(A + lift * np.eye(len(A)), lower=1)
         if not failed:
             return np.asarray(factor)
-    raise ArithmeticError(f"the products of {len(A)} columns are not positive: table is corrupt")
+    raise ArithmeticError(
+        f"these records do not determine the {len(A)} motions and loads that a diagnosis compares; "
+        "check 'angle_deg' of [[channels]] and the units of the inputs"
+    )
 
 
 def _solved(factor: FloatArray, b: FloatArray) -> FloatArray:

@@ -65,7 +65,7 @@ _CAUSES_APART = (
 )
 _STEADY = (
     "drive with constant amplitude and at the same frequencies throughout every run (noise or a "
-    "multisine): a slow change with time shows beside a drive that does not change"
+    "multisine): a slow change with time shows under a drive that does not change"
 )
 _SHORT_NOTE = (
     "all classes together explain more than the best answer by what a further cause would: none is "

@@ -113,7 +113,7 @@ def _separating_load(table: MountingTable, decision: Decision) -> str:
     absent = [words for words, square in by_load if square < _ABSENT**2 * moved.max()]
     lowest = float(np.sqrt(np.min(stiffness / np.diag(body.M)[:N_FREE])) / (2.0 * np.pi))
     load = (
-        f"{absent[0]} beside the others"
+        f"{absent[0]} together with the others"
         if absent
         else f"a sine of torque and radial load at {_QUICK * lowest:.1f} Hz, where the housing's "
         "inertia takes a quarter of the load,"

@@ -363,7 +363,7 @@ def trial_loads(
     for name, words in (("ntl_z", "vertical"), ("ntl_y", "sideways")):
         text = (
             f"torque of {0.5 * torque / 1e3:g} kN m with a sine of 0.5 Hz and "
-            f"{0.25 * torque / 1e3:g} kN m beside a constant {words} load of "
+            f"{0.25 * torque / 1e3:g} kN m with a constant {words} load of "
             f"{radial_load / 1e3:g} kN"
         )
         loads[text] = {"torque": wave, name: radial_load * rise}

@@ -48,7 +48,7 @@ _BlockKey = tuple[str, int]
 class DiagnosisSide:
     """What one diagnosis says of its baseline."""
 
-    folder: Annotated[Path, "Where its diagnosis.json stands"]
+    folder: Annotated[Path, "Folder of its diagnosis.json"]
     campaign: Annotated[str, "Name of the campaign"]
     kind: Annotated[str, "Kind of the campaign"]
     unit: Annotated[str, "Unit of every RMS"]
@@ -72,8 +72,8 @@ def read_side(folder: Path) -> DiagnosisSide:
     document = read_diagnosis(path)
     if not document.get("records"):
         raise ValueError(
-            f"{path}: key 'records' is missing, so that it cannot be told which measurement this "
-            "is; expected the digests that diagnose writes: diagnose the campaign again"
+            f"{path}: key 'records' is missing, so that the measurement is unknown; "
+            "expected the digests that diagnose writes: diagnose the campaign again"
         )
     if not document.get("held_out"):
         reason = shown(document.get("reason"))

@@ -74,7 +74,8 @@ class Lateness:
     std: Annotated[float, "Standard deviation"]
     explained: Annotated[
         float,
-        "Share of the residual's square over all records that it explains beside the baseline",
+        "Share of the residual's square over all records that it explains in addition to the "
+        "baseline",
     ]
 
 

@@ -97,7 +97,7 @@ class WiringChecks:
     late: Annotated[
         Callable[[], Sequence[ClockDrift]],
         "``() -> drifts``: first guesses of how late all signals, or those of one run, are, "
-        "where the records tell it without a fit; none elsewhere",
+        "where the records show it without a fit; none elsewhere",
     ] = lambda: ()
     beside: Annotated[
         "Callable[[Effects, Mapping[tuple[str, str], float]], WiringChecks]",

@@ -144,7 +144,7 @@ def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[Cam
             f"run {copy} is the record of run {original} under another name: the same inputs and "
             "the same samples or noise",
             "leave one of the two out, as the diagnosis does: a copy in the training records would "
-            "tell what is held out",
+            "contain what is held out",
             1.0,
             sample_of(files[copy], 0),
         )

@@ -46,7 +46,7 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
     path = folder / entry.file
     if not path.is_file():
         raise ValueError(
-            f"{folder}: no file '{entry.file}' of run {entry.name}; expected it beside "
+            f"{folder}: no file '{entry.file}' of run {entry.name}; expected it in the folder of "
             "campaign.toml"
         )
     last = -np.inf

@@ -41,7 +41,7 @@ def housing_motion_figure(motions: Mapping[str, MotionRecord]) -> "Figure":
             axes = panels[row, column]
             axes.plot(time, measured[:, row] * 1e3, color="0.6", linewidth=1.2, label="measured")
             axes.plot(
-                time, simulated[:, row] * 1e3, color="tab:blue", linewidth=0.8, label="simulated"
+                time, simulated[:, row] * 1e3, color="#0072b2", linewidth=0.8, label="simulated"
             )
             axes.set_ylabel(f"{name}, {'mm' if name.startswith('d') else 'mrad'}")
         panels[0, column].set_title(literal(run))

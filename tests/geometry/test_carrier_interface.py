@@ -26,7 +26,7 @@ def test_interface_read_off_the_mesh_is_that_of_the_parameters(request, carrier,
 def test_a_carrier_in_another_frame_is_refused_with_the_angle_found(flexible_mesh):
     turned = replace(flexible_mesh, points=flexible_mesh.points @ rotation_about_x(np.pi / 6.0).T)
     with pytest.raises(
-        ValueError, match=r"'pin_1_upwind' stands at 30 deg about the x axis; expected 0 deg"
+        ValueError, match=r"'pin_1_upwind' is at 30 deg about the x axis; expected 0 deg"
     ):
         carrier_interface(turned)
     tilted = replace(

@@ -151,7 +151,7 @@ def test_a_number_of_planets_that_no_carrier_has_is_refused(n_planets):
 def test_pins_that_overlap_are_refused():
     with pytest.raises(
         ValueError,
-        match=r"n_planets is 8: neighbouring pin holes of pin_hole_diameter 0.24 m stand 0.2357 m",
+        match=r"n_planets is 8: neighbouring pin holes of pin_hole_diameter 0.24 m are 0.2357 m",
     ):
         CarrierParameters(
             n_planets=8, pin_hole_diameter=0.24, hub_outer_diameter=0.35, seat_outer_diameter=0.35,

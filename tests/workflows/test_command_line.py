@@ -4,6 +4,7 @@ Every exit code is seen once from a process of its own; the other refusals run i
 """
 
 import importlib
+import importlib.metadata
 import inspect
 import os
 import signal
@@ -13,6 +14,7 @@ import time
 
 import pytest
 
+from carrierflex.files.versions import installed, software_name
 from carrierflex.workflows.shell.commands import COMMANDS
 
 COMMAND = [sys.executable, "-m", "carrierflex.workflows.command_line"]
@@ -206,3 +208,18 @@ def test_mesh_command_writes_the_file_it_was_asked_for(tmp_path):
     assert [line[:5] for line in result.stderr.splitlines()] == ["[1/2]", "[2/2]"]
     assert "worst scaled jacobian" in result.stdout
     assert "TYPE=C3D10\n" in (tmp_path / "carrier.inp").read_text(encoding="utf-8")
+
+
+def test_the_version_lists_what_is_installed_and_what_is_not(monkeypatch):
+    there = importlib.metadata.version
+
+    def version(name):
+        if name == "k3d":
+            raise importlib.metadata.PackageNotFoundError(name)
+        return there(name)
+
+    monkeypatch.setattr("carrierflex.files.versions.version", version)
+    first, *others = installed().splitlines()
+    assert first == software_name()
+    assert f"numpy {there('numpy')}" in others
+    assert "k3d not installed (view --html)" in others

@@ -28,7 +28,7 @@ _SAMPLES = 4000
 _LABELS = {"linear": "Lin", "nonlinear": "NLin", "hydrodynamic": "HD-b"}
 #: Half the width of a step of the flow charts, and where their ways back run.
 _HALF, _WAY_BACK = 1.4, 1.95
-_COLOURS = {"Lin": "tab:orange", "NLin": "tab:blue", "HD-b": "tab:green"}
+_COLOURS = {"Lin": "#d55e00", "NLin": "#0072b2", "HD-b": "tab:green"}
 
 
 def bushing_models() -> Figure:

@@ -235,7 +235,7 @@ FIGURES_2011 = (
         "Three models identified from the record of figure 6 by <code>carrierflex identify "
         "--model hydrodynamic_bushing</code>, each simulated with what was found.",
         "The test's bushings are those of table 3 (nonlinear), so the linear model must be the "
-        "worst here; in the paper the hydro-dynamic one is, which tells of a search that had not "
+        "worst here; in the paper the hydro-dynamic one is, which shows a search that had not "
         "converged: it contains the nonlinear one.",
         roll_of_three_models, ("mounting",),
     ),

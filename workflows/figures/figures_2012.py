@@ -118,7 +118,7 @@ def _measured_and_simulated(shared: SharedRuns) -> Figure:
         turns, measured = _less_its_mean(stage.measured(), channel.name)
         simulated_turns, simulated = _less_its_mean(stage.simulated, channel.name)
         panel.plot(turns, measured * 1e3, color="0.6", label="measured")
-        panel.plot(simulated_turns, simulated * 1e3, color="tab:blue", lw=1.2, label="simulated")
+        panel.plot(simulated_turns, simulated * 1e3, color="#0072b2", lw=1.2, label="simulated")
         gaps.append(measured - np.interp(turns, simulated_turns, simulated))
         panel.set_title(f"{channel.name}, sensor at {np.rad2deg(channel.angle or 0.0):.0f}°")
         panel.grid(alpha=0.3)

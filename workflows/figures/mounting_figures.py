@@ -18,7 +18,7 @@ _ROTATION = (-5.0, 10.0)
 #: Directions of the cylinders of the radial load, assumed: 45 degrees to either side of upright.
 _CYLINDER_ANGLE = np.deg2rad(45.0)
 _SYMBOLS = ("$d_x$", "$d_y$", "$d_z$", r"$\theta_x$", r"$\theta_y$", r"$\theta_z$")
-_COLOURS = {"NLin": "tab:blue", "Lin": "tab:orange", "HD-b": "tab:green"}
+_COLOURS = {"NLin": "#0072b2", "Lin": "#d55e00", "HD-b": "tab:green"}
 
 
 def load_case(shared: SharedRuns) -> Figure:

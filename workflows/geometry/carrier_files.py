@@ -209,7 +209,7 @@ def located(record: Mapping[str, Mapping[str, str]], beside: Path) -> dict[str, 
         if not places:
             raise FileNotFoundError(
                 f"{path}: no such file, nor {path.name} in the folder of the body file; expected "
-                "the file that the body was made of, at its place or beside the body"
+                "the file that the body was made of, at its path or in the folder of the body"
             )
         entry["file"] = str(places[0])
     return found

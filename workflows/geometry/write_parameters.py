@@ -37,8 +37,8 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     Parameters
     ----------
     out
-        File of dimensions (TOML) that --parameters of other commands takes; the drawing stands
-        beside it, as PNG. A file that stands is not replaced.
+        File of dimensions (TOML) that --parameters of other commands takes; the drawing is a
+        PNG of the same name. An existing file is not overwritten.
     parameters
         TOML file whose dimensions are written in place of the defaults [m, rad].
 

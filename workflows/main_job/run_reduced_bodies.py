@@ -235,9 +235,9 @@ def _stage_figure(run: str, columns: Columns, sensors: Sequence[Sensor]) -> "Fig
     """Sensors, tooth forces, load shares and motion of the housing over the revolutions."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(13.0, 7.0), layout="constrained")
+    figure = Figure(figsize=(11.0, 11.5), layout="constrained")
     figure.suptitle(f"{run}: the reduced bodies in the planetary stage")
-    axial, radial, teeth, shares, moved, turned = figure.subplots(2, 3, sharex=True).flat
+    axial, radial, teeth, shares, moved, turned = figure.subplots(3, 2, sharex=True).flat
     turns = columns["carrier_angle"] / (2.0 * np.pi)
     n_planets = sum(name.startswith("share_") for name in columns)
     for sensor in sensors:
@@ -261,12 +261,12 @@ def _stage_figure(run: str, columns: Columns, sensors: Sequence[Sensor]) -> "Fig
     moved.set(title="housing: displacement less its mean", ylabel="um")
     turned.set(title="housing: rotation less its mean", ylabel="urad")
     for panel in (axial, radial, teeth, shares, moved, turned):
-        panel.margins(y=0.45)
+        panel.margins(y=0.35)
         n_columns = 1 if panel in (moved, turned) else 3
-        panel.legend(fontsize="x-small", ncols=n_columns, loc="upper center")
+        panel.legend(fontsize="small", ncols=n_columns, loc="upper center")
         panel.grid(alpha=0.3)
-    for panel in (shares, moved, turned):
-        panel.set_xlabel("revolutions")
+    for panel in (moved, turned):
+        panel.set_xlabel("revolutions of the carrier")
     return figure
 
 

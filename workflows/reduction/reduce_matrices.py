@@ -153,7 +153,7 @@ def refuse_mesh_options(options: Mapping[str, Any]) -> None:
     if given:
         raise ValueError(
             f"--{given[0].replace('_', '-')} is given together with --stiffness; expected "
-            "matrices or a mesh: pilots and couplings of matrices stand in --interfaces"
+            "matrices or a mesh: pilots and couplings of matrices are in --interfaces"
         )
 
 

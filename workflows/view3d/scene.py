@@ -50,7 +50,7 @@ class Entry:
 class Part:
     """Triangles or lines that move and change their colour."""
 
-    name: Annotated[str, "Shown beside a switch, where it has a colour of its own"]
+    name: Annotated[str, "Label of its switch, where it has a colour of its own"]
     cells: Annotated[NDArray[np.int64], "Triangles or lines, shape (k, 3) or (k, 2)"]
     rest: Annotated[FloatArray, "Points at rest [m], shape (n, 3)"]
     moved: Annotated[

@@ -49,7 +49,7 @@ class Addition:
     """Something that could be added to a campaign."""
 
     kind: Annotated[str, "SENSOR, LOADS or MINUTES"]
-    text: Annotated[str, "What it is, in words"]
+    text: Annotated[str, "What it is, as a sentence"]
     minutes: Annotated[
         Mapping[str, float], "Length of every run of the enlarged campaign, over that in the table"
     ]

@@ -62,7 +62,7 @@ def refuse_other_rig(law: Law, n_planets: int, sensor_radius: float) -> None:
     if abs(radius - sensor_radius) > _SAME_RADIUS * radius:
         raise ValueError(
             f"law '{law.name}' was measured at the radius {radius:g} m, the sensors "
-            f"stand at {sensor_radius:g} m; expected the same circle within {_SAME_RADIUS:.0%}"
+            f"are at {sensor_radius:g} m; expected the same circle within {_SAME_RADIUS:.0%}"
         )
 
 

@@ -53,7 +53,7 @@ CAUSES_APART = (
 )
 STEADY = (
     "drive with constant amplitude and at the same frequencies throughout every run (noise or a "
-    "multisine): a slow change with time shows beside a drive that does not change"
+    "multisine): a slow change with time shows under a drive that does not change"
 )
 DRIVE_CHANGES = (
     "the drive itself changes with time: a slow change with time is not separable from it in these "

@@ -217,7 +217,7 @@ def test_the_verdict_says_to_check_the_wiring_first():
     assert (told.verdict, told.attribution.effects) == ("none_of_these", ())
     assert any(warning.check == "wiring" for warning in told.warnings)
     assert told.reason_id == "wiring/torque_sign"
-    assert told.reason.startswith("check the wiring first: the torque of the other sign explains")
+    assert told.reason.startswith("check the wiring first: with the torque of the other sign the ")
     assert told.warnings[0].check == "wiring"
     assert verdict_heading(told).startswith("Check the wiring first: ")
 

@@ -33,10 +33,10 @@ def test_a_gain_without_a_gap_is_told_beyond_what_calibrations_give():
 
     (key, text), *others = found(0.05).items()
     assert key == ("gain", "q0")
-    assert text.startswith("q0 reads 4.8% too much beside the other channels, ")
+    assert text.startswith("q0 reads 4.8% too much relative to the other channels, ")
     assert others == []
     text = found(-0.05)["gain", "q0"]
-    assert text.startswith("q0 reads 5.2% too little beside the other channels, ")
+    assert text.startswith("q0 reads 5.2% too little relative to the other channels, ")
     assert found(0.025) != {}
     assert found(0.015) == {}
     # Not beyond doubt.
@@ -67,7 +67,7 @@ def test_of_two_channels_both_are_told():
     assert warning.check == "gain"
     # As sure as one another: which comes first is rounding's.
     assert set(warning.about.split(", ")) == {"q0", "q1"}
-    readings, sureness = warning.text.split(" beside the other channels, ")
+    readings, sureness = warning.text.split(" relative to the other channels, ")
     assert set(readings.split(", or ")) == {"q0 reads 9.8% too much", "q1 reads 9.8% too little"}
     assert sureness == "19 standard deviations"
     assert warning.remedy == (

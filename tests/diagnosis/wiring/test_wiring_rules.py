@@ -293,7 +293,7 @@ def test_a_mass_of_zero_is_physical_and_nothing_but_zeros_is_not():
     shift = parameter("shift", -1.0, 1.0)
     assert bounds_told((m, 0.0), (k, 5.0)) == {}
     found = bounds_told((m, 0.0), (k, 1e-6), (shift, 1.0))
-    assert found["m"] == "m of the baseline stands at its bound, 0 kg"
+    assert found["m"] == "m of the baseline is at its bound, 0 kg"
     assert set(found) == {"m", "K1"}
     assert bounds_told((shift, 1.0)) == {}
     # Not a zero: a millionth of its scale of two is one.
@@ -304,7 +304,7 @@ def test_an_effect_of_the_baseline_at_either_bound_is_told():
     gap = parameter("gap", -1.0, 1.0, effect="backlash")
     for value in (-1.0, 1.0, 1.0 - 1e-6):
         text = bounds_told((gap, value))["gap"]
-        assert text.startswith("gap of the backlash stands at its bound, ")
+        assert text.startswith("gap of the backlash is at its bound, ")
     assert bounds_told((gap, 0.9)) == {}
     assert bounds_told((gap, -0.9)) == {}
     # Neither what is fixed nor what only shapes an effect.
@@ -374,8 +374,8 @@ def test_a_wiring_that_explains_as_much_is_an_alias_of_what_is_named():
         assert beside(0.8451, verdict=verdict).verdict == ALIASED
     found = beside(0.8451)
     assert found.reason == (
-        "check the wiring first: the torque of the other sign explains 85% of the gap; otherwise "
-        "why"
+        "check the wiring first: with the torque of the other sign the baseline alone explains "
+        "85% of the gap; otherwise why"
     )
     assert found.attribution.aliases == (("tilt", "offset"), ("tilt", "wiring/torque_sign"))
     assert beside(0.8449).verdict == NAMED
