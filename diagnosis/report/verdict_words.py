@@ -10,6 +10,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
     ClassFinding,
 )
+from carrierflex.diagnosis.classes.shapes import DRY_FRICTION
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -53,6 +54,9 @@ def _class_names(answer: ClassAnswer) -> str:
 def _lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
     """What a simulation lacks: named effects, and the classes that none of them follows."""
     if not effects:
+        friction = _friction_words(answer)
+        if friction:
+            return f"{friction} ({_class_names(answer)}, by no law of the library)"
         return f"{_class_names(answer)}, by no law of the library"
     by_law = {
         finding.id for finding in answer.classes if finding.law_named and finding.law in effects
@@ -60,6 +64,15 @@ def _lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
     laws = " and ".join(plain_name(effect) for effect in effects)
     others = [plain_name(name) for name in answer.ids if name not in by_law]
     return f"{laws}, and {' and '.join(others)}" if others else laws
+
+
+def _friction_words(answer: ClassAnswer) -> str:
+    """Dry friction with its size, where the only class is of that shape; empty otherwise."""
+    shapes = [finding.shape for finding in answer.classes]
+    words = shapes[0].words if len(shapes) == 1 and shapes[0] is not None else ""
+    if not words.startswith(DRY_FRICTION):
+        return ""
+    return ", ".join(words.split(", ")[:3])
 
 
 def class_sentence(answer: ClassAnswer | None) -> str:
