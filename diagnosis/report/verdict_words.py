@@ -326,6 +326,8 @@ def worth(diagnosis: Diagnosis) -> str:
     if far is None:
         return ""
     before = sized(far.rms_before, diagnosis.unit)
+    if diagnosis.reason_id == FLOOR_UNKNOWN:
+        return f"The gap is {before} RMS; how much of it is noise is not known."
     floor = sized(far.noise_floor, diagnosis.unit)
     explains = diagnosis.shrinks_by_class or len(far.steps) > 1
     if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):

@@ -310,6 +310,20 @@ class _ParameterRow(NamedTuple):
     unit: str
 
 
+def named_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
+    """Parameters of the named effects, the effect that explains most first.
+
+    Of an effect with several those that differ from zero by more than their standard deviation.
+    """
+    which = diagnosis.attribution
+    rows = []
+    for effect in which.effects:
+        values = which.parameters.get(effect, {})
+        clear = {name: named for name, named in values.items() if abs(named.value) > named.std}
+        rows += [_parameter_row(effect, *entry) for entry in (clear or values).items()]
+    return rows
+
+
 def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
     """Every parameter in engineers' units, those of the named effects first."""
     which = diagnosis.attribution
