@@ -137,8 +137,10 @@ def checked_baseline(
         tried += lone_rivals(linear, campaign, wiring.refitted, before, floor)
         if wiring.has_cheap_refits:
             tried += _load_rivals(wiring, campaign, before, floor)
-        for law in laws:
-            tried += _beside_law(problem, campaign, wiring, law, floor)
+        enough = floor + _AS_GOOD * (before - floor)
+        if min((rival.mean_square for rival in tried), default=np.inf) > enough:
+            for law in laws:
+                tried += _beside_law(problem, campaign, wiring, law, floor)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.

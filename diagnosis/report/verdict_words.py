@@ -190,12 +190,26 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
     much comes first.
     """
     if diagnosis.reason_id not in ("", FLOOR_UNKNOWN):
-        first = capitalised(diagnosis.reason.partition(OTHERWISE)[0])
+        first = _fault_heading(diagnosis)
         if diagnosis.verdict == NONE_OF_THESE:
             return first
         physics = _physics_heading(diagnosis)
         return f"{first}{OTHERWISE}{physics[:1].lower()}{physics[1:]}"
     return _physics_heading(diagnosis)
+
+
+def _fault_heading(diagnosis: Diagnosis) -> str:
+    """Fault of the measurement that is the most likely cause, and what it explains."""
+    fault = next((w for w in diagnosis.warnings if w.id == diagnosis.reason_id), None)
+    if fault is None:
+        return capitalised(diagnosis.reason.partition(OTHERWISE)[0])
+    share = percent(min(fault.figure, 1.0))
+    return f"Check {fault.about} first ({_fault_words(fault.id)}): it explains {share} of the gap"
+
+
+def _fault_words(fault: str) -> str:
+    """Fault of the measurement in words: ``sensor on ground``."""
+    return fault.removeprefix("wiring/").replace("_", " ")
 
 
 def _physics_heading(diagnosis: Diagnosis) -> str:
@@ -253,10 +267,19 @@ def verdict_meaning(verdict: str) -> str:
 
 def alias_sentence(diagnosis: Diagnosis) -> str:
     """Effects that the named ones cannot be told from; empty where none."""
+    named = {*diagnosis.attribution.effects, *(diagnosis.classes.ids if diagnosis.classes else ())}
     texts = []
-    for effect, *others in diagnosis.attribution.aliases:
-        names = listed([plain_name(other) for other in others])
-        texts.append(f"{plain_name(effect)} cannot be distinguished from {names}")
+    for first, *others in diagnosis.attribution.aliases:
+        together = [first, *(name for name in others if name in named)]
+        rivals = [
+            f"a fault of the measurement ({_fault_words(name)})"
+            if _is_fault(name)
+            else plain_name(name)
+            for name in others
+            if name not in named
+        ]
+        answer = " with ".join(plain_name(name) for name in together)
+        texts.append(f"{answer} cannot be distinguished from {listed(rivals)}")
     return f"In these records {listed(texts)}." if texts else ""
 
 

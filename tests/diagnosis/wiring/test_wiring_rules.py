@@ -392,7 +392,7 @@ def test_where_no_law_is_named_the_wiring_is_an_alias_of_the_class():
     # Before, it was "from ." with nothing named.
     assert alias_sentence(found) == (
         "In these records tilt of the housing, following torque cannot be distinguished from "
-        "a wrong torque sign."
+        "a fault of the measurement (torque sign)."
     )
 
 
