@@ -17,6 +17,7 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     CLASS_NAMED,
+    NAMED_WITH_REMAINDER,
     NAMING,
     NONE_OF_THESE,
     OTHERWISE,
@@ -29,8 +30,8 @@ from carrierflex.diagnosis.wiring.linear_records import (
     late_signals,
     off_gains,
 )
-from carrierflex.diagnosis.wiring.load_faults import load_faults, sized_faults
-from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
+from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
+from carrierflex.diagnosis.wiring.lone_channels import LONE_CHANNEL, lone_rivals
 from carrierflex.diagnosis.wiring.refits import (
     CHANNEL,
     CHANNEL_GAIN,
@@ -135,8 +136,7 @@ def checked_baseline(
         tried += exchanged_runs(records, campaign, wiring.refitted)
         linear = tuple(wiring.linear(fit.theta))
         tried += lone_rivals(linear, campaign, wiring.refitted, before, floor)
-        if wiring.has_cheap_refits:
-            tried += _load_rivals(wiring, campaign, before, floor)
+        tried += _load_rivals(wiring, campaign, before, floor)
         enough = floor + _AS_GOOD * (before - floor)
         if min((rival.mean_square for rival in tried), default=np.inf) > enough:
             for law in laws:
@@ -189,9 +189,12 @@ def _load_rivals(
     A size that is fitted takes something of every gap: it must explain nearly all.
     """
     line = sample_of(campaign.runs[0].file, 0)
-    for fault in load_faults(campaign):
+    faults = [*(load_faults(campaign) if wiring.has_cheap_refits else ()), *held_inputs(campaign)]
+    for fault in faults:
         square = wiring.refitted(fault.corrected)
         yield WiringRival(fault.id, fault.about, fault.text, square, line)
+    if not wiring.has_cheap_refits:
+        return
     enough = floor + (1.0 - _MOST) * (before - floor)
     sized = sized_faults(campaign, wiring.refitted, before)
     yield from (rival for rival in sized if rival.mean_square <= enough)
@@ -226,7 +229,9 @@ def with_findings(
         warnings=tuple(
             warning
             for warning in baseline.warnings
-            if warning.id not in _BY_RUN or warning.figure >= _least_share(warning.id, diagnosis)
+            if warning.id not in _BY_RUN
+            or warning.figure >= _least_share(warning.id, diagnosis)
+            or (warning.id == RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
         ),
     )
     # All others stay in their order.
@@ -287,6 +292,9 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
         return _TOLD
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
+    if fault in LONE_CHANNEL and not diagnosis.attribution.effects and not is_of_channel:
+        # One channel is less to believe than a class that no law follows.
+        return min(_MOST, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
     return min(diagnosis.reduction.phi, 1.0) + (_AS_GOOD if is_same else -_AS_GOOD)
 

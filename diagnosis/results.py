@@ -65,11 +65,12 @@ class Diagnosis:
 
     @property
     def likely_laws(self) -> Effects:
-        """Laws that are named, or nearest to a named class; else the best that were tried."""
+        """Laws that are named, nearest to a named class, or in the best set that was tried."""
         nearest = [finding.law for finding in self.classes.classes] if self.classes else []
-        laws = dict.fromkeys(law for law in (*self.attribution.effects, *nearest) if law)
-        best = [ranked.effects for ranked in self.attribution.ranking[:1]]
-        return tuple(laws) or tuple(law for laws in best for law in laws)
+        best = [law for ranked in self.attribution.ranking[:1] for law in ranked.effects]
+        return tuple(
+            dict.fromkeys(law for law in (*self.attribution.effects, *nearest, *best) if law)
+        )
 
     @property
     def shrinks_by_class(self) -> bool:

@@ -49,7 +49,7 @@ class LoadFault:
 
 
 def load_faults(campaign: Campaign, run: str = "") -> Iterator[LoadFault]:
-    """Signs and axes of the loads put right, in one run or in all; and inputs that are held.
+    """Signs and axes of the loads put right, in one run or in all.
 
     Parameters
     ----------
@@ -74,8 +74,18 @@ def load_faults(campaign: Campaign, run: str = "") -> Iterator[LoadFault]:
     if _varies(campaign, _ANGLE):
         text = "the angle counted the other way"
         yield _fault(campaign, run, ANGLE_DIRECTION, text, {_ANGLE: (_ANGLE, -1.0)})
+
+
+def held_inputs(campaign: Campaign) -> Iterator[LoadFault]:
+    """Inputs that are held from one reading to the next, in straight lines between the readings.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The campaign.
+    """
     for name in campaign.contract.inputs:
-        if not run and name != _ANGLE and _is_held(campaign, name):
+        if name != _ANGLE and _is_held(campaign, name):
             runs = tuple(_between_readings(one, name) for one in campaign.runs)
             text = f"{name} in straight lines between its readings, not held from one to the next,"
             yield LoadFault(HELD_INPUT, name, text, replace(campaign, runs=runs))

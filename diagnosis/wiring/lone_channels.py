@@ -37,6 +37,20 @@ from carrierflex.identification.estimation.scaled_least_squares import (
     normal_solution,
 )
 
+#: Faults of a channel that is at odds with all others.
+LONE_CHANNEL = (
+    CHANNEL,
+    CHANNEL_GAIN,
+    CHANNEL_ZERO,
+    "wiring/polarity",
+    "wiring/dead_channel",
+    "wiring/copied_channel",
+    "wiring/crosstalk",
+    "wiring/sensor_on_ground",
+    "wiring/filtered_channel",
+    "wiring/ac_coupled",
+    "wiring/curved_channel",
+)
 #: Fewest channels of which one can be left out: two disagree, and neither is the one.
 _FEWEST_CHANNELS = 3
 #: Fewest runs of which one can be left out.

@@ -17,6 +17,7 @@ from carrierflex.identification.campaign_check.campaign_warning import (
 )
 from carrierflex.identification.campaign_check.copies import copied_runs, copy_findings
 from carrierflex.identification.campaign_check.probe_angles import probe_findings
+from carrierflex.identification.campaign_check.releases import release_findings
 from carrierflex.identification.campaign_check.sample_faults import sample_faults
 from carrierflex.identification.campaign_check.sample_statistics import neighbour_noise
 from carrierflex.identification.campaign_check.tones import tone_findings
@@ -84,7 +85,7 @@ def records_findings(
             *copy_findings(campaign, copied_runs(campaign) if copies is None else copies),
             *_sampling_findings(campaign),
             *sample_faults(campaign),
-            *tone_findings(campaign),
+            *(tone_findings(campaign) if campaign.contract.inputs else release_findings(campaign)),
         ]
     )
 

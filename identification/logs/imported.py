@@ -21,6 +21,7 @@ from carrierflex.identification.campaign.declarations import (
 )
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signal_tables import channel_of, input_of
+from carrierflex.identification.campaign_check.releases import cut_at_releases
 from carrierflex.identification.logs.clock_shift import ClockShift, clock_shift
 from carrierflex.identification.logs.clocks import (
     even_step,
@@ -114,6 +115,15 @@ def imported_campaign(
     refuse(problems.messages)
     channels, inputs = _declared(document, kind)
     runs = [own.run for own in logged]
+    notes = [note for own in logged for note in own.notes]
+    if not kind.inputs and not simulated:
+        cut = [cut_at_releases(run) if not run.use else (run,) for run in runs]
+        notes += [
+            f"run {run.name}: cut at its releases, {len(decays)} from {decays[0].time[0]:.2f} s on"
+            for run, decays in zip(runs, cut, strict=True)
+            if decays != (run,)
+        ]
+        runs = [decay for decays in cut for decay in decays]
     shifts: dict[str, ClockShift] = {}
     if simulated:
         for number, path in enumerate(simulated):
@@ -137,7 +147,7 @@ def imported_campaign(
         tuple(count for own in logged for count in own.counts),
         shifts,
         {path.name: _digest(path) for path in (*files, *simulated)},
-        tuple(note for own in logged for note in own.notes),
+        tuple(notes),
     )
 
 
