@@ -84,6 +84,8 @@ _WIRING = "wiring"
 _SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
 #: What a channel that is left out may have, which laws of the library are too.
 _CHANNELS = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
+#: What may be the same as any cause that acts in some runs, or grows with them.
+_BY_RUN = (RUN, RUN_VARIATION)
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
 
@@ -216,6 +218,15 @@ def with_findings(
     "aliased" where a wiring is as good as what is named; where nothing is named, a wiring that
     explains most of the gap is the reason.
     """
+    # Values by run take something of any cause.
+    baseline = replace(
+        baseline,
+        warnings=tuple(
+            warning
+            for warning in baseline.warnings
+            if warning.id not in _BY_RUN or warning.figure >= _least_share(warning.id, diagnosis)
+        ),
+    )
     # All others stay in their order.
     ranked = sorted(
         (*records, *baseline.warnings),
@@ -226,11 +237,10 @@ def with_findings(
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if reduction is None or not (is_named or diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)):
         return diagnosis
-    named_share = min(reduction.phi, 1.0)
     as_good = {
         rival.id: f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
         for rival, share in sorted(baseline.rivals, key=_most_likely)
-        if share >= (named_share + _margin(rival, diagnosis) if is_named else _TOLD)
+        if share >= _least_share(rival.id, diagnosis)
     }
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
@@ -252,6 +262,7 @@ def with_findings(
     return replace(
         diagnosis,
         verdict=ALIASED,
+        reason_id=next((name for name in as_good if name != CLOCK_SHIFT), ""),
         reason=_wiring_first(as_good, diagnosis.reason),
         attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )
@@ -259,20 +270,23 @@ def with_findings(
 
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
     """Order of rivals with their shares: kinds of faults first, the largest share first."""
-    return rival[0].id in (CHANNEL, RUN, RUN_VARIATION), -rival[1]
+    return rival[0].id in (CHANNEL, *_BY_RUN), -rival[1]
 
 
-def _margin(rival: WiringRival, diagnosis: Diagnosis) -> float:
-    """Share by which a wiring must explain more than what is named to be an alias of it.
+def _least_share(fault: str, diagnosis: Diagnosis) -> float:
+    """Share of the gap that a fault must explain to be an alias of what is named, or the reason.
 
     A cause that acts in one run alone goes with that run too, one that grows with the amplitude
     gives every run other values, and an error of a channel that is named is that channel's: these
     must explain more. Any other may explain a little less.
     """
+    is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
+    if diagnosis.reduction is None or not is_named:
+        return _TOLD
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
-    is_same = rival.id in (RUN, RUN_VARIATION) or (rival.id in _CHANNELS and is_of_channel)
-    return _AS_GOOD if is_same else -_AS_GOOD
+    is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
+    return min(diagnosis.reduction.phi, 1.0) + (_AS_GOOD if is_same else -_AS_GOOD)
 
 
 def _wiring_first(as_good: Mapping[str, str], reason: str) -> str:

@@ -35,7 +35,7 @@ class Diagnosis:
     reason_id: Annotated[
         str,
         "`floor_unknown` where a gap cannot be distinguished from noise of unknown size; the id "
-        "of a wiring that explains most of a gap of which nothing is named; else empty",
+        "of a fault of the measurement that explains as much as what is named; else empty",
     ] = ""
     pictures: Annotated[tuple[Picture, ...], "Gap along the motion, where the kind draws it"] = ()
     gap: Annotated[

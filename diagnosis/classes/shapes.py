@@ -159,7 +159,14 @@ _ZERO = 0.05
 #: Ratio of both sides from which a curve is called one-sided, or stronger on one side.
 _ONE_SIDED, _STRONGER = 0.15, 0.8
 #: Ratio of the slopes of the outer and the inner half from which a curve is called bent.
+#: Word of the field for a force that steps where the speed changes its sign, and the factor by
+#: which it may change over the speeds and be called constant.
+DRY_FRICTION, _CHANGES = "dry friction", 1.1
 _CURVED = 1.3
+#: Distance beyond a gap, as a share of the deflection, below which it is not taken: its logarithm.
+_NEXT = 0.01
+#: Gaps that are tried beside none.
+_GAPS = 12
 
 
 def shape_words(
@@ -221,11 +228,17 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     side = x > 0.0 if positive >= negative else x < 0.0
     inside = side & (np.abs(y) < _ZERO * top)
     far = float(np.abs(x[inside]).max(initial=0.0))
-    if far > 0.05 * float(np.abs(x).max()):
+    power = _power(np.abs(x[side]), np.abs(y[side]), far)
+    if power:
+        towards = "stiffening" if float(np.sum(x * y)) > 0.0 else "softening"
+        words.append(f"{towards} as the power {power:.1f} of the deflection")
+        far = 0.0
+    elif far > 0.05 * float(np.abs(x).max()):
         words.append(f"zero below {_sized(far, units[0])}")
     outer = np.flatnonzero(side & (np.abs(x) >= far))
     bending = _bending(x[outer], y[outer])
-    words.append(f"{bending} above" if words else bending)
+    if not power:
+        words.append(f"{bending} above" if words else bending)
     if is_one_sided:
         words.append("one side only")
     elif weaker < _STRONGER * stronger and x[0] < 0.0 < x[-1]:
@@ -233,6 +246,27 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
         words.append(f"{ratio:.0%} as strong on the other side")
     words.append(f"up to {_sized(top, units[1])}")
     return ", ".join(words)
+
+
+def _power(d: FloatArray, f: FloatArray, gap: float) -> float:
+    """Power of a force that rises from zero on; zero where one that rises beyond a gap fits it.
+
+    Sizes of deflections and forces; `gap` is where the force is no longer nearly zero.
+    """
+    rises = (d > 0.0) & (f > _ZERO * f.max(initial=0.0))
+    if np.count_nonzero(rises) < 4:
+        return 0.0
+    x, y = d[rises], f[rises]
+
+    def fitted(distance: FloatArray) -> tuple[float, float]:
+        """Power of a force over a distance, and the square that it leaves."""
+        power, size = np.polyfit(np.log(distance), np.log(y), 1)
+        return float(power), float(np.sum((y - np.exp(size) * distance**power) ** 2))
+
+    power, square = fitted(x)
+    gaps = np.linspace(0.0, gap, _GAPS)[1:]
+    beyond = min(fitted(np.maximum(x - one, _NEXT * x))[1] for one in gaps)
+    return power if power > _CURVED and square < beyond else 0.0
 
 
 def _bending(x: FloatArray, y: FloatArray) -> str:
@@ -258,7 +292,11 @@ def _dissipation_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> 
     end = 0.5 * (float(np.interp(top, x, y)) - float(np.interp(-top, x, y)))
     words = [f"{_sized(end, units[1])} at {_sized(top, units[0])}"]
     if abs(end) > 0.0 and level > 0.5 * end and slow.any():
-        words.insert(0, f"step of {_sized(level, units[1])} at rest")
+        change = end / level
+        with_speed = "falling" if change < 1.0 / _CHANGES else "growing"
+        if 1.0 / _CHANGES <= change <= _CHANGES:
+            return f"{DRY_FRICTION}, about {_sized(level, units[1])}, at every speed"
+        words.insert(0, f"{DRY_FRICTION}, about {_sized(level, units[1])}, {with_speed} with speed")
     elif abs(end) > 0.0:
         words.insert(0, "grows with speed" if end > 0.0 else "falls with speed")
     return ", ".join(words)

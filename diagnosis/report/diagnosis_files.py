@@ -23,6 +23,7 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
+from carrierflex.diagnosis.report.verdict_words import verdict_heading
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.json_files import plain, read_document, save_plain_json
 from carrierflex.files.result_schemas import json_content, json_table
@@ -112,6 +113,7 @@ DIAGNOSIS = json_table(
     software=(str, "Name and version of this software"),
     kind=(Literal["carrier", "mounting", "element"], "Kind of the campaign"),
     verdict=(Verdict, "What the diagnosis says"),
+    headline=(str, "What the diagnosis says first, in one sentence"),
     incomplete=(bool, "Whether a class leads without explaining what a cause would"),
     gains=(str | None, "What the intervals hold of the signals' gains"),
     where=([_CELL], "Largest cells of the gap"),
@@ -143,6 +145,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
             diagnosis,
             which,
             software=software_name(),
+            headline=verdict_heading(diagnosis),
             incomplete=_is_incomplete(diagnosis),
             gains=which.gains or None,
             where=_cells(reduction.cells_before if reduction else ()),

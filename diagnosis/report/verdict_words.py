@@ -10,6 +10,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassAnswer,
     ClassFinding,
 )
+from carrierflex.diagnosis.classes.shapes import DRY_FRICTION
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -24,6 +25,7 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.report.words import capitalised, counted, listed, percent, sized
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.diagnosis.wiring.refits import RUN_VARIATION
 from carrierflex.simulation.laws import FORCE_SURFACE
 
 #: Rivals below this share are not listed.
@@ -52,6 +54,9 @@ def _class_names(answer: ClassAnswer) -> str:
 def _lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
     """What a simulation lacks: named effects, and the classes that none of them follows."""
     if not effects:
+        friction = _friction_words(answer)
+        if friction:
+            return f"{friction} ({_class_names(answer)}, by no law of the library)"
         return f"{_class_names(answer)}, by no law of the library"
     by_law = {
         finding.id for finding in answer.classes if finding.law_named and finding.law in effects
@@ -59,6 +64,15 @@ def _lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
     laws = " and ".join(plain_name(effect) for effect in effects)
     others = [plain_name(name) for name in answer.ids if name not in by_law]
     return f"{laws}, and {' and '.join(others)}" if others else laws
+
+
+def _friction_words(answer: ClassAnswer) -> str:
+    """Dry friction with its size, where the only class is of that shape; empty otherwise."""
+    shapes = [finding.shape for finding in answer.classes]
+    words = shapes[0].words if len(shapes) == 1 and shapes[0] is not None else ""
+    if not words.startswith(DRY_FRICTION):
+        return ""
+    return ", ".join(words.split(", ")[:3])
 
 
 def class_sentence(answer: ClassAnswer | None) -> str:
@@ -150,7 +164,7 @@ _HEADINGS = {
     NAMED: "The simulation lacks {effects}",
     NAMED_WITH_REMAINDER: "Missing: {effects}. {remains} of the gap (RMS) remains unexplained",
     CLASS_NAMED: "The simulation lacks an effect of a known class, by no law of the library",
-    ALIASED: "The simulation lacks {effects}, or an effect that looks the same in these records",
+    ALIASED: "The simulation lacks {effects}",
     NONE_OF_THESE: "No known effect explains the gap",
     AT_NOISE_FLOOR: "Simulation and measurement agree within the noise",
     NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
@@ -170,25 +184,66 @@ _MEANINGS = {
 
 
 def verdict_heading(diagnosis: Diagnosis) -> str:
-    """Verdict as a heading: ``The simulation lacks cubic stiffness``."""
+    """Verdict as a heading: ``The simulation lacks cubic stiffness``.
+
+    What the records cannot distinguish stands in it; a fault of the measurement that explains as
+    much comes first.
+    """
+    if diagnosis.reason_id not in ("", FLOOR_UNKNOWN):
+        first = capitalised(diagnosis.reason.partition(OTHERWISE)[0])
+        if diagnosis.verdict == NONE_OF_THESE:
+            return first
+        physics = _physics_heading(diagnosis)
+        return f"{first}{OTHERWISE}{physics[:1].lower()}{physics[1:]}"
+    return _physics_heading(diagnosis)
+
+
+def _physics_heading(diagnosis: Diagnosis) -> str:
+    """Heading without the faults of the measurement."""
     answer = diagnosis.classes
     if answer is not None and answer.classes:
         if diagnosis.verdict == CLASS_NAMED:
             lacking = _lacking_words(answer, diagnosis.attribution.effects)
             return f"The simulation lacks {lacking}"
         if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
-            return f"The simulation lacks {_class_names(answer)}, or what looks the same here"
+            return f"The simulation lacks {_either(_tied_classes(answer))}"
     if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
         return "These records show that an effect is missing, not which one"
-    if diagnosis.reason_id.startswith("wiring/"):
-        return capitalised(diagnosis.reason.partition(OTHERWISE)[0])
     if diagnosis.reason_id == FLOOR_UNKNOWN:
         return "Whether an effect is missing is not known: the size of the noise is not"
     far = diagnosis.reduction
     return _HEADINGS[diagnosis.verdict].format(
-        effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects]),
+        effects=listed(_with_alternatives(diagnosis)),
         remains="part" if far is None else percent(far.rho),
     )
+
+
+def _with_alternatives(diagnosis: Diagnosis) -> list[str]:
+    """Named effects, each with the effects that cannot be distinguished from it."""
+    groups = {
+        group[0]: [name for name in group if not _is_fault(name)]
+        for group in diagnosis.attribution.aliases
+    }
+    return [
+        _either([plain_name(name) for name in groups.get(effect, [effect])])
+        for effect in diagnosis.attribution.effects
+    ]
+
+
+def _tied_classes(answer: ClassAnswer) -> list[str]:
+    """Classes of the answer and of every tie, in words."""
+    tied = [" and ".join(plain_name(name) for name in names) for names in answer.ties]
+    return [_class_names(answer), *tied]
+
+
+def _is_fault(name: str) -> bool:
+    """Whether a name is a fault of the measurement."""
+    return name.startswith("wiring/") or name == RUN_VARIATION
+
+
+def _either(names: Sequence[str]) -> str:
+    """Alternatives: ``one of: cubic stiffness, quintic stiffness``."""
+    return names[0] if len(names) == 1 else f"one of: {', '.join(names)}"
 
 
 def verdict_meaning(verdict: str) -> str:

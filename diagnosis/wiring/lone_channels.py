@@ -43,6 +43,8 @@ _FEWEST_CHANNELS = 3
 _FEWEST_RUNS = 3
 #: Fewest runs that may differ from one another.
 _FEWEST_VARYING = 2
+#: Standard deviation of a load over its largest value up to which it is steady.
+_STEADY = 0.1
 #: Share of the gap that goes with the channel, or the run, that is left out.
 _GOES_WITH_IT = 0.9
 #: Share of what a channel has beyond the others' expectation that its fault explains.
@@ -183,7 +185,8 @@ def lone_rivals(
             if square <= at_most:
                 yield _run_rival(records, sums, campaign, run, refitted, (square, floor, at_most))
 
-    if len(campaign.runs) >= _FEWEST_VARYING and sums.of_each_run <= 0.5 * (before + floor):
+    may_vary = len(campaign.runs) >= _FEWEST_VARYING and _loads_vary(campaign)
+    if may_vary and sums.of_each_run <= 0.5 * (before + floor):
         names = [run.name for run in campaign.runs]
         counts = sums.counts.sum(axis=1)
         squares = [refitted(replace(campaign, runs=(run,))) for run in campaign.runs]
@@ -192,6 +195,17 @@ def lone_rivals(
             text = "values of its own for every run (temperature, adjustment, wear)"
             line = key_of("[[runs]]", "name")
             yield WiringRival(RUN_VARIATION, ", ".join(names), text, square, line)
+
+
+def _loads_vary(campaign: Campaign) -> bool:
+    """Whether loads vary within the runs: under steady ones any cause is a value of each run."""
+    loads = [
+        values
+        for run in campaign.runs
+        for name, values in run.inputs.items()
+        if name != "carrier_angle" and values.any()
+    ]
+    return all(bool(np.std(load) > _STEADY * np.abs(load).max()) for load in loads)
 
 
 def _sums(records: Sequence[LinearRecord]) -> _Sums:

@@ -32,6 +32,8 @@ _IS_LOAD = 5.0
 #: Radii and arms of a drivetrain [m], and torques [N m] and radial loads [N] of a mounting.
 _LENGTHS = (0.01, 20.0)
 _TORQUES = (2e3, 5e7)
+#: Radii of gyration of a housing over its arm to the bushings: a solid ring has about one.
+_GYRATION = (0.1, 5.0)
 _FORCES = (1e3, 5e7)
 #: Longest step of a mount that vibrates [s], its largest deflection [m] and speed [m/s].
 _LONGEST_STEP = 1.0
@@ -113,6 +115,26 @@ def _mounting(campaign: Campaign) -> Iterator[CampaignWarning]:
         )
     yield from _radial_load(campaign, *_FORCES)
     yield from _speed_beside_angle(campaign)
+    yield from _radii_of_gyration(campaign)
+
+
+def _radii_of_gyration(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Radii of gyration of the housing, sqrt(I/m), beside its arm."""
+    mass, arm = float(campaign.rig["housing_mass"]), abs(float(campaign.rig["R_x"]))
+    inertia = np.abs(np.asarray(campaign.rig["housing_inertia"], dtype=np.float64))
+    if not (mass > 0.0 and arm > 0.0 and inertia.size and (inertia > 0.0).any()):
+        return
+    radius = np.sqrt(inertia[inertia > 0.0] / mass)
+    worst = float(radius[np.argmax(np.abs(np.log(radius / arm)))])
+    if not _GYRATION[0] * arm <= worst <= _GYRATION[1] * arm:
+        yield _warning(
+            campaign,
+            "housing_inertia",
+            worst,
+            f"housing_inertia and housing_mass make a radius of gyration of {worst:.3g} m, the "
+            f"arm R_x is {arm:.3g} m",
+            "give housing_inertia in kg m^2 and housing_mass in kg",
+        )
 
 
 def _element(campaign: Campaign) -> Iterator[CampaignWarning]:

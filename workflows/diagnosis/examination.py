@@ -56,7 +56,9 @@ class ExaminedCampaign:
             note=note,
             executor=executor,
         )
-        baseline = self.baseline(diagnosis.baseline, diagnosis.likely_laws)
+        # The nearest law of a class may be one that no simulator has.
+        laws = tuple(law for law in diagnosis.likely_laws if law in self.problem.cards)
+        baseline = self.baseline(diagnosis.baseline, laws)
         return with_findings(diagnosis, (*self.warnings, *findings), baseline)
 
 

@@ -103,8 +103,8 @@ def supports() -> tuple[Support, ...]:
         Support("sensors on the ground", reading=ReadingEffects(reference="ground")),
         Support("tilt of the face in place of the misalignment", phi_PLC=0.0,
                 reading=ReadingEffects(phi_face=PHI_PLC)),
-        Support("clearances, x = 0.2 m, tilt 1.6e6, kink 2.5 mrad", _stage(clearances(), tilting),
-                2.5e-3),
+        Support("clearances, x = 0.2 m, tilt 1.6e6, misalignment 2.5 mrad",
+                _stage(clearances(), tilting), 2.5e-3),
         Support("the same, sun held by 3e8 N/m", _stage(held_sun, tilting), 2.5e-3),
     )  # fmt: skip
 

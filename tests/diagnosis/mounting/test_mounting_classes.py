@@ -72,7 +72,7 @@ def test_motions_that_slow_torque_alone_does_not_part_are_a_tie_of_linear_maps()
     found = answer_to(extra=moved, conditions=conditions)
     tied = {name for names in (found.ids, *found.ties) for name in names}
     assert {_STIFFNESS_MAP, _INPUT_MAP} <= tied
-    assert "load beside the others parts them" in found.note
+    assert "load together with the others parts them" in found.note
 
 
 def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():

@@ -276,10 +276,10 @@ def test_a_load_that_did_not_act_parts_tied_maps():
     text = separating([10.0, 10.0, 5.0])
     assert text == (
         "slow loads leave the same signals of a stiffness, a map of the loads and gains of the "
-        "sensors; a vertical load beside the others parts them"
+        "sensors; a vertical load together with the others parts them"
     )
-    assert "; a torque beside the others" in separating([0.9, 10.0, 15.0])
-    assert "; a sideways load beside the others" in separating([10.0, 0.9, 15.0])
+    assert "; a torque together with the others" in separating([0.9, 10.0, 15.0])
+    assert "; a sideways load together with the others" in separating([10.0, 0.9, 15.0])
 
 
 def test_where_all_loads_acted_a_quick_one_parts_tied_maps():
