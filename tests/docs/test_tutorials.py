@@ -79,6 +79,7 @@ def carrier_is_tilted(folder):
 def mount_is_cubic(folder):
     answer = json.loads((folder / "diagnosis" / "diagnosis.json").read_text(encoding="utf-8"))
     assert (answer["verdict"], answer["effects"]) == ("named", ["cubic_stiffness"])
+    assert answer["warnings"] == []
     low, high = answer["parameters"]["cubic_stiffness"]["K3"]["ci95"]
     assert low < 5e8 < high
     page = (folder / "diagnosis" / "report.html").read_text(encoding="utf-8")

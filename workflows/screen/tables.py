@@ -273,15 +273,16 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
             "accuracy (objective over linear)", *(f"{row['accuracy']:.6g}" for row in rows)
         )
         table.add_row("RMS of the gap, um", *(f"{row['rms'] * 1e6:.4g}" for row in rows))
-        for name in dict.fromkeys(name for row in rows for name in row["parameters"]):
-            by_model = [row["parameters"].get(name) for row in rows]
-            table.add_row(
-                name,
-                *(
-                    "-" if p is None else f"{p['value']:.4g} +- {p['std']:.1g} {p['unit']}"
-                    for p in by_model
-                ),
-            )
+        # C1 is a linear damper of the linear bushing, and one of the deflection's square of others.
+        shown_of_row = [
+            {
+                f"{name}, {p['unit']}": f"{p['value']:.4g} +- {p['std']:.1g}"
+                for name, p in row["parameters"].items()
+            }
+            for row in rows
+        ]
+        for label in dict.fromkeys(label for values in shown_of_row for label in values):
+            table.add_row(label, *(values.get(label, "-") for values in shown_of_row))
         table.add_row("model runs", *(str(row["model_runs"]) for row in rows))
         table.add_row("time to identify, s", *(f"{row['seconds']:.3g}" for row in rows))
         if identified.searches:

@@ -63,7 +63,9 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
     console.print(estimate_table(result))
     text = console.export_text()
     assert "one simulation, s" in text
-    assert "K5" in text
+    assert "K5, N/m^5" in text
+    assert "C1, N s/m " in text
+    assert "C1, N s/m^3" in text
 
 
 def test_a_model_that_does_not_describe_the_records_says_so_and_what_zero_means(folder, tmp_path):
