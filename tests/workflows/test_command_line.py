@@ -205,7 +205,7 @@ def test_mesh_command_writes_the_file_it_was_asked_for(tmp_path):
     )
     assert result.returncode == 0, result.stderr
     assert [line[:5] for line in result.stderr.splitlines()] == ["[1/2]", "[2/2]"]
-    assert "worst scaled jacobian" in result.stdout
+    assert "smallest over largest Jacobian" in result.stdout
     assert "TYPE=C3D10\n" in (tmp_path / "carrier.inp").read_text(encoding="utf-8")
 
 
