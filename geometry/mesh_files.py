@@ -25,6 +25,7 @@ from carrierflex.geometry.given_meshes.foreign_files import (
     FORMATS,
     ForeignMesh,
     read_foreign_mesh,
+    refuse_lost_groups,
 )
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids, named_solids
 from carrierflex.geometry.given_meshes.other_entries import left_out
@@ -247,6 +248,7 @@ def _points_and_blocks(
     try:
         with limited(30 + size // 500_000, 100_000_000 + 60 * size):
             _refuse_cut_short(path)
+            refuse_lost_groups(path)
             gmsh_mesh = meshio.gmsh.read(path)
             blocks = _named_blocks(gmsh_mesh)
     except (

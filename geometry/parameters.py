@@ -18,6 +18,13 @@ FEWEST_PLANETS, MOST_PLANETS = 3, 8
 DEFAULT_SIZE = 0.03
 #: No planet carrier is larger [m]; a value in millimetres is.
 _LARGEST_RADIUS = 5.0
+_AXIAL_LENGTHS = (
+    "upwind_plate_thickness", "downwind_plate_thickness", "plate_gap", "hub_length", "seat_length",
+)  # fmt: skip
+_GEAR_LENGTHS = (
+    "centre_distance", "module", "sun_tip_diameter", "planet_tip_diameter", "ring_tip_diameter",
+    "sun_width", "planet_width",
+)  # fmt: skip
 #: The pin holes are drilled past hub and seat; they may cut that deep a notch into them [m].
 _DEEPEST_NOTCH = 0.005
 
@@ -112,6 +119,7 @@ class CarrierParameters:
             )
         conflicts = [*self._pin_hole_conflicts(), *self._web_conflicts()]
         conflicts += [*self._shaft_end_conflicts(), *self._sensor_circle_conflicts()]
+        conflicts += self._axial_conflicts()
         refuse(conflicts)
 
     @property
@@ -152,6 +160,16 @@ class CarrierParameters:
             self.upwind_plate_thickness + self.plate_gap / 2.0,
             sum(downwind) / 2.0,
         )
+
+    def _axial_conflicts(self) -> Iterator[str]:
+        """No carrier is longer than it is wide: such a length is in another unit."""
+        for name in _AXIAL_LENGTHS:
+            length = getattr(self, name)
+            if length > 2.0 * self.outer_radius:
+                yield (
+                    f"CarrierParameters.{name} is {length} m; expected at most twice outer_radius "
+                    f"{self.outer_radius} m, dimensions in metres"
+                )
 
     def _sensor_circle_conflicts(self) -> Iterator[str]:
         if not self.outer_radius > self.sensor_radius:
@@ -338,6 +356,12 @@ class GearData:
                 yield (
                     f"[gear] {name} is {getattr(self, name)}; expected an angle in radians, "
                     "below 0.785 (45 deg)"
+                )
+        for name in _GEAR_LENGTHS:
+            if getattr(self, name) > 2.0 * _LARGEST_RADIUS:
+                yield (
+                    f"GearData.{name} is {getattr(self, name)} m; expected dimensions in metres, "
+                    f"at most {2.0 * _LARGEST_RADIUS} m"
                 )
         if self.ring_teeth != self.sun_teeth + 2 * self.planet_teeth:
             yield (

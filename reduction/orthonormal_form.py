@@ -15,6 +15,8 @@ from carrierflex.reduction.reduced_model import ReducedModel
 
 #: A free body has six modes without stiffness.
 _N_RIGID = 6
+#: Frequencies that differ by less than this share are one.
+_EQUAL = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,4 +65,23 @@ def orthonormal_form(model: ReducedModel) -> OrthonormalForm:
             f"{model.name}: {int(rigid.sum())} modes without stiffness; expected {_N_RIGID}, a "
             "free body"
         )
-    return OrthonormalForm(X, np.sqrt(np.where(rigid, 0.0, squared)), _N_RIGID)
+    omega = np.sqrt(np.where(rigid, 0.0, squared))
+    return OrthonormalForm(_turned(X, omega), omega, _N_RIGID)
+
+
+def _turned(X: NDArray[np.float64], omega: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Modes of equal frequencies turned, and signs chosen, as rounding would not change them.
+
+    An eigensolver gives any basis of a frequency's modes, by the last digits of the matrices: here
+    the one whose products with fixed directions of no symmetry are a triangle with positive
+    diagonal.
+    """
+    fixed = np.random.default_rng(0).standard_normal(X.shape)
+    starts = np.flatnonzero(np.diff(omega, prepend=-1.0) > _EQUAL * omega)
+    # The first mode begins a group, though its frequency is zero.
+    groups = np.split(np.arange(omega.size), starts[starts > 0])
+    result = np.empty_like(X)
+    for group in groups:
+        Q, R = np.linalg.qr(X[:, group].T @ fixed[:, : len(group)])
+        result[:, group] = X[:, group] @ (Q * np.sign(np.diag(R)))
+    return result

@@ -4,9 +4,12 @@ One sub-command a workflow; errors in one line, exit codes for scripts.
 """
 
 import difflib
+import errno
 import io
 import logging
+import os
 import re
+import resource
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -28,6 +31,11 @@ if TYPE_CHECKING:
 
 #: Exit code of refused input; :mod:`interruption` holds those of interruptions.
 EXIT_REFUSED = 2
+EXIT_UNREAD = 128 + 13  # SIGPIPE
+#: Address space [bytes] with which every library loads, and a small body is reduced.
+_LEAST_MEMORY = 1_500_000_000
+#: What the loader of libraries and the system say where memory is refused.
+_NO_MEMORY = ("failed to map segment", "annot allocate memory", "can't start new thread")
 
 #: Under the name of the package also where this file itself is run.
 log = logging.getLogger("carrierflex.workflows.command_line")
@@ -40,19 +48,28 @@ All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise."
 def main() -> None:
     """Run the command line.
 
-    The process ends with 0, 1 (a check failed), 2 (refused input), 130 (interrupted by Ctrl-C) or
-    143 (asked to end by SIGTERM).
+    The process ends with 0, 1 (a check failed), 2 (refused input), 130 (interrupted by Ctrl-C),
+    141 (nobody reads what it prints) or 143 (asked to end by SIGTERM).
     """
+    _replace_closed_streams()
     show_errors()
     _print_in_any_encoding()
     _refuse_unknown_command(sys.argv[1:])
+    _refuse_little_memory()
     try:
         with_sound_cache(lambda: _run(sys.argv[1:]))
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # As programs that SIGPIPE ends: `| head` has read what it wanted.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        sys.exit(EXIT_UNREAD)
     except TerminationError:
         _end("terminated; finished files are complete and remain", EXIT_TERMINATED)
     except KeyboardInterrupt:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
+        if _lacks_memory(error):
+            _end(_about_memory(error), EXIT_REFUSED)
         _end(
             f"a library is missing or does not load: {_one_line(error.__cause__ or error)}; `make` "
             "installs what is needed",
@@ -65,7 +82,48 @@ def main() -> None:
             error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
         ):
             raise
+        if _lacks_memory(error):
+            _end(_about_memory(error), EXIT_REFUSED)
         _end(_about_input(error, sys.argv[1:]), EXIT_REFUSED)
+
+
+def _refuse_little_memory() -> None:
+    """Refuse a limit at which the algebra's library waits for ever to be given its buffers."""
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < _LEAST_MEMORY:
+        _end(
+            f"memory is limited to {limit / 1e6:.0f} MB by `ulimit -v`; expected at least "
+            f"{_LEAST_MEMORY / 1e6:.0f} MB: raise the limit",
+            EXIT_REFUSED,
+        )
+
+
+def _lacks_memory(error: BaseException) -> bool:
+    """Whether memory was refused: to an array, a thread, or a library that was to be loaded."""
+    causes = [error, error.__cause__, error.__context__]
+    return any(
+        isinstance(cause, MemoryError)
+        or getattr(cause, "errno", None) == errno.ENOMEM
+        or any(words in str(cause) for words in _NO_MEMORY)
+        for cause in causes
+        if cause is not None
+    )
+
+
+def _about_memory(error: BaseException) -> str:
+    reason = _one_line(error)
+    said = f" ({reason})" if reason != type(error).__name__ else ""
+    return (
+        f"memory does not suffice{said}; expected a smaller model, as by a larger --size, or more "
+        "memory: close other programs, or raise the limit that `ulimit -v` shows"
+    )
+
+
+def _replace_closed_streams() -> None:
+    """Open what a caller closed (``>&-``), or the first result file would take its number."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
 
 
 def _print_in_any_encoding() -> None:

@@ -18,7 +18,7 @@ from carrierflex.fe.matrices.matrix_files import read_matrix
 from carrierflex.fe.matrices.node_files import NodeTable, node_table, read_dofs, read_nodes
 from carrierflex.fe.matrices.numbered_model import NumberedModel, numbered_model
 from carrierflex.fe.matrices.rigid_freedom import free_motions, refuse_loose_parts
-from carrierflex.fe.matrices.stored_matrix import DofNames, StoredMatrix
+from carrierflex.fe.matrices.stored_matrix import DofNames, StoredMatrix, precision_note
 from carrierflex.fe.pilot_overlaps import independence
 from carrierflex.fe.point_couplings import AveragedDofs, point_coupling
 from carrierflex.fe.structural_model import Sensors, StructuralModel
@@ -164,6 +164,7 @@ def body_of(
     refuse_loose_parts(interface.model.K, interface.model.layout, free.shape[1])
     _refuse_loose_pilots(interface, free)
     warnings = (
+        *filter(None, [precision_note(stiffness.A)]),
         *_freedom_warnings(free, ratio),
         *_unit_warnings(interface.model),
         *_size_warnings(nodes, document),

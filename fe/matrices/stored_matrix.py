@@ -15,6 +15,8 @@ MOST_DOFS = 30_000_000
 #: Matrices of more stored entries than this are refused.
 MOST_ENTRIES = 2_000_000_000
 _FIRST = 100
+#: Entries whose digits are looked at; fewer different ones tell nothing; few digits.
+_MOST_LOOKED_AT, _FEWEST_VALUES, _FEW_DIGITS = 10_000, 8, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +125,29 @@ def _lists_every_pair_once(
     lower, upper = rows[below] * n + columns[below], columns[above] * n + rows[above]
     # The first ones tell most full matrices without the whole search.
     return not (np.isin(lower, upper[:_FIRST]).any() or np.isin(lower, upper).any())
+
+
+def precision_note(A: sp.csr_array) -> str:
+    """What the number of digits of a matrix leaves of a body; empty where there are enough."""
+    values = np.unique(np.abs(A.data[A.data != 0.0]))[:_MOST_LOOKED_AT]
+    # A few round numbers are those of a small example.
+    if len(values) < _FEWEST_VALUES:
+        return ""
+    scale = 10.0 ** np.floor(np.log10(values))
+    for digits in range(1, _FEW_DIGITS + 1):
+        rounded = np.round(values / scale, digits - 1) * scale
+        if np.allclose(rounded, values, rtol=1e-12, atol=0.0):
+            return (
+                f"the stiffness has {digits} significant digits, and rounding may leave a body "
+                "that is not held together; expected 9 digits at least: write it in large fields "
+                "or in binary"
+            )
+    if (values.astype(np.float32) == values).all():
+        return (
+            "the stiffness is in single precision: a certificate's limits of 1e-8 may not be met; "
+            "expected double precision where the program offers it"
+        )
+    return ""
 
 
 def refuse_not_finite(values: NDArray[np.float64]) -> None:

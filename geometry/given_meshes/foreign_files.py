@@ -43,6 +43,8 @@ _KINDS_OF_DECKS = meshio.abaqus._abaqus.abaqus_to_meshio_type
 _NOTHING = np.zeros(0, dtype=np.int64)
 Mesh = TypeVar("Mesh")
 _GMSH_TET10 = 11
+#: Version of .msh from which groups belong to entities, no longer to elements.
+_ENTITIES_SINCE = 4
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
 _FROM_GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
@@ -215,6 +217,18 @@ def _gmsh_blocks(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.
         for part in gmsh_elements(dimension, row):
             rows = part.rows[:, _FROM_GMSH_TET10] if part.kind == _GMSH_TET10 else part.rows
             yield _KINDS.get(part.kind, part.words), part.group, rows
+
+
+def refuse_lost_groups(path: Path) -> None:
+    """Raise ValueError where a .msh file names groups and does not say whose they are."""
+    content = path.read_bytes()
+    version = re.search(rb"\$MeshFormat\s+(\d+)", content)
+    newer = version is not None and int(version[1]) >= _ENTITIES_SINCE
+    if newer and b"$PhysicalNames" in content and b"$Entities" not in content:
+        raise ValueError(
+            "no section $Entities, which says in which physical group an element is; write it "
+            "whole, or as version 2.2"
+        )
 
 
 def gmsh_nodes() -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:

@@ -88,7 +88,8 @@ def _abaqus_entries(content: bytes) -> tuple[Counter[str], bool]:
     ends = [*(mark.start() for mark in marks[1:]), len(text)]
     counts: Counter[str] = Counter()
     has_sections = False
-    for mark, end in zip(marks, ends, strict=True):
+    # A file without a keyword has an end and no mark.
+    for mark, end in zip(marks, ends, strict=False):
         keyword, _, options = mark[1].decode("latin-1").upper().partition(",")
         name = f"*{' '.join(keyword.split())}"
         has_sections |= re.fullmatch(_ABAQUS_SECTIONS, name) is not None

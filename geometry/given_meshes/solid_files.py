@@ -19,6 +19,7 @@ from carrierflex.geometry.given_meshes.foreign_files import (
     gmsh_elements,
     gmsh_nodes,
     read_in_child,
+    refuse_lost_groups,
 )
 from carrierflex.geometry.given_meshes.nastran_decks import nastran_mesh
 from carrierflex.geometry.given_meshes.other_entries import left_out
@@ -182,6 +183,8 @@ def _by_pyyeti(path: Path) -> SolidMesh:
 
 
 def _by_gmsh(path: Path) -> SolidMesh:
+    if path.suffix.lower() == ".msh":
+        refuse_lost_groups(path)
     with quiet_geometry():
         gmsh.merge(str(path))
         tags, points, row = gmsh_nodes()

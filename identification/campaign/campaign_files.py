@@ -191,7 +191,9 @@ def prepare_campaign_folder(folder: Path) -> None:
     foreign = sorted(
         path.name
         for path in folder.iterdir()
-        if path.name not in campaign_names and not fnmatch(path.name, LAW_COPY.format("*"))
+        if path.name not in campaign_names
+        and not fnmatch(path.name, LAW_COPY.format("*"))
+        and not _is_view(path)
     )
     if foreign:
         raise ValueError(
@@ -199,6 +201,11 @@ def prepare_campaign_folder(folder: Path) -> None:
             "empty folder"
         )
     _refuse_measurement(folder, header)
+
+
+def _is_view(path: Path) -> bool:
+    """Whether a file is the page that the view of this campaign wrote into its folder."""
+    return path.name == "view.html" and path.is_file() and b"k3d" in path.read_bytes()
 
 
 def _refuse_measurement(folder: Path, header: CampaignHeader) -> None:

@@ -73,10 +73,11 @@ def _hdf5_log(path: Path) -> tuple[LogTable, ...]:
     try:
         with h5py.File(path, "r") as file:
             return _by_length(path, _named(path, _hdf5_columns(file)))
-    except (OSError, RuntimeError, KeyError) as error:
-        raise ValueError(f"{path}: not an HDF5 file: {' '.join(str(error).split())}") from error
     except PartError as error:
         raise ValueError(f"{path}: {error}") from error
+    except (OSError, RuntimeError, KeyError, TypeError, UnicodeError) as error:
+        # Damaged names and types of numbers come as errors of text and type.
+        raise ValueError(f"{path}: not an HDF5 file: {' '.join(str(error).split())}") from error
 
 
 def _hdf5_columns(file: h5py.File) -> Iterator[_Named]:

@@ -32,10 +32,11 @@ _WORDS = {
     "ntl_y": r"ntl.?y|f.?y\b|force.?y|kraft.?y|radial.?y|load.?y|last.?y",
     "ntl_z": r"ntl.?z|f.?z\b|force.?z|kraft.?z|radial.?z|load.?z|last.?z",
     "force": r"force|kraft|load|last|\bf\b",
-    "displacement": r"disp|weg|deflec|stroke|position|pos|hub|^[xusy]( ?\d+)?$",
+    "displacement": r"disp|weg|deflec|stroke|position|pos|hub|^[xsy]( ?\d+)?$",
     "base_displacement": r"base|floor|foot|table|boden|fuss",
     "base_acceleration": r"base|acc|beschl|\ba\b",
 }
+_SET_POINT = r"target|soll|set.?point|\bset\b|command|\bcmd\b|demand|\bref\b|reference"
 #: What a file of one column may be called after.
 _MEASURED = ("force", "displacement", "base_displacement", "base_acceleration")
 #: A range of values beyond this many radians is one of degrees.
@@ -270,8 +271,12 @@ def _input(
         if dimension_of(units[name]) == dimension_of(expected)
         or (expected == "rad" and units[name].lower() == PULSES)
     ]
-    called = [name for name in free if _is_called(name, role)]
-    both = [name for name in fits if name in called]
+    # A set point is called as the signal that follows it.
+    called = sorted(
+        (name for name in free if _is_called(name, role)),
+        key=lambda name: re.search(_SET_POINT, _bare(name)) is not None,
+    )
+    both = [name for name in called if name in fits]
     unknown = [name for name in called if units[name] == OPEN or not dimension_of(units[name])]
     if both:
         name, why = both[0], "by its name and unit"

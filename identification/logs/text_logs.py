@@ -35,6 +35,8 @@ _NO_TEXT = {
     b"TDSm": "a TDMS file of LabVIEW; expected the suffix .tdms",
     b"\x89HDF": "an HDF5 file; expected the suffix .h5",
 }
+#: A universal file begins with its separator and the number of a data set: 58 for records.
+_UNIVERSAL = re.compile(rb"\s*-1[ \t]*\r?\n[ \t]*(\d+)b?\b[^\r\n]*\r?\n")
 
 
 def text_log(path: Path) -> tuple[LogTable, Dialect]:
@@ -60,6 +62,12 @@ def text_log(path: Path) -> tuple[LogTable, Dialect]:
     for mark, what in _NO_TEXT.items():
         if content.startswith(mark):
             raise ValueError(f"{path}: {what}")
+    if universal := _UNIVERSAL.match(content):
+        number = universal[1].decode("ascii")
+        raise ValueError(
+            f"{path}: a universal file (UFF) of data set {number}; expected a table of samples: "
+            "export the records as CSV, MAT or HDF5"
+        )
     encoding = encoding_of(content[:HEAD])
     try:
         text = content.decode(encoding)

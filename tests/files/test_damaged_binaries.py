@@ -91,3 +91,23 @@ def test_mat_files_that_are_cut_are_refused(tmp_path, monkeypatch, length):
     (tmp_path / "cut.mat").write_bytes((tmp_path / "whole.mat").read_bytes()[:length])
     with pytest.raises(ValueError, match=r"cut\.mat: .*expected"):
         read_log(tmp_path / "cut.mat")
+
+
+def misnamed(path):
+    with h5py.File(path, "w") as file:
+        file["abcdefgh"] = np.arange(4.0)
+    path.write_bytes(path.read_bytes().replace(b"abcdefgh", b"abc\xc8efgh"))
+
+
+def of_unknown_numbers(path):
+    with h5py.File(path, "w") as file:
+        space = h5py.h5s.create_simple((4,))
+        h5py.h5d.create(file.id, b"x", h5py.h5t.UNIX_D32LE, space)
+
+
+@pytest.mark.parametrize("damage", [misnamed, of_unknown_numbers])
+def test_names_and_numbers_of_another_kind_are_no_traceback(damage, tmp_path, monkeypatch):
+    monkeypatch.setattr(log_files, "in_child", lambda read, *given, about, what: read(*given))
+    damage(tmp_path / "a.h5")
+    with pytest.raises(ValueError, match=r"a\.h5: not an HDF5 file: "):
+        read_log(tmp_path / "a.h5")

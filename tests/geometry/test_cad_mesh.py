@@ -286,7 +286,8 @@ def test_two_solids_are_refused(tmp_path, statements):
         gmsh.option.setString("Geometry.OCCTargetUnit", "M")
         gmsh.write(str(path))
     with pytest.raises(
-        ValueError, match=r"holds 2 solids \('.*' of 500 x 500 x 500 mm, 1.25e\+05 cm\^3; .*\); exp"
+        ValueError,
+        match=r"holds 2 solids \(1: '.*' of 500 x 500 x 500 mm, 1.25e\+05 cm\^3; .*\); exp",
     ):
         step_faces(path, CadFrame.of_the_file())
 

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from carrierflex.fe.matrices.interface_files import read_interfaces
 from carrierflex.fe.matrices.node_files import numbers_in_turn
 from carrierflex.fe.solids.given_solids import solid_body
+from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.given_meshes.solid_files import REFERENCE_NODES, read_solid_mesh
 from carrierflex.geometry.mesh_files import read_mesh
 
@@ -190,3 +191,11 @@ def test_a_generated_set_takes_first_and_last_alone_and_several_lines(limits, tm
     path.write_text(deck.replace(limits, "1, 2, 1, 4"))
     with pytest.raises(ValueError, match=r"GENERATE with '1, 2, 1, 4'; expected first, last and"):
         read_solid_mesh(path, numbers_in_turn)
+
+
+@pytest.mark.parametrize("content", ["", "1, 2, 3\n", "** a comment alone\n"])
+def test_a_deck_without_a_keyword_is_refused_by_its_name(content, tmp_path, monkeypatch):
+    monkeypatch.setattr(foreign_files, "in_child", lambda read, *given, about, what: read(*given))
+    (tmp_path / "empty.inp").write_text(content)
+    with pytest.raises(ValueError, match=r"empty\.inp: "):
+        read_solid_mesh(tmp_path / "empty.inp")

@@ -188,3 +188,19 @@ def test_dimensions_in_millimetres_are_refused():
         ValueError, match=r"outer_radius is 435\.0 m; expected dimensions in metres"
     ):
         CarrierParameters(outer_radius=435.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "wrong"),
+    [
+        (CarrierParameters, {"upwind_plate_thickness": 65.0}),
+        (CarrierParameters, {"hub_length": 120.0}),
+        (CarrierParameters, {"plate_gap": 0.88}),
+        (GearData, {"planet_width": 227.5}),
+        (GearData, {"module": 10.5}),
+    ],
+)
+def test_one_length_in_millimetres_is_refused_by_its_name(kind, wrong):
+    ((name, value),) = wrong.items()
+    with pytest.raises(ValueError, match=rf"{name} is {value} m; expected .*dimensions in metres"):
+        kind(**wrong)

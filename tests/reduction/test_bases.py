@@ -22,6 +22,7 @@ from carrierflex.reduction.interface_mass import (
     rigid_motion_of_interface,
 )
 from carrierflex.reduction.mode_count import chosen_modes, modes_for_response
+from carrierflex.reduction.modes.dense_modes import dense_modes
 from carrierflex.reduction.modes.mode_rules import AtLeast
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_static import pilot_compliance
@@ -125,6 +126,24 @@ def test_orthonormal_form_is_the_same_body():
         rtol=1e-6,
         atol=1e-6 * np.abs(modal).max(),
     )
+
+
+def test_signs_and_bases_of_equal_frequencies_are_not_left_to_rounding(monkeypatch):
+    model, rng = PLAIN.model, np.random.default_rng(5)
+    squared, X = dense_modes(model.K, model.M)
+    form = orthonormal_form(model)
+
+    def otherwise(K, M):
+        """Modes as another order of sums might give them: turned among equals, with other signs."""
+        turned = X * rng.choice([-1.0, 1.0], X.shape[1])
+        turned[:, :6] = X[:, :6] @ np.linalg.qr(rng.standard_normal((6, 6)))[0]
+        return squared, turned
+
+    monkeypatch.setattr("carrierflex.reduction.orthonormal_form.dense_modes", otherwise)
+    for _ in range(3):
+        again = orthonormal_form(model)
+        assert_allclose(again.X, form.X, atol=1e-9 * np.abs(form.X).max())
+    assert_allclose(again.X.T @ model.M @ again.X, np.eye(X.shape[1]), atol=1e-9)
 
 
 def test_a_held_body_has_no_orthonormal_form():

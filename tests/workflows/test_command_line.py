@@ -3,6 +3,7 @@
 Every exit code is seen once from a process of its own; the other refusals run in this one.
 """
 
+import errno
 import importlib
 import importlib.metadata
 import inspect
@@ -206,7 +207,7 @@ def test_mesh_command_writes_the_file_it_was_asked_for(tmp_path):
     )
     assert result.returncode == 0, result.stderr
     assert [line[:5] for line in result.stderr.splitlines()] == ["[1/2]", "[2/2]"]
-    assert "worst scaled jacobian" in result.stdout
+    assert "smallest over largest Jacobian" in result.stdout
     assert "TYPE=C3D10\n" in (tmp_path / "carrier.inp").read_text(encoding="utf-8")
 
 
@@ -223,3 +224,49 @@ def test_the_version_lists_what_is_installed_and_what_is_not(monkeypatch):
     assert first == software_name()
     assert f"numpy {there('numpy')}" in others
     assert "k3d not installed (view --html)" in others
+
+
+def test_a_reader_that_has_read_enough_is_no_error(tmp_path):
+    with subprocess.Popen(
+        [*COMMAND, "cases"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        process.stdout.close()
+        told = process.stderr.read()
+    assert (process.returncode, told) == (141, b"")
+
+
+def test_a_command_whose_output_is_closed_does_its_work(tmp_path):
+    ended = subprocess.run(
+        ["sh", "-c", 'exec "$@" >&- 2>&-', "sh", *COMMAND, "cases", "mounting_2011", "--out", "."],
+        cwd=tmp_path,
+        check=False,
+    )
+    assert ended.returncode == 0
+    assert 'kind = "mounting"' in (tmp_path / "mounting_2011.toml").read_text()
+
+
+def test_too_little_memory_is_refused_before_the_work(tmp_path):
+    limited = ["sh", "-c", 'ulimit -v 600000; exec "$@"', "sh", *COMMAND, "schema", "map"]
+    ended = subprocess.run(limited, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "memory is limited to 614 MB by `ulimit -v`; expected at least 1500" in refused(ended)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError("Unable to allocate 7.3 GiB for an array"),
+        MemoryError(),
+        ImportError("libgmsh.so: failed to map segment from shared object"),
+        OSError(errno.ENOMEM, "Cannot allocate memory"),
+    ],
+)
+def test_memory_that_is_refused_blames_no_file(tmp_path, command, monkeypatch, error):
+    def lacking(*arguments, **options):
+        raise error
+
+    (tmp_path / "sound.toml").write_text("")
+    monkeypatch.setattr("carrierflex.geometry.parameter_files.read_toml", lacking)
+    line = refused(command("parameters", "--parameters", "sound.toml", "--out", "a.toml"))
+    assert line.startswith("carrierflex: memory does not suffice")
+    assert "ulimit -v" in line
+    assert "sound.toml" not in line

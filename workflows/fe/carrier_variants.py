@@ -1,5 +1,7 @@
 """Both variants of the carrier, from parameters or files to deflection curves."""
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
@@ -18,6 +20,7 @@ from carrierflex.fe.static import HeldSolver, held_displacement
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.parameters import GearData
 from carrierflex.geometry.pins import planets_of
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.workflows.fe.bodies import body_structure, given_structure
@@ -43,11 +46,12 @@ FINITE_ELEMENTS: dict[str, FiniteElements] = {
 
 @dataclass(frozen=True, eq=False)
 class SolvedCarrier:
-    """One variant's mesh, of whatever elements, its matrices and static solution."""
+    """One variant's mesh, of whatever elements, its matrices, static solution and gear."""
 
     mesh: GivenMesh
     structure: StructuralModel
     deflection: CarrierDeflection
+    gear: GearData
 
     @property
     def n_planets(self) -> int:
@@ -68,7 +72,8 @@ def flexible_variant(
     """Carrier without pins, solved under the unit load cases."""
     mesh, structure = body_structure("flexible_carrier", stage, size, finite_elements.assembly)
     cases = flexible_cases(stage.carrier, stage.gear)
-    return CarrierVariant(mesh, structure, _deflection(mesh, structure, cases, finite_elements))
+    deflection = _deflection(mesh, structure, cases, finite_elements)
+    return CarrierVariant(mesh, structure, deflection, stage.gear)
 
 
 def stiff_variant(
@@ -77,7 +82,20 @@ def stiff_variant(
     """Carrier with bonded pins, solved under the unit load cases."""
     mesh, structure = body_structure("stiff_carrier", stage, size, finite_elements.assembly)
     cases = stiff_cases(stage.gear, stage.carrier.n_planets)
-    return CarrierVariant(mesh, structure, _deflection(mesh, structure, cases, finite_elements))
+    deflection = _deflection(mesh, structure, cases, finite_elements)
+    return CarrierVariant(mesh, structure, deflection, stage.gear)
+
+
+def default_gear_notes(gear: GearData) -> Iterator[str]:
+    """Name the gear data of a given carrier where they are those of the default stage."""
+    if replace(gear, centre_distance=GearData.centre_distance) == GearData():
+        yield (
+            "the gear data are those of the default stage, not of this carrier: helix angle "
+            f"{math.degrees(gear.helix_angle):.3g} deg, pressure angle "
+            f"{math.degrees(gear.pressure_angle):.3g} deg, teeth of sun, planet and ring "
+            f"{gear.sun_teeth}, {gear.planet_teeth}, {gear.ring_teeth}; they set the forces on the "
+            "pins: give yours as [gear] of --parameters"
+        )
 
 
 def given_variant(
@@ -101,7 +119,8 @@ def given_variant(
         if variant == "flexible"
         else stiff_cases(gear, interface.n_planets)
     )
-    return SolvedCarrier(mesh, structure, _deflection(mesh, structure, cases, finite_elements))
+    deflection = _deflection(mesh, structure, cases, finite_elements)
+    return SolvedCarrier(mesh, structure, deflection, gear)
 
 
 def _deflection(

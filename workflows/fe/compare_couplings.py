@@ -79,6 +79,7 @@ def main(
     from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
     from carrierflex.reduction.coupling_bracket import coupling_bracket
     from carrierflex.workflows.fe.bodies import body_structure, given_structure
+    from carrierflex.workflows.fe.carrier_variants import default_gear_notes
     from carrierflex.workflows.geometry.carrier_files import (
         CarrierFiles,
         mesh_warnings,
@@ -103,6 +104,7 @@ def main(
                 warnings += mesh_warnings(given)
                 soft, carrier = given_structure(variant, given, files.materials())
                 gear = replace(gear, centre_distance=carrier.centre_distance)
+                warnings += default_gear_notes(gear)
             else:
                 given, soft = body_structure(f"{variant}_carrier", stage, edge)
             cases = (

@@ -17,6 +17,7 @@ from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
+    from carrierflex.geometry.parameters import GearData
     from carrierflex.workflows.fe.carrier_variants import SolvedCarrier
     from carrierflex.workflows.fe.cost_preview import CostPreview
     from carrierflex.workflows.geometry.carrier_files import CarrierFiles
@@ -122,6 +123,7 @@ def _compute(
     from carrierflex.fe.carrier_curves import named_curves
     from carrierflex.workflows.fe.carrier_variants import (
         FINITE_ELEMENTS,
+        default_gear_notes,
         flexible_variant,
         given_variant,
         stiff_variant,
@@ -144,7 +146,11 @@ def _compute(
         )
     _refuse_different_carriers(flexible, stiff)
     # One line for both variants where they warn alike.
-    for text in dict.fromkeys((*mesh_warnings(flexible.mesh), *mesh_warnings(stiff.mesh))):
+    notes = [*mesh_warnings(flexible.mesh), *mesh_warnings(stiff.mesh)]
+    gear = flexible.gear
+    if files.given:
+        notes += default_gear_notes(gear)
+    for text in dict.fromkeys(notes):
         stages.tell(text)
     with stages.stage("files"):
         curves = named_curves(stiff.deflection, flexible.deflection)
@@ -154,12 +160,19 @@ def _compute(
         radius = curves["delta_s"].radius
         content = {
             "size": size,
-            "stage": plain(stage),
+            # Of a given carrier the other dimensions are not known.
+            "stage": {"gear": _gear_of_the_loads(gear)} if files.given else plain(stage),
             "files": files.record(),
             "assembly": assembly,
             "sensor_radius": radius,
         }
         save_json(out / _INPUTS, {**content, "versions": versions()})
+
+
+def _gear_of_the_loads(gear: GearData) -> dict[str, float]:
+    """What of the gear sets the forces on the pins."""
+    names = ("pressure_angle", "helix_angle", "centre_distance", "sun_teeth", "planet_teeth")
+    return {name: getattr(gear, name) for name in names}
 
 
 def _refuse_different_carriers(flexible: SolvedCarrier, stiff: SolvedCarrier) -> None:

@@ -191,7 +191,10 @@ def _reduce(files: MatrixFiles, options: Mapping[str, Any], out: Path, *, quiet:
     stages = Stages(4, quiet, REDUCTION_WEIGHTS, timed_from=1)
     with stages.stage(f"matrices of {files.stiffness}"):
         body = files.body()
-        grounded = sound_grounding(body)
+        try:
+            grounded = sound_grounding(body)
+        except (ValueError, ArithmeticError) as error:
+            raise ValueError("; ".join((str(error), *body.warnings))) from error
     for warning in body.warnings:
         stages.tell(f"{body.structure.name}: {warning}")
 

@@ -41,11 +41,18 @@ if TYPE_CHECKING:
 _WORTH_TELLING = 0.01
 
 
+#: The one figure whose name other programs use for another one (gmsh's minSJ).
+_QUALITY_WORDS = {
+    "worst_scaled_jacobian": "smallest over largest Jacobian within an element, worst element"
+}
+
+
 def quality_table(quality: MeshQuality) -> RenderableType:
     """Figures of one mesh."""
     table = _table("mesh", "figure", "value")
     for field in dataclasses.fields(quality):
-        table.add_row(field.name.replace("_", " "), f"{getattr(quality, field.name):.6g}")
+        name = _QUALITY_WORDS.get(field.name, field.name.replace("_", " "))
+        table.add_row(name, f"{getattr(quality, field.name):.6g}")
     return table
 
 

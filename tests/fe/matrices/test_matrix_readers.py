@@ -20,6 +20,7 @@ from pyyeti.nastran import bulk, op4
 from carrierflex.fe.matrices.dmig_input_files import read_dmig
 from carrierflex.fe.matrices.matrix_files import read_matrix
 from carrierflex.fe.matrices.node_files import read_dofs, read_nodes
+from carrierflex.fe.matrices.stored_matrix import precision_note
 from tests.fe.matrices.written_formats import (
     abaqus_coordinates,
     abaqus_input,
@@ -361,3 +362,27 @@ def test_an_assembly_has_the_components_that_its_punch_file_says(extrn, rows, tm
     assert_allclose(table.points, [[600.0, 0.0, 300.0], [600.0, 300.0, 0.0]])
     assert not table.frames
     assert list(zip(table.dofs.nodes, table.dofs.components, strict=True)) == [*rows, (110, -1)]
+
+
+def of_digits(digits):
+    """Matrix as a file of so many digits holds it."""
+    K = symmetric()
+    K.data = np.array([float(f"{value:.{digits - 1}e}") for value in K.data])
+    return K
+
+
+@pytest.mark.parametrize(
+    ("digits", "told"),
+    [(4, "has 4 significant digits"), (6, "has 6 significant digits"), (9, ""), (17, "")],
+)
+def test_few_digits_of_a_stiffness_are_named(digits, told):
+    note = precision_note(of_digits(digits))
+    assert told in note
+    assert bool(note) == bool(told)
+
+
+def test_single_precision_is_named_and_round_numbers_are_not():
+    K = symmetric()
+    K.data = K.data.astype(np.float32).astype(np.float64)
+    assert "single precision" in precision_note(K)
+    assert precision_note(sp.csr_array(4.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))) == ""

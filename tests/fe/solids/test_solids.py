@@ -9,14 +9,18 @@ import skfem
 from numpy.testing import assert_allclose
 
 from carrierflex.fe.materials import STEEL
+from carrierflex.fe.matrices import node_files
 from carrierflex.fe.matrices.interface_files import read_interfaces
 from carrierflex.fe.matrices.node_files import numbers_in_turn
 from carrierflex.fe.scikit_fem_path import mass_form, stiffness_form
 from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.fe.solids.solid_matrices import inverted_elements, solid_matrices
 from carrierflex.fe.surface_integrals import rigid_body_modes
+from carrierflex.geometry import mesh_files
+from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.given_meshes.solid_files import SolidMesh, read_solid_mesh
 from carrierflex.geometry.half_sector import quiet_geometry
+from carrierflex.geometry.mesh_files import read_mesh
 
 #: Two blocks of 1 x 0.5 x 0.5 on one another along x.
 LENGTHS = (1.0, 0.5, 0.5)
@@ -94,6 +98,15 @@ def read(path):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("solids")
+
+
+@pytest.fixture
+def read_here(monkeypatch):
+    """Meshes are read in this process: a Python of its own for each costs seconds."""
+    for module in (foreign_files, mesh_files, node_files):
+        monkeypatch.setattr(
+            module, "in_child", lambda function, *arguments, about, what: function(*arguments)
+        )
 
 
 @pytest.fixture(params=SIZES)
@@ -230,7 +243,9 @@ def test_inverted_elements_are_refused(folder):
         (1.0, 1.0, None),
     ],
 )
-def test_a_body_of_unlikely_size_is_named_with_the_likely_unit(scale, length, told, folder):
+def test_a_body_of_unlikely_size_is_named_with_the_likely_unit(
+    scale, length, told, folder, read_here
+):
     def scaled(nodes):
         rows = np.array([line.split(",") for line in nodes[0].splitlines()], dtype=float)
         return "".join(f"{int(n)}, {x}, {y}, {z}\n" for n, x, y, z in rows * [1, *[scale] * 3])
@@ -251,7 +266,7 @@ def test_a_body_of_unlikely_size_is_named_with_the_likely_unit(scale, length, to
 
 
 @pytest.mark.parametrize(("x", "far"), [(0.1, False), (100.0, True), (-30.0, True)])
-def test_a_pilot_far_from_its_nodes_is_named(x, far, folder):
+def test_a_pilot_far_from_its_nodes_is_named(x, far, folder, read_here):
     path = blocks("hexahedron", folder / "far.inp")
     text = INTERFACES.format(
         first="left",
@@ -262,3 +277,16 @@ def test_a_pilot_far_from_its_nodes_is_named(x, far, folder):
     (folder / "far.toml").write_text(text)
     warnings = solid_body(path, read_interfaces(folder / "far.toml")).warnings
     assert far == any("from the middle of its nodes" in line for line in warnings)
+
+
+@pytest.mark.parametrize("reader", [read, read_mesh])
+def test_groups_that_a_file_lost_are_named(reader, folder, read_here):
+    text = blocks("tetra10", folder / "whole.msh").read_text()
+    lost = re.sub(r"\$Entities.*?\$EndEntities\n", "", text, flags=re.S)
+    (folder / "lost.msh").write_text(lost)
+    with pytest.raises(ValueError, match=r"lost\.msh: .*no section \$Entities"):
+        reader(folder / "lost.msh")
+    # Without names there is nothing to lose.
+    bare = re.sub(r"\$PhysicalNames.*?\$EndPhysicalNames\n", "", lost, flags=re.S)
+    (folder / "bare.msh").write_text(bare)
+    assert len(read(folder / "bare.msh").blocks) == 2

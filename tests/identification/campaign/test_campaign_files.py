@@ -122,6 +122,14 @@ def test_an_earlier_simulated_campaign_is_replaced_and_anything_else_is_left_alo
     write_campaign(carrier_campaign(), folder, simulated=True)
     write_campaign(carrier_campaign(seed=3), folder, simulated=True)
     same(read_campaign(folder), carrier_campaign(seed=3))
+    (folder / "view.html").write_text("<script>k3d</script>")
+    write_campaign(carrier_campaign(), folder, simulated=True)
+    assert not (folder / "view.html").exists()
+    (folder / "view.html").write_text("a page of mine")
+    with pytest.raises(ValueError, match=r"holds 'view\.html' beside the campaign"):
+        write_campaign(carrier_campaign(), folder, simulated=True)
+    (folder / "view.html").unlink()
+    write_campaign(carrier_campaign(seed=3), folder, simulated=True)
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"holds 'notes\.txt', which is no file of the campaign"):
         write_campaign(carrier_campaign(), folder)

@@ -72,7 +72,9 @@ def guessed_input(folder, header):
     return guess.inputs["displacement"].column
 
 
-@pytest.mark.parametrize("names", ["x-force,y-force,z-force", "Fx,u velocity,s rate", "y load,b,c"])
+@pytest.mark.parametrize(
+    "names", ["x-force,y-force,z-force", "Fx,u velocity,s rate", "y load,b,c", "u,F,c"]
+)
 def test_a_letter_within_a_name_makes_no_displacement_of_it(names, tmp_path):
     assert guessed_input(tmp_path, f"time,{names}") == "?"
 
@@ -80,6 +82,14 @@ def test_a_letter_within_a_name_makes_no_displacement_of_it(names, tmp_path):
 @pytest.mark.parametrize("name", ["x", "x 1", "s2", "y [mm]", "x-displacement", "pos (1)"])
 def test_a_letter_alone_and_words_are_displacements(name, tmp_path):
     assert guessed_input(tmp_path, f"time,{name},force,c") == name
+
+
+@pytest.mark.parametrize(
+    ("names", "column"),
+    [("target pos (1),pos (1),load", "pos (1)"), ("Weg Soll [mm],Weg [mm],F", "Weg [mm]")],
+)
+def test_a_set_point_gives_way_to_the_signal_that_follows_it(names, column, tmp_path):
+    assert guessed_input(tmp_path, f"time,{names}") == column
 
 
 def one_column(folder, name, values):
@@ -144,6 +154,8 @@ def test_runs_of_one_column_stay_runs(tmp_path):
         (b"\xd0\xcf\x11\xe0\xa1\xb1", r"an Excel workbook \(\.xls\); expected text: save the she"),
         (b"\x1f\x8b\x08", "packed by gzip; expected text: unpack it"),
         (b"PAR1", r"a Parquet file; expected the suffix \.parquet"),
+        (b"    -1\n    58\nNONE\n", "a universal file .UFF. of data set 58; expected a table"),
+        (b"  -1\r\n  58b     1     2\r\n", "a universal file .UFF. of data set 58"),
     ],
 )
 def test_a_file_that_is_no_text_is_called_what_it_is(begin, words, tmp_path):

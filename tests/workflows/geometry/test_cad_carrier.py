@@ -64,6 +64,31 @@ def test_mesh_files_give_the_curves_of_the_meshes_in_them(
 
 
 @pytest.mark.long
+def test_the_gear_of_the_default_stage_is_named_where_it_loads_a_given_carrier(tmp_path, capfd):
+    carrier, pin = CarrierParameters(), PinParameters()
+    write_mesh(flexible_carrier_mesh(carrier, 0.1), tmp_path / "flexible.msh")
+    write_mesh(stiff_carrier_mesh(carrier, pin, 0.1), tmp_path / "stiff.msh")
+    files = {"flexible_mesh": tmp_path / "flexible.msh", "stiff_mesh": tmp_path / "stiff.msh"}
+    curves = compute_curves.main(out=tmp_path / "curves", **files)
+    assert (
+        "of the default stage, not of this carrier: helix angle 7.5 deg" in capfd.readouterr().err
+    )
+    inputs = checked_document(tmp_path / "curves" / "inputs.json")["stage"]
+    assert set(inputs) == {"gear"}
+    assert_allclose(inputs["gear"]["centre_distance"], carrier.centre_distance, rtol=1e-9)
+    (tmp_path / "spur.toml").write_text("[gear]\nhelix_angle = 0.0\n")
+    spur = tmp_path / "spur.toml"
+    straight = compute_curves.main(out=tmp_path / "spur", **files, parameters=spur)
+    assert "of the default stage" not in capfd.readouterr().err
+    assert (
+        checked_document(tmp_path / "spur" / "inputs.json")["stage"]["gear"]["helix_angle"] == 0.0
+    )
+    # What the note is about: the tilting moments of the helix bend the rim.
+    change = np.abs(straight["delta_s"].axial - curves["delta_s"].axial).max()
+    assert change > 0.05 * np.abs(curves["delta_s"].axial).max()
+
+
+@pytest.mark.long
 def test_couplings_take_mesh_files(tmp_path):
     carrier, pin = CarrierParameters(), PinParameters()
     write_mesh(flexible_carrier_mesh(carrier, 0.1), tmp_path / "flexible.msh")

@@ -58,7 +58,7 @@ def test_a_log_file_holds_progress_result_and_errors_with_their_times(tmp_path):
     lines = (tmp_path / "log.txt").read_text(encoding="utf-8").splitlines()
     for words in (
         "[1/2] mesh of the flexible carrier",
-        "worst scaled jacobian",
+        "smallest over largest Jacobian",
         "mesh size is 5.0",
     ):
         assert [line for line in lines if words in line]
