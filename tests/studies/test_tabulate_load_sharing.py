@@ -4,10 +4,19 @@ import re
 from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
+from carrierflex.simulation.stage.quasi_static import quasi_static_turn, sensor_orders
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
+from carrierflex.simulation.stage.stage_data import BearingData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.statics import SteadyLoad
+from carrierflex.workflows.simulation.order_one_supports import clearances
+from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.tabulate_load_sharing import (
     EXTREME_MOMENT,
     FULL_TORQUE,
@@ -19,6 +28,8 @@ from studies.tabulate_load_sharing import (
     sharing_figure,
     sharing_table,
 )
+from studies.tabulate_stage_readings import LOADS
+from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG
 
 pytestmark = pytest.mark.long
 
@@ -82,6 +93,51 @@ def test_the_page_shows_what_the_stage_gives(factor):
         assert [float(value) for value in shown[4:6]] == pytest.approx(
             [rows[0].upwind, rows[0].downwind], abs=0.03
         )
+
+
+@pytest.fixture(scope="module")
+def change_by_a_held_sun(body):
+    """Readings of a stage with a held sun less those with a floating one [m] by clearance."""
+
+    def signals(share, sun):
+        bearings = BearingData(**clearances(share), **sun)
+        model = stage_model(body, StageData(bearings=bearings), speed=0.0)
+        read = [
+            sensor_orders(model, quasi_static_turn(model, SteadyLoad(*load), 8), SENSORS)
+            for load in LOADS
+        ]
+        return np.array([orders.amplitudes[:, 0].real for orders in read])
+
+    return {share: signals(share, {"sun_radial": 1e9}) - signals(share, {}) for share in (0.0, 1.0)}
+
+
+def test_a_held_sun_shows_at_the_sensors_as_laws_of_the_radial_load_do(change_by_a_held_sun):
+    assert np.abs(change_by_a_held_sun[0.0]).max() < 1.5e-6
+    gap = change_by_a_held_sun[1.0] - change_by_a_held_sun[1.0][0]
+    assert np.sqrt(np.mean(gap**2)) > 20e-6
+    sensors = [RimSensor(sensor.angle, sensor.radius, True) for sensor in SENSORS]
+
+    def columns(name, *shape):
+        rows = []
+        for torque, y, z in LOADS:
+            still = (np.full(1, value) for value in (0.0, torque, y, z))
+            inputs = CarrierInputs(np.zeros(1), *still, start=0.0, end=1.0)
+            law = CARRIER_EFFECTS[name]
+            rows.append([law.signals(s, inputs, CARRIER_RIG, *shape)[:, 0] for s in sensors])
+        return np.array(rows).reshape(gap.size, -1)
+
+    def residual(*laws):
+        A = np.hstack(laws)
+        fit, *_ = np.linalg.lstsq(A / np.linalg.norm(A, axis=0).clip(1e-30), gap.ravel())
+        return ((gap.ravel() - A / np.linalg.norm(A, axis=0).clip(1e-30) @ fit) ** 2).sum()
+
+    tilt = columns("ntl_tilt")
+    weights = np.geomspace(8e3, 6e5, 7)
+    rocking = [columns("clearance_rocking", a, b)[:, :1] for a in weights for b in weights]
+    total = (gap**2).sum()
+    assert residual(tilt) > 0.1 * total
+    assert min(residual(law) for law in rocking) > 0.1 * total
+    assert min(residual(tilt, law) for law in rocking) < 0.1 * total
 
 
 def test_table_and_picture_show_every_stage_beside_the_measured():

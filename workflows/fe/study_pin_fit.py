@@ -79,7 +79,7 @@ def main(
 
     stages = Stages(3, quiet)
     with stages.stage("both carriers and a pin: finite elements, static reduction"):
-        tied, extremes = _family(stage, size)
+        tied, extremes = static_family(stage, size)
     with stages.stage("sweep of the interface stiffness"):
         families = (tied, dataclasses.replace(tied, sliding=True))
         stiffnesses = _stiffnesses(points_per_decade)
@@ -95,10 +95,17 @@ def main(
     return study
 
 
-def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeCurves]:
+def static_family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeCurves]:
     """Carrier and pin reduced to their pilots, and the extremes that need no joint.
 
     Statics needs no modes.
+
+    Parameters
+    ----------
+    stage : StageParameters
+        Dimensions.
+    size : float
+        Element edge length [m].
     """
     from carrierflex.fe.carrier_curves import (
         UNIT_TORQUE,

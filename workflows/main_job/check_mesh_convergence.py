@@ -3,7 +3,7 @@
 Computed on the half sector.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -23,6 +23,38 @@ def study_orders(n_planets: int) -> tuple[int, int]:
     return n_planets, 2 * n_planets
 
 
+def mesh_limit(
+    sizes: Sequence[float], values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Values at elements of no size, by a straight line through those at several sizes.
+
+    ``v(h) = v_0 + g h``: the edges where webs and hub meet the plates are re-entrant, the error of
+    a stress singularity falls with the size and not with its square.
+
+    Parameters
+    ----------
+    sizes : sequence of float
+        Element edge lengths [m], two or more.
+    values : ndarray, shape (n_sizes, ...)
+        Values by size.
+
+    Returns
+    -------
+    limit, error : ndarray
+        ``v_0``, and its standard error by the scatter about the line; NaN of two sizes.
+    """
+    h = np.asarray(sizes, np.float64)
+    A = np.stack([np.ones_like(h), h], axis=1)
+    flat = values.reshape(len(h), -1)
+    fit, *_ = np.linalg.lstsq(A, flat, rcond=None)
+    freedom = len(h) - 2
+    scatter = np.full(flat.shape[1], np.nan)
+    if freedom:
+        scatter = np.sqrt(((flat - A @ fit) ** 2).sum(axis=0) / freedom)
+    error = scatter * np.sqrt(np.linalg.inv(A.T @ A)[0, 0])
+    return fit[0].reshape(values.shape[1:]), error.reshape(values.shape[1:])
+
+
 @dataclass(frozen=True, eq=False)
 class MeshStudy:
     """Amplitudes [m per kN m] by element size (rows) and order (columns), tangential load."""
@@ -38,6 +70,11 @@ class MeshStudy:
     def last_change(self) -> float:
         """Largest relative change of an order ruling a curve, between the two finest meshes."""
         return max(float(np.abs(a[-1] / a[-2] - 1.0).max()) for a in (self.flexible, self.stiff))
+
+    @property
+    def limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Both variants' amplitudes at elements of no size, by a line in the size, shapes (2,)."""
+        return mesh_limit(self.sizes, self.flexible)[0], mesh_limit(self.sizes, self.stiff)[0]
 
 
 def main(

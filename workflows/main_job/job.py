@@ -116,6 +116,7 @@ def job_summary(job: Job, size: float) -> dict[str, Any]:
             "orders": check_mesh_convergence.study_orders(n_planets),
             "flexible_um_per_knm": job.mesh_study.flexible * 1e6,
             "stiff_um_per_knm": job.mesh_study.stiff * 1e6,
+            "limit_um_per_knm": _mesh_limits(job.mesh_study),
         },
         "pin_fit": pin_fit,
         "frequencies_hz": {
@@ -132,6 +133,14 @@ def job_summary(job: Job, size: float) -> dict[str, Any]:
         "gap": _gap(job),
         "checks": _checks(job, truth, pin_fit, list(quality.values())),
     }
+
+
+def _mesh_limits(study: check_mesh_convergence.MeshStudy) -> dict[str, Any]:
+    """Limit of elements of no size by variant; none of a single size."""
+    if len(study.sizes) < 2:
+        return {}
+    flexible, stiff = study.limits
+    return {"flexible": flexible * 1e6, "stiff": stiff * 1e6}
 
 
 def _curve(curve: DeflectionCurve, n_planets: int) -> dict[str, Any]:
@@ -392,6 +401,10 @@ class MeshStudyFigures(TypedDict):
     orders: Annotated[Sequence[int], "Orders"]
     flexible_um_per_knm: Annotated[Sequence[Sequence[float]], "By size and order"]
     stiff_um_per_knm: Annotated[Sequence[Sequence[float]], "By size and order"]
+    limit_um_per_knm: Annotated[
+        Mapping[str, Sequence[float]],
+        "At elements of no size, by a straight line in the size: by variant, then order",
+    ]
 
 
 class PinFitFigures(TypedDict):

@@ -55,6 +55,10 @@ def _mesh_study(job: "Job") -> RenderableType:
     for row, (size, n_dofs) in enumerate(zip(study.sizes, study.n_dofs, strict=True)):
         values = (*study.flexible[row], *study.stiff[row])
         table.add_row(f"{size:g}", str(n_dofs), *(f"{value * 1e6:.4f}" for value in values))
+    limits = job.summary["mesh_study"]["limit_um_per_knm"]
+    if limits:
+        values = (*limits["flexible"], *limits["stiff"])
+        table.add_row("0, by a line", "", *(f"{value:.4f}" for value in values))
     return table
 
 
