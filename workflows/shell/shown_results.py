@@ -159,7 +159,11 @@ def _print(done: Done) -> None:
     console = Console(highlight=False, markup=False)
     shown = _renderable(done)
     # A path longer than the line goes on in the next one; cut off, it would name no file.
-    console.print(shown, soft_wrap=isinstance(shown, Text), crop=False)
+    try:
+        console.print(shown, soft_wrap=isinstance(shown, Text), crop=False)
+    except SystemExit as end:
+        # Rich ends the process where nobody reads on; the command line says with which code.
+        raise BrokenPipeError from end
 
 
 def _as_text(done: Done) -> str:
