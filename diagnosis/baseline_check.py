@@ -146,9 +146,14 @@ def checked_baseline(
     # The better of two looks at one run.
     by_run = sorted(clocks, key=lambda rival: -rival.mean_square)
     tried += {rival.about: rival for rival in by_run}.values()
+    # A refit knows no priors: what it leaves of the campaign as it stands no wiring explains.
+    stated = before
+    if wiring.has_cheap_refits and tried:
+        refitted = wiring.refitted(campaign)
+        stated = min(before, refitted) if np.isfinite(refitted) else before
     # A baseline that runs away is explained in full by a wiring with which it does not.
     shares = [
-        (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
+        (rival, (stated - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
         for rival in tried
     ]
     # Of one fault the first model that explains it: a further law must explain more.
