@@ -85,6 +85,8 @@ _WIRING = "wiring"
 _SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
 #: What a channel that is left out may have, which laws of the library are too.
 _CHANNELS = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
+#: End of the names of classes that are matrices: stiffness, loads, sensors.
+_MAP = "_map"
 #: What may be the same as any cause that acts in some runs, or grows with them.
 _BY_RUN = (RUN, RUN_VARIATION)
 #: Beginnings of the names of laws and classes that are errors of channels.
@@ -297,8 +299,8 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
         return _TOLD
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
-    if fault in LONE_CHANNEL and not diagnosis.attribution.effects and not is_of_channel:
-        # One channel is less to believe than a class that no law follows.
+    if fault in LONE_CHANNEL and all(name.endswith(_MAP) for name in named):
+        # One channel is less to believe than a map of every signal on every other.
         return min(_MOST, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
     return min(diagnosis.reduction.phi, 1.0) + (_AS_GOOD if is_same else -_AS_GOOD)
