@@ -160,7 +160,7 @@ def _named(fault: Fault, diagnosis: Diagnosis) -> set[str]:
 
 def _records_checks(campaign: Campaign, curves: Curves) -> set[str]:
     """Checks of the records that tell something."""
-    return {finding.check for finding in records_findings(campaign, curves)}
+    return {finding.id or finding.check for finding in records_findings(campaign, curves)}
 
 
 def _baseline_checks(campaign: Campaign, curves: Curves) -> set[str]:
@@ -168,7 +168,7 @@ def _baseline_checks(campaign: Campaign, curves: Curves) -> set[str]:
     distinct = without_copies(campaign, copied_runs(campaign))
     problem, _ = problem_of(distinct, curves)
     checked = checked_baseline(problem, distinct, wiring_of(problem, distinct))
-    return {finding.check for finding in checked.warnings}
+    return {finding.id or finding.check for finding in checked.warnings}
 
 
 def _answer(campaign: Campaign, curves: Curves) -> _Answer:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
@@ -139,12 +140,20 @@ def _faults_of_the_kind(kind: str) -> Iterator[Fault]:
         change = partial(_rig_changed, values={"periodic": True, "period_samples": 500})
         yield Fault("period stated", "500", change)
         return
+    yield from _faults_of_lone_channels()
+    yield from _faults_of_loads()
     angle = "carrier_angle"
     yield Fault("two sensors exchanged", "-", _two_sensors_exchanged)
     yield Fault("all sensors one place on", "-", _sensors_moved_on)
     backwards = partial(_input_scaled, name=angle, factor=-1.0)
     yield Fault("angle counted the other way", "-", backwards)
     if kind == "carrier":
+        for zero_deg in (2.0, 10.0):
+            change = partial(_input_moved, name=angle, by=float(np.deg2rad(zero_deg)))
+            yield Fault("zero of the angle", f"{zero_deg:g} degrees", change)
+        for size_deg in (1.0, 5.0):
+            change = partial(_encoder_eccentric, size=float(np.deg2rad(size_deg)))
+            yield Fault("eccentric encoder", f"{size_deg:g} degrees", change)
         degrees = float(np.rad2deg(1.0))
         in_degrees = partial(_input_scaled, name=angle, factor=degrees)
         yield Fault("unit of the angle", "57.3", in_degrees)
@@ -157,6 +166,127 @@ def _faults_of_the_kind(kind: str) -> Iterator[Fault]:
             yield Fault("arm off", f"x{factor:g}", partial(_rig_scaled, name="R_x", factor=factor))
         change = partial(_rig_scaled, name="zeroing_samples", factor=4)
         yield Fault("zeroing samples", "x4", change)
+
+
+def _faults_of_lone_channels() -> Iterator[Fault]:
+    """Faults of one channel of several."""
+    changes: dict[str, Callable[[Campaign, Run, str], FloatArray]] = {
+        "polarity of a channel": lambda campaign, run, name: -run.signals[name],
+        "dead channel": lambda campaign, run, name: 0.0 * run.signals[name],
+        "two channels on one cable": lambda campaign, run, name: run.signals[_first(campaign)],
+        "crosstalk": lambda campaign, run, name: (
+            run.signals[name] + 0.1 * run.signals[_first(campaign)]
+        ),
+        "sensor on the ground": _moved_by_loads,
+        "channel AC-coupled": lambda campaign, run, name: (
+            run.signals[name] - _low_passed(run, name, 4.0)
+        ),
+        "channel filtered": lambda campaign, run, name: _low_passed(run, name, 0.3),
+    }
+    for name, change in changes.items():
+        yield Fault(name, "-", partial(_third_channel, change=change))
+
+
+def _faults_of_loads() -> Iterator[Fault]:
+    """Faults of the loads beside their sign and gain."""
+    yield Fault("radial loads exchanged", "-", _loads_exchanged)
+    yield Fault("loads of one run of the other sign", "-", _last_run_turned)
+    for share in (0.01, 0.05):
+        change = partial(_torque_zero, share=share)
+        yield Fault("zero of the torque", f"{share:.0%}", change)
+
+
+def _first(campaign: Campaign) -> str:
+    return campaign.channels[0].name
+
+
+def _third_channel(
+    campaign: Campaign,
+    rng: np.random.Generator,
+    *,
+    change: Callable[[Campaign, Run, str], FloatArray],
+) -> Campaign:
+    """The third channel, or the last of fewer, changed in every run."""
+    name = campaign.channels[min(2, len(campaign.channels) - 1)].name
+    return _runs(campaign, lambda run: _with_signal(run, name, change(campaign, run, name)))
+
+
+def _moved_by_loads(campaign: Campaign, run: Run, name: str) -> FloatArray:
+    """Signal of a bracket that stands on the floor, which torque and radial load move."""
+    noise = max(_noise_of(channel) for channel in campaign.channels)
+    largest = {load: _largest(campaign, load) for load in ("torque", "ntl_z")}
+    moved = run.signals[name]
+    for load, floors in (("torque", 15.0), ("ntl_z", 8.0)):
+        if largest[load] > 0.0:
+            moved = moved + floors * noise * run.inputs[load] / largest[load]
+    return moved
+
+
+def _largest(campaign: Campaign, name: str) -> float:
+    return max(float(np.abs(run.inputs[name]).max()) for run in campaign.runs)
+
+
+def _low_passed(run: Run, name: str, time: float) -> FloatArray:
+    """Low-pass of first order with a time constant [s], from the first value on."""
+    values = run.signals[name]
+    step = float(np.median(np.diff(run.time)))
+    share = step / (time + step)
+    filtered, _ = lfilter([share], [1.0, share - 1.0], values, zi=[(1.0 - share) * values[0]])
+    return np.asarray(filtered, dtype=np.float64)
+
+
+def _loads_exchanged(campaign: Campaign, rng: np.random.Generator) -> Campaign:
+    """The two radial loads in each other's columns."""
+    return _runs(
+        campaign,
+        lambda run: replace(
+            run,
+            inputs={**run.inputs, "ntl_y": run.inputs["ntl_z"], "ntl_z": run.inputs["ntl_y"]},
+        ),
+    )
+
+
+def _last_run_turned(campaign: Campaign, rng: np.random.Generator) -> Campaign:
+    """Loads of the run with the largest radial load of the other sign."""
+    sizes = [float(np.abs(run.inputs["ntl_z"]).max()) for run in campaign.runs]
+    turned = campaign.runs[int(np.argmax(sizes))].name
+    return _runs(
+        campaign,
+        lambda run: (
+            replace(
+                run,
+                inputs={**run.inputs, "ntl_y": -run.inputs["ntl_y"], "ntl_z": -run.inputs["ntl_z"]},
+            )
+            if run.name == turned
+            else run
+        ),
+    )
+
+
+def _torque_zero(campaign: Campaign, rng: np.random.Generator, *, share: float) -> Campaign:
+    """Torque whose zero is off by a share of its largest value."""
+    by = share * _largest(campaign, "torque")
+    return _input_moved(campaign, rng, name="torque", by=by)
+
+
+def _input_moved(campaign: Campaign, rng: np.random.Generator, *, name: str, by: float) -> Campaign:
+    """One input of every run moved by a constant."""
+    return _runs(
+        campaign, lambda run: replace(run, inputs={**run.inputs, name: run.inputs[name] + by})
+    )
+
+
+def _encoder_eccentric(campaign: Campaign, rng: np.random.Generator, *, size: float) -> Campaign:
+    """Carrier angle that is off once a turn."""
+    phase = float(rng.uniform(0.0, 2.0 * np.pi))
+
+    def read(run: Run) -> Run:
+        angle = run.inputs["carrier_angle"]
+        return replace(
+            run, inputs={**run.inputs, "carrier_angle": angle + size * np.sin(angle + phase)}
+        )
+
+    return _runs(campaign, read)
 
 
 def _runs(campaign: Campaign, change: Callable[[Run], Run]) -> Campaign:

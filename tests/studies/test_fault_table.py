@@ -65,6 +65,10 @@ def test_every_fault_changes_a_copy_of_the_campaign(kind):
         assert content(campaign) == before, fault.name
         if fault.name == "signals of two runs exchanged" and len(campaign.runs) < 2:
             continue
+        if "loads" in fault.name and not any(
+            run.inputs[name].any() for run in campaign.runs for name in ("ntl_y", "ntl_z")
+        ):
+            continue
         assert content(faulty) != before, (fault.name, fault.size)
 
 

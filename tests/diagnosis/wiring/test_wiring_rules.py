@@ -18,7 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     Attribution,
     GapReduction,
 )
-from carrierflex.diagnosis.report.verdict_words import alias_sentence
+from carrierflex.diagnosis.report.verdict_words import alias_sentence, verdict_heading
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
@@ -420,3 +420,40 @@ def test_a_clock_that_was_moved_is_an_alias_of_a_delay_alone():
     assert beside("clock_shift", classes=("spring", "delayed")).verdict == NAMED
     assert beside("clock_shift").verdict == NAMED
     assert beside("tone", effects=("sensor_delay",)).verdict == NAMED
+
+
+def test_a_fault_that_any_cause_may_look_like_must_explain_more_than_what_is_named():
+    def beside(fault, share, phi=0.9, **options):
+        one = replace(rival(1.0), id=fault)
+        return with_findings(named(NAMED, phi, **options), (), BaselineCheck((), ((one, share),)))
+
+    # A cause that grows with the load gives every run, or one, values of its own.
+    for fault in ("run_variation", "wiring/run"):
+        assert beside(fault, 0.92).verdict == NAMED
+        assert beside(fault, 0.94).verdict == ALIASED
+    # The gain of a sensor that is named is that of its channel.
+    assert beside("wiring/channel_gain", 0.92, effects=("sensor_gain",)).verdict == NAMED
+    assert beside("wiring/polarity", 0.92, effects=("sensor_gain",)).verdict == ALIASED
+    # One channel is less to believe than a matrix of all.
+    maps = named(CLASS_NAMED, 1.0, effects=(), classes=("stiffness_map",))
+    for share, verdict in ((0.91, ALIASED), (0.89, CLASS_NAMED)):
+        one = replace(rival(1.0), id="wiring/channel")
+        assert with_findings(maps, (), BaselineCheck((), ((one, share),))).verdict == verdict
+
+
+def test_values_by_run_are_no_finding_beside_a_cause_that_explains_as_much():
+    by_run = replace(finding("wiring"), id="run_variation", figure=0.9)
+    assert with_findings(named(NAMED, 0.95), (), BaselineCheck((by_run,), ())).warnings == ()
+    assert with_findings(named(NAMED, 0.85), (), BaselineCheck((by_run,), ())).warnings == (by_run,)
+
+
+def test_the_headline_names_the_fault_first_and_every_alternative():
+    fault = replace(finding("wiring"), id="wiring/polarity", about="s1", figure=0.98)
+    one = replace(rival(1.0), id="wiring/polarity")
+    told = with_findings(named(NAMED, 0.9), (), BaselineCheck((fault,), ((one, 0.98),)))
+    assert verdict_heading(told) == (
+        "Check s1 first (polarity): it explains 98 % of the gap; otherwise the simulation lacks "
+        "tilt"
+    )
+    tied = named(ALIASED, 0.9)
+    assert verdict_heading(tied) == "The simulation lacks one of: tilt, offset"
