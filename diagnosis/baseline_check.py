@@ -184,8 +184,7 @@ def _beside_law(
     if beside.has_cheap_refits:
         tried += _load_rivals(beside, campaign, before, floor)
     enough = floor + (1.0 - _MOST) * (before - floor)
-    model = f"the baseline with {plain_name(law)}"
-    yield from (replace(rival, model=model) for rival in tried if rival.mean_square <= enough)
+    yield from (replace(rival, laws=(law,)) for rival in tried if rival.mean_square <= enough)
 
 
 def _load_rivals(
@@ -251,10 +250,14 @@ def with_findings(
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if reduction is None or not (is_named or diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)):
         return diagnosis
+    rivals = [
+        (rival, share)
+        for rival, share in sorted(baseline.rivals, key=_most_likely)
+        if share >= _least_share(rival.id, diagnosis) and not _is_beside(rival, diagnosis)
+    ]
     as_good = {
         rival.id: f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
-        for rival, share in sorted(baseline.rivals, key=_most_likely)
-        if share >= _least_share(rival.id, diagnosis)
+        for rival, share in rivals
     }
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
@@ -266,7 +269,10 @@ def with_findings(
     if "unit" in texts:
         as_good[UNIT] = texts["unit"]
     which = diagnosis.attribution
-    aliases = [(*(which.effects or _class_ids(diagnosis)), *as_good)] if as_good else []
+    # Of a fault beside a law the other laws that are named are the alternative.
+    shared = set(rivals[0][0].laws) if rivals else set()
+    others = [name for name in which.effects or _class_ids(diagnosis) if name not in shared]
+    aliases = [(*others, *as_good)] if as_good else []
     delays = _named_delays(diagnosis)
     if delays and "clock_shift" in texts:
         as_good[CLOCK_SHIFT] = texts["clock_shift"]
@@ -280,6 +286,12 @@ def with_findings(
         reason=_wiring_first(as_good, diagnosis.reason),
         attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )
+
+
+def _is_beside(rival: WiringRival, diagnosis: Diagnosis) -> bool:
+    """Whether a fault adds to all that is named: a finding, and no alternative."""
+    named = diagnosis.attribution.effects
+    return bool(named) and set(named) <= set(rival.laws)
 
 
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:

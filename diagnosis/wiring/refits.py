@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment, minimize, minimize_scalar
 
+from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
 from carrierflex.identification.campaign.campaign import Campaign
@@ -62,7 +63,12 @@ class WiringRival:
     text: Annotated[str, "What is corrected: ``the torque of the other sign``"]
     mean_square: Annotated[float, "Mean square that the refitted baseline leaves over all records"]
     line: Annotated[str, "File or key that it is about"]
-    model: Annotated[str, "What was refitted"] = "the baseline alone"
+    laws: Annotated[Effects, "Laws that were refitted with the baseline"] = ()
+
+    @property
+    def model(self) -> str:
+        """What was refitted, in words."""
+        return f"the baseline with {set_name(self.laws)}" if self.laws else "the baseline alone"
 
 
 @dataclass(frozen=True, eq=False)

@@ -457,3 +457,12 @@ def test_the_headline_names_the_fault_first_and_every_alternative():
     )
     tied = named(ALIASED, 0.9)
     assert verdict_heading(tied) == "The simulation lacks one of: tilt, offset"
+
+
+def test_a_fault_beside_the_named_law_is_a_finding_and_beside_one_of_several_an_alternative():
+    beside_tilt = replace(rival(1.0), id="wiring/polarity", laws=("tilt",))
+    check = BaselineCheck((), ((beside_tilt, 1.0),))
+    assert with_findings(named(NAMED, 0.99), (), check).verdict == NAMED
+    several = with_findings(named(NAMED, 0.99, effects=("tilt", "warp")), (), check)
+    assert several.verdict == ALIASED
+    assert several.attribution.aliases[-1] == ("warp", "wiring/polarity")
