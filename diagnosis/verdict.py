@@ -135,7 +135,10 @@ def _of_laws(
     floor, laws = reduction.noise_floor, selection.accepted
     ratio = (reduction.rms_before / floor) ** 2 if floor > 0.0 else math.inf
     highest = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
-    if ratio <= highest and (floor_is_measured or not laws):
+    # Of a floor that is estimated, laws must explain what is a gap above a known one.
+    explained = reduction.rms_before**2 - reduction.rms_after**2
+    are_small = explained < (limits.floor_ratio - 1.0) * floor**2
+    if ratio <= highest and (floor_is_measured or not laws or are_small):
         return (
             AT_NOISE_FLOOR,
             f"the held-out gap is {ratio:.3f} times the mean square of the noise floor",

@@ -114,7 +114,10 @@ def test_a_gap_of_an_estimated_floor_is_at_it_where_nothing_was_accepted():
     learnt = {"classes": answer(NO_CLASS), "accepted": ()}
     assert decided(rms_before=2.0 * FLOOR, measured=False, **learnt)[0] == AT_NOISE_FLOOR
     assert decided(rms_before=2.001 * FLOOR, measured=False, **learnt)[0] == NONE_OF_THESE
-    assert decided(rms_before=1.2 * FLOOR, measured=False)[0] == NAMED
+    # Laws must explain what is a gap above a known floor.
+    small = {"rms_before": 1.2 * FLOOR, "measured": False}
+    assert decided(rms_after=0.4 * FLOOR, **small)[0] == NAMED
+    assert decided(rms_after=0.5 * FLOOR, **small)[0] == AT_NOISE_FLOOR
     # The wider limit is that of an estimated floor alone.
     assert decided(rms_before=1.9 * FLOOR, **learnt)[0] == NONE_OF_THESE
 
