@@ -119,7 +119,8 @@ def test_a_tutorial_runs_as_it_stands(page, tmp_path):
     done = subprocess.run(
         ["bash", "-c", script(page)],
         cwd=tmp_path,
-        env={**os.environ, "PYTHON": sys.executable},
+        # Without a terminal's width: no line of a table is folded.
+        env={**{k: v for k, v in os.environ.items() if k != "COLUMNS"}, "PYTHON": sys.executable},
         capture_output=True,
         text=True,
         check=False,
