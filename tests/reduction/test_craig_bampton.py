@@ -206,9 +206,9 @@ def test_the_same_seed_gives_the_same_reduction_and_another_the_same_frequencies
     ("kept", "message"),
     [
         (-1, "number of modes is -1; expected 0 or more"),
-        (13, "13 modes are asked for; expected at most 12 for 135 degrees of freedom"),
-        (1000, "1000 modes are asked for; expected at most 12 for 135 degrees of freedom"),
-        (Below(1e9), r"all modes below 1e\+09 Hz are asked for; expected at most 12 for 135 "),
+        (13, "13 modes requested; expected at most 12 for 135 degrees of freedom"),
+        (1000, "1000 modes requested; expected at most 12 for 135 degrees of freedom"),
+        (Below(1e9), r"all modes below 1e\+09 Hz requested; expected at most 12 for 135 "),
     ],
 )
 def test_an_impossible_number_of_modes_is_refused(kept, message):

@@ -88,7 +88,7 @@ def _uneven(n: int) -> str:
 def _ring_pass(n: int) -> Effect:
     of_pins = pattern_of(n)
     of_ring = [name for name in ("m = 0", "m = +1", "m = -1") if name != of_pins]
-    where = " or ".join(of_ring) + (f" beside {of_pins}" if len(of_ring) == 2 else "")
+    where = " or ".join(of_ring) + (f" together with {of_pins}" if len(of_ring) == 2 else "")
     return replace(
         RING_PASS,
         equation=RING_PASS.equation.replace("3 theta", f"{n} theta"),

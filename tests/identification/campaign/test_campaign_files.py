@@ -126,7 +126,7 @@ def test_an_earlier_simulated_campaign_is_replaced_and_anything_else_is_left_alo
     write_campaign(carrier_campaign(), folder, simulated=True)
     assert not (folder / "view.html").exists()
     (folder / "view.html").write_text("a page of mine")
-    with pytest.raises(ValueError, match=r"holds 'view\.html' beside the campaign"):
+    with pytest.raises(ValueError, match=r"holds 'view\.html', which is no file of the campaign"):
         write_campaign(carrier_campaign(), folder, simulated=True)
     (folder / "view.html").unlink()
     write_campaign(carrier_campaign(seed=3), folder, simulated=True)

@@ -83,7 +83,7 @@ def test_files_of_a_body_that_was_moved_are_looked_up_beside_it(files, tmp_path,
     export_body.main(made / "a.h5", format="exudyn", out=other / "y.hdf5", quiet=True)
     (made / "k.npz").unlink()
     with pytest.raises(
-        FileNotFoundError, match=r"k\.npz: no such file, nor k\.npz beside the body"
+        FileNotFoundError, match=r"k\.npz: no such file, nor k\.npz in the folder of the body file"
     ):
         export_body.main(made / "a.h5", format="exudyn", out=other / "y.hdf5", quiet=True)
     (made / "k.npz").write_bytes((made / "m.npz").read_bytes())
@@ -151,9 +151,9 @@ def test_a_changed_file_is_not_taken_for_the_recorded_one(files, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--body", "pin"], "--body is given beside --stiffness"),
-        (["--mesh", "a.msh"], "--mesh is given beside --stiffness"),
-        (["--coupling", "rbe2"], "--coupling is given beside --stiffness"),
+        (["--body", "pin"], "--body is given together with --stiffness"),
+        (["--mesh", "a.msh"], "--mesh is given together with --stiffness"),
+        (["--coupling", "rbe2"], "--coupling is given together with --stiffness"),
     ],
 )
 def test_options_of_meshes_are_refused_beside_matrices(options, message, files, command, tmp_path):
@@ -290,7 +290,7 @@ def test_a_mesh_without_materials_and_materials_without_a_mesh_are_refused(tmp_p
         )
     toml.write_text(OF_A_MESH)
     sp.save_npz(tmp_path / "k.npz", sp.eye_array(3).tocsr())
-    with pytest.raises(ValueError, match=r"table \[materials\] beside matrices"):
+    with pytest.raises(ValueError, match=r"table \[materials\] together with matrices"):
         cf.given_body(tmp_path / "k.npz", tmp_path / "k.npz", toml)
     (tmp_path / "bricks.inp").write_text(BRICKS.replace("C3D8,ELSET=alu", "C3D15,ELSET=alu"))
     with pytest.raises(ValueError, match=r"bricks\.inp: "):

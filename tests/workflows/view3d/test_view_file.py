@@ -96,7 +96,7 @@ def test_shapes_need_the_whole_body_and_a_mesh(command):
     assert "works on the half sector, --shapes needs the whole body" in ended.stderr
     matrices = ("--stiffness", "k.mtx", "--mass", "m.mtx", "--interfaces", "i.toml")
     ended = command("reduce", *matrices, "--shapes", "--out", "c.h5")
-    assert "--shapes is given beside --stiffness" in ended.stderr
+    assert "--shapes is given together with --stiffness" in ended.stderr
 
 
 @pytest.mark.long
