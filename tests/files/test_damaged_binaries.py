@@ -33,6 +33,7 @@ def endless(path):
     return path
 
 
+@pytest.mark.long
 def test_an_endless_body_is_told_in_one_line(tmp_path):
     path = endless(tmp_path / "a.h5")
     with pytest.raises(BodyFileError, match=r"a\.h5: HDF5 did not come to an end with it"):

@@ -86,6 +86,7 @@ def test_no_fault_is_named_of_a_campaign_without_one(effect):
     assert rivals(campaign, laws) == {}
 
 
+@pytest.mark.long
 def test_a_channel_that_is_only_noisier_has_no_fault_of_its_wiring():
     campaign = carrier(NOTHING)
     rng = np.random.default_rng(5)
@@ -135,6 +136,7 @@ def test_an_eccentric_encoder_is_found_with_its_size():
     assert float(text.split("by ")[1].split()[0]) == pytest.approx(3.0, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_run_without_which_the_others_agree_is_named():
     campaign = carrier(NOTHING)
     run = campaign.runs[1].name
