@@ -136,8 +136,8 @@ def _of_laws(
     ratio = (reduction.rms_before / floor) ** 2 if floor > 0.0 else math.inf
     highest = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
     # Of a floor that is estimated, laws must explain what is a gap above a known one.
-    explained = reduction.rms_before**2 - reduction.rms_after**2
-    are_small = explained < (limits.floor_ratio - 1.0) * floor**2
+    square_explained = reduction.rms_before**2 - reduction.rms_after**2
+    are_small = square_explained < (limits.floor_ratio - 1.0) * floor**2
     if ratio <= highest and (floor_is_measured or not laws or are_small):
         return (
             AT_NOISE_FLOOR,

@@ -32,6 +32,9 @@ _BEYOND_SECOND_ORDER = 4
 _HIGHEST_SHARE = 0.05
 
 
+#: Values of an input that is read coarsely (fewer are set points), and share of the samples at
+#: which it changes (less is a staircase).
+_FEWEST_LEVELS, _MOST_LEVELS, _MOVES = 10, 300, 0.02
 #: A shift below this share of a step of time changes nothing that is measured.
 _NOTICED = 0.1
 
@@ -98,9 +101,31 @@ def _sampling_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
         if run.time.size > 3:
             yield from _gaps(run)
             yield from _samples_a_revolution(run, fewest)
+            for name in run.inputs:
+                yield from _coarse_input(run, name)
             if campaign.kind == "element":
                 for name in campaign.contract.inputs:
                     yield from _drive_spectrum(run, name)
+
+
+def _coarse_input(run: Run, name: str) -> Iterator[CampaignWarning]:
+    """An input that moves all the time and takes few values."""
+    values = run.inputs[name]
+    levels = np.unique(values)
+    changes = float(np.mean(np.diff(values) != 0.0))
+    if not (_FEWEST_LEVELS <= levels.size <= _MOST_LEVELS and changes > _MOVES):
+        return
+    step = float(np.median(np.diff(levels)))
+    yield CampaignWarning(
+        "quantised",
+        name,
+        f"run {run.name}: {name} takes {levels.size} values, {step:.3g} apart, "
+        f"{step / float(np.ptp(levels)):.1%} of its range",
+        "read it with a finer range of its amplifier: what lies between two values looks like an "
+        "effect that the simulation lacks",
+        step,
+        sample_of(run.file, 0),
+    )
 
 
 def _gaps(run: Run) -> Iterator[CampaignWarning]:

@@ -211,7 +211,7 @@ def test_ends_that_are_alike_need_a_given_axis(tmp_path, carrier):
     step = tmp_path / "alike.step"
     write_step(alike, step)
     solid = _cad_solid(step, None)
-    with pytest.raises(ValueError, match=r"alike.step: which end .*both ends are alike.*--axis"):
+    with pytest.raises(ValueError, match=r"alike.step: which end .*both ends are equal.*--axis"):
         proposed_surfaces(step, solid)
     assert is_carrier(proposed_surfaces(step, solid, axis=np.array([1.0, 0.0, 0.0])), alike)
 

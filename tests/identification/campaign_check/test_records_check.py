@@ -269,3 +269,19 @@ def test_a_finding_names_figure_file_line_and_remedy():
     assert found.figure == pytest.approx(1e-3, rel=0.1)
     assert set(vars(found)) >= {"about", "text", "remedy"}
     assert "leave these cells empty" in found.remedy
+
+
+def test_an_input_that_is_read_coarsely_is_told_and_set_points_are_not():
+    campaign = faultless("driven")
+    name = next(iter(campaign.contract.inputs))
+    largest = max(float(np.abs(run.inputs[name]).max()) for run in campaign.runs)
+
+    def on_grid(share):
+        return checks(
+            changed(campaign, name, lambda x: share * largest * np.round(x / share / largest))
+        )
+
+    assert ("quantised", name) in on_grid(0.05)
+    assert ("quantised", name) not in checks(campaign)
+    # Two levels are a switch.
+    assert ("quantised", name) not in on_grid(1.0)
