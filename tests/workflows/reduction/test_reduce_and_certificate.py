@@ -55,7 +55,7 @@ def test_a_number_that_cuts_a_pair_keeps_both_and_says_so(tmp_path):
     assert model.provenance["modes"] == "2"
     text = io.StringIO()
     Console(file=text, width=120).print(reduced_table(model))
-    assert "2, 1 asked for: modes of equal frequency are kept together" in text.getvalue()
+    assert "2, 1 requested: modes of equal frequency are kept together" in text.getvalue()
     names = [check.name for check in check_certificate.main(path).checks]
     assert "asymmetry of the modal part, ppm" in names
     assert "unlike response of equal pilots up to the cut-off" in names
