@@ -217,9 +217,9 @@ def test_the_verdict_says_to_check_the_wiring_first():
     assert (told.verdict, told.attribution.effects) == ("none_of_these", ())
     assert any(warning.check == "wiring" for warning in told.warnings)
     assert told.reason_id == "wiring/torque_sign"
-    assert told.reason.startswith("check the wiring first: with the torque of the other sign the ")
+    assert told.reason.startswith("check the wiring first: with torque of the other sign the ")
     assert told.warnings[0].check == "wiring"
-    assert verdict_heading(told).startswith("Check the wiring first: ")
+    assert verdict_heading(told).startswith("Check torque first (torque sign): ")
 
 
 def late(campaign, seconds):
@@ -251,7 +251,7 @@ def test_a_delay_beside_a_clock_that_was_moved_is_an_alias_of_it():
     # Nothing that is measured has changed: the same effect with the same value.
     assert beside.attribution.effects == alone.attribution.effects
     text = alias_sentence(beside)
-    assert "sensor delay cannot be distinguished from a wrong clock shift" in text
+    assert "sensor delay cannot be distinguished from a fault of the measurement (clock shift)" in text
 
 
 def test_a_moved_clock_is_no_rival_of_an_effect_that_is_no_delay():

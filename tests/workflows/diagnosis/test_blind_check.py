@@ -263,7 +263,7 @@ def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_
     result = main(kind=("element",), cases=3, seed=11, out=tmp_path, **options)
     assert set(result.beside) == {"best_single_law", "sparse_regression"}
     page = (tmp_path / "blind_check.md").read_text(encoding="utf-8")
-    assert "### Beside plain methods on the same seals" in page
+    assert "### Compared with plain methods on the same cases" in page
     # What was sealed and answered here is scored alike from the file of answers.
     again = main(out=tmp_path, score=tmp_path / "answers" / "carrierflex.json")
     for own, other in zip(result.class_score.figures, again.class_score.figures, strict=True):
