@@ -66,7 +66,7 @@ def main() -> None:
     except TerminationError:
         _end("terminated; finished files are complete and remain", EXIT_TERMINATED)
     except KeyboardInterrupt:
-        _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
+        _end("interrupted; finished files are complete and remain", EXIT_INTERRUPTED)
     except ImportError as error:
         if _lacks_memory(error):
             _end(_about_memory(error), EXIT_REFUSED)

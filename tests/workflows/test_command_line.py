@@ -193,7 +193,7 @@ def test_interrupted_run_says_so_and_leaves_whole_files_only(tmp_path):
             process.kill()
     assert process.returncode == 130, stderr
     *stages, last = stderr.strip().splitlines()
-    assert last == "carrierflex: interrupted; files that were finished are whole and stay"
+    assert last == "carrierflex: interrupted; finished files are complete and remain"
     assert all(line.startswith("[") for line in stages)
     assert (tmp_path / "out" / "deflection_curves.csv").exists()
     assert not [path for path in tmp_path.rglob("*") if path.name.startswith(".")]

@@ -97,7 +97,7 @@ def test_a_check_that_is_asked_to_end_ends_with_its_processes(tmp_path, number, 
             process.kill()
     assert process.returncode == code, stderr
     assert stderr.count("\n") == 1, stderr
-    assert "files that were finished are whole and stay" in stderr
+    assert "finished files are complete and remain" in stderr
     assert workers
     # They are asked to end as well; on a busy machine the last of them ends after the command.
     deadline = time.monotonic() + 60.0
