@@ -251,7 +251,8 @@ def test_a_delay_beside_a_clock_that_was_moved_is_an_alias_of_it():
     # Nothing that is measured has changed: the same effect with the same value.
     assert beside.attribution.effects == alone.attribution.effects
     text = alias_sentence(beside)
-    assert "sensor delay cannot be distinguished from a fault of the measurement (clock shift)" in text
+    fault = "a fault of the measurement (clock shift)"
+    assert f"sensor delay cannot be distinguished from {fault}" in text
 
 
 def test_a_moved_clock_is_no_rival_of_an_effect_that_is_no_delay():
