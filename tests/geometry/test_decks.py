@@ -31,6 +31,12 @@ nodes = [5, 6, 7, 8]
 """
 
 
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Decks are read in this process, which is faster; the child has tests of its own."""
+    monkeypatch.setattr(foreign_files, "in_child", lambda read, *given, about, what: read(*given))
+
+
 def card(name, fields, form):
     """One entry in fields of 8 or 16 characters, or between commas."""
     width, n = (16, 4) if form == "long" else (8, 8)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.geometry import mesh_files
 from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
+from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.half_sector import quiet_geometry
 from carrierflex.geometry.mesh_files import quadratic_tetrahedra, read_mesh, write_mesh
 from carrierflex.geometry.quality import mesh_quality
@@ -41,6 +43,13 @@ def test_groups_of_elements_and_surfaces_survive(folder, stiff_mesh, suffix):
         found = np.unique(mesh.points[np.unique(mesh.surface(name))].round(6), axis=0)
         assert_allclose(found, expected, atol=2e-6, err_msg=name)
         assert len(mesh.surface(name)) == len(facets), name
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Files are read in this process, which is faster; the child has tests of its own."""
+    for module in (foreign_files, mesh_files):
+        monkeypatch.setattr(module, "in_child", lambda read, *given, about, what: read(*given))
 
 
 def test_a_nastran_mesh_has_numbers_that_the_surfaces_file_gives_names(

@@ -7,7 +7,9 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.solids.solid_matrices import refuse_inverted
 from carrierflex.fe.surface_integrals import surface_area, surface_moments
+from carrierflex.geometry import mesh_files
 from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
+from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.given_meshes.named_solids import NamedSolids, named_solids
 from carrierflex.geometry.given_meshes.solid_files import read_solid_mesh
 from carrierflex.geometry.mesh_files import read_mesh
@@ -19,6 +21,13 @@ from carrierflex.geometry.tet_mesh import (
 from tests.fe.solids.test_solids import FORMATS, LENGTHS, SIZES, blocks
 
 BODIES = {"left": "carrier", "right": "pins"}
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Files are read in this process, which is faster; the child has tests of its own."""
+    for module in (foreign_files, mesh_files):
+        monkeypatch.setattr(module, "in_child", lambda read, *given, about, what: read(*given))
 
 
 def carrier_of(kind, folder, **options):

@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 from pyyeti.nastran import bulk, op4
 
+from carrierflex.fe.matrices import node_files, op4_input_files
 from carrierflex.fe.matrices.dmig_input_files import read_dmig
 from carrierflex.fe.matrices.matrix_files import read_matrix
 from carrierflex.fe.matrices.node_files import read_dofs, read_nodes
@@ -31,6 +32,13 @@ from tests.independent_codes.calculix import needs_calculix
 NASTRAN = Path(pyyeti.__file__).parent / "tests"
 OP4 = NASTRAN / "nastran_op4_data"
 RNG = np.random.default_rng(3)
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch):
+    """Files are read in this process, which is faster; the child has tests of its own."""
+    for module in (node_files, op4_input_files):
+        monkeypatch.setattr(module, "in_child", lambda read, *given, about, what: read(*given))
 
 
 def symmetric(n=12, density=0.4):
