@@ -31,17 +31,20 @@ from carrierflex.diagnosis.wiring.linear_records import (
     off_gains,
 )
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
-from carrierflex.diagnosis.wiring.lone_channels import LONE_CHANNEL, lone_rivals
+from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
 from carrierflex.diagnosis.wiring.refits import (
     CHANNEL,
     CHANNEL_GAIN,
     CHANNEL_ZERO,
     CLOCK_SHIFT,
+    LONE_CHANNEL,
+    NEARLY_ALL,
     RUN,
     RUN_VARIATION,
     SMALLEST_DRIFT,
     UNIT,
     ClockDrift,
+    GapSquare,
     PredictedRecord,
     WiringChecks,
     WiringRival,
@@ -65,8 +68,6 @@ from carrierflex.identification.campaign_check.tones import answers_few_lines, t
 _GAP = 1.2
 #: Share of the gap above the floor that a wiring must explain to be told.
 _TOLD = 0.5
-#: The same of a wiring with a size that is fitted.
-_MOST = 0.9
 #: Share by which it may explain less than what is named and still be as good.
 _AS_GOOD = 0.03
 #: RMS of the gap over the declared noise below which that is too large.
@@ -131,15 +132,13 @@ def checked_baseline(
         warnings.append(_unchecked(wiring.unchecked))
     # None of another simulator's prediction: it stands as it is.
     if records:
-        enough = floor + _AS_GOOD * (before - floor)
+        gap = GapSquare(before, floor)
+        enough = gap.left(1.0 - _AS_GOOD)
         late = [refitted_clock(campaign, guess, wiring.refitted, enough) for guess in wiring.late()]
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
         tried += exchanged_runs(records, campaign, wiring.refitted)
-        linear = tuple(wiring.linear(fit.theta))
-        tried += lone_rivals(linear, campaign, wiring.refitted, before, floor)
-        tried += _load_rivals(wiring, campaign, before, floor)
-        enough = floor + _AS_GOOD * (before - floor)
+        tried += _lone_and_load_rivals(wiring, campaign, fit.theta, gap)
         if min((rival.mean_square for rival in tried), default=np.inf) > enough:
             for law in laws:
                 tried += _beside_law(problem, campaign, wiring, law, floor)
@@ -177,33 +176,29 @@ def _beside_law(
     before = mean_square_left(problem, fit)
     if not _GAP * floor < before < np.inf:
         return
+    gap = GapSquare(before, floor)
     beside = wiring.beside(fit.effects, fit.known)
-    tried = [
-        *lone_rivals(tuple(beside.linear(fit.theta)), campaign, beside.refitted, before, floor)
-    ]
-    if beside.has_cheap_refits:
-        tried += _load_rivals(beside, campaign, before, floor)
-    enough = floor + (1.0 - _MOST) * (before - floor)
-    yield from (replace(rival, laws=(law,)) for rival in tried if rival.mean_square <= enough)
+    for rival in _lone_and_load_rivals(beside, campaign, fit.theta, gap):
+        if rival.mean_square <= gap.left(NEARLY_ALL):
+            yield replace(rival, laws=(law,))
 
 
-def _load_rivals(
-    wiring: WiringChecks, campaign: Campaign, before: float, floor: float
+def _lone_and_load_rivals(
+    wiring: WiringChecks, campaign: Campaign, theta: FloatArray, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """Baseline refitted with every fault of the loads and of the angle put right.
+    """The model refitted without a channel or a run, and with every fault of the loads put right.
 
     A size that is fitted takes something of every gap: it must explain nearly all.
     """
+    yield from lone_rivals(lambda: wiring.linear(theta), campaign, wiring.refitted, gap)
     line = sample_of(campaign.runs[0].file, 0)
     faults = [*(load_faults(campaign) if wiring.has_cheap_refits else ()), *held_inputs(campaign)]
     for fault in faults:
         square = wiring.refitted(fault.corrected)
         yield WiringRival(fault.id, fault.about, fault.text, square, line)
-    if not wiring.has_cheap_refits:
-        return
-    enough = floor + (1.0 - _MOST) * (before - floor)
-    sized = sized_faults(campaign, wiring.refitted, before)
-    yield from (rival for rival in sized if rival.mean_square <= enough)
+    if wiring.has_cheap_refits:
+        sized = sized_faults(campaign, wiring.refitted, gap.before)
+        yield from (rival for rival in sized if rival.mean_square <= gap.left(NEARLY_ALL))
 
 
 def _drifting(
@@ -313,7 +308,7 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
     if fault in LONE_CHANNEL and all(name.endswith(_MAP) for name in named):
         # One channel is less to believe than a map of every signal on every other.
-        return min(_MOST, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
+        return min(NEARLY_ALL, min(diagnosis.reduction.phi, 1.0) - _AS_GOOD)
     is_same = fault in _BY_RUN or (fault in _CHANNELS and is_of_channel)
     return min(diagnosis.reduction.phi, 1.0) + (_AS_GOOD if is_same else -_AS_GOOD)
 

@@ -63,6 +63,27 @@ def check_file_writable(path: Path) -> None:
         ) from error
 
 
+def refuse_existing(*paths: Path) -> None:
+    """Refuse to write where a file is that may have been edited since.
+
+    Parameters
+    ----------
+    *paths : Path
+        Files that are to be written.
+
+    Raises
+    ------
+    ValueError
+        With the first that exists.
+    """
+    for path in paths:
+        if path.exists():
+            raise ValueError(
+                f"{path}: exists already; an existing file is not overwritten; give another name "
+                "to --out"
+            )
+
+
 def refuse_foreign(path: Path, *marks: str) -> None:
     """Refuse to replace a file that this program did not write.
 

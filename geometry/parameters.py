@@ -167,7 +167,7 @@ class CarrierParameters:
             length = getattr(self, name)
             if length > 2.0 * self.outer_radius:
                 yield (
-                    f"CarrierParameters.{name} is {length} m; expected at most twice outer_radius "
+                    f"[carrier] {name} is {length} m; expected at most twice outer_radius "
                     f"{self.outer_radius} m, dimensions in metres"
                 )
 
@@ -360,7 +360,7 @@ class GearData:
         for name in _GEAR_LENGTHS:
             if getattr(self, name) > 2.0 * _LARGEST_RADIUS:
                 yield (
-                    f"GearData.{name} is {getattr(self, name)} m; expected dimensions in metres, "
+                    f"[gear] {name} is {getattr(self, name)} m; expected dimensions in metres, "
                     f"at most {2.0 * _LARGEST_RADIUS} m"
                 )
         if self.ring_teeth != self.sun_teeth + 2 * self.planet_teeth:

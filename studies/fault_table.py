@@ -27,6 +27,7 @@ SignalChange = Callable[[FloatArray, np.random.Generator], FloatArray]
 _DELAYS = (0.005, 0.05)
 _SHARES = (0.001, 0.01)
 _MAINS_HZ = 50.0
+_RADIAL = ("ntl_y", "ntl_z")
 #: Frequencies between the orders of every rig of the blind check [Hz].
 _BETWEEN_ORDERS_HZ = (7.37, 9.13, 11.71)
 
@@ -237,13 +238,8 @@ def _low_passed(run: Run, name: str, time: float) -> FloatArray:
 
 def _loads_exchanged(campaign: Campaign, rng: np.random.Generator) -> Campaign:
     """The two radial loads in each other's columns."""
-    return _runs(
-        campaign,
-        lambda run: replace(
-            run,
-            inputs={**run.inputs, "ntl_y": run.inputs["ntl_z"], "ntl_z": run.inputs["ntl_y"]},
-        ),
-    )
+    y, z = _RADIAL
+    return _runs(campaign, lambda run: _with_inputs(run, {y: run.inputs[z], z: run.inputs[y]}))
 
 
 def _last_run_turned(campaign: Campaign, rng: np.random.Generator) -> Campaign:
@@ -253,10 +249,7 @@ def _last_run_turned(campaign: Campaign, rng: np.random.Generator) -> Campaign:
     return _runs(
         campaign,
         lambda run: (
-            replace(
-                run,
-                inputs={**run.inputs, "ntl_y": -run.inputs["ntl_y"], "ntl_z": -run.inputs["ntl_z"]},
-            )
+            _with_inputs(run, {name: -run.inputs[name] for name in _RADIAL})
             if run.name == turned
             else run
         ),
@@ -271,9 +264,7 @@ def _torque_zero(campaign: Campaign, rng: np.random.Generator, *, share: float) 
 
 def _input_moved(campaign: Campaign, rng: np.random.Generator, *, name: str, by: float) -> Campaign:
     """One input of every run moved by a constant."""
-    return _runs(
-        campaign, lambda run: replace(run, inputs={**run.inputs, name: run.inputs[name] + by})
-    )
+    return _runs(campaign, lambda run: _with_inputs(run, {name: run.inputs[name] + by}))
 
 
 def _encoder_eccentric(campaign: Campaign, rng: np.random.Generator, *, size: float) -> Campaign:
@@ -282,9 +273,7 @@ def _encoder_eccentric(campaign: Campaign, rng: np.random.Generator, *, size: fl
 
     def read(run: Run) -> Run:
         angle = run.inputs["carrier_angle"]
-        return replace(
-            run, inputs={**run.inputs, "carrier_angle": angle + size * np.sin(angle + phase)}
-        )
+        return _with_inputs(run, {"carrier_angle": angle + size * np.sin(angle + phase)})
 
     return _runs(campaign, read)
 
@@ -297,6 +286,10 @@ def _with_signal(run: Run, name: str, values: FloatArray) -> Run:
     return replace(run, signals={**run.signals, name: values})
 
 
+def _with_inputs(run: Run, inputs: Mapping[str, FloatArray]) -> Run:
+    return replace(run, inputs={**run.inputs, **inputs})
+
+
 def _noise_of(channel: Channel) -> float:
     """Declared noise of a channel; zero where none is declared."""
     return float(channel.noise_std or 0.0)
@@ -306,10 +299,7 @@ def _input_scaled(
     campaign: Campaign, rng: np.random.Generator, *, name: str, factor: float
 ) -> Campaign:
     """One input of every run times a factor."""
-    return _runs(
-        campaign,
-        lambda run: replace(run, inputs={**run.inputs, name: factor * run.inputs[name]}),
-    )
+    return _runs(campaign, lambda run: _with_inputs(run, {name: factor * run.inputs[name]}))
 
 
 def _load_scaled(campaign: Campaign, rng: np.random.Generator, *, factor: float) -> Campaign:
@@ -335,10 +325,9 @@ def _channels_scaled(
 def _signal_changed(
     campaign: Campaign, rng: np.random.Generator, *, change: SignalChange
 ) -> Campaign:
-    """The third channel, or the last of fewer, changed in every run."""
-    name = campaign.channels[min(2, len(campaign.channels) - 1)].name
-    return _runs(
-        campaign, lambda run: _with_signal(run, name, change(run.signals[name].copy(), rng))
+    """The third channel, or the last of fewer, changed in every run by its signal alone."""
+    return _third_channel(
+        campaign, rng, change=lambda campaign, run, name: change(run.signals[name].copy(), rng)
     )
 
 

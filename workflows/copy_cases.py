@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_files import refuse_existing, whole_file
 from carrierflex.files.whole_folders import check_writable
 from carrierflex.simulation.carrier.case_files import shipped_case
 
@@ -42,12 +42,7 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
     if out is None:
         return ShippedCases(titles)
     check_writable(out)
-    standing = [name for name in chosen if (out / f"{name}.toml").exists()]
-    if standing:
-        raise ValueError(
-            f"{out / standing[0]}.toml: exists already; an existing file is not overwritten; give "
-            "another name to --out"
-        )
+    refuse_existing(*(out / f"{name}.toml" for name in chosen))
     from carrierflex.workflows.outputs import schema_line
 
     for name, path in chosen.items():

@@ -18,6 +18,8 @@ from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.refits import (
     INPUT_GAIN,
     LOAD_AXES,
+    LOADS,
+    RADIAL_LOADS,
     SENSOR_ORDER,
     TORQUE_SIGN,
     WiringRival,
@@ -27,8 +29,6 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of
 FloatArray = NDArray[np.float64]
 MountingInTime = ProblemInTime[MountingModel, MountingRecord]
 
-_LOADS = ("torque", "ntl_y", "ntl_z")
-_RADIAL = _LOADS[1:]
 #: Factor of the answer to a load below which its sign is wrong.
 _TURNED = -0.2
 #: Square that an exchange of sensors must leave of what the stated order leaves.
@@ -50,21 +50,21 @@ def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
     measured = np.concatenate([record.measured for record in problem.records])
     predicted = np.concatenate(answers, axis=1)
     factors = _factors(measured, predicted)
-    turned = [name for name, factor in zip(_LOADS, factors, strict=True) if factor < _TURNED]
+    turned = [name for name, factor in zip(LOADS, factors, strict=True) if factor < _TURNED]
     if turned:
         records = tuple(_with_loads(record, turned) for record in problem.records)
         mean_square = mean_square_of(replace(problem, records=records))
         text = f"{', '.join(turned)} of the other sign"
         rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, mean_square, "run files"))
-    if _are_exchanged(problem, measured, nominal):
+    if _are_exchanged(problem, measured, predicted, nominal):
         records = tuple(_with_exchanged_loads(record) for record in problem.records)
         mean_square = mean_square_of(replace(problem, records=records))
-        y, z = _RADIAL
+        y, z = RADIAL_LOADS
         text = f"{y} and {z} exchanged"
         rivals.append(WiringRival(LOAD_AXES, f"{y}, {z}", text, mean_square, "run files"))
     # Exchanged sensors may look like a load of the other sign: both are tried.
     signs = np.where(factors < _TURNED, -1.0, 1.0)
-    for sign in [np.ones(len(_LOADS))] + ([signs] if turned else []):
+    for sign in [np.ones(len(LOADS))] + ([signs] if turned else []):
         order = _order(measured, np.einsum("l,lnc->nc", sign, predicted))
         if order is not None:
             rivals.append(_exchanged(problem, order, turned if sign is signs else []))
@@ -78,7 +78,7 @@ def _gain_rivals(problem: MountingInTime, measured: FloatArray) -> Iterator[Wiri
     theta = fit_effects(problem, ()).theta
     answers = [_answers(problem, record, theta) for record in problem.records]
     factors = _factors(measured, np.concatenate(answers, axis=1))
-    for load, name in enumerate(_LOADS):
+    for load, name in enumerate(LOADS):
         others = np.delete(factors, load)
         others = others[others != 1.0]
         if factors[load] == 1.0 or not others.size or min(factors[load], *others) <= 0.0:
@@ -121,8 +121,8 @@ def _answers(problem: MountingInTime, record: MountingRecord, theta: FloatArray)
     predicted = problem.simulator(())
     still = np.zeros_like(record.inputs.torque)
     rows = []
-    for name in _LOADS:
-        others = {other: still for other in _LOADS if other != name}
+    for name in LOADS:
+        others = {other: still for other in LOADS if other != name}
         alone = replace(record, inputs=replace(record.inputs, **others))
         rows.append(predicted(alone, theta, 1))
     return np.array(rows)
@@ -131,17 +131,18 @@ def _answers(problem: MountingInTime, record: MountingRecord, theta: FloatArray)
 def _factors(measured: FloatArray, predicted: FloatArray) -> FloatArray:
     """Factor of the answer to every load by least squares; one where a load does not act."""
     known = np.isfinite(measured).all(axis=1)
-    columns = predicted[:, known].reshape(len(_LOADS), -1)
+    columns = predicted[:, known].reshape(len(LOADS), -1)
     acts = np.abs(columns).max(axis=1) > 0.0
-    factors = np.ones(len(_LOADS))
+    factors = np.ones(len(LOADS))
     if acts.any() and np.isfinite(columns).all():
         factors[acts] = np.linalg.lstsq(columns[acts].T, measured[known].ravel(), rcond=None)[0]
     return factors
 
 
-def _are_exchanged(problem: MountingInTime, measured: FloatArray, theta: FloatArray) -> bool:
+def _are_exchanged(
+    problem: MountingInTime, measured: FloatArray, as_read: FloatArray, theta: FloatArray
+) -> bool:
     """Whether the answers to exchanged radial loads fit the signals, and those as read do not."""
-    as_read = np.concatenate([_answers(problem, one, theta) for one in problem.records], axis=1)
     exchanged = [_with_exchanged_loads(one) for one in problem.records]
     other = np.concatenate([_answers(problem, one, theta) for one in exchanged], axis=1)
     known = np.isfinite(measured).all(axis=1)
@@ -153,7 +154,7 @@ def _are_exchanged(problem: MountingInTime, measured: FloatArray, theta: FloatAr
 
 
 def _with_exchanged_loads(record: MountingRecord) -> MountingRecord:
-    y, z = (getattr(record.inputs, name) for name in _RADIAL)
+    y, z = (getattr(record.inputs, name) for name in RADIAL_LOADS)
     return replace(record, inputs=replace(record.inputs, ntl_y=z, ntl_z=y))
 
 

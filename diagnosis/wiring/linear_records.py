@@ -124,8 +124,20 @@ def off_gains(
     return tuple(gain for gain in beyond if gain.sureness >= gains[0].sureness - _AS_SURE)
 
 
-def _shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
-    """Products of what is left of columns once the parameters of the run alone are fitted out."""
+def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
+    """Products of what is left of columns once the parameters of the run alone are fitted out.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (q + m, q + m)
+        Products of columns, the q of the run first.
+    n_of_run : int
+        q.
+
+    Returns
+    -------
+    ndarray, shape (m, m)
+    """
     of_run, crossed = gram[:n_of_run, :n_of_run], gram[:n_of_run, n_of_run:]
     return np.asarray(
         gram[n_of_run:, n_of_run:] - crossed.T @ normal_inverse(of_run) @ crossed,
@@ -228,7 +240,7 @@ def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
         late = -slope[known]
         drifting = (-slope * along[:, None])[known]
         rows = np.array([*record.columns[:, known], late, drifting, record.residual[known]])
-        products[record.run] = _shared_products(rows @ rows.T, record.n_of_run)
+        products[record.run] = shared_products(rows @ rows.T, record.n_of_run)
         residuals.append((_correlation(record.residual), int(known.sum())))
     if not products:
         return None
@@ -282,7 +294,7 @@ def _products(record: LinearRecord, scale: FloatArray) -> FloatArray:
         gram[np.ix_(of_baseline, of_baseline)] += rows @ rows.T
         gram[row, of_baseline] = gram[of_baseline, row] = rows @ predicted
         gram[row, row] = predicted @ predicted
-    return _shared_products(gram, record.n_of_run)
+    return shared_products(gram, record.n_of_run)
 
 
 def _residual_rms(record: LinearRecord) -> FloatArray:

@@ -19,6 +19,8 @@ from carrierflex.diagnosis.wiring.refits import (
     HELD_INPUT,
     LOAD_AXES,
     LOAD_ZERO,
+    LOADS,
+    RADIAL_LOADS,
     TORQUE_SIGN,
     WiringRival,
 )
@@ -26,7 +28,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
-_ANGLE, _TORQUE, _RADIAL = "carrier_angle", "torque", ("ntl_y", "ntl_z")
+_ANGLE = "carrier_angle"
 #: First steps of an angle [rad] and of a load over its largest value.
 _ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
 #: What is left at a first size over the least, up to which the smaller size is taken.
@@ -58,13 +60,13 @@ def load_faults(campaign: Campaign, run: str = "") -> Iterator[LoadFault]:
     run : str
         Run whose loads are corrected; empty: of all runs.
     """
-    loads = [name for name in (_TORQUE, *_RADIAL) if _varies(campaign, name)]
+    loads = [name for name in LOADS if _varies(campaign, name)]
     for name in loads:
         text = f"{name} of the other sign"
         yield _fault(campaign, run, TORQUE_SIGN, text, {name: (name, -1.0)})
-    if set(_RADIAL) & set(loads):
-        y, z = _RADIAL
-        if set(_RADIAL) <= set(loads):
+    if set(RADIAL_LOADS) & set(loads):
+        y, z = RADIAL_LOADS
+        if set(RADIAL_LOADS) <= set(loads):
             text = "radial loads of the other sign"
             yield _fault(campaign, run, TORQUE_SIGN, text, {y: (y, -1.0), z: (z, -1.0)})
         for sign_y, sign_z in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)):
@@ -164,7 +166,7 @@ def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
             _ANGLE_STEP,
             n_sizes=2,
         )
-    for name in (_TORQUE, *_RADIAL):
+    for name in LOADS:
         if _varies(campaign, name):
             yield _zero_of_load(campaign, name)
 

@@ -11,22 +11,34 @@ the other channels expect of it, ``y = x + sum_k c_k u_k``, one kind of fault af
 - a low-pass or a high-pass filter of x, a curved characteristic ``y = g x + h x² + k x³``.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Annotated
 
 import numpy as np
 from scipy.signal import lfilter
 
-from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord, shared_products
 from carrierflex.diagnosis.wiring.load_faults import load_faults
 from carrierflex.diagnosis.wiring.refits import (
+    AC_COUPLED,
     CHANNEL,
     CHANNEL_GAIN,
     CHANNEL_ZERO,
+    COPIED_CHANNEL,
+    CROSSTALK,
+    CURVED_CHANNEL,
+    DEAD_CHANNEL,
+    FILTERED_CHANNEL,
     INPUT_GAIN,
+    LOADS,
+    NEARLY_ALL,
+    POLARITY,
     RUN,
     RUN_VARIATION,
+    SENSOR_ON_GROUND,
+    GapSquare,
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
@@ -37,20 +49,6 @@ from carrierflex.identification.estimation.scaled_least_squares import (
     normal_solution,
 )
 
-#: Faults of a channel that is at odds with all others.
-LONE_CHANNEL = (
-    CHANNEL,
-    CHANNEL_GAIN,
-    CHANNEL_ZERO,
-    "wiring/polarity",
-    "wiring/dead_channel",
-    "wiring/copied_channel",
-    "wiring/crosstalk",
-    "wiring/sensor_on_ground",
-    "wiring/filtered_channel",
-    "wiring/ac_coupled",
-    "wiring/curved_channel",
-)
 #: Fewest channels of which one can be left out: two disagree, and neither is the one.
 _FEWEST_CHANNELS = 3
 #: Fewest runs of which one can be left out.
@@ -59,20 +57,18 @@ _FEWEST_RUNS = 3
 _FEWEST_VARYING = 2
 #: Standard deviation of a load over its largest value up to which it is steady.
 _STEADY = 0.1
-#: Share of the gap that goes with the channel, or the run, that is left out.
-_GOES_WITH_IT = 0.9
+#: Share of the gap that must go in the linear screen: about a fit that the fault has led astray.
+_SCREENED = 0.5
 #: Share of what a channel has beyond the others' expectation that its fault explains.
 _EXPLAINED = 0.9
 #: What a fault leaves over what the best leaves, up to which the simpler one is taken.
-_AS_GOOD = 1.2
+_SIMPLER = 1.2
 #: Factors of a polarity that is reversed and of a dead channel are within this.
 _NEAR = 0.1
 #: Share of a signal's square in its steps from which it is white noise.
 _WHITE = 0.8
 #: Times [s] of filters over the step, as powers of two.
 _FILTERS = range(0, 14)
-#: Loads that reach a sensor that stands on the ground.
-_LOADS = ("torque", "ntl_y", "ntl_z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +110,8 @@ class _Sums:
     def steps(self) -> FloatArray:
         """Steps of the parameters of every run, then of all, shape (n_runs, q + p)."""
         q = self.n_of_run
-        shared = normal_solution(self._shared[:-1, :-1], self._shared[:-1, -1])
+        total = self._shared
+        shared = normal_solution(total[:-1, :-1], total[:-1, -1])
         steps = []
         for gram in self.grams.sum(axis=1):
             right = gram[:q, -1] - gram[:q, q:-1] @ shared
@@ -124,12 +121,8 @@ class _Sums:
     @property
     def _shared(self) -> FloatArray:
         """Products once every run's own parameters are fitted out."""
-        q = self.n_of_run
-        total = np.zeros((self.grams.shape[-1] - q,) * 2)
-        for gram in self.grams.sum(axis=1):
-            crossed = gram[:q, q:]
-            total += gram[q:, q:] - crossed.T @ normal_inverse(gram[:q, :q]) @ crossed
-        return total
+        of_runs = [shared_products(gram, self.n_of_run) for gram in self.grams.sum(axis=1)]
+        return np.asarray(np.sum(of_runs, axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,60 +148,58 @@ class _Fault:
 
 
 def lone_rivals(
-    records: Sequence[LinearRecord],
+    linear: Callable[[], Iterable[LinearRecord]],
     campaign: Campaign,
     refitted: Callable[[Campaign], float],
-    before: float,
-    floor: float,
+    gap: GapSquare,
 ) -> Iterator[WiringRival]:
     """The channel, and the run, without which the baseline meets the others.
 
     Parameters
     ----------
-    records : sequence of LinearRecord
-        Runs beside the fitted baseline.
+    linear : callable
+        ``() -> runs`` beside the fitted baseline, one after the other: never all in memory.
     campaign : Campaign
         The campaign.
     refitted : callable
         ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
-    before, floor : float
-        Mean square that the baseline leaves, and that of the noise.
+    gap : GapSquare
+        What the baseline leaves of all records.
 
     Yields
     ------
     WiringRival
-        At most one channel and one run, each checked by a fit without it.
+        At most one channel, one run, and values by run; each checked by a fit.
     """
-    if not records:
+    sums = _sums(linear())
+    if sums is None:
         return
-    sums = _sums(records)
-    at_most = floor + (1.0 - _GOES_WITH_IT) * (before - floor)
-    if len(campaign.channels) >= _FEWEST_CHANNELS:
-        squares = [sums.without(channel=k).mean_square for k in range(len(campaign.channels))]
+    screened, enough = gap.left(_SCREENED), gap.left(NEARLY_ALL)
+    n_runs, n_channels = sums.counts.shape
+    if n_channels >= _FEWEST_CHANNELS:
+        squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
-        # The screen is linear about a fit that the fault has led astray: the refit decides.
-        if squares[channel] <= 0.5 * (before + floor):
+        if squares[channel] <= screened:
             square = refitted(_without_channel(campaign, channel))
-            if square <= at_most:
-                yield from _channel_rival(records, sums, campaign, channel, (square, floor))
-    if len(campaign.runs) >= _FEWEST_RUNS:
-        squares = [sums.without(run=k).mean_square for k in range(len(records))]
-        run = int(np.argmin(squares))
-        if squares[run] <= 0.5 * (before + floor):
-            square = refitted(_without_run(campaign, records[run].run))
-            if square <= at_most:
-                yield _run_rival(records, sums, campaign, run, refitted, (square, floor, at_most))
-
-    may_vary = len(campaign.runs) >= _FEWEST_VARYING and _loads_vary(campaign)
-    if may_vary and sums.of_each_run <= 0.5 * (before + floor):
-        names = [run.name for run in campaign.runs]
-        counts = sums.counts.sum(axis=1)
+            if square <= enough:
+                reading = _reading(linear(), sums.without(channel=channel).steps, campaign, channel)
+                yield from _channel_rival(reading, campaign.channels[channel].name, square, gap)
+    if n_runs >= _FEWEST_RUNS:
+        squares = [sums.without(run=k).mean_square for k in range(n_runs)]
+        number = int(np.argmin(squares))
+        if squares[number] <= screened:
+            record = next(islice(linear(), number, None))
+            square = refitted(_without_run(campaign, record.run))
+            if square <= enough:
+                steps = sums.without(run=number).steps[number]
+                yield _run_rival(record, steps, campaign, refitted, square, gap)
+    if n_runs >= _FEWEST_VARYING and _loads_vary(campaign) and sums.of_each_run <= screened:
         squares = [refitted(replace(campaign, runs=(run,))) for run in campaign.runs]
-        square = float(np.average(squares, weights=counts))
-        if square <= at_most:
+        square = float(np.average(squares, weights=sums.counts.sum(axis=1)))
+        if square <= enough:
+            names = ", ".join(run.name for run in campaign.runs)
             text = "values of its own for every run (temperature, adjustment, wear)"
-            line = key_of("[[runs]]", "name")
-            yield WiringRival(RUN_VARIATION, ", ".join(names), text, square, line)
+            yield WiringRival(RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
 
 
 def _loads_vary(campaign: Campaign) -> bool:
@@ -222,8 +213,9 @@ def _loads_vary(campaign: Campaign) -> bool:
     return all(bool(np.std(load) > _STEADY * np.abs(load).max()) for load in loads)
 
 
-def _sums(records: Sequence[LinearRecord]) -> _Sums:
-    grams, counts = [], []
+def _sums(records: Iterable[LinearRecord]) -> _Sums | None:
+    """Products of all runs; None where there is no record."""
+    grams, counts, n_of_run = [], [], 0
     for record in records:
         known = np.isfinite(record.residual) & np.isfinite(record.predicted)
         of_run = []
@@ -233,7 +225,10 @@ def _sums(records: Sequence[LinearRecord]) -> _Sums:
             of_run.append(design @ design.T)
         grams.append(of_run)
         counts.append(known.sum(axis=0))
-    return _Sums(np.array(grams), np.array(counts, dtype=np.float64), records[0].n_of_run)
+        n_of_run = record.n_of_run
+    if not grams:
+        return None
+    return _Sums(np.array(grams), np.array(counts, dtype=np.float64), n_of_run)
 
 
 def _without_channel(campaign: Campaign, channel: int) -> Campaign:
@@ -253,69 +248,60 @@ def _without_run(campaign: Campaign, name: str) -> Campaign:
 
 
 def _run_rival(
-    records: Sequence[LinearRecord],
-    sums: _Sums,
+    record: LinearRecord,
+    steps: FloatArray,
     campaign: Campaign,
-    number: int,
     refitted: Callable[[Campaign], float],
-    squares: tuple[float, float, float],
+    without: float,
+    gap: GapSquare,
 ) -> WiringRival:
     """Rival that says what is wrong with the loads of a run, or that it is at odds with the rest.
 
-    Mean squares without the run, of the noise, and that a fault may leave of all runs.
+    `steps` are those of the parameters that the other runs ask for, `without` the mean square
+    without the run.
     """
-    without, floor, enough = squares
-    record = records[number]
     line = key_of("[[runs]]", record.run)
-    steps = sums.without(run=number).steps[number]
     x = record.predicted + np.einsum("p,pnc->nc", steps, record.columns)
     y = record.predicted + record.residual
     known = np.isfinite(x) & np.isfinite(y)
     # The zeros of a run are its own.
     x, y = (signal - np.nanmean(np.where(known, signal, np.nan), axis=0) for signal in (x, y))
     gain = float(np.sum(x[known] * y[known]) / np.sum(x[known] ** 2))
-    noise = floor * known.sum()
+    noise = gap.floor * known.sum()
     unexplained = float(np.sum((y - x)[known] ** 2)) - noise
     if float(np.sum((y - gain * x)[known] ** 2)) - noise <= (1.0 - _EXPLAINED) * unexplained:
         text = f"the loads of {record.run} {gain:.3g} times as large"
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = refitted(fault.corrected)
-        if square <= enough:
+        if square <= gap.left(NEARLY_ALL):
             return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
     text = f"run {record.run} left out, which is at odds with all others,"
     return WiringRival(RUN, record.run, text, without, line)
 
 
 def _channel_rival(
-    records: Sequence[LinearRecord],
-    sums: _Sums,
-    campaign: Campaign,
-    channel: int,
-    squares: tuple[float, float],
+    reading: _Reading, name: str, square: float, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """Rival that says what is wrong with a channel; mean squares without it, and of the noise.
+    """Rival that says what is wrong with a channel, without which a mean square is left.
 
     None of a channel that is only noisier than it declares.
     """
-    square, floor = squares
-    name = campaign.channels[channel].name
-    reading = _reading(records, sums.without(channel=channel).steps, campaign, channel)
-    faults = list(_faults(reading))
-    noise = floor * reading.measured.size
+    noise = gap.floor * reading.measured.size
     unread = reading.measured - reading.expected
     unexplained = float(np.sum(unread**2))
     line = key_of("[[channels]]", name)
-    if unexplained <= _AS_GOOD * noise:
+    if unexplained <= _SIMPLER * noise:
         text = f"channel {name} left out, the zero of which is off,"
         yield WiringRival(CHANNEL_ZERO, name, text, square, line)
         return
     # Half the mean square of the steps of white noise is its own.
     if 0.5 * float(np.sum(np.diff(unread) ** 2)) > _WHITE * unexplained:
         return
+    faults = list(_faults(reading))
     least = min(fault.square for fault in faults)
     fault = min(
-        (fault for fault in faults if fault.square <= _AS_GOOD * max(least, noise)),
+        (fault for fault in faults if fault.square <= _SIMPLER * max(least, noise)),
         key=lambda fault: (fault.n_unknowns, fault.square),
     )
     if fault.square > noise + (1.0 - _EXPLAINED) * (unexplained - noise):
@@ -325,22 +311,23 @@ def _channel_rival(
 
 
 def _reading(
-    records: Sequence[LinearRecord], steps: FloatArray, campaign: Campaign, channel: int
+    records: Iterable[LinearRecord], steps: FloatArray, campaign: Campaign, channel: int
 ) -> _Reading:
     """Samples of a channel that are known in all, run after run."""
     runs = {run.name: run for run in campaign.runs}
-    rows, starts, n = [], [], 0
+    rows, starts, n, step_of_time = [], [], 0, 0.0
     for record, step in zip(records, steps, strict=True):
         measured = (record.predicted + record.residual).T
         expected = record.predicted[:, channel] + step @ record.columns[:, :, channel]
         run = runs[record.run]
         loads = [
             np.interp(record.time, run.time, run.inputs[load])
-            for load in _LOADS
+            for load in LOADS
             if load in run.inputs
         ]
         table = np.array([measured[channel], expected, *np.delete(measured, channel, 0), *loads])
         table = table[:, np.isfinite(table).all(axis=0)]
+        step_of_time = step_of_time or mean_step(record.time)
         rows.append(table)
         starts.append(n)
         n += table.shape[1]
@@ -353,7 +340,7 @@ def _reading(
         table[1],
         dict(zip(names, table[2 : 2 + len(names)], strict=True)),
         table[2 + len(names) :],
-        mean_step(records[0].time),
+        step_of_time,
         starts,
     )
 
@@ -370,32 +357,32 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
 
     (gain,), square = fitted(y, x)
     if abs(gain + 1.0) < _NEAR:
-        yield _Fault("wiring/polarity", "reads with the other sign", square, 0)
+        yield _Fault(POLARITY, "reads with the other sign", square, 0)
     elif abs(gain) < _NEAR:
-        yield _Fault("wiring/dead_channel", "does not answer", float(np.sum(y**2)), 0)
+        yield _Fault(DEAD_CHANNEL, "does not answer", float(np.sum(y**2)), 0)
     else:
         yield _Fault(CHANNEL_GAIN, f"reads {gain:.3g} times as much", square, 1)
     for name, other in reading.others.items():
         square = float(np.sum((y - other) ** 2))
-        yield _Fault("wiring/copied_channel", f"reads the signal of {name}", square, 0)
+        yield _Fault(COPIED_CHANNEL, f"reads the signal of {name}", square, 0)
         (share,), square = fitted(y - x, other)
         text = f"reads {share:.1%} of {name} too"
-        yield _Fault("wiring/crosstalk", text, square, 1)
+        yield _Fault(CROSSTALK, text, square, 1)
     if reading.loads.size:
         _, square = fitted(y - x, *reading.loads)
         text = "moves with the loads as a sensor that stands on the ground"
-        yield _Fault("wiring/sensor_on_ground", text, square, 3)
+        yield _Fault(SENSOR_ON_GROUND, text, square, 3)
     for power in _FILTERS:
         time = reading.step * 2.0**power
         slow = _low_passed(x, reading, time)
         square = float(np.sum((y - slow) ** 2))
         text = f"is filtered with a time constant of about {time:.2g} s"
-        yield _Fault("wiring/filtered_channel", text, square, 1)
+        yield _Fault(FILTERED_CHANNEL, text, square, 1)
         square = float(np.sum((y - (x - slow)) ** 2))
         text = f"loses what is slower than about {time:.2g} s (AC coupling)"
-        yield _Fault("wiring/ac_coupled", text, square, 1)
+        yield _Fault(AC_COUPLED, text, square, 1)
     _, square = fitted(y - y.mean(), x, x**2 - np.mean(x**2), x**3 - np.mean(x**3))
-    yield _Fault("wiring/curved_channel", "has a curved characteristic or saturates", square, 3)
+    yield _Fault(CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
 
 
 def _low_passed(values: FloatArray, reading: _Reading, time: float) -> FloatArray:

@@ -38,11 +38,43 @@ ENCODER = "wiring/encoder"
 HELD_INPUT = "wiring/held_input"
 #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
 CHANNEL = "wiring/channel"
+POLARITY = "wiring/polarity"
+DEAD_CHANNEL = "wiring/dead_channel"
+COPIED_CHANNEL = "wiring/copied_channel"
+CROSSTALK = "wiring/crosstalk"
+SENSOR_ON_GROUND = "wiring/sensor_on_ground"
+FILTERED_CHANNEL = "wiring/filtered_channel"
+AC_COUPLED = "wiring/ac_coupled"
+CURVED_CHANNEL = "wiring/curved_channel"
 #: Runs that differ from one another in the baseline's values, as by temperature.
 RUN_VARIATION = "run_variation"
 CHANNEL_GAIN = "wiring/channel_gain"
 CHANNEL_ZERO = "wiring/channel_zero"
+#: Faults of a channel that is at odds with all others.
+LONE_CHANNEL = (
+    CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO, POLARITY, DEAD_CHANNEL, COPIED_CHANNEL, CROSSTALK,
+    SENSOR_ON_GROUND, FILTERED_CHANNEL, AC_COUPLED, CURVED_CHANNEL,
+)  # fmt: skip
 RUN = "wiring/run"
+
+
+#: Loads of a shaft, the radial ones after its torque.
+RADIAL_LOADS = ("ntl_y", "ntl_z")
+LOADS = ("torque", *RADIAL_LOADS)
+#: Share of the gap that a fault must explain whose size is fitted, or that leaves records out.
+NEARLY_ALL = 0.9
+
+
+@dataclass(frozen=True)
+class GapSquare:
+    """Mean square that a model leaves of the records, and that of the noise."""
+
+    before: float
+    floor: float
+
+    def left(self, share: float) -> float:
+        """Mean square that is left where a share of the gap above the floor is explained."""
+        return self.floor + (1.0 - share) * (self.before - self.floor)
 
 
 @dataclass(frozen=True)

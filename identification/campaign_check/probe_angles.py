@@ -106,20 +106,20 @@ def probe_angles(campaign: Campaign) -> tuple[ProbeAngle, ...]:
     return tuple(rows)
 
 
-def probe_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
+def probe_findings(probes: Sequence[ProbeAngle]) -> Iterator[CampaignWarning]:
     """Probes whose order 1 is at odds with the declared angles, with what explains it.
 
     Parameters
     ----------
-    campaign : Campaign
-        Campaign of kind carrier.
+    probes : sequence of ProbeAngle
+        Probes of a campaign of kind carrier.
 
     Yields
     ------
     CampaignWarning
         Check ``probe_angle``: exchanged cables, an angle counted the other way, or one probe.
     """
-    rows = [row for row in probe_angles(campaign) if row.read_deg is not None]
+    rows = [row for row in probes if row.read_deg is not None]
     if len(rows) < 2:
         return
     declared = np.deg2rad([row.declared_deg for row in rows])

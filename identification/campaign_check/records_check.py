@@ -1,6 +1,6 @@
 """All findings that the records of a campaign give by themselves."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -16,7 +16,11 @@ from carrierflex.identification.campaign_check.campaign_warning import (
     sample_of,
 )
 from carrierflex.identification.campaign_check.copies import copied_runs, copy_findings
-from carrierflex.identification.campaign_check.probe_angles import probe_findings
+from carrierflex.identification.campaign_check.probe_angles import (
+    ProbeAngle,
+    probe_angles,
+    probe_findings,
+)
 from carrierflex.identification.campaign_check.releases import release_findings
 from carrierflex.identification.campaign_check.sample_faults import sample_faults
 from carrierflex.identification.campaign_check.sample_statistics import neighbour_noise
@@ -62,6 +66,7 @@ def records_findings(
     campaign: Campaign,
     curves: _Curves | None = None,
     copies: Mapping[str, str] | None = None,
+    probes: Sequence[ProbeAngle] | None = None,
 ) -> tuple[CampaignWarning, ...]:
     """Findings about a campaign that need no simulation.
 
@@ -73,6 +78,8 @@ def records_findings(
         Deflection curves of a carrier.
     copies : mapping of str to str, optional
         Runs that are copies, where :func:`copied_runs` told them already.
+    probes : sequence of ProbeAngle, optional
+        Probes of a carrier, where :func:`probe_angles` read them already.
 
     Returns
     -------
@@ -83,7 +90,7 @@ def records_findings(
     return merged(
         [
             *unit_findings(campaign),
-            *_rig_findings(campaign, curves),
+            *_rig_findings(campaign, curves, probes),
             *clock_shift_findings(campaign),
             *copy_findings(campaign, copied_runs(campaign) if copies is None else copies),
             *_sampling_findings(campaign),
@@ -228,13 +235,15 @@ def clock_shift_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
     )
 
 
-def _rig_findings(campaign: Campaign, curves: _Curves | None) -> Iterator[CampaignWarning]:
+def _rig_findings(
+    campaign: Campaign, curves: _Curves | None, probes: Sequence[ProbeAngle] | None
+) -> Iterator[CampaignWarning]:
     """Findings about what the campaign declares."""
     if curves is not None:
         yield from _lobes(campaign, curves)
     if campaign.kind == "carrier":
         yield from _radii(campaign)
-        yield from probe_findings(campaign)
+        yield from probe_findings(probe_angles(campaign) if probes is None else probes)
         yield from _no_radial_load(campaign)
     if campaign.kind in ("carrier", "mounting"):
         yield from _torque_against_rotation(campaign)

@@ -6,7 +6,6 @@ the same number are the same.
 
 import io
 import os
-import pickle
 import resource
 import signal
 from collections import Counter
@@ -34,7 +33,7 @@ from carrierflex.diagnosis.report.rim_motion_files import (
 )
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.matrices import node_files, op4_input_files
-from carrierflex.files import child_process, hdf5_trial
+from carrierflex.files import hdf5_trial
 from carrierflex.files.json_files import save_json
 from carrierflex.files.shown_values import printable
 from carrierflex.geometry import mesh_files
@@ -59,6 +58,7 @@ from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.cached_results import CacheStore
 from carrierflex.workflows.view3d.rim_scene import rim_scene
 from tests.fe.solids.test_solids import blocks
+from tests.forked_readers import read_in_forks
 from tests.fuzz.counts import COUNTS
 from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
 from tests.fuzz.mutations import damaged, damaged_hdf5
@@ -281,8 +281,9 @@ def targets(tmp_path_factory, one_pin_mesh, body):
 @pytest.fixture(autouse=True)
 def careful(monkeypatch):
     """Children are forks, which start at once; all of this process may take four gigabytes more."""
-    for module in (mesh_files, foreign_files, node_files, op4_input_files, log_files, hdf5_trial):
-        monkeypatch.setattr(module, "in_child", forked)
+    read_in_forks(
+        monkeypatch, mesh_files, foreign_files, node_files, op4_input_files, log_files, hdf5_trial
+    )
     monkeypatch.setattr(log_files, "_SECONDS", 2)
     monkeypatch.setattr(hdf5_trial, "_SECONDS", 2)
     limits = resource.getrlimit(resource.RLIMIT_AS)
@@ -292,26 +293,6 @@ def careful(monkeypatch):
     signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
     signal.signal(signal.SIGVTALRM, previous)
     resource.setrlimit(resource.RLIMIT_AS, limits)
-
-
-def forked(function, *arguments, about, what):
-    """As `in_child` in a fork of this process: a crash or a loop ends the fork alone."""
-    answer, into = os.pipe()
-    if (number := os.fork()) == 0:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-        child_process._is_child = True
-        try:
-            content = pickle.dumps((True, function(*arguments)))
-        except Exception as error:
-            content = child_process._copied(error)
-        with os.fdopen(into, "wb") as file:
-            file.write(content)
-        os._exit(0)
-    os.close(into)
-    with os.fdopen(answer, "rb") as file:
-        content = file.read()
-    code = os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
-    return child_process.answered(content, code, about, what)
 
 
 def _virtual_bytes() -> int:

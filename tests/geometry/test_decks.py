@@ -10,6 +10,7 @@ from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.given_meshes.solid_files import REFERENCE_NODES, read_solid_mesh
 from carrierflex.geometry.mesh_files import read_mesh
+from tests.forked_readers import read_in_forks
 
 #: Nodes of one element of 0.1 m as Nastran numbers them: edges along the axis before the far end.
 HEX = 0.1 * REFERENCE_NODES["hexahedron20"][[*range(12), *range(16, 20), *range(12, 16)]]
@@ -32,9 +33,9 @@ nodes = [5, 6, 7, 8]
 
 
 @pytest.fixture(autouse=True)
-def in_this_process(monkeypatch):
-    """Decks are read in this process, which is faster; the child has tests of its own."""
-    monkeypatch.setattr(foreign_files, "in_child", lambda read, *given, about, what: read(*given))
+def in_forks(monkeypatch):
+    """Decks are read in forks."""
+    read_in_forks(monkeypatch, foreign_files)
 
 
 def card(name, fields, form):

@@ -14,6 +14,7 @@ from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.half_sector import quiet_geometry
 from carrierflex.geometry.mesh_files import quadratic_tetrahedra, read_mesh, write_mesh
 from carrierflex.geometry.quality import mesh_quality
+from tests.forked_readers import read_in_forks
 
 #: Formats that gmsh writes from a .msh with all groups by name.
 BY_GMSH = (".unv", ".med")
@@ -46,10 +47,9 @@ def test_groups_of_elements_and_surfaces_survive(folder, stiff_mesh, suffix):
 
 
 @pytest.fixture(autouse=True)
-def in_this_process(monkeypatch):
-    """Files are read in this process, which is faster; the child has tests of its own."""
-    for module in (foreign_files, mesh_files):
-        monkeypatch.setattr(module, "in_child", lambda read, *given, about, what: read(*given))
+def in_forks(monkeypatch):
+    """Files are read in forks."""
+    read_in_forks(monkeypatch, foreign_files, mesh_files)
 
 
 def test_a_nastran_mesh_has_numbers_that_the_surfaces_file_gives_names(

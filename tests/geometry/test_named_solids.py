@@ -19,15 +19,15 @@ from carrierflex.geometry.tet_mesh import (
     surface_of_facets,
 )
 from tests.fe.solids.test_solids import FORMATS, LENGTHS, SIZES, blocks
+from tests.forked_readers import read_in_forks
 
 BODIES = {"left": "carrier", "right": "pins"}
 
 
 @pytest.fixture(autouse=True)
-def in_this_process(monkeypatch):
-    """Files are read in this process, which is faster; the child has tests of its own."""
-    for module in (foreign_files, mesh_files):
-        monkeypatch.setattr(module, "in_child", lambda read, *given, about, what: read(*given))
+def in_forks(monkeypatch):
+    """Files are read in forks."""
+    read_in_forks(monkeypatch, foreign_files, mesh_files)
 
 
 def carrier_of(kind, folder, **options):

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.identification.campaign_check.probe_angles import ProbeAngle, probe_angles
+from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.progress import Stages
@@ -66,5 +66,4 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
             examination = examined(measured, curves)
         with stages.stage("baseline and wiring"):
             warnings = (*examination.warnings, *examination.baseline().warnings)
-        probes = probe_angles(measured) if measured.kind == "carrier" else ()
-    return CampaignCheck(measured.name, measured.kind, warnings, probes)
+    return CampaignCheck(measured.name, measured.kind, warnings, examination.probes)

@@ -16,6 +16,7 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
+from carrierflex.identification.campaign_check.probe_angles import ProbeAngle, probe_angles
 from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.simulation.laws import Law
 
@@ -25,6 +26,7 @@ class ExaminedCampaign:
     """A campaign whose records were looked at, ready to be compared with its baseline."""
 
     distinct: Annotated[Campaign, "Every record once"]
+    probes: Annotated[tuple[ProbeAngle, ...], "Where the probes of a carrier stand"]
     warnings: Annotated[tuple[CampaignWarning, ...], "What the records say by themselves"]
     problem: Annotated[ComparisonProblem, "Records, simulator and library"]
     floor_is_measured: Annotated[bool, "Whether the noise floor was declared or comes from repeats"]
@@ -87,7 +89,8 @@ def examined(
         Where the campaign is refused.
     """
     copies = copied_runs(campaign)
-    warnings = records_findings(campaign, curves, copies)
+    probes = probe_angles(campaign) if campaign.kind == "carrier" else ()
+    warnings = records_findings(campaign, curves, copies, probes)
     distinct = without_copies(campaign, copies)
     problem, floor_is_measured = problem_of(distinct, curves, laws)
-    return ExaminedCampaign(distinct, warnings, problem, floor_is_measured)
+    return ExaminedCampaign(distinct, probes, warnings, problem, floor_is_measured)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.files.whole_files import check_file_writable
+from carrierflex.files.whole_files import check_file_writable, refuse_existing
 from carrierflex.geometry.cad_surface_tables import ChosenSolid, StepUnit
 from carrierflex.workflows.outputs import prepared_folder, save_image
 
@@ -103,12 +103,7 @@ def _checked_outputs(out: Path) -> Path:
     if out.suffix != ".toml":
         raise ValueError(f"--out is {out}; expected the name of a surfaces file, .toml")
     picture = out.with_suffix(".png")
-    for path in (out, picture):
-        if path.exists():
-            raise ValueError(
-                f"{path}: exists already; an existing file is not overwritten; give "
-                "another name to --out"
-            )
+    refuse_existing(out, picture)
     if out.parent.exists():
         check_file_writable(out)
     return picture

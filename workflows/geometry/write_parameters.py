@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from carrierflex.files.whole_files import check_file_writable, whole_file
+from carrierflex.files.whole_files import check_file_writable, refuse_existing, whole_file
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameter_sources import limits, sources
 from carrierflex.geometry.parameters import CarrierParameters
@@ -54,12 +54,7 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     """
     stage = read_parameters(parameters)
     drawing = out.with_suffix(".png")
-    for path in (out, drawing):
-        if path.exists():
-            raise ValueError(
-                f"{path}: exists already; an existing file is not overwritten; give another name "
-                "to --out"
-            )
+    refuse_existing(out, drawing)
     check_file_writable(out)
     lines = list(_lines(stage))
     with whole_file(out) as path:

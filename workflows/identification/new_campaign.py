@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from carrierflex.files.whole_files import check_file_writable, whole_file
+from carrierflex.files.whole_files import check_file_writable, refuse_existing, whole_file
 
 Kind = Literal["carrier", "mounting", "element"]
 Drive = Literal["force", "displacement", "free_decay", "base"]
@@ -66,11 +66,7 @@ def main(
     from carrierflex.identification.logs.map_text import map_text
     from carrierflex.workflows.outputs import schema_line
 
-    if out.exists():
-        raise ValueError(
-            f"{out}: exists already; an existing file is not overwritten; give another name to "
-            "--out"
-        )
+    refuse_existing(out)
     check_file_writable(out)
     if drive is not None and kind != "element":
         raise ValueError(f"--drive is for kind element; {kind} has none")

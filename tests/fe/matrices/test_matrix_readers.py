@@ -27,6 +27,7 @@ from tests.fe.matrices.written_formats import (
     abaqus_input,
     harwell_boeing,
 )
+from tests.forked_readers import read_in_forks
 from tests.independent_codes.calculix import needs_calculix
 
 NASTRAN = Path(pyyeti.__file__).parent / "tests"
@@ -35,10 +36,9 @@ RNG = np.random.default_rng(3)
 
 
 @pytest.fixture(autouse=True)
-def in_this_process(monkeypatch):
-    """Files are read in this process, which is faster; the child has tests of its own."""
-    for module in (node_files, op4_input_files):
-        monkeypatch.setattr(module, "in_child", lambda read, *given, about, what: read(*given))
+def in_forks(monkeypatch):
+    """Files are read in forks."""
+    read_in_forks(monkeypatch, node_files, op4_input_files)
 
 
 def symmetric(n=12, density=0.4):

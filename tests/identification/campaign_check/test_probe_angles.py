@@ -39,7 +39,7 @@ def tilted(angles=PROBES, signs=(1.0, 1.0, 1.0, 1.0), direction=1.0, tilt=2e-4):
 
 
 def ids(campaign):
-    return {finding.id for finding in probe_findings(campaign)}
+    return {finding.id for finding in probe_findings(probe_angles(campaign))}
 
 
 def test_angles_are_read_to_a_tenth_of_a_degree_within_their_intervals():
@@ -54,28 +54,28 @@ def test_angles_are_read_to_a_tenth_of_a_degree_within_their_intervals():
 
 def test_exchanged_cables_are_read_from_the_records_alone():
     exchanged = tilted(angles=PROBES[[0, 3, 2, 1]])
-    (finding,) = probe_findings(exchanged)
+    (finding,) = probe_findings(probe_angles(exchanged))
     assert finding.id == "wiring/sensor_order"
     assert len(finding.about.split(", ")) == 2
 
 
 def test_an_angle_counted_the_other_way_is_told_as_such():
     # Exchanged cables may read the same: both are told.
-    first = next(probe_findings(tilted(direction=-1.0)))
+    first = next(probe_findings(probe_angles(tilted(direction=-1.0))))
     assert (first.id, first.about) == ("wiring/angle_direction", "carrier_angle")
     assert ids(tilted(direction=-1.0)) <= {"wiring/angle_direction", "wiring/sensor_order"}
 
 
 def test_one_reversed_channel_has_its_angle_half_a_turn_off():
     campaign = tilted(signs=(1.0, 1.0, -1.0, 1.0))
-    (finding,) = probe_findings(campaign)
+    (finding,) = probe_findings(probe_angles(campaign))
     assert (finding.id, finding.about) == ("wiring/polarity", campaign.channels[2].name)
     assert [row.sign for row in probe_angles(campaign)] == [1, 1, -1, 1]
 
 
 def test_a_probe_far_from_its_declared_angle_is_told_alone():
     campaign = tilted(angles=PROBES + np.deg2rad([0.0, 0.0, 60.0, 0.0]))
-    (finding,) = probe_findings(campaign)
+    (finding,) = probe_findings(probe_angles(campaign))
     assert (finding.id, finding.about) == ("wiring/sensor_angle", campaign.channels[2].name)
 
 
