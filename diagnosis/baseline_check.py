@@ -197,7 +197,7 @@ def _lone_and_load_rivals(
         square = wiring.refitted(fault.corrected)
         yield WiringRival(fault.id, fault.about, fault.text, square, line)
     if wiring.has_cheap_refits:
-        sized = sized_faults(campaign, wiring.refitted, gap.before)
+        sized = sized_faults(campaign, wiring.refitted)
         yield from (rival for rival in sized if rival.mean_square <= gap.left(NEARLY_ALL))
 
 

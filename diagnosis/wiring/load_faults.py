@@ -33,6 +33,8 @@ _ANGLE = "carrier_angle"
 _ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
 #: What is left at a first size over the least, up to which the smaller size is taken.
 _NEARLY = 1.5
+#: Samples of all channels in which a size is sought.
+_MOST_SAMPLES = 200_000
 #: Rounds in which a size is sought, and the step of one over that of the round before.
 _ROUNDS, _NARROWER = 4, 0.4
 #: Share of the changes of a held input that are one and the same number of samples apart.
@@ -94,9 +96,11 @@ def held_inputs(campaign: Campaign) -> Iterator[LoadFault]:
 
 
 def sized_faults(
-    campaign: Campaign, refitted: Callable[[Campaign], float], before: float
+    campaign: Campaign, refitted: Callable[[Campaign], float]
 ) -> Iterator[WiringRival]:
     """Baseline refitted with the zero of a load or of the angle put right, or an eccentric encoder.
+
+    Sizes are sought in some samples of a long campaign; what is left is of all.
 
     Parameters
     ----------
@@ -104,8 +108,6 @@ def sized_faults(
         The campaign.
     refitted : callable
         ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
-    before : float
-        Mean square that the baseline leaves of the campaign as it stands.
 
     Yields
     ------
@@ -113,23 +115,36 @@ def sized_faults(
         One for each of the faults, with its size.
     """
     line = sample_of(campaign.runs[0].file, 0)
+    searched = _thinned(campaign)
     for fault in _unknown_sizes(campaign):
 
-        def square(size: FloatArray, fault: _SizedFault = fault) -> float:
-            return refitted(_with_inputs(campaign, "", {fault.about: fault.corrected(size)}))
+        def square(size: FloatArray, of: Campaign = searched, fault: _SizedFault = fault) -> float:
+            return refitted(_with_inputs(of, "", {fault.about: fault.corrected(size)}))
 
-        size = np.zeros(fault.n_sizes)
-        if fault.starts:
-            squares = [square(np.array(start)) for start in fault.starts]
-            # A carrier of n equal planets is nearly the same a share of a turn on.
-            near = [
-                start
-                for start, one in zip(fault.starts, squares, strict=True)
-                if one <= _NEARLY * min(squares)
-            ]
-            size = np.array(min(near, key=np.linalg.norm))
-        size, least = _least(square, size, before, fault.step)
+        size, least = _least(square, _first_size(square, fault), fault.step)
+        if searched is not campaign:
+            least = square(size, campaign)
         yield WiringRival(fault.id, fault.about, fault.words(size), least, line)
+
+
+def _thinned(campaign: Campaign) -> Campaign:
+    """Campaign with as many samples as sizes are sought in; itself where it has no more."""
+    n_samples = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
+    every = -(-n_samples // _MOST_SAMPLES)
+    if every <= 1:
+        return campaign
+    return replace(campaign, runs=tuple(run.thinned(every) for run in campaign.runs))
+
+
+def _first_size(square: Callable[[FloatArray], float], fault: "_SizedFault") -> FloatArray:
+    """Size that a search begins with: the smallest of those that leave nearly the least."""
+    if not fault.starts:
+        return np.zeros(fault.n_sizes)
+    squares = [square(np.array(start)) for start in fault.starts]
+    # A carrier of n equal planets is nearly the same a share of a turn on.
+    pairs = zip(fault.starts, squares, strict=True)
+    near = [start for start, one in pairs if one <= _NEARLY * min(squares)]
+    return np.array(min(near, key=np.linalg.norm))
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,11 +199,11 @@ def _zero_of_load(campaign: Campaign, name: str) -> _SizedFault:
 
 
 def _least(
-    square: Callable[[FloatArray], float], size: FloatArray, before: float, step: float
+    square: Callable[[FloatArray], float], size: FloatArray, step: float
 ) -> tuple[FloatArray, float]:
     """Size at which a mean square is least, and that: vertices of paraboloids, each nearer."""
     n = size.size
-    least = square(size) if size.any() else before
+    least = square(size)
     for width in step * _NARROWER ** np.arange(_ROUNDS):
         steps = width * np.eye(n)
         ahead = np.array([square(size + one) for one in steps])

@@ -187,28 +187,37 @@ def _order_1(
     runs: Sequence[Run], channels: Sequence[Channel], highest: int
 ) -> tuple[ComplexArray, FloatArray]:
     """Amplitudes of order 1 and their variances, shape (n_runs, n_channels) each."""
-    amplitudes, variances = [], []
-    for complete in runs:
+    amplitudes = np.zeros((len(runs), len(channels)), dtype=np.complex128)
+    # Nothing is known of a channel with too few samples.
+    variances = np.full((len(runs), len(channels)), np.inf)
+    for r, complete in enumerate(runs):
         run = complete.thinned(-(-complete.time.size // _MOST_SAMPLES))
         rows = np.sort(np.concatenate(whole_revolutions(run).samples))
-        fits = [_fitted(run, channel.name, rows, highest) for channel in channels]
-        amplitudes.append([amplitude for amplitude, _ in fits])
-        variances.append([variance for _, variance in fits])
-    return np.array(amplitudes), np.array(variances)
+        signals = np.array([run.signals[channel.name][rows] for channel in channels])
+        known = np.isfinite(signals)
+        # Channels with the same samples are one least-squares problem.
+        for mask in np.unique(known, axis=0):
+            if np.count_nonzero(mask) <= 2 * (highest + 1):
+                continue
+            alike = np.flatnonzero((known == mask).all(axis=1))
+            fits = _fitted(run, rows[mask], signals[np.ix_(alike, mask)], highest)
+            amplitudes[r, alike], variances[r, alike] = fits
+    return amplitudes, variances
 
 
-def _fitted(run: Run, name: str, rows: NDArray[np.int64], highest: int) -> tuple[complex, float]:
-    """Amplitude of order 1 beside the other orders and a drift, and its variance."""
-    known = rows[np.isfinite(run.signals[name][rows])]
-    angle, values = run.inputs["carrier_angle"][known], run.signals[name][known]
+def _fitted(
+    run: Run, rows: NDArray[np.int64], signals: FloatArray, highest: int
+) -> tuple[ComplexArray, FloatArray]:
+    """Amplitude of order 1 of signals beside the other orders and a drift, and its variance."""
+    angle, time = run.inputs["carrier_angle"][rows], run.time[rows]
     phase = np.outer(np.arange(1, highest + 1), angle)
-    drift = (run.time[known] - run.time[known].mean()) / max(np.ptp(run.time[known]), 1e-300)
+    drift = (time - time.mean()) / max(np.ptp(time), 1e-300)
     design = np.array([np.ones_like(angle), drift, *np.cos(phase), *np.sin(phase)])
-    solution = np.linalg.lstsq(design.T, values, rcond=None)[0]
-    residual = values - solution @ design
-    freedom = max(values.size - len(design), 1)
-    amplitude = complex(solution[2], -solution[2 + highest])
-    return amplitude, 4.0 * float(residual @ residual) / freedom / values.size
+    solution = np.linalg.lstsq(design.T, signals.T, rcond=None)[0]
+    residual = signals - solution.T @ design
+    freedom = max(angle.size - len(design), 1)
+    variance = 4.0 * np.sum(residual**2, axis=1) / freedom / angle.size
+    return solution[2] - 1j * solution[2 + highest], variance
 
 
 def _order(declared: FloatArray, read: FloatArray) -> tuple[int, ...] | None:

@@ -83,3 +83,15 @@ def test_nothing_is_read_where_order_1_is_as_small_as_the_noise():
     campaign = tilted(tilt=1e-8)
     assert [row.read_deg for row in probe_angles(campaign)] == [None] * 4
     assert not ids(campaign)
+
+
+def test_a_channel_without_samples_is_blank_and_spoils_no_other():
+    campaign = tilted()
+    name = campaign.channels[2].name
+    runs = tuple(
+        replace(run, signals={**run.signals, name: np.full(run.time.size, np.nan)})
+        for run in campaign.runs
+    )
+    rows = probe_angles(replace(campaign, runs=runs))
+    assert [row.read_deg is None for row in rows] == [False, False, True, False]
+    assert rows[1].read_deg == pytest.approx(np.rad2deg(PROBES[1]), abs=0.1)
