@@ -7,11 +7,13 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
 
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
+from carrierflex.diagnosis.inference.held_out import HeldOut
 from carrierflex.diagnosis.inference.law_fits import (
     LawFits,
     Selection,
@@ -28,6 +30,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     Attribution,
     GapReduction,
+    Rejection,
 )
 from carrierflex.diagnosis.inference.separating_trial import separating_trial
 from carrierflex.diagnosis.inference.thresholds import Thresholds
@@ -84,7 +87,15 @@ def diagnose(
     selection = selected(fits, () if is_at_floor else candidate_sets(problem, of_table))
     note("intervals")
     of_laws = gap_reduction(fits, selection.accepted)
-    judged = verdict_of(selection, of_laws, answer, limits, floor_is_measured=floor_is_measured)
+    judged = verdict_of(
+        selection,
+        of_laws,
+        answer,
+        limits,
+        floor_is_measured=floor_is_measured,
+        by_shapes=lambda answer: _reduction_by_shapes(fits, answer),
+        predictive=tuple(law for law, card in problem.cards.items() if len(card.parameters) == 1),
+    )
     judged = _with_lines(judged, problem)
     if not floor_is_measured:
         judged = _with_earned_all_clear(judged, problem, float(fits.score(()).square.sum()))
@@ -107,7 +118,7 @@ def diagnose(
             aliases=aliases,
             parameters=published.parameters,
             ranking=selection.ranking,
-            discriminating_experiment=trial or judged.experiment,
+            discriminating_experiment=trial or judged.experiment or _between(problem, judged),
             gains=published.gains,
             undetermined=published.undetermined,
         ),
@@ -119,6 +130,31 @@ def diagnose(
         gap=_gap_detail(problem, before, after, of_laws),
         signals=_signals(problem, before, after),
     )
+
+
+def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | Rejection | None:
+    """How far the measured shapes of an answer shrink the gap in the simulator.
+
+    A class without a shape of its own is its nearest law; None where a class has neither.
+    """
+    fits.note("measured shapes")
+    shapes = {
+        finding.id: replace(finding.measured_law, name=f"measured {finding.id}")
+        for finding in answer.classes
+        if finding.measured_law is not None
+    }
+    effects = tuple(
+        shapes[finding.id].name if finding.id in shapes else finding.law
+        for finding in answer.classes
+    )
+    problem = fits.problem.with_laws(tuple(shapes.values())) if shapes else None
+    if problem is None or not set(effects) <= problem.cards.keys():
+        return None
+    baseline: dict[Effects, HeldOut] = {(): fits.score(())}
+    of_shapes = replace(
+        fits, problem=problem, scores=baseline, fits={(): baseline[()].fit}, failed_searches={}
+    )
+    return of_shapes.rejection(effects) or gap_reduction(of_shapes, effects)
 
 
 def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
@@ -203,6 +239,13 @@ def _separating_trial(fits: LawFits, selection: Selection, judged: Verdict) -> s
     differing = [law for law in laws if law not in rival]
     card = fits.problem.cards[differing[0]].discriminating_experiment if differing else ""
     return "; ".join(text for text in (trial, card) if text)
+
+
+def _between(problem: ComparisonProblem, judged: Verdict) -> str:
+    """What distinguishes the tied classes of a verdict; empty where none are."""
+    if judged.verdict != ALIASED or judged.answer is None or not judged.answer.ties:
+        return ""
+    return problem.experiment_between((judged.answer.ids, *judged.answer.ties))
 
 
 def _gap_detail(

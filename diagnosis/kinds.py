@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -141,15 +142,21 @@ def law_findings(problem: ComparisonProblem, laws: Sequence[Law]) -> tuple[Campa
     return tuple(warning for law in laws for warning in problem.beyond_visited(law))
 
 
-#: Law of an answer by class, by kind.
-_LAWS: dict[str, Callable[[ClassAnswer, str, str | None], Law]] = {
-    "carrier": carrier_law_of_answer,
-    "element": law_of_answer,
-    "mounting": bushing_law_of_answer,
+_FittedValues = Mapping[str, Mapping[str, float]]
+#: Law of an answer by class, by kind. Kinds carrier and mounting keep no law of a named effect.
+_LAWS: dict[str, Callable[[ClassAnswer, str, str | None, _FittedValues], Law]] = {
+    CARRIER: lambda answer, name, wanted, values: carrier_law_of_answer(answer, name, wanted),
+    ELEMENT: law_of_answer,
+    MOUNTING: lambda answer, name, wanted, values: bushing_law_of_answer(answer, name, wanted),
 }
 
 
-def saved_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> Law:
+def saved_law(
+    campaign: Campaign,
+    answer: ClassAnswer,
+    wanted: str | None,
+    values: _FittedValues = MappingProxyType({}),
+) -> Law:
     """Measured shape of a class as a law of the campaign's kind.
 
     Parameters
@@ -161,13 +168,15 @@ def saved_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> La
     wanted : str, optional
         Class as its table calls it, of a carrier frame and pattern; default: that of the
         largest share.
+    values : mapping of str to mapping of str to float
+        Fitted parameters of the named laws, by name.
 
     Raises
     ------
     ValueError
         Where the class is not kept in a file, or none is named.
     """
-    return _LAWS[campaign.kind](answer, campaign.name, wanted)
+    return _LAWS[campaign.kind](answer, campaign.name, wanted, values)
 
 
 def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:

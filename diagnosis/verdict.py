@@ -1,7 +1,7 @@
 """The verdict, from the classes that the table shows and the laws fitted in the simulator."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, permutations
 
@@ -28,6 +28,7 @@ from carrierflex.diagnosis.inference.results import (
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
     GapReduction,
+    Rejection,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
@@ -69,6 +70,8 @@ def verdict_of(
     limits: Thresholds,
     *,
     floor_is_measured: bool,
+    by_shapes: Callable[[ClassAnswer], GapReduction | Rejection | None] = lambda answer: None,
+    predictive: Effects = (),
 ) -> Verdict:
     """Verdict from the laws that were fitted and the classes of the table.
 
@@ -84,6 +87,11 @@ def verdict_of(
         Limits.
     floor_is_measured : bool
         Whether the noise floor was declared or comes from repeats.
+    by_shapes : callable
+        How far the measured shapes of the classes of an answer shrink the gap once they are in the
+        simulator, or why the records do not support them there; None where a class has none.
+    predictive : tuple of str
+        Laws of which the size alone is free.
 
     Returns
     -------
@@ -107,6 +115,11 @@ def verdict_of(
         return Verdict(verdict, reason, (), _silent(answer), reduction)
     if answer.same_scores and _are_enough(laws, answer, reduction, limits):
         named = _by_laws(_silent(answer), laws, reduction, answer.ids)
+        ties = _open_ties(answer, named.ids, laws, predictive)
+        if ties and verdict in NAMING:
+            others = ", ".join(_listed(names) for names in ties)
+            text = f"{reason}; {others} predicts held-out records as well"
+            return Verdict(ALIASED, text, (), replace(named, ties=ties), reduction)
         return Verdict(verdict, reason, laws, named, reduction)
     covered = _covered(laws, answer) or _with_small_causes(laws, answer, reduction)
     if covered is not None and _follow(answer, reduction, limits):
@@ -114,7 +127,7 @@ def verdict_of(
         return Verdict(verdict, reason, laws, named, reduction)
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, laws, answer, reduction, limits)
-    return _of_class(answer, laws, reduction)
+    return _of_class(answer, laws, reduction, by_shapes(answer))
 
 
 def _ordered(laws: Effects, reduction: GapReduction) -> Effects:
@@ -191,6 +204,29 @@ def _are_enough(
     behind = min(answer.share, 1.0) - reduction.phi
     is_near_floor = reduction.floor_multiple <= limits.near_floor
     return bool(laws) and (is_near_floor or behind <= ClassConstants().second_cause)
+
+
+def _open_ties(
+    answer: ClassAnswer, named: Sequence[str], laws: Effects, predictive: Effects
+) -> tuple[tuple[str, ...], ...]:
+    """Ties of an answer that its named laws leave open.
+
+    A law of which the size alone is free predicts its pattern: it would be a coincidence in another
+    class. One with amplitudes and phases is any pattern that its class is, and decides nothing.
+    """
+    tied = (answer.ids, *answer.ties)
+    if set(named) not in [set(classes) for classes in tied]:
+        return ()
+    decided = {
+        name
+        for name in named
+        if any(name in answer.classes_of_law.get(law, ()) for law in laws if law in predictive)
+    }
+    return tuple(
+        classes
+        for classes in tied
+        if set(classes) != set(named) and not decided & (set(named) - set(classes))
+    )
 
 
 def _silent(answer: ClassAnswer) -> ClassAnswer:
@@ -366,8 +402,20 @@ def _parts(
     return {name: 1.0 / len(classes) for name in classes}
 
 
-def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> Verdict:
+def _of_class(
+    answer: ClassAnswer,
+    laws: Effects,
+    reduction: GapReduction,
+    by_shapes: GapReduction | Rejection | None,
+) -> Verdict:
     """The class is the answer; its laws are the nearest ones."""
+    if isinstance(by_shapes, GapReduction):
+        answer, of_class = _with_share(answer, by_shapes), by_shapes
+    else:
+        of_class = _class_reduction(answer, reduction)
+    if isinstance(by_shapes, Rejection):
+        unsupported = [replace(finding, measured_law=None) for finding in answer.classes]
+        answer = replace(answer, classes=tuple(unsupported))
     share = min(answer.share, 1.0)
     text = (
         f"{_listed(answer.ids)} explains {share:.1%} of the gap above the floor (mean square) on "
@@ -389,8 +437,20 @@ def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> Ve
         effects = tuple(law for law in laws if tied <= set(answer.classes_of_law.get(law, ())))
         others = ", ".join(_listed(names) for names in answer.ties)
         text += f"; {others} predicts held-out records as well"
-        return Verdict(ALIASED, text, effects, named, _class_reduction(answer, reduction))
-    return Verdict(CLASS_NAMED, text, one_of_pair, named, _class_reduction(answer, reduction))
+        return Verdict(ALIASED, text, effects, named, of_class)
+    return Verdict(CLASS_NAMED, text, one_of_pair, named, of_class)
+
+
+def _with_share(answer: ClassAnswer, reduction: GapReduction) -> ClassAnswer:
+    """Answer whose shares are those of its measured shapes in the simulator."""
+    share, interval = reduction.phi, reduction.phi_ci95
+    total = sum(finding.share for finding in answer.classes)
+    findings = []
+    for finding in answer.classes:
+        part = finding.share / total
+        ends = (interval[0] * part, interval[1] * part)
+        findings.append(replace(finding, share=share * part, share_ci95=ends))
+    return replace(answer, classes=tuple(findings), share=share, share_ci95=interval)
 
 
 def _named_in_pair(answer: ClassAnswer, laws: Effects) -> Effects:

@@ -57,6 +57,8 @@ from carrierflex.simulation.laws import Law
 #: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
 #: cases.
 _RADIAL_LOAD = 200e3
+#: Difference of loads, over the largest, that is the same condition.
+_AS_RECORDED = 0.05
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
 #: Share of every column's square on the diagonal: keeps columns that are alike from large values of
@@ -98,6 +100,29 @@ class CarrierProblem(ComparisonProblem):
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of; another process computes again what is kept of earlier steps."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def experiment_between(self, classes: Sequence[Effects]) -> str:
+        """A sensor off the even spacing, where waves of both frames are one at the sensors.
+
+        At N evenly spaced sensors m lobes are m - N lobes: waves that turn with the carrier are
+        waves of the housing.
+        """
+        frames = [{name.split("/")[0] for name in names} for names in classes]
+        if all(one == frames[0] for one in frames):
+            return ""
+        angles = np.rad2deg([channel.angle or 0.0 for channel in self.campaign.channels])
+        angles = np.sort(angles % 360.0)
+        gaps = np.diff([*angles, angles[0] + 360.0])
+        first = int(np.argmax(gaps))
+        between = (angles[first] + 0.5 * gaps[first]) % 360.0
+        return (
+            f"to distinguish waves that turn with the carrier from those of the housing, add a "
+            f"sensor at {between:.0f} degrees, off the even spacing of the others"
+        )
+
+    def with_laws(self, laws: Sequence[Law]) -> "CarrierProblem":
+        """Problem with measured laws among its cards; sums are made anew."""
+        return carrier_problem(self.campaign, self.model.source.rig.curves, laws)
 
     @property
     def unit(self) -> str:
@@ -446,7 +471,20 @@ def _experiments(
         ),
     ]
     candidate_experiments = []
+    units = {"torque": nominal, "ntl_y": force, "ntl_z": force}
+    recorded = np.array(
+        [
+            [
+                run.inputs[name].mean() / unit if name in run.inputs else 0.0
+                for name, unit in units.items()
+            ]
+            for run in campaign.runs
+        ]
+    )
     for text, shares_of_loads in plans if has_radial_load else plans[:1]:
+        nearest = [np.abs(recorded - load).max(axis=1).min() for load in shares_of_loads]
+        if max(nearest) < _AS_RECORDED:
+            continue
         loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
         runs = _steady_runs(campaign, loads, source.speed)
         candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))

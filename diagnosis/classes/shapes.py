@@ -44,6 +44,8 @@ _STRAIGHT = 0.25
 _NEAR_REST = 0.02
 #: Speeds over that of rest from which the sign of the speed is certain: tanh is 0.995.
 CERTAIN_SIGN = 3.0
+#: Speeds over that of rest along which a curve is a straight line that shows the step at rest.
+_BESIDE_REST = (1.0, 9.0)
 
 
 def drawn_coefficients(
@@ -116,9 +118,8 @@ def without_steps(
 ) -> tuple[FloatArray, tuple[float, float]]:
     """Curve over the speed without its steps at rest, and their heights.
 
-    A step is where the curve beyond the speeds whose sign is certain reaches rest on a straight
-    line; columns of the splines and of the steps share it between them in any way, and a force that
-    rises beyond those speeds is no step. Friction never drives.
+    A step is where the curve beside rest reaches rest on a straight line (:func:`steps_at_rest`);
+    columns of the splines and of the steps share it between them in any way. Friction never drives.
 
     Parameters
     ----------
@@ -135,12 +136,44 @@ def without_steps(
     certain = CERTAIN_SIGN * rest_speed
     edges = np.array([min(certain, v[-1]), max(-certain, v[0])])
     first, second = np.interp(edges, v, y)
-    at_rest = 1.5 * np.interp(edges, v, y) - 0.5 * np.interp(3.0 * edges, v, y)
-    steps = (max(float(at_rest[0]), 0.0), max(-float(at_rest[1]), 0.0))
+    plus, minus = steps_at_rest(v, y, rest_speed)[0]
+    steps = (max(plus, 0.0), max(minus, 0.0))
     rest = np.where(v > 0.0, y - steps[0], y + steps[1])
     inner = (v > edges[1]) & (v < edges[0])
     rest[inner] = np.interp(v[inner], edges[::-1], [second + steps[1], first - steps[0]])
     return rest, steps
+
+
+def steps_at_rest(
+    v: FloatArray, y: FloatArray, rest_speed: float
+) -> tuple[tuple[float, float], float]:
+    """Force at positive and at negative speed that a curve has at rest, and its uncertainty.
+
+    The line along each side of rest, from the speed below which the sign is uncertain to nine times
+    that; the uncertainty is what the curve swings about both lines, RMS.
+    """
+    x = np.linspace(*_BESIDE_REST, POINTS) * rest_speed
+    steps, swings = [], []
+    for side in (1.0, -1.0):
+        values = side * np.interp(side * x, v, y)
+        line = np.polyfit(x, values, 1)
+        steps.append(float(line[1]))
+        swings.append(values - np.polyval(line, x))
+    return (steps[0], steps[1]), float(np.sqrt(np.mean(np.square(swings))))
+
+
+def half_step(v: FloatArray, draws: FloatArray, rest_speed: float) -> tuple[float, float, float]:
+    """Dry friction of a curve over the speed, half its step at rest, with its 95 % interval.
+
+    `draws`, shape (1 + n_draws, n), are the curve of all blocks and those of the draws.
+    """
+    halves = []
+    for y in draws:
+        (plus, minus), swing = steps_at_rest(v, y, rest_speed)
+        level = 0.5 * (max(plus, 0.0) + max(minus, 0.0))
+        halves.append((level, level - swing, level + swing))
+    low, high = np.quantile(np.array(halves)[:, 1:], _BAND, axis=0)
+    return halves[0][0], max(min(low[0], halves[0][0]), 0.0), max(high[1], halves[0][0])
 
 
 def fitted_law(columns: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
@@ -159,9 +192,10 @@ _ZERO = 0.05
 #: Ratio of both sides from which a curve is called one-sided, or stronger on one side.
 _ONE_SIDED, _STRONGER = 0.15, 0.8
 #: Ratio of the slopes of the outer and the inner half from which a curve is called bent.
-#: Word of the field for a force that steps where the speed changes its sign, and the factor by
-#: which it may change over the speeds and be called constant.
-DRY_FRICTION, _CHANGES = "dry friction", 1.1
+#: Word of the field for a force that steps where the speed changes its sign, the share of the force
+#: at the largest speed from which half the step is named, and the factor by which the force may
+#: change over the speeds and be called constant.
+DRY_FRICTION, _STEP, _CHANGES = "dry friction", 0.15, 1.1
 _CURVED = 1.3
 #: Distance beyond a gap, as a share of the deflection, below which it is not taken: its logarithm.
 _NEXT = 0.01
@@ -170,15 +204,22 @@ _GAPS = 12
 
 
 def shape_words(
-    name: str, x: FloatArray, y: FloatArray, band: FloatArray, units: tuple[str, str]
+    name: str,
+    x: FloatArray,
+    y: FloatArray,
+    units: tuple[str, str],
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> str:
-    """Curve of a class in words: ``zero below 0.8 mm, stiffening above, one side only``."""
+    """Curve of a class in words: ``zero below 0.8 mm, stiffening above, one side only``.
+
+    `friction` is half the step at rest of a curve over the speed, with its interval.
+    """
     if not np.abs(y).max() > 0.0:
         return "zero throughout"
     if name == RESTORING_FORCE:
         return _force_words(x, y, units)
     if name == DISSIPATION:
-        return _dissipation_words(x, y, units)
+        return _dissipation_words(x, y, units, friction)
     if name == HYSTERESIS:
         return _loop_words(x, y, units)
     if name == MEMORY:
@@ -285,21 +326,23 @@ def _bending(x: FloatArray, y: FloatArray) -> str:
     return "straight" if second > first / _CURVED else "stiffening ever less"
 
 
-def _dissipation_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
+def _dissipation_words(
+    x: FloatArray, y: FloatArray, units: tuple[str, str], friction: tuple[float, float, float]
+) -> str:
     top = float(np.abs(x).max())
-    slow = np.abs(x) < 0.05 * top
-    level = 0.5 * (float(np.interp(0.05 * top, x, y)) - float(np.interp(-0.05 * top, x, y)))
     end = 0.5 * (float(np.interp(top, x, y)) - float(np.interp(-top, x, y)))
-    words = [f"{_sized(end, units[1])} at {_sized(top, units[0])}"]
-    if abs(end) > 0.0 and level > 0.5 * end and slow.any():
-        change = end / level
-        with_speed = "falling" if change < 1.0 / _CHANGES else "growing"
-        if 1.0 / _CHANGES <= change <= _CHANGES:
-            return f"{DRY_FRICTION}, about {_sized(level, units[1])}, at every speed"
-        words.insert(0, f"{DRY_FRICTION}, about {_sized(level, units[1])}, {with_speed} with speed")
-    elif abs(end) > 0.0:
-        words.insert(0, "grows with speed" if end > 0.0 else "falls with speed")
-    return ", ".join(words)
+    if end < 0.0:
+        # No damper drives: another class of the answer holds the rest of its force.
+        return "its size is not determined beside the other cause"
+    at_top = f"{_sized(end, units[1])} at {_sized(top, units[0])}"
+    level, low, high = friction
+    if level <= _STEP * end:
+        return f"grows with speed, {at_top}"
+    ends = f"{_sized(low, units[1])} to {_sized(high, units[1])}"
+    words = f"{DRY_FRICTION}, about {_sized(level, units[1])} ({ends})"
+    if level / _CHANGES <= end <= _CHANGES * level:
+        return f"{words}, at every speed"
+    return f"{words}, {'falling' if end < level else 'growing'} with speed, {at_top}"
 
 
 def _loop_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
@@ -400,6 +443,8 @@ def law_of_class(
         reason = (
             f"'{name}' was named by its law {finding.law}, not by its shape; add that law to the "
             "model, its parameters are in diagnosis.json"
+            if finding.law_named
+            else f"the shape of '{name}' was not supported by the records in the simulator"
         )
     if reason or finding.measured_law is None:
         raise ValueError(f"no law to save: {reason}")

@@ -145,6 +145,8 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
 def _memory_force(parts: MemoryParts, run: ForceRecord) -> FloatArray:
     """Force of a law's branches and stops along a run, begun as the class's columns are."""
     flat = flat_parts(replace(parts, levels=NO_PARTS.levels))
+    if not flat.size:
+        return np.zeros(run.x.size)
     if not run.from_rest:
         forces_along(np.ascontiguousarray(run.x[::-1]), run.step, flat)
     return np.asarray(forces_along(np.ascontiguousarray(run.x), run.step, flat))

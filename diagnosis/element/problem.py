@@ -13,7 +13,7 @@ import numpy as np
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.effect_cards import card_of_force, force_library
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, card_of_force, force_library
 from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_physics
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
@@ -50,7 +50,7 @@ from carrierflex.identification.campaign.signals import even_time, filled
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
-from carrierflex.simulation.element.law_forces import element_law
+from carrierflex.simulation.element.law_forces import ElementLaw, element_law
 from carrierflex.simulation.laws import ELEMENT, Law
 
 ELEMENT_CARDS = tuple(card_of_force(effect, ELEMENT) for effect in ELEMENT_EFFECTS.values())
@@ -218,7 +218,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             self.class_table,
             self.model,
             self.noise_note,
-            lambda table: partial(measured_shape, table, self.model.units),
+            lambda table: partial(measured_shape, table, self.model),
         )
 
     def gram_table(self) -> GramTable | None:
@@ -283,6 +283,14 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             f"and shows in no record; half a sample ({1e3 * tau:.3g} ms) moves C1 by {change:.3g} "
             f"{model.unit_of((1, -1, 1))}, tau (K1 - m w²)"
         )
+
+    def cards_of(self, laws: Sequence[Law]) -> Sequence[EffectCard]:
+        """Effect cards of measured laws."""
+        return law_cards(laws, self.model.units)
+
+    def simulated(self, law: Law) -> ElementLaw:
+        """What the simulator takes of a measured law."""
+        return element_law(law)
 
     def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
         """Warnings where records leave the range in which a law of a file was measured."""

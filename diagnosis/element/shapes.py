@@ -1,12 +1,14 @@
 """The measured shape of a class: its curve with a band over the blocks, and its law."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from scipy.stats import gamma
 
 from carrierflex.diagnosis.classes.answer import NearestLaw, ShapeAndLaw
+from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
     BesideCurve,
@@ -21,6 +23,7 @@ from carrierflex.diagnosis.classes.shapes import (
     band_of,
     drawn_coefficients,
     fitted_law,
+    half_step,
     law_of_class,
     length_words,
     shape_words,
@@ -47,10 +50,12 @@ from carrierflex.diagnosis.element.laws import (
     MotionSize,
     static_law,
 )
+from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.table import ElementTable
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.simulation.element.law_forces import element_law
+from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.element.law_forces import element_law, law_of_effect
 from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_parts
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
@@ -127,7 +132,7 @@ class _Grid:
 
 def measured_shape(
     table: ElementTable,
-    units: tuple[str, str],
+    model: ElementModel,
     scores: ClassScores,
     name: str,
     squares: HeldOutSquares,
@@ -136,10 +141,12 @@ def measured_shape(
     """Curve of one class of an answer, and the law without a name that it makes.
 
     `squares` are those of the answer; `law` is drawn over the curve. None for a class without a
-    curve, and for one that no file holds.
+    curve, and for one that no file holds. A curve over the speed is the whole force, with the
+    baseline's damping; the law is what stands beside that.
     """
+    units = model.units
     if name == FORCE_SURFACE:
-        shape, measured_law = _surface_shape(table.bases, units, scores, squares)
+        shape, measured_law = _surface_shape(table.bases, model, scores, squares)
         # Off the one curve that the records go round a surface is anything.
         return shape, None if is_one_curve(table) else measured_law
     if name not in _GROUPS:
@@ -148,12 +155,17 @@ def measured_shape(
     has_loop = name == HYSTERESIS and table.loop is not None
     groups = (*_GROUPS[name], LOOP) if has_loop else _GROUPS[name]
     columns = np.concatenate([scores.table.groups[group].columns for group in groups])
-    draws = drawn_coefficients(scores, squares, columns)
-    y, *others = [values - _baseline_share(curve.x, values, name) for values in draws @ curve.rows]
-    band = band_of(y, np.array(others))
-    smooth, steps = y, (0.0, 0.0)
+    draws, damping = _with_damping(model, scores, squares, columns)
+    drawn = draws @ curve.rows
+    curves = np.array([values - _baseline_share(curve.x, values, name) for values in drawn])
+    smooth, steps, friction = curves[0], (0.0, 0.0), (0.0, 0.0, 0.0)
     if name == DISSIPATION:
-        smooth, steps = without_steps(curve.x, y, table.bases.size.rest_speed)
+        rest_speed = table.bases.size.rest_speed
+        smooth, steps = without_steps(curve.x, curves[0], rest_speed)
+        friction = half_step(curve.x, curves, rest_speed)
+        at_rest = np.array([np.interp(0.0, curve.x, values) for values in drawn])
+        curves = drawn - at_rest[:, None] + np.outer(damping, curve.x)
+    y, band = curves[0], band_of(curves[0], curves[1:])
     shape = MeasuredShape(
         curve.x,
         y,
@@ -161,11 +173,21 @@ def measured_shape(
         _law_curve(table, curve, name, law, y),
         curve.labels,
         curve.units,
-        shape_words(name, curve.x, y, band, curve.units),
+        shape_words(name, curve.x, y, curve.units, friction),
         smooth,
         steps,
     )
     return shape, _law(table, name, shape, draws[0], units)
+
+
+def _with_damping(
+    model: ElementModel, scores: ClassScores, squares: HeldOutSquares, columns: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Draws of the coefficients of some columns, and those of the baseline's damping C1 beside."""
+    # The target is the table's first column; mass, where it is fitted, K1 and C1 follow.
+    damping = 2 + (model.mass is None)
+    drawn = drawn_coefficients(scores, squares, np.append(columns, damping))
+    return drawn[:, :-1], drawn[:, -1]
 
 
 def _law(
@@ -266,8 +288,10 @@ def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
     """Straight line that the baseline can take up, shape (n,).
 
     Of f(x) that through the straightest quarter of the range nearest to rest, of g(v) the slope at
-    rest; of h(x) and of a change with time the mean.
+    rest, of a loop its spring; of h(x) and of a change with time the mean.
     """
+    if name == HYSTERESIS:
+        return np.asarray(np.polyval(np.polyfit(x, y, 1), x))
     if name in (COUPLED_DAMPING, TIME_VARIATION):
         return np.full(x.size, y.mean())
     if name not in (RESTORING_FORCE, DISSIPATION, DRIVE_SIDE):
@@ -295,13 +319,14 @@ def _law_curve(
 
 
 def _surface_shape(
-    bases: ElementBases, units: tuple[str, str], scores: ClassScores, squares: HeldOutSquares
+    bases: ElementBases, model: ElementModel, scores: ClassScores, squares: HeldOutSquares
 ) -> tuple[MeasuredShape, Law]:
     """Force over the speed at two deflections, and the surface as a law without a name."""
+    units = model.units
     force, length = units
     groups = scores.table.groups
     columns = np.concatenate([groups[name].columns for name in (*_SURFACE_GROUPS, _PRESLIDING)])
-    draws = drawn_coefficients(scores, squares, columns)
+    draws, damping = _with_damping(model, scores, squares, columns)
     n_slips = groups[_PRESLIDING].columns.size
     smooth, slips = np.split(draws, [draws.shape[1] - n_slips], axis=1)
     grid, size = _grid(bases), bases.size
@@ -310,7 +335,8 @@ def _surface_shape(
     friction = np.sum(np.maximum(slips, 0.0), axis=1)[:, None]
     at_rest = friction * np.tanh(grid.v / size.rest_speed)
     along_v = [_columns(bases, np.full(grid.v.size, x), grid.v) for x in deflections]
-    drawn = _without_lines(grid.v, smooth @ np.array(along_v) + at_rest, size.rest_speed)
+    damped = np.outer(damping, grid.v)
+    drawn = _forces_at_rest_out(grid.v, smooth @ np.array(along_v) + at_rest + damped, size)
     curves = []
     for x, values in zip(deflections, drawn, strict=True):
         name = f"at {length_words(x, length)}"
@@ -332,11 +358,9 @@ def _surface_shape(
     return shape, law
 
 
-def _without_lines(v: FloatArray, values: FloatArray, rest_speed: float) -> FloatArray:
-    """Curves over the speed, shape (n_curves, n_draws, n), without what the baseline takes up."""
-    slopes = np.array([[slope_beside_rest(v, row) for row in curve] for curve in values])
-    values = values - slopes.mean(axis=0)[:, None] * v
-    ends = _edges_of_rest(v, rest_speed)
+def _forces_at_rest_out(v: FloatArray, values: FloatArray, size: MotionSize) -> FloatArray:
+    """Curves over the speed, shape (n_curves, n_draws, n), without the force at rest."""
+    ends = _edges_of_rest(v, size.rest_speed)
     middles = [[np.interp(ends, v, row).mean() for row in curve] for curve in values]
     return np.asarray(values - np.array(middles)[..., None])
 
@@ -418,9 +442,33 @@ def _stops_of_bristles(lengths: FloatArray, weights: FloatArray) -> tuple[FloatA
     return deflections.ravel(), divided
 
 
-def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
-    """Measured shape of a class of the answer, without what the baseline takes up."""
+def law_of_answer(
+    answer: ClassAnswer,
+    campaign: str,
+    wanted: str | None = None,
+    values: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+) -> Law:
+    """Shape of a class of the answer: as it was measured, or that of its named law.
+
+    `values` are the fitted parameters of named laws, by name.
+    """
+    findings = tuple(_with_named_law(finding, values) for finding in answer.classes)
+    answer = replace(answer, classes=findings)
     return law_of_class(answer, campaign, {name: name for name in _EQUATIONS}, wanted, _refusal)
+
+
+def _with_named_law(
+    finding: ClassFinding, values: Mapping[str, Mapping[str, float]]
+) -> ClassFinding:
+    """Class whose law is the named one with its fitted values, where it is named."""
+    measured, effect = finding.measured_law, ELEMENT_EFFECTS.get(finding.law)
+    if not finding.law_named or measured is None or effect is None or finding.shape is None:
+        return finding
+    if finding.law not in values:
+        return finding
+    x = finding.shape.x
+    law = law_of_effect(effect, finding.id, values[finding.law], x, measured.units)
+    return finding if law is None else replace(finding, measured_law=law)
 
 
 def _refusal(name: str, finding: ClassFinding) -> str:

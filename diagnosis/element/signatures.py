@@ -29,8 +29,8 @@ from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import (
+    bounded_solution,
     design_solution,
-    normal_solution,
 )
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 
@@ -231,12 +231,30 @@ def _force_space_solutions(
     for choice in product(*by_effect):
         chosen = [k for group in choice for k in group]
         rows = [*range(1, first), *(first + k for k in chosen)]
-        solution = normal_solution(gram[np.ix_(rows, rows)], gram[rows, 0])
-        square = gram[0, 0] - solution @ gram[rows, 0]
+        bounds = _amplitude_bounds(model, effects, signatures.n_base, [columns[k] for k in chosen])
+        matrix, right = gram[np.ix_(rows, rows)], gram[rows, 0]
+        solution = bounded_solution(matrix, right, *bounds)
+        square = gram[0, 0] - solution @ (2.0 * right - matrix @ solution)
         base, amplitudes = solution[: first - 1], solution[first - 1 :]
         solutions.append((square, _values(model, base, [columns[k] for k in chosen], amplitudes)))
     solutions.sort(key=lambda pair: pair[0])
     return [values for _, values in solutions[:_MOST_STARTS]]
+
+
+def _amplitude_bounds(
+    model: ElementModel, effects: Effects, n_base: int, columns: Sequence[Column]
+) -> tuple[FloatArray, FloatArray]:
+    """Physical bounds of damping and of the amplitudes of columns; all else is free.
+
+    A start with a negative damping beside a friction that falls with speed is neither's.
+    """
+    known = {parameter_key(p): (p.lower, p.upper) for p in model.parameters(effects)}
+    bounds = np.tile([-np.inf, np.inf], (n_base + len(columns), 1))
+    if not model.fixed:
+        bounds[1 + (model.mass is None), 0] = 0.0
+    for k, column in enumerate(columns, n_base):
+        bounds[k] = known.get((column.effect, column.amplitude), bounds[k])
+    return bounds[:, 0], bounds[:, 1]
 
 
 def _values(

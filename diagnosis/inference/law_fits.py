@@ -283,7 +283,7 @@ def explained_share(before: float, after: float, floor: float) -> float:
     explains all of it, and no more.
     """
     above = before - floor
-    return min(1.0 - (after - floor) / above, 1.0) if above > 0.0 else 0.0
+    return float(min(1.0 - (after - floor) / above, 1.0)) if above > 0.0 else 0.0
 
 
 def law_fits(
@@ -333,7 +333,10 @@ def candidate_sets(
     """
     if of_table is None:
         return tuple((law,) for law in problem.cards)
-    brought = [(law,) for law in problem.brought if law in problem.cards]
+    of_files = tuple(law for law in problem.brought if law in problem.cards)
+    brought: list[Effects] = [(law,) for law in of_files]
+    if len(of_files) > 1:
+        brought.append(of_files)
     proposed = [laws for laws in of_table if set(laws) <= set(problem.cards)]
     return tuple(dict.fromkeys((*brought, *proposed[:_MOST_SETS])))
 

@@ -171,6 +171,14 @@ class ComparisonProblem(ABC):
         """Laws of the library that came from files: they are fitted whatever the table says."""
         return ()
 
+    def experiment_between(self, classes: Sequence[Effects]) -> str:
+        """What distinguishes sets of classes that leave as much; empty where nothing is known."""
+        return ""
+
+    def with_laws(self, laws: Sequence[Law]) -> "ComparisonProblem | None":
+        """Problem with measured laws among its cards; None of a kind whose laws are its table's."""
+        return None
+
     @property
     def unknown_floor(self) -> str:
         """Why the noise floor is not known; empty where records or declarations bound it."""

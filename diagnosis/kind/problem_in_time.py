@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, compiled_laws
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
@@ -34,6 +34,7 @@ from carrierflex.diagnosis.wiring.refits import PredictedRecord, WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force
+from carrierflex.simulation.laws import Law
 from carrierflex.simulation.measurement import Measurement
 
 #: A difference is taken over a share of a parameter, or of this part of its scale if that is more.
@@ -367,6 +368,29 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
     def brought(self) -> Effects:
         """Laws of the library that came from files."""
         return tuple(self.model.measured)
+
+    @abstractmethod
+    def cards_of(self, laws: Sequence[Law]) -> Sequence[EffectCard]:
+        """Effect cards of measured laws, one parameter each."""
+
+    @abstractmethod
+    def simulated(self, law: Law) -> object:
+        """What the simulator takes of a measured law."""
+
+    def with_laws(self, laws: Sequence[Law]) -> "ProblemInTime[M, T]":
+        """Problem with measured laws among its cards."""
+        model = self.model
+        cards = {card.id: card for card in self.cards_of(laws)}
+        forces = [card for card in cards.values() if card.law is not None]
+        return replace(
+            self,
+            model=replace(
+                model,
+                cards={**model.cards, **cards},
+                laws={**model.laws, **compiled_laws(forces)},
+                measured={**model.measured, **{law.name: self.simulated(law) for law in laws}},
+            ),
+        )
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of a set."""

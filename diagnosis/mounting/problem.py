@@ -8,7 +8,7 @@ import numpy as np
 
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
-from carrierflex.diagnosis.comparison.effect_cards import force_library
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, force_library
 from carrierflex.diagnosis.comparison.known_physics import (
     DeclaredError,
     Misreading,
@@ -205,6 +205,14 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         """Products of classes and laws; None where the records are too short."""
         table = mounting_table(self.model, self.records, self._bare[1])
         return None if table is None else table.table
+
+    def cards_of(self, laws: Sequence[Law]) -> Sequence[EffectCard]:
+        """Effect cards of measured laws."""
+        return law_cards(laws)
+
+    def simulated(self, law: Law) -> Law:
+        """What the simulator takes of a measured law."""
+        return law
 
     def beyond_visited(self, law: Law) -> tuple[CampaignWarning, ...]:
         """Warning where records leave the range in which a law of a file was measured."""

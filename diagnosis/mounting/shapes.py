@@ -21,6 +21,7 @@ from carrierflex.diagnosis.classes.shapes import (
     band_of,
     drawn_coefficients,
     fitted_law,
+    half_step,
     law_of_class,
     shape_words,
     slope_beside_rest,
@@ -121,7 +122,7 @@ def measured_shape(
     labels, units = _AXES[fit.shape]
     x, draws = reduced[first]
     band = band_of(draws[0], draws[1:])
-    words = [_words(fit, x, draws[0], band, units), fit.words]
+    words = [_words(fit, x, draws, table.size.rest_speed, units), fit.words]
     words += [_size_words(first, side, draws[0], reduced[side][1][0]) for side in others]
     elements, steps = _tables(table, fit, groups)
     shape = MeasuredShape(
@@ -230,16 +231,18 @@ def _other_curve(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
 
 
 def _words(
-    fit: _Fit, x: FloatArray, y: FloatArray, band: FloatArray, units: tuple[str, str]
+    fit: _Fit, x: FloatArray, draws: FloatArray, rest_speed: float, units: tuple[str, str]
 ) -> str:
     """Curve in words; along the size of a motion it is the same in either sense."""
     kind = fit.shape.rpartition("/")[2]
     if fit.shape in _WITH_STRAIGHT_LINE and fit.acts == (RADIAL,):
         sign = 1.0 if fit.shape == COUPLED else -1.0
         x = np.concatenate([-x[:0:-1], x])
-        y = np.concatenate([sign * y[:0:-1], y])
-        band = np.concatenate([sign * band[:0:-1], band])
-    return shape_words(kind, x, y, band, units)
+        draws = np.concatenate([sign * draws[:, :0:-1], draws], axis=1)
+    friction = (0.0, 0.0, 0.0)
+    if fit.shape == DISSIPATION:
+        friction = half_step(x, draws, rest_speed)
+    return shape_words(kind, x, draws[0], units, friction)
 
 
 def _fit(
@@ -366,14 +369,18 @@ def _straight(shape: str, x: FloatArray, draws: FloatArray) -> FloatArray:
         return np.array([np.polyfit(x[small], y[small], 1)[0] for y in draws])
     if shape == DISSIPATION:
         return np.array([slope_beside_rest(x, y) for y in draws])
+    if shape == HYSTERESIS:
+        return np.polyfit(x, draws.T, 1)[0]
     return draws.mean(axis=1) if shape in (COUPLED, CHANGE) else np.zeros(len(draws))
 
 
 def _without(shape: str, x: FloatArray, draws: FloatArray, taken: FloatArray) -> FloatArray:
     """Curves without what linear bushings take up, alike in both; forces zero at zero."""
-    if shape not in (FORCE, DISSIPATION):
+    if shape not in (FORCE, DISSIPATION, HYSTERESIS):
         return draws - taken[:, None]
     rest = draws - np.outer(taken, x)
+    if shape == HYSTERESIS:
+        return rest
     return rest - np.array([np.interp(0.0, x, y) for y in rest])[:, None]
 
 

@@ -39,6 +39,8 @@ _HIGHEST_SHARE = 0.05
 #: Values of an input that is read coarsely (fewer are set points), and share of the samples at
 #: which it changes (less is a staircase).
 _FEWEST_LEVELS, _MOST_LEVELS, _MOVES = 10, 300, 0.02
+#: Distance from a multiple of a step that is rounding, and share of the steps that are multiples.
+_ON_GRID, _MOST_ON_GRID = 0.05, 0.9
 #: A shift below this share of a step of time changes nothing that is measured.
 _NOTICED = 0.1
 
@@ -122,7 +124,11 @@ def _coarse_input(run: Run, name: str) -> Iterator[CampaignWarning]:
     changes = float(np.mean(np.diff(values) != 0.0))
     if not (_FEWEST_LEVELS <= levels.size <= _MOST_LEVELS and changes > _MOVES):
         return
-    step = float(np.median(np.diff(levels)))
+    apart = np.diff(levels)
+    step = float(np.median(apart))
+    # A periodic load sampled at the same phases takes few values too, and no grid holds them.
+    if np.mean(np.abs(apart / step - np.round(apart / step)) < _ON_GRID) < _MOST_ON_GRID:
+        return
     yield CampaignWarning(
         "quantised",
         name,
@@ -280,6 +286,9 @@ def _no_radial_load(campaign: Campaign) -> Iterator[CampaignWarning]:
     sizes = [
         name for name in _DEFLECTIONS if name in campaign.baseline.effects and name not in fixed
     ]
+    if "ntl_y" not in campaign.contract.inputs:
+        # The rig has none: it is stated.
+        return
     loads = [run.inputs[name] for run in campaign.runs for name in ("ntl_y", "ntl_z")]
     if sizes and not any(load.any() for load in loads):
         yield CampaignWarning(
@@ -288,8 +297,8 @@ def _no_radial_load(campaign: Campaign) -> Iterator[CampaignWarning]:
             "no radial load is recorded, and the sizes of "
             f"{' and '.join(sizes)} are fitted: a rotor moment of 300 kN m that is not recorded "
             f"changes order 3 of the deflection by up to {_BY_MOMENT:.0%}",
-            "record the rotor moment as ntl_y and ntl_z, or state that there was none and read "
-            "the sizes with this error",
+            "record the rotor moment as ntl_y and ntl_z, or state that the rig has none "
+            '(radial_load = "none" in [rig])',
             _BY_MOMENT,
             key_of("[[runs]]", "ntl_y"),
         )

@@ -6,6 +6,7 @@ stiffness), so that a tolerance means the same for all only where the columns ar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 Array = NDArray[np.float64]
 
@@ -53,6 +54,34 @@ def normal_solution(gram: Array, right: Array, *, ridge: float = 0.0) -> Array:
     scaled = gram / np.outer(length, length) + ridge * np.eye(length.size)
     solution = np.linalg.lstsq(scaled, right / length, rcond=DEPENDENT)[0]
     return np.asarray(solution / length)
+
+
+def bounded_solution(gram: Array, right: Array, lower: Array, upper: Array) -> Array:
+    """Solution of ``gram x = right`` within bounds, in columns of unit length.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n, n)
+        ``A.T A`` of a design A.
+    right : ndarray, shape (n,)
+        ``A.T b``.
+    lower, upper : ndarray, shape (n,)
+        Bounds, infinite where there is none.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        x of the least ``|A x - b|`` within the bounds.
+    """
+    free = normal_solution(gram, right)
+    if np.all((free >= lower) & (free <= upper)):
+        return free
+    length = column_lengths(gram)
+    values, vectors = np.linalg.eigh(gram / np.outer(length, length))
+    root = np.sqrt(np.maximum(values, DEPENDENT * values[-1]))
+    bounds = (lower * length, upper * length)
+    rows, target = root[:, None] * vectors.T, vectors.T @ (right / length) / root
+    return np.asarray(lsq_linear(rows, target, bounds).x / length)
 
 
 def normal_inverse(gram: Array) -> Array:

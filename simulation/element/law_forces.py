@@ -8,18 +8,28 @@ stands beside both; so do stops, branches and loops
 (:mod:`carrierflex.simulation.element.memory_laws`).
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.memory_laws import MemoryParts, memory_parts
+from carrierflex.simulation.force_effect import ForceEffect
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
+    ELEMENT,
+    HYSTERESIS,
+    MEMORY,
+    TABULATED,
+    Branch,
     Friction,
     Law,
+    Part,
+    Stop,
     Surface,
     Table,
     end_slopes,
@@ -29,6 +39,9 @@ if TYPE_CHECKING:
     from carrierflex.simulation.force_laws import Force
 
 Array = NDArray[np.float64]
+_NO_VALUES = np.empty(0)
+#: Speed of rest, over which no law but dry friction changes.
+_AT_REST = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +86,67 @@ def element_law(law: Law) -> ElementLaw:
         friction[0] if friction else (0.0, 0.0),
         memory_parts(law),
     )
+
+
+def law_of_effect(
+    effect: ForceEffect,
+    effect_class: str,
+    values: Mapping[str, float],
+    visited: Array,
+    units: tuple[str, str],
+) -> Law | None:
+    """An effect of the library with its fitted values as a law without name.
+
+    Parameters
+    ----------
+    effect : ForceEffect
+        Effect.
+    effect_class : str
+        Class in which it was named.
+    values : mapping of str to float
+        Its parameters by name, SI units.
+    visited : ndarray, shape (n,)
+        Deflections, of a dissipation speeds, that the records visit.
+    units : tuple of str
+        Units of force and deflection.
+
+    Returns
+    -------
+    Law or None
+        None of an effect that depends on the baseline, as backlash on its stiffness, and of one
+        that is no force.
+    """
+    if effect.id == "elasto_plastic_friction":
+        stop = Stop(ELEMENT, values["Fy"] / values["Kp"], values["Fy"])
+        return _with_range(Law("", ELEMENT, HYSTERESIS, units, (stop,)), visited)
+    if effect.id == "maxwell_branch":
+        branch = Branch(ELEMENT, values["tau"], values["k"])
+        return _with_range(Law("", ELEMENT, MEMORY, units, (branch,)), visited)
+    if effect_class not in TABULATED or effect.measurement or effect.id == "backlash":
+        return None
+    p = element_values(
+        {slot: value for name, value in values.items() for slot in effect.values_of(name)}
+    )
+
+    def force(q: Array, v: Array) -> Array:
+        at_rest = np.array([1.0, np.finfo(float).tiny])
+        return restoring_force(q, v, 0.0 * q, p, at_rest, no_law, no_law, _NO_VALUES, _NO_VALUES)
+
+    still = np.zeros(visited.size)
+    if effect_class == DISSIPATION:
+        y = force(still, visited)
+        plus, minus = np.abs(force(np.zeros(2), np.array([1.0, -1.0]) * _AT_REST)).tolist()
+        smooth = y - np.where(visited > 0.0, plus, 0.0) + np.where(visited < 0.0, minus, 0.0)
+        friction = (Friction(ELEMENT, plus, minus),) if plus or minus else ()
+        parts: tuple[Part, ...] = (Table(ELEMENT, visited, smooth), *friction)
+    else:
+        is_damping = effect_class == COUPLED_DAMPING
+        parts = (Table(ELEMENT, visited, force(visited, still + float(is_damping))),)
+    return Law("", ELEMENT, effect_class, units, parts)
+
+
+def _with_range(law: Law, visited: Array) -> Law:
+    return replace(law, visited={"deflection": (float(visited.min()), float(visited.max()))})
 
 
 def table_force(table: Table, effect_class: str) -> "Force":

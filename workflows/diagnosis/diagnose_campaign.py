@@ -263,13 +263,21 @@ def _write(
 
 def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: str | None) -> None:
     """Write the measured shape of the class found."""
+    from carrierflex.diagnosis.inference.results import NAMED, NAMED_WITH_REMAINDER
     from carrierflex.diagnosis.kinds import saved_law
     from carrierflex.simulation.law_files import write_law
 
     if diagnosis.classes is None:
         raise ValueError(f"{path}: no law to save: the records give no answer by class")
     try:
-        law = saved_law(measured, diagnosis.classes, law_class)
+        # Beside a class that only its shape explains, a named law was fitted without that shape.
+        is_named = diagnosis.verdict in (NAMED, NAMED_WITH_REMAINDER)
+        values = {
+            effect: {name: value.value for name, value in named.items()}
+            for effect, named in diagnosis.attribution.parameters.items()
+            if is_named
+        }
+        law = saved_law(measured, diagnosis.classes, law_class, values)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     write_law(path, law)

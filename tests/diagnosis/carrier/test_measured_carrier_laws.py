@@ -193,7 +193,10 @@ def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():
             "load dependence of 'carrier/waves' cannot be determined from these records; expected "
             "three torques or more",
         ),
-        (answer(("housing/tilt/torque", 0.9, None)), "'housing/tilt' was named by its law"),
+        (
+            answer(("housing/tilt/torque", 0.9, None)),
+            "the shape of 'housing/tilt' was not supported",
+        ),
     ],
 )
 def test_what_cannot_be_kept_is_refused_by_name(found, told):

@@ -296,9 +296,7 @@ def test_a_relaxing_spring_forgets_a_step():
 )
 def test_springs_in_words(law, words):
     x = np.linspace(-1.0, 1.0, 81)
-    y = law(x)
-    band = np.array([y, y]).T
-    assert words in shape_words("restoring_force", x, y, band, ("m", "N"))
+    assert words in shape_words("restoring_force", x, law(x), ("m", "N"))
 
 
 def sweep_campaign(law):

@@ -271,6 +271,15 @@ def test_a_finding_names_figure_file_line_and_remedy():
     assert "leave these cells empty" in found.remedy
 
 
+def test_a_periodic_load_at_the_same_phases_is_not_read_coarsely():
+    campaign = faultless("driven")
+    name = next(iter(campaign.contract.inputs))
+    phases = changed(
+        campaign, name, lambda x: np.max(np.abs(x)) * np.sin(2.0 * np.pi * np.arange(x.size) / 46.0)
+    )
+    assert ("quantised", name) not in checks(phases)
+
+
 def test_an_input_that_is_read_coarsely_is_told_and_set_points_are_not():
     campaign = faultless("driven")
     name = next(iter(campaign.contract.inputs))
