@@ -196,8 +196,8 @@ def load_functions(n_torques: int) -> dict[str, _LoadFunctions]:
             (*linear, *bends, *even), np.array([0.0] * 2 + [1.0] * 7), n_vectors=3
         ),
         BY_BOTH: _LoadFunctions(
-            tuple(_times_torque(function) for function in (*linear, *bends)),
-            np.array([0.0] * 2 + [1.0] * 4),
+            tuple(_times_torque(function) for function in (*linear, *bends, *even)),
+            np.array([0.0] * 2 + [1.0] * 7),
             n_vectors=3,
         ),
     }
