@@ -80,6 +80,8 @@ _SMALLEST_GAIN = 0.02
 _OF_CALIBRATION = 3.0
 #: Distance from a bound in scales of the parameter that is on it.
 _ON_BOUND = 1e-6
+#: Standard deviations of a declared value from which the records contradict it.
+_CONTRADICTS = 3.0
 #: Check of a wiring that explains the gap.
 _WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
@@ -113,13 +115,14 @@ def checked_baseline(
 
     `fit` is that of the baseline, where a diagnosis made it already; `laws` are those that it fits
     best: a fault beside one of them explains the gap too. Checks ``wiring``, ``clock``,
-    ``delay``, ``gain``, ``bound``, ``declared_noise``, ``unchecked``, and ``outliers`` and ``tone``
-    beside the prediction.
+    ``delay``, ``gain``, ``bound``, ``prior``, ``drawing``, ``declared_noise``, ``unchecked``, and
+    ``outliers`` and ``tone`` beside the prediction.
     """
     fit = fit or fit_effects(problem, ())
     before = mean_square_left(problem, fit)
     floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
-    warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
+    warnings = [*_at_bounds(fit), *_off_priors(fit, campaign), *_quiet(campaign, before, floor)]
+    warnings += problem.baseline_findings(fit.known)
     if before <= _GAP * floor:
         # A visible gap would be taken for a delay; and there a delay is an effect of the library.
         warnings += _late(wiring, campaign, fit.theta, _GAP * floor)
@@ -470,6 +473,26 @@ def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:
                 "baseline contains",
                 float(fit.theta[k]),
                 key_of("[baseline]", "effects"),
+            )
+
+
+def _off_priors(fit: EffectFit, campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Values of the baseline that contradict what the campaign declares of them."""
+    for effect, name in (key.split(".", 1) for key in campaign.baseline.fixed):
+        known, value = campaign.baseline.fixed[f"{effect}.{name}"], fit.known.get((effect, name))
+        if value is None or not known.std > 0.0:
+            continue
+        off = abs(value - known.value) / known.std
+        if off > _CONTRADICTS:
+            yield CampaignWarning(
+                "prior",
+                f"{effect}.{name}",
+                f"{name} of {plain_name(effect)} is fitted as {value:.4g}, {off:.1f} standard "
+                f"deviations from the declared {known.value:.4g} ± {known.std:.2g}",
+                "check the declared value, the deflection curves and the calibration of the "
+                "loads: records and declaration contradict each other",
+                off,
+                key_of("[baseline.fixed]", f"{effect}.{name}"),
             )
 
 

@@ -50,6 +50,7 @@ from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, C
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.laws import Law
@@ -57,6 +58,9 @@ from carrierflex.simulation.laws import Law
 #: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
 #: cases.
 _RADIAL_LOAD = 200e3
+#: Shares of the drawn carrier: rho_f + 0.69 rho_s is one for any pin fit; 5 % below it where the
+#: fit is of neither end, and 5 % are the error of a mesh.
+_RIGID_FIT, _DRAWN = 0.69, (0.9, 1.06)
 #: Difference of loads, over the largest, that is the same condition.
 _AS_RECORDED = 0.05
 #: Steps of the fits that choose a channel or a threshold.
@@ -100,6 +104,35 @@ class CarrierProblem(ComparisonProblem):
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of; another process computes again what is kept of earlier steps."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def baseline_findings(
+        self, values: Mapping[tuple[str, str], float]
+    ) -> Sequence[CampaignWarning]:
+        """A carrier more, or less, flexible than drawn with whatever fit of its pins.
+
+        From pins without stiffness to a rigid fit the shares of the drawn carrier run along the
+        line ``rho_f + 0.69 rho_s = 1`` to within 5 % (docs/pin_fit.md: 0 and 1 to 1.26 and 0.13).
+        """
+        rho_s = values.get(("stiff_pins", "rho_s"), 0.0)
+        rho_f = values.get(("flexible_pins", "rho_f"))
+        if rho_f is None:
+            return ()
+        size = rho_f + _RIGID_FIT * rho_s
+        if _DRAWN[0] <= size <= _DRAWN[1]:
+            return ()
+        change = f"{abs(size - 1.0):.0%} {'more' if size > 1.0 else 'less'} flexible than drawn"
+        return (
+            CampaignWarning(
+                "drawing",
+                "carrier",
+                f"the carrier is {change}: rho_f {rho_f:.3f} and rho_s {rho_s:.3f} are outside "
+                "what its drawing allows for any pin fit",
+                "check dimensions, modulus and deflection curves of the carrier (study their "
+                "derivatives with 'carrierflex sensitivities'), and the calibration of the torque",
+                size,
+                key_of("[rig]", "deflection_curves"),
+            ),
+        )
 
     def experiment_between(self, classes: Sequence[Effects]) -> str:
         """A sensor off the even spacing, where waves of both frames are one at the sensors.

@@ -171,6 +171,12 @@ class ComparisonProblem(ABC):
         """Laws of the library that came from files: they are fitted whatever the table says."""
         return ()
 
+    def baseline_findings(
+        self, values: Mapping[tuple[str, str], float]
+    ) -> Sequence[CampaignWarning]:
+        """What the fitted values of the baseline say of the machine, by effect and name."""
+        return ()
+
     def experiment_between(self, classes: Sequence[Effects]) -> str:
         """What distinguishes sets of classes that leave as much; empty where nothing is known."""
         return ""
