@@ -133,7 +133,7 @@ def parametric_motion(
         on_some |= on
         nodes_of[name] = nodes = np.unique(facets[on])
         rates = [own[name].distance(points[nodes]).imag for own in moved_faces]
-        rows.append((nodes, face.normals(points[nodes]), -np.array(rates) / IMAGINARY_STEP))
+        rows.append((nodes, face.normals(points[nodes]), _rates(rates, nodes)))
     if not on_some.all():
         raise ValueError(
             f"{np.count_nonzero(~on_some)} of {len(facets)} facets of the mesh's boundary lie on "
@@ -146,15 +146,20 @@ def parametric_motion(
         nodes = nodes_of[name][edge.holds(points[nodes_of[name]])]
         rates = [own[number][1].distance(points[nodes]).imag for own in moved_imprints]
         normals = edge.normals(points[nodes])
-        rows.append((nodes, normals, -np.array(rates) / IMAGINARY_STEP))
+        rows.append((nodes, normals, _rates(rates, nodes)))
         if isinstance(edge, _Cylinder):
             tangents = np.cross([1.0, 0.0, 0.0], normals)
-            rows.append((nodes, tangents, np.zeros((len(dimensions), len(nodes)))))
+            rows.append((nodes, tangents, np.zeros((len(nodes), len(dimensions)))))
     return BoundaryMotion(
         np.concatenate([nodes for nodes, _, _ in rows]),
         np.concatenate([normals for _, normals, _ in rows]),
-        np.concatenate([rates.T for _, _, rates in rows]),
+        np.concatenate([rates for _, _, rates in rows]),
     )
+
+
+def _rates(steps: Sequence[NDArray[np.float64]], nodes: NDArray[np.int64]) -> NDArray[np.float64]:
+    """``-∂φ/∂p``, shape (n, k), from the imaginary distances of the nodes after each step."""
+    return -np.reshape(steps, (len(steps), len(nodes))).T / IMAGINARY_STEP
 
 
 @dataclass(frozen=True)

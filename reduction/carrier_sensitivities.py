@@ -45,6 +45,7 @@ from carrierflex.geometry.carrier_interface import carrier_interface
 from carrierflex.geometry.dihedral_group import dihedral_group, no_symmetry
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.pins import planets_of
 from carrierflex.geometry.shape_velocity import (
     IMAGINARY_STEP,
     dimension_value,
@@ -113,9 +114,16 @@ class CurveSensitivity:
         return np.asarray(spectrum[:, order] / (2.0 if order == 0 else 1.0))
 
     def amplitude_derivative(self, order: int) -> NDArray[np.float64]:
-        """Derivative of the magnitude of `order`, shape (p,); `order` must be in the curve."""
+        """Derivative of the magnitude of `order`, shape (p,)."""
         c = self.nominal.axial_order(order)
+        if c == 0.0:
+            return np.abs(self.order_derivative(order))
         return np.asarray((self.order_derivative(order) * np.conj(c)).real / abs(c))
+
+    @property
+    def rms(self) -> float:
+        """RMS of the nominal axial curve [m]."""
+        return float(np.sqrt(np.mean(self.nominal.axial**2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,6 +201,11 @@ class CarrierProblem:
         """Its sensors."""
         return self.clamped.sensors
 
+    @property
+    def n_planets(self) -> int:
+        """Number of its pins."""
+        return planets_of(self.half.pilots)
+
 
 def parametric_problem(
     half: TetMesh, stage: StageParameters, *, materials: Mapping[str, Material] = BODY_MATERIALS
@@ -264,7 +277,7 @@ def given_problem(
     mesh : TetMesh
         Whole carrier, with pins or without.
     gear : GearData
-        Gears that set the forces on the pins, with the carrier's centre distance.
+        Gears that set the forces on the pins; the centre distance is that of the bores.
     materials : mapping of str to Material
         Material of every body of the mesh.
 
@@ -288,6 +301,7 @@ def given_problem(
     def shape(V: NDArray[np.float64]) -> Callable[[], HalfSectorDerivative]:
         return lambda: shape_derivative(body, matrices, V, at_rest)
 
+    gear = replace(gear, centre_distance=interface.centre_distance)
     cases = stiff_cases(gear, n) if pins else flexible_cases(interface, gear)
     loads = _load_columns(cases, names)
     changes = [

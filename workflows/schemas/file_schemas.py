@@ -53,6 +53,7 @@ from carrierflex.workflows.diagnosis.scored_check import (
 from carrierflex.workflows.fe.compare_couplings import CouplingsDocument
 from carrierflex.workflows.fe.compute_curves import CurveInputsDocument
 from carrierflex.workflows.fe.study_pin_fit import PinFitDocument
+from carrierflex.workflows.fe.study_sensitivities import SensitivitiesDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
 from carrierflex.workflows.identification.documents import IdentificationDocument
 from carrierflex.workflows.identification.import_records import ImportDocument
@@ -104,6 +105,7 @@ _RESULTS: dict[str, Any] = {
     "inputs": CurveInputsDocument,
     "couplings": CouplingsDocument,
     "pin fit": PinFitDocument,
+    "sensitivities": SensitivitiesDocument,
     "order one": OrderOneDocument,
     "table 5": TableFiveDocument,
     "torsion": TorsionDocument,

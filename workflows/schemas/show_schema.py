@@ -27,6 +27,7 @@ Name = Literal[
     "inputs",
     "couplings",
     "pin-fit",
+    "sensitivities",
     "order-one",
     "table-5",
     "torsion",
