@@ -12,7 +12,7 @@ motion within a face and the motion inside the solid, is left to
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -76,18 +76,42 @@ def dimension_value(stage: StageParameters, dimension: str) -> float:
     return float(getattr(getattr(stage, table), key))
 
 
+def with_step(stage: StageParameters, dimension: str, step: float) -> StageParameters:
+    """Copy of `stage` with `step` [m] added to a dimension ``table.key``.
+
+    Raises
+    ------
+    ValueError
+        Where the dimensions then contradict each other.
+    """
+    return replace(
+        stage,
+        **{
+            table: replace(getattr(stage, table), **changes)
+            for table, changes in _stepped(stage, dimension, step).items()
+        },
+    )
+
+
 def with_imaginary_step(stage: StageParameters, dimension: str) -> StageParameters:
     """Copy of `stage` with ``j IMAGINARY_STEP`` added to a dimension ``table.key``.
 
     Any function of dimensions that is analytic then has its derivative as imaginary part over the
     step. The copy is not checked: complex numbers have no order.
     """
+    tables = _stepped(stage, dimension, 1j * IMAGINARY_STEP).items()
+    return _unchecked(
+        stage, **{name: _unchecked(getattr(stage, name), **changes) for name, changes in tables}
+    )
+
+
+def _stepped(stage: StageParameters, dimension: str, step: Any) -> dict[str, dict[str, Any]]:
+    """New values by table and key, of the dimension and of those that are the same."""
+    changes: dict[str, dict[str, Any]] = {}
     for name in (dimension, *_THE_SAME.get(dimension, ())):
         table, key = name.split(".")
-        values = getattr(stage, table)
-        stepped = _unchecked(values, **{key: getattr(values, key) + 1j * IMAGINARY_STEP})
-        stage = _unchecked(stage, **{table: stepped})
-    return stage
+        changes.setdefault(table, {})[key] = getattr(getattr(stage, table), key) + step
+    return changes
 
 
 def _unchecked(values: P, **changes: Any) -> P:

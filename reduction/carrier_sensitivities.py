@@ -202,6 +202,11 @@ class CarrierProblem:
         return self.clamped.sensors
 
     @property
+    def curve_suffix(self) -> str:
+        """``s`` of a carrier with bonded pins, ``f`` of one without."""
+        return "s" if any("midspan" in name for name in self.half.pilots) else "f"
+
+    @property
     def n_planets(self) -> int:
         """Number of its pins."""
         return planets_of(self.half.pilots)
@@ -350,11 +355,10 @@ def sensitivities(
         of = change.derivative()
         readings.append(statics.derivative(of, change.d_loads))
         reduced.append(reduced_derivative(reduction, of))
-    suffix = "s" if any("midspan" in name for name in problem.half.pilots) else "f"
     return BodySensitivities(
         problem.half.structure.name,
         tuple(change.cause for change in problem.changes),
-        _curves(suffix, problem.radius, statics.readings, np.array(readings)),
+        _curves(problem.curve_suffix, problem.radius, statics.readings, np.array(readings)),
         reduction.model,
         np.array([one.K for one in reduced]),
         np.array([one.M for one in reduced]),
@@ -366,6 +370,15 @@ def sensitivities(
             n_frequencies,
         ),
     )
+
+
+def curve_sensitivities(problem: CarrierProblem) -> dict[str, CurveSensitivity]:
+    """The curves of :func:`sensitivities` alone: no reduction."""
+    statics = problem.clamped.statics(problem.loads)
+    readings = [
+        statics.derivative(change.derivative(), change.d_loads) for change in problem.changes
+    ]
+    return _curves(problem.curve_suffix, problem.radius, statics.readings, np.array(readings))
 
 
 def spring_sensitivities(

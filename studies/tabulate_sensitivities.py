@@ -1,0 +1,157 @@
+"""Derivatives of the torque curves by every dimension beside differences of remeshed carriers.
+
+    python -m studies.tabulate_sensitivities --out sensitivities --variant flexible
+
+writes sensitivities_flexible.md: orders N and 2 N of the torque curve under tangential pin loads,
+their derivative on one mesh and the difference of two new meshes of the dimension 5 % smaller and
+greater (less where 5 % is no carrier), both at the limit of fine meshes by a straight line in the
+size. A good answer: the two agree within the standard errors of their lines. New meshes differ in
+every node, so that their differences scatter; the derivative on one mesh does not.
+"""
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.fe.carrier_curves import UNIT_TORQUE
+from carrierflex.fe.half_sector_curve import half_sector_curve
+from carrierflex.fe.load_cases import bonded_pin_load, gear_forces, simply_supported_pin_load
+from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.shape_velocity import dimension_value, with_step
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.carrier_sensitivities import curve_sensitivities, parametric_problem
+from carrierflex.workflows.main_job.check_mesh_convergence import mesh_limit, study_orders
+from carrierflex.workflows.outputs import prepared_folder
+from studies.case_files import write_table
+
+SIZES = (0.03, 0.025, 0.02)
+#: Shares of a dimension to change it by, the first that leaves a carrier.
+CHANGES = (0.05, 0.02, 0.01)
+#: Dimensions that move nodes and no face.
+NO_FACES = ("carrier.sensor_radius", "carrier.upwind_bearing_width", "pin.bearing_width")
+
+Variant = Literal["flexible", "stiff"]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One dimension's derivatives of both orders, by size, [um per kN m and mm]."""
+
+    dimension: str
+    share: float
+    on_one_mesh: NDArray[np.float64]
+    remeshed: NDArray[np.float64]
+
+
+def half_of(variant: Variant, stage: StageParameters, size: float) -> TetMesh:
+    """Half sector of a variant."""
+    if variant == "flexible":
+        return flexible_half_sector(stage.carrier, size)
+    return stiff_half_sector(stage.carrier, stage.pin, size)
+
+
+def remeshed_orders(variant: Variant, stage: StageParameters, size: float) -> NDArray[np.float64]:
+    """Signed amplitudes [m per kN m] of orders N and 2 N on a mesh of these dimensions."""
+    n = stage.carrier.n_planets
+    force = gear_forces(UNIT_TORQUE, stage.gear, n).F_PLC
+    load = (
+        simply_supported_pin_load(1, force, 0.0, stage.carrier)
+        if variant == "flexible"
+        else bonded_pin_load(1, force, 0.0, n)
+    )
+    curve = half_sector_curve(half_of(variant, stage, size), stage.carrier, load)
+    return np.array([curve.axial_order(order).imag for order in study_orders(n)])
+
+
+def comparisons(variant: Variant, sizes: Sequence[float]) -> Iterator[Comparison]:
+    """Every dimension that moves a face, one after the other."""
+    # Spur gears: the pins carry tangential forces alone.
+    stage = StageParameters(gear=replace(GearData(), helix_angle=0.0))
+    orders = study_orders(stage.carrier.n_planets)
+    one_mesh: dict[str, list[NDArray[np.float64]]] = {}
+    for size in sizes:
+        problem = parametric_problem(half_of(variant, stage, size), stage)
+        curve = next(iter(curve_sensitivities(problem).values()))
+        derivatives = np.array([curve.order_derivative(order).imag for order in orders])
+        for change, value in zip(problem.changes, derivatives.T, strict=True):
+            if change.cause.unit == "m":
+                one_mesh.setdefault(change.cause.name, []).append(value)
+    for dimension in one_mesh:
+        if dimension in NO_FACES:
+            continue
+        share, difference = _remeshed(variant, stage, dimension, sizes)
+        span = 2.0 * share * dimension_value(stage, dimension)
+        yield Comparison(
+            dimension,
+            share,
+            1e3 * np.array(one_mesh[dimension]),
+            1e3 * difference / span,
+        )
+
+
+def _remeshed(
+    variant: Variant, stage: StageParameters, dimension: str, sizes: Sequence[float]
+) -> tuple[float, NDArray[np.float64]]:
+    """Share that a dimension is changed by either way, and what changes of the orders, by size."""
+    value = dimension_value(stage, dimension)
+    for share in CHANGES:
+        with contextlib.suppress(ValueError):
+            high, low = (with_step(stage, dimension, sign * share * value) for sign in (1.0, -1.0))
+            return share, np.array(
+                [
+                    remeshed_orders(variant, high, size) - remeshed_orders(variant, low, size)
+                    for size in sizes
+                ]
+            )
+    raise ValueError(f"{dimension} cannot be changed by {CHANGES[-1]:.0%}")
+
+
+def comparison_lines(rows: Sequence[Comparison], sizes: Sequence[float]) -> list[str]:
+    """Table as Markdown: limits, their standard errors, and the difference over both errors."""
+    lines = [
+        "| dimension | change | order | on one mesh | error | remeshed | error "
+        "| difference over error |",
+        "|---" * 8 + "|",
+    ]
+    for row in rows:
+        (ours, our_error), (theirs, their_error) = (
+            mesh_limit(sizes, values) for values in (row.on_one_mesh, row.remeshed)
+        )
+        for i, name in enumerate(("N", "2 N")):
+            error = np.hypot(our_error[i], their_error[i])
+            lines.append(
+                f"| {row.dimension} | {100 * row.share:g} % | {name} | {1e6 * ours[i]:.4f} "
+                f"| {1e6 * our_error[i]:.4f} | {1e6 * theirs[i]:.4f} | {1e6 * their_error[i]:.4f} "
+                f"| {abs(ours[i] - theirs[i]) / error:.1f} |"
+            )
+    return lines
+
+
+def main(*, out: Path, variant: Variant, sizes: Sequence[float] = SIZES) -> None:
+    """Compare derivatives on one mesh with differences of new meshes; write a table.
+
+    Parameters
+    ----------
+    out
+        Folder.
+    variant
+        Carrier without pins (flexible) or with bonded pins (stiff).
+    sizes
+        Element edge lengths [m], three or more.
+    """
+    folder = prepared_folder(out)
+    rows = list(comparisons(variant, sizes))
+    write_table(folder / f"sensitivities_{variant}.md", comparison_lines(rows, sizes))
+
+
+if __name__ == "__main__":
+    import cyclopts
+
+    cyclopts.run(main)
