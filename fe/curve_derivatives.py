@@ -10,18 +10,40 @@ the group, the block's displacement on the half sector is that of the partners' 
 D_kj(g) z_k``; a sensor on image g reads it there.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from carrierflex.fe.carrier_curves import (
+    UNIT_PIN_FORCE,
+    UNIT_TORQUE,
+    flexible_cases,
+    sensor_curve,
+    stiff_cases,
+)
+from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.factorisation import Factorisation, factorise
 from carrierflex.fe.half_sector_derivatives import HalfSectorDerivative
-from carrierflex.fe.half_sector_sensors import HalfSectorSensors
+from carrierflex.fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
+from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.node_dofs import dofs_of
-from carrierflex.fe.symmetry_blocks import HalfSector, SymmetryBlock, symmetry_block
+from carrierflex.fe.structural_model import (
+    carrier_pilot_points,
+    flexible_carrier_pilots,
+    stiff_carrier_pilots,
+)
+from carrierflex.fe.symmetry_blocks import HalfSector, SymmetryBlock, half_sector, symmetry_block
+from carrierflex.geometry.carrier_interface import CarrierInterface
+from carrierflex.geometry.dihedral_group import dihedral_group
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData
+from carrierflex.geometry.tet_mesh import TetMesh
+
+#: Load cases of the two curves of a variant.
+_CASES = ("both", "pin_1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,3 +201,78 @@ def clamped_half_sector(
         fixed = np.flatnonzero(abs(block.T).T @ np.tile(held, kind.dimension) > 0.0)
         blocks.append(_ClampedBlock(block, factorise(block.K, fixed=fixed)))
     return ClampedHalfSector(half, sensors, tuple(blocks))
+
+
+def clamped_carrier(
+    half: TetMesh, stage: StageParameters, *, materials: Mapping[str, Material] = BODY_MATERIALS
+) -> ClampedHalfSector:
+    """A variant of the parametric carrier, held at its shaft face.
+
+    Parameters
+    ----------
+    half : TetMesh
+        Half sector of :mod:`carrierflex.geometry.carrier_mesh`, with pins (stiff) or without.
+    stage : StageParameters
+        Its dimensions.
+    materials : mapping of str to Material
+        Material of every body of the mesh.
+
+    Raises
+    ------
+    ValueError, SingularMatrixError
+        Where the mesh does not belong to the dimensions, or is not one piece.
+    """
+    pins, n = "pins" in half.bodies, stage.carrier.n_planets
+    names = stiff_carrier_pilots(n) if pins else flexible_carrier_pilots(n)
+    points = carrier_pilot_points(stage.carrier)
+    body = half_sector(
+        "stiff_carrier" if pins else "flexible_carrier",
+        half,
+        {name: points[name] for name in names},
+        dihedral_group(n),
+        materials=materials,
+    )
+    sensors = half_sector_sensors(half, stage.carrier.sensor_radius, n)
+    return clamped_half_sector(body, sensors, half.surface("shaft_face"))
+
+
+def unit_loads(
+    pilots: Iterable[str], carrier: CarrierParameters | CarrierInterface, gear: GearData
+) -> NDArray[np.float64]:
+    """Loads of 1 kN m of torque and of 1 N on pin 1, pilot by pilot, shape (6 p, 2) [N, N m]."""
+    names = tuple(pilots)
+    cases = (
+        stiff_cases(gear, carrier.n_planets) if is_stiff(names) else flexible_cases(carrier, gear)
+    )
+    none = np.zeros(6)
+    columns = [np.concatenate([cases[case].get(name, none) for name in names]) for case in _CASES]
+    return np.stack(columns, axis=1)
+
+
+def is_stiff(pilots: Iterable[str]) -> bool:
+    """Whether pilots are those of a carrier with bonded pins."""
+    return any("midspan" in name for name in pilots)
+
+
+def curves_of_readings(
+    suffix: str, readings: NDArray[np.float64], radius: float
+) -> dict[str, DeflectionCurve]:
+    """Curves ``delta_<suffix>`` and ``g_<suffix>`` of the readings (n_sensors, 2) of both loads."""
+    units = {f"delta_{suffix}": UNIT_TORQUE, f"g_{suffix}": UNIT_PIN_FORCE}
+    return {
+        name: sensor_curve(name, column, unit, radius)
+        for (name, unit), column in zip(units.items(), readings.T, strict=True)
+    }
+
+
+def half_sector_curves(half: TetMesh, stage: StageParameters) -> dict[str, DeflectionCurve]:
+    """The two curves of a variant, ``delta_f`` and ``g_f`` or ``delta_s`` and ``g_s``.
+
+    Those of :func:`carrierflex.fe.carrier_curves.carrier_deflection` at a fraction of its work.
+    Parameters and errors as in :func:`clamped_carrier`.
+    """
+    clamped = clamped_carrier(half, stage)
+    pilots = tuple(clamped.half.pilots)
+    loads = unit_loads(pilots, stage.carrier, stage.gear)
+    suffix = "s" if is_stiff(pilots) else "f"
+    return curves_of_readings(suffix, clamped.statics(loads).readings, stage.carrier.sensor_radius)

@@ -14,12 +14,15 @@ from carrierflex.fe.assembly import MatrixDerivatives
 from carrierflex.fe.carrier_curves import (
     UNIT_PIN_FORCE,
     UNIT_TORQUE,
-    UnitCases,
-    flexible_cases,
-    sensor_curve,
-    stiff_cases,
 )
-from carrierflex.fe.curve_derivatives import ClampedHalfSector, clamped_half_sector
+from carrierflex.fe.curve_derivatives import (
+    ClampedHalfSector,
+    clamped_carrier,
+    clamped_half_sector,
+    curves_of_readings,
+    is_stiff,
+    unit_loads,
+)
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.half_sector_derivatives import (
     HalfSectorDerivative,
@@ -28,7 +31,6 @@ from carrierflex.fe.half_sector_derivatives import (
 )
 from carrierflex.fe.half_sector_sensors import (
     HalfSectorSensors,
-    half_sector_sensors,
     whole_body_sensors,
 )
 from carrierflex.fe.load_cases import bonded_pin_load, gear_forces
@@ -42,7 +44,7 @@ from carrierflex.fe.structural_model import (
 from carrierflex.fe.surface_motion import surface_groups, surface_motion
 from carrierflex.fe.symmetry_blocks import HalfSector, half_sector
 from carrierflex.geometry.carrier_interface import carrier_interface
-from carrierflex.geometry.dihedral_group import dihedral_group, no_symmetry
+from carrierflex.geometry.dihedral_group import no_symmetry
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.parameters import GearData
 from carrierflex.geometry.pins import planets_of
@@ -65,8 +67,6 @@ from carrierflex.reduction.sensitivities import (
 )
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
-#: Load cases of the two curves of a variant.
-_CASES = ("both", "pin_1")
 #: Constants of a material and their units.
 _CONSTANTS = {"E": "Pa", "nu": "1", "rho": "kg/m^3"}
 #: Change of a named surface that tables show [m].
@@ -204,7 +204,7 @@ class CarrierProblem:
     @property
     def curve_suffix(self) -> str:
         """``s`` of a carrier with bonded pins, ``f`` of one without."""
-        return "s" if any("midspan" in name for name in self.half.pilots) else "f"
+        return "s" if is_stiff(self.half.pilots) else "f"
 
     @property
     def n_planets(self) -> int:
@@ -231,40 +231,30 @@ def parametric_problem(
     ValueError, SingularMatrixError
         Where the mesh does not belong to the dimensions, or is not one piece.
     """
-    pins, n = "pins" in half.bodies, stage.carrier.n_planets
-    names = stiff_carrier_pilots(n) if pins else flexible_carrier_pilots(n)
-    points = carrier_pilot_points(stage.carrier)
-    pilots = {name: points[name] for name in names}
-    sector = half_sector(
-        _variant_name(pins=pins), half, pilots, dihedral_group(n), materials=materials
-    )
-    sensors = half_sector_sensors(half, stage.carrier.sensor_radius, n)
+    clamped = clamped_carrier(half, stage, materials=materials)
+    names = tuple(clamped.half.pilots)
     matrices = MatrixDerivatives(half, materials)
-    dimensions = dimensions_of(pins=pins)
+    dimensions = dimensions_of(pins="pins" in half.bodies)
     stepped = [with_imaginary_step(stage, dimension) for dimension in dimensions]
-
-    def loads_of(one: StageParameters) -> NDArray[np.float64]:
-        cases = stiff_cases(one.gear, n) if pins else flexible_cases(one.carrier, one.gear)
-        return _load_columns(cases, names)
 
     def shape(V: NDArray[np.float64], one: StageParameters) -> Callable[[], HalfSectorDerivative]:
         moved = carrier_pilot_points(one.carrier)
         velocities = {name: np.imag(moved[name]) / IMAGINARY_STEP for name in names}
-        return lambda: shape_derivative(sector, matrices, V, velocities)
+        return lambda: shape_derivative(clamped.half, matrices, V, velocities)
 
     velocity = extended_velocity(half, parametric_motion(half, stage, dimensions))
     changes = [
         Change(
             _relative(name, dimension_value(stage, name), "m"),
             shape(V, one),
-            loads_of(one).imag / IMAGINARY_STEP,
+            unit_loads(names, one.carrier, one.gear).imag / IMAGINARY_STEP,
         )
         for name, V, one in zip(dimensions, velocity, stepped, strict=True)
     ]
     return _with_materials(
-        clamped_half_sector(sector, sensors, half.surface("shaft_face")),
+        clamped,
         stage.carrier.sensor_radius,
-        loads_of(stage),
+        unit_loads(names, stage.carrier, stage.gear),
         matrices,
         changes,
     )
@@ -296,7 +286,13 @@ def given_problem(
     n, radius = interface.n_planets, interface.sensor_radius
     names = stiff_carrier_pilots(n) if pins else flexible_carrier_pilots(n)
     pilots = {name: interface.points[name] for name in names}
-    body = half_sector(_variant_name(pins=pins), mesh, pilots, no_symmetry(), materials=materials)
+    body = half_sector(
+        "stiff_carrier" if pins else "flexible_carrier",
+        mesh,
+        pilots,
+        no_symmetry(),
+        materials=materials,
+    )
     sensors = whole_body_sensors(mesh, radius)
     matrices = MatrixDerivatives(mesh, materials)
     groups = surface_groups([*names, "rim_face"])
@@ -307,8 +303,7 @@ def given_problem(
         return lambda: shape_derivative(body, matrices, V, at_rest)
 
     gear = replace(gear, centre_distance=interface.centre_distance)
-    cases = stiff_cases(gear, n) if pins else flexible_cases(interface, gear)
-    loads = _load_columns(cases, names)
+    loads = unit_loads(names, interface, gear)
     changes = [
         Change(Cause(f"surface.{name}", 0.0, "m", _OFFSET), shape(V), np.zeros_like(loads))
         for name, V in zip(groups, velocity, strict=True)
@@ -479,17 +474,6 @@ def _relative(name: str, value: float, unit: str) -> Cause:
     return Cause(name, value, unit, _SHARE * value)
 
 
-def _variant_name(*, pins: bool) -> str:
-    return "stiff_carrier" if pins else "flexible_carrier"
-
-
-def _load_columns(cases: UnitCases, pilots: Sequence[str]) -> NDArray[np.float64]:
-    """Loads of `_CASES`, pilot by pilot, shape (6 p, 2)."""
-    none = np.zeros(6)
-    columns = [np.concatenate([cases[case].get(name, none) for name in pilots]) for case in _CASES]
-    return np.stack(columns, axis=1)
-
-
 def _with_materials(
     clamped: ClampedHalfSector,
     radius: float,
@@ -522,10 +506,8 @@ def _curves(
 ) -> dict[str, CurveSensitivity]:
     """Curves ``delta`` and ``g`` of readings (n_sensors, 2), derivatives (p, n_sensors, 2)."""
     curves = {}
-    for column, (kind, load) in enumerate((("delta", UNIT_TORQUE), ("g", UNIT_PIN_FORCE))):
-        name = f"{kind}_{suffix}"
-        nominal = sensor_curve(name, readings[:, column], load, radius)
-        n = nominal.axial.size
-        of_curve = derivatives[:, :, column]
-        curves[name] = CurveSensitivity(nominal, of_curve[:, :n], of_curve[:, n:])
+    nominal = curves_of_readings(suffix, readings, radius)
+    for column, (name, curve) in enumerate(nominal.items()):
+        n, of_curve = curve.axial.size, derivatives[:, :, column]
+        curves[name] = CurveSensitivity(curve, of_curve[:, :n], of_curve[:, n:])
     return curves

@@ -25,6 +25,7 @@ Name = Literal[
     "certificate",
     "summary",
     "inputs",
+    "mesh-error",
     "couplings",
     "pin-fit",
     "sensitivities",
