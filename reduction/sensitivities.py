@@ -116,7 +116,7 @@ def frequency_derivatives(
     elastic, Phi = omega_squared[n_rigid:last], modes[:, n_rigid:last]
     omega = np.sqrt(elastic)
     ends = [i for i in range(1, len(elastic)) if not _equal(elastic[i], elastic[i - 1])]
-    groups = np.split(np.arange(len(elastic)), ends)
+    groups = [group for group in np.split(np.arange(len(elastic)), ends) if group.size]
     of_squares = np.zeros((len(derivatives), len(elastic)))
     for row, (dK, dM) in zip(of_squares, derivatives, strict=True):
         for group in groups:

@@ -47,7 +47,7 @@ Variant = Literal["flexible", "stiff"]
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """One dimension's derivatives of both orders, by size, [um per kN m and mm]."""
+    """One dimension's derivatives of both orders, by size [m per kN m and m], shape (sizes, 2)."""
 
     dimension: str
     share: float
@@ -99,8 +99,8 @@ def comparisons(variant: Variant, sizes: Sequence[float]) -> Iterator[Comparison
         yield Comparison(
             dimension,
             share,
-            1e3 * np.array(one_mesh[dimension]),
-            1e3 * difference / span,
+            np.array(one_mesh[dimension]),
+            difference / span,
         )
 
 
@@ -122,7 +122,7 @@ def _remeshed(
 
 
 def comparison_lines(rows: Sequence[Comparison], sizes: Sequence[float]) -> list[str]:
-    """Table as Markdown: limits, their standard errors, and the difference over both errors."""
+    """Table as Markdown [nm per kN m and mm]: limits, standard errors, difference over both."""
     lines = [
         "| dimension | change | order | on one mesh | error | remeshed | error "
         "| difference over error |",
@@ -135,8 +135,8 @@ def comparison_lines(rows: Sequence[Comparison], sizes: Sequence[float]) -> list
         for i, name in enumerate(("N", "2 N")):
             error = np.hypot(our_error[i], their_error[i])
             lines.append(
-                f"| {row.dimension} | {100 * row.share:g} % | {name} | {1e6 * ours[i]:.4f} "
-                f"| {1e6 * our_error[i]:.4f} | {1e6 * theirs[i]:.4f} | {1e6 * their_error[i]:.4f} "
+                f"| {row.dimension} | {100 * row.share:g} % | {name} | {1e6 * ours[i]:.3f} "
+                f"| {1e6 * our_error[i]:.3f} | {1e6 * theirs[i]:.3f} | {1e6 * their_error[i]:.3f} "
                 f"| {abs(ours[i] - theirs[i]) / error:.1f} |"
             )
     return lines

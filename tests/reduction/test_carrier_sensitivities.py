@@ -16,6 +16,7 @@ from carrierflex.fe.carrier_curves import (
     flexible_cases,
     stiff_cases,
 )
+from carrierflex.fe.curve_derivatives import clamped_carrier
 from carrierflex.fe.load_cases import gear_forces
 from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.shape_extension import extended_velocity
@@ -102,6 +103,29 @@ def test_every_dimension_meets_differences_of_the_same_mesh_moved(half, problem,
             (body.dK[number], body.dM[number], body.dG[number]), *matrices, strict=True
         ):
             assert relative(actual, (plus - minus) / (2.0 * step)) < tolerance, cause.name
+
+
+def test_the_stiffness_of_the_pilots_follows_from_both_derivatives():
+    """``dK_bb - dG_bᵀ K_bb - K_bb dG_b`` is what another reduction of the moved mesh gives."""
+    half, name = half_sector_of("flexible"), "carrier.pin_hole_diameter"
+    problem = parametric_problem(half, STAGE)
+    body = sensitivities(problem, 0, n_frequencies=0)
+    number = [cause.name for cause in body.causes].index(name)
+    m, step = body.dG.shape[1], STEP * body.causes[number].value
+    V = extended_velocity(half, parametric_motion(half, STAGE, [name]))[0]
+    plus, minus = (
+        symmetric_craig_bampton(
+            clamped_carrier(
+                replace(half, points=half.points + sign * step * V),
+                with_step(STAGE, name, sign * step),
+            ).half,
+            0,
+        ).model.K
+        for sign in (1.0, -1.0)
+    )
+    K, dG = body.model.K[:m, :m], body.dG[number, :, :m]
+    derivative = body.dK[number, :m, :m] - dG.T @ K - K @ dG
+    assert relative(derivative, (plus - minus) / (2.0 * step)) < 1e-5
 
 
 def nominal_basis(problem):

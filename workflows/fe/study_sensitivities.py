@@ -269,9 +269,8 @@ def sensitivity_figure(study: SensitivityStudy) -> Figure:
             text = f"{percent[i, j]:+.2f}" if abs(percent[i, j]) >= 0.005 else "·"
             axis.text(j, i, text, ha="center", va="center", fontsize=7, color=colour)
         axis.set_yticks(range(len(body.causes)), [_label(cause) for cause in body.causes])
-        axis.set_xticks(
-            range(len(columns)), [name.replace(" ", "\n", 1) for name in columns], fontsize=6
-        )
+        labels = [name.replace("_joined", "\njoined").replace(" ", "\n", 1) for name in columns]
+        axis.set_xticks(range(len(columns)), labels, fontsize=6)
         axis.tick_params(labelsize=7, length=0)
         axis.set_title(body.name.replace("_", " "), loc="left", fontsize=9)
     figure.suptitle(
