@@ -1,7 +1,5 @@
 """The mesh's error of the curves: known laws in the size, and the finite elements' own."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -36,19 +34,12 @@ def test_a_phase_that_moves_with_the_size_is_an_error_too():
 
 
 @pytest.mark.long
-def test_the_error_shrinks_with_the_size_and_the_limits_agree():
-    """Limits from meshes twice as coarse differ by less than the coarse ones' error."""
+def test_the_limit_lies_beyond_a_finer_mesh():
+    """Finite elements are too stiff: order 3 grows as they shrink, towards the limit."""
     stage = StageParameters()
     coarse, fine = (
         {(one.curve, one.order): one for one in mesh_errors(stage, size)} for size in (0.06, 0.04)
     )
-    # Four planets or another gear would have other names only.
     assert {name for name, _ in fine} == {"delta_s", "delta_f", "g_s", "g_f"}
-    one, other = coarse["delta_f", 3], fine["delta_f", 3]
-    assert one.limit > one.amplitude
-    assert other.amplitude > one.amplitude
-    assert other.error < one.error
-    assert abs(one.limit - other.limit) < one.error
-    # Straight teeth load the pins otherwise; the size that is named is the finest of the three.
-    spur = replace(stage, gear=replace(stage.gear, helix_angle=0.0))
-    assert mesh_errors(spur, 0.06)[0].limit != one.limit
+    for key in (("delta_f", 3), ("delta_s", 3), ("delta_s", 6)):
+        assert coarse[key].amplitude < fine[key].amplitude < coarse[key].limit

@@ -76,7 +76,7 @@ def main(
         compiled: element loops compiled, a sparse factorisation library solves; scikit-fem: its
         forms and scipy's solver do both, the same numbers some fifty times slower.
     mesh_error
-        Compute the curves with elements 1.25 and 1.5 times as large too, and write how far each
+        Compute the curves with elements 0.8 and 1.25 times as large too, and write how far each
         order is from its limit at elements of no size (mesh_error.json); parametric carrier only.
     preview
         Only show what the work will cost.
@@ -187,7 +187,7 @@ def _write_mesh_error(path: Path, stage: StageParameters, size: float, *, quiet:
     from carrierflex.fe.mesh_limits import mesh_errors
 
     stages = Stages(1, quiet)
-    with stages.stage("error of the mesh, by two coarser ones"):
+    with stages.stage("error of the mesh, by two more of them"):
         errors = mesh_errors(stage, size, note=stages.note)
     largest: dict[str, MeshError] = {}
     for one in errors:
@@ -195,7 +195,8 @@ def _write_mesh_error(path: Path, stage: StageParameters, size: float, *, quiet:
     for one in largest.values():
         stages.tell(
             f"{one.curve}: order {one.order} is {100.0 * (one.amplitude / one.limit - 1.0):+.1f} % "
-            "off its limit at elements of no size"
+            "off its limit at elements of no size (standard error "
+            f"{100.0 * one.standard_error / one.limit:.1f} %)"
         )
     save_json(path, {"size": size, "errors": errors, "versions": versions()})
 

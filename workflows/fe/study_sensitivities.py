@@ -127,6 +127,10 @@ def main(
         it; two causes with proportional rows cannot be told apart.
     """
     stage = read_parameters(parameters)
+    springs = {"pin-fit": pin_fit, "upwind-seat": upwind_seat, "downwind-seat": downwind_seat}
+    for flag, stiffness in springs.items():
+        if not (np.isfinite(stiffness) and stiffness > 0.0):
+            raise ValueError(f"--{flag} is {stiffness}; expected a positive, finite stiffness")
 
     from carrierflex.reduction.carrier_sensitivities import sensitivities
     from carrierflex.reduction.sensitivity_files import write_sensitivities

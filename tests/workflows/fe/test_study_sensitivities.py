@@ -101,6 +101,13 @@ def test_an_amplitude_grows_as_the_curve_does(study):
             )
 
 
+@pytest.mark.parametrize("stiffness", [0.0, np.inf])
+def test_springs_without_a_derivative_are_refused_before_the_work(tmp_path, stiffness):
+    with pytest.raises(ValueError, match=r"--pin-fit is .*; expected a positive, finite stiffness"):
+        study_sensitivities.main(out=tmp_path / "out", pin_fit=stiffness, quiet=True)
+    assert not (tmp_path / "out").exists()
+
+
 def test_meshes_of_somebody_have_surfaces_for_dimensions(tmp_path, carrier, pin):
     for name, mesh in (
         ("flexible", flexible_carrier_mesh(carrier, COARSE)),
