@@ -148,30 +148,42 @@ class HalfSectorStatics:
         """Readings of the sensors, shape (n_sensors, c) [m]."""
         return self.body.readings(self.z)
 
-    def derivative(
+    def forces(
         self, of: HalfSectorDerivative, d_loads: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Derivative of the readings by one parameter, shape (n_sensors, c) [m per unit].
+    ) -> tuple[NDArray[np.float64], ...]:
+        """``f' - K' z`` of every block by one parameter, each of the shape (d, n, c).
 
         Parameters
         ----------
         of : HalfSectorDerivative
-            Of the half sector.
+            Derivative of the half sector.
         d_loads : ndarray, shape (6 p, c)
             Of the loads [N, N m per unit].
+        """
+        dG_half = of.of_couplings(self.body.half)
+        right = []
+        for part, z in zip(self.body.blocks, self.z, strict=True):
+            f = part.forces(part.coupling_derivative(dG_half), self.loads)
+            f += part.forces(part.block.G, d_loads)
+            right.append(f - part.stiffness_forces(of.dK, z))
+        return tuple(right)
+
+    def derivatives(self, forces: Sequence[tuple[NDArray[np.float64], ...]]) -> NDArray[np.float64]:
+        """Derivatives of the readings by k parameters, shape (k, n_sensors, c) [m per unit].
+
+        `forces` are those of :meth:`forces`: all are solved for at once.
 
         Notes
         -----
         The rows that read the sensors do not change: the nodes of the sensor circle keep their
         angles (:func:`carrierflex.geometry.shape_velocity.parametric_motion`).
         """
-        dG_half = of.of_couplings(self.body.half)
-        dz = []
-        for part, z in zip(self.body.blocks, self.z, strict=True):
-            f = part.forces(part.coupling_derivative(dG_half), self.loads)
-            f += part.forces(part.block.G, d_loads)
-            dz.append(part.solved(f - part.stiffness_forces(of.dK, z)))
-        return self.body.readings(dz)
+        dz = [
+            part.solved(np.concatenate(of_block, axis=2))
+            for part, of_block in zip(self.body.blocks, zip(*forces, strict=True), strict=True)
+        ]
+        read = self.body.readings(dz)
+        return read.reshape(len(read), len(forces), -1).transpose(1, 0, 2)
 
 
 def clamped_half_sector(

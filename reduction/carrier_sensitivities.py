@@ -344,16 +344,18 @@ def sensitivities(
     """
     reduction = symmetric_craig_bampton(problem.half, n_modes, sensors=problem.sensors)
     statics = problem.clamped.statics(problem.loads)
-    readings, reduced = [], []
+    forces, reduced = [], []
     for change in problem.changes:
         note(change.cause.name)
         of = change.derivative()
-        readings.append(statics.derivative(of, change.d_loads))
+        forces.append(statics.forces(of, change.d_loads))
         reduced.append(reduced_derivative(reduction, of))
     return BodySensitivities(
         problem.half.structure.name,
         tuple(change.cause for change in problem.changes),
-        _curves(problem.curve_suffix, problem.radius, statics.readings, np.array(readings)),
+        _curves(
+            problem.curve_suffix, problem.radius, statics.readings, statics.derivatives(forces)
+        ),
         reduction.model,
         np.array([one.K for one in reduced]),
         np.array([one.M for one in reduced]),
@@ -370,10 +372,9 @@ def sensitivities(
 def curve_sensitivities(problem: CarrierProblem) -> dict[str, CurveSensitivity]:
     """The curves of :func:`sensitivities` alone: no reduction."""
     statics = problem.clamped.statics(problem.loads)
-    readings = [
-        statics.derivative(change.derivative(), change.d_loads) for change in problem.changes
-    ]
-    return _curves(problem.curve_suffix, problem.radius, statics.readings, np.array(readings))
+    forces = [statics.forces(change.derivative(), change.d_loads) for change in problem.changes]
+    derivatives = statics.derivatives(forces)
+    return _curves(problem.curve_suffix, problem.radius, statics.readings, derivatives)
 
 
 def spring_sensitivities(
