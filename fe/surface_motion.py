@@ -1,6 +1,6 @@
 """Motion of named surfaces along their normals, for carriers without parameters."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def surface_motion(
     )
 
 
-def surface_groups(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+def surface_groups(names: Iterable[str]) -> dict[str, tuple[str, ...]]:
     """Surfaces of a carrier that move together: those of all pins as one, others alone."""
     groups: dict[str, tuple[str, ...]] = {}
     for name in names:

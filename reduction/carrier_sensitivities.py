@@ -295,7 +295,7 @@ def given_problem(
     )
     sensors = whole_body_sensors(mesh, radius)
     matrices = MatrixDerivatives(mesh, materials)
-    groups = surface_groups([*names, "rim_face"])
+    groups = surface_groups(mesh.surfaces)
     velocity = extended_velocity(mesh, surface_motion(mesh, groups, radius))
     at_rest = dict.fromkeys(names, np.zeros(3))
 
