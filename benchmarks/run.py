@@ -17,6 +17,7 @@ BENCHMARKS = (
     "reduction_stages",
     "distributing_against_rigid",
     "symmetric_reduction",
+    "sensitivities_against_reductions",
     "cholmod_against_mkl",
     "given_matrices",
     "reduction_against_exudyn",

@@ -144,6 +144,92 @@ def _node_graph(mesh: TetMesh) -> _NodeGraph:
     return _NodeGraph(indptr, indices, _node_pair_blocks(mesh.tets, indptr, indices))
 
 
+@dataclass(frozen=True, eq=False)
+class MatrixDerivatives:
+    """Derivatives of stiffness and mass of one mesh by its shape and by its materials.
+
+    Nodes that move with the velocity V carry the shape functions along, so that with ``A = ∇V``
+    their gradients change by ``-Aᵀ g_i`` and volumes by ``div V dV``. The stiffness changes as the
+    products ``∫ g_i g_jᵀ dV`` that it is made of,
+
+        ∫ h_i g_jᵀ + g_i h_jᵀ dV,   h_i = div V / 2 g_i - Aᵀ g_i,
+
+    which is the volume form ``∫ σ(u):ε(v) div V - σ(u):∇v A - σ(v):∇u A dV``, and the mass by
+    ``∫ ρ N_i N_j div V dV``. Both are the exact derivatives of the matrices that
+    :func:`assemble_stiffness_and_mass` makes.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Quadratic tetrahedra, n nodes.
+    materials : mapping of str to Material
+        Material of every body of the mesh.
+
+    References
+    ----------
+    .. [1] Haug, Choi, Komkov, "Design Sensitivity Analysis of Structural Systems" (1986),
+       section 3.3.
+    """
+
+    mesh: TetMesh
+    materials: Mapping[str, Material]
+
+    @functools.cached_property
+    def _graph(self) -> _NodeGraph:
+        return _node_graph(self.mesh)
+
+    def by_shape(self, V: NDArray[np.float64]) -> tuple[sp.bsr_array, sp.csr_array]:
+        """Derivatives where the nodes move with the velocity V, shape (n, 3).
+
+        Returns
+        -------
+        dK : bsr_array, shape (3 n, 3 n)
+            Of the stiffness.
+        dS : csr_array, shape (n, n)
+            Of the scalar mass: the mass matrix is it, repeated for x, y and z.
+        """
+        graph, V = self._graph, np.ascontiguousarray(V)
+        blocks, values = np.zeros((len(graph.indices), 3, 3)), np.zeros(len(graph.indices))
+        shapes, mass_gradients, mass_weights = _reference_element(MASS_ORDER)
+        products = np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100)
+        rule = _reference_element(STIFFNESS_ORDER)[1:]
+        for body, elements in self.mesh.bodies.items():
+            material, tets = material_of(self.materials, body), self.mesh.tets[elements]
+            places = (self.mesh.points, V)
+            indices = graph.block_indices[elements]
+            _add_stiffness_derivative(places, tets, material.lame, rule, indices, blocks)
+            mass_rule = (products, mass_gradients, mass_weights)
+            _add_mass_derivative(places, tets, material.rho, mass_rule, indices, values)
+        return self._matrices(blocks, values)
+
+    def by_material(self, body: str, constant: str) -> tuple[sp.bsr_array, sp.csr_array]:
+        """Derivatives by ``E`` [Pa], ``nu`` or ``rho`` [kg/m^3] of a body; as :meth:`by_shape`."""
+        graph, elements = self._graph, self.mesh.bodies[body]
+        blocks, values = np.zeros((len(graph.indices), 3, 3)), np.zeros(len(graph.indices))
+        tets, indices = self.mesh.tets[elements], graph.block_indices[elements]
+        if constant == "rho":
+            shapes, gradients, weights = _reference_element(MASS_ORDER)
+            products = np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100)
+            rule = (products, gradients, weights)
+            _add_scalar_mass(self.mesh.points, tets, 1.0, rule, indices, values)
+        else:
+            lame = material_of(self.materials, body).lame_derivative(constant)
+            _, gradients, weights = _reference_element(STIFFNESS_ORDER)
+            rule_of_two = (gradients, weights)
+            _add_stiffness(self.mesh.points, tets, lame, rule_of_two, indices, blocks)
+        return self._matrices(blocks, values)
+
+    def _matrices(
+        self, blocks: NDArray[np.float64], values: NDArray[np.float64]
+    ) -> tuple[sp.bsr_array, sp.csr_array]:
+        n, graph = len(self.mesh.points), self._graph
+        structure = (graph.indices, graph.indptr)
+        return (
+            sp.bsr_array((blocks, *structure), shape=(3 * n, 3 * n)),
+            sp.csr_array((values, *structure), shape=(n, n)),
+        )
+
+
 @functools.cache
 def _reference_element(
     order: int,
@@ -259,7 +345,6 @@ def _add_stiffness(
     blocks: NDArray[np.float64],
 ) -> None:
     """Add the elements' stiffness to `blocks` (n_blocks, 3, 3) in place."""
-    lame_lambda, mu = material
     gradients, weights = rule
     G = np.empty((30, 30))
     x = np.empty((10, 3))
@@ -268,20 +353,32 @@ def _add_stiffness(
             for a in range(3):
                 x[i, a] = points[tets[element, i], a]
         _gradient_products(x, gradients, weights, G)
-        for i in range(10):
-            for j in range(i, 10):
-                # The mirror block is the transpose, entry by entry: the matrix is symmetric to the
-                # last bit.
-                here, there = block_indices[element, 10 * i + j], block_indices[element, 10 * j + i]
-                shear = mu * (G[3 * i, 3 * j] + G[3 * i + 1, 3 * j + 1] + G[3 * i + 2, 3 * j + 2])
-                for a in range(3):
-                    for b in range(3):
-                        entry = lame_lambda * G[3 * i + a, 3 * j + b] + mu * G[3 * i + b, 3 * j + a]
-                        if a == b:
-                            entry += shear
-                        blocks[here, a, b] += entry
-                        if i != j:
-                            blocks[there, b, a] += entry
+        _add_blocks(G, material, block_indices[element], blocks)
+
+
+@_jit
+def _add_blocks(
+    G: NDArray[np.float64],
+    material: tuple[float, float],
+    block_indices: NDArray[np.int32],
+    blocks: NDArray[np.float64],
+) -> None:
+    """Add the stiffness of one element with the gradient products `G` (30, 30) to `blocks`."""
+    lame_lambda, mu = material
+    for i in range(10):
+        for j in range(i, 10):
+            # The mirror block is the transpose, entry by entry: the matrix is symmetric to the
+            # last bit.
+            here, there = block_indices[10 * i + j], block_indices[10 * j + i]
+            shear = mu * (G[3 * i, 3 * j] + G[3 * i + 1, 3 * j + 1] + G[3 * i + 2, 3 * j + 2])
+            for a in range(3):
+                for b in range(3):
+                    entry = lame_lambda * G[3 * i + a, 3 * j + b] + mu * G[3 * i + b, 3 * j + a]
+                    if a == b:
+                        entry += shear
+                    blocks[here, a, b] += entry
+                    if i != j:
+                        blocks[there, b, a] += entry
 
 
 @_jit
@@ -318,6 +415,105 @@ def _add_scalar_mass(
                 values[block_indices[element, 10 * i + j]] += entry
                 if i != j:
                     values[block_indices[element, 10 * j + i]] += entry
+
+
+@_jit
+def _gradient_product_derivatives(
+    x: NDArray[np.float64],
+    v: NDArray[np.float64],
+    gradients: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    products: NDArray[np.float64],
+) -> None:
+    """Fill `products` (30, 30), nodes j >= i, with ``∫ h_i g_jᵀ + g_i h_jᵀ dV`` of one element.
+
+    Its nodes `x` (10, 3) move with the velocity `v` (10, 3).
+    """
+    g, h, J, A = np.empty(30), np.empty(30), np.empty((3, 3)), np.empty((3, 3))
+    products[:] = 0.0
+    for q in range(weights.shape[0]):
+        determinant = _jacobian(x, gradients[q], J)
+        _physical_gradients(J, determinant, gradients[q], g)
+        half_divergence = _velocity_gradient(v, g, A) / 2.0
+        for i in range(10):
+            for b in range(3):
+                turned = 0.0
+                for a in range(3):
+                    turned += A[a, b] * g[3 * i + a]
+                h[3 * i + b] = half_divergence * g[3 * i + b] - turned
+        volume = weights[q] * abs(determinant)
+        for row in range(30):
+            g_row, h_row = volume * g[row], volume * h[row]
+            for column in range(3 * (row // 3), 30):
+                products[row, column] += h_row * g[column] + g_row * h[column]
+    for i in range(10):
+        for a in range(3):
+            for b in range(a):
+                products[3 * i + a, 3 * i + b] = products[3 * i + b, 3 * i + a]
+
+
+@_jit
+def _velocity_gradient(
+    v: NDArray[np.float64], g: NDArray[np.float64], A: NDArray[np.float64]
+) -> float:
+    """Fill `A` (3, 3) with ``∂V_a/∂x_b`` of nodal velocities (10, 3); its trace."""
+    for a in range(3):
+        for b in range(3):
+            total = 0.0
+            for i in range(10):
+                total += v[i, a] * g[3 * i + b]
+            A[a, b] = total
+    return A[0, 0] + A[1, 1] + A[2, 2]
+
+
+@_jit
+def _add_stiffness_derivative(
+    places: tuple[NDArray[np.float64], NDArray[np.float64]],
+    tets: NDArray[np.int64],
+    material: tuple[float, float],
+    rule: tuple[NDArray[np.float64], NDArray[np.float64]],
+    block_indices: NDArray[np.int32],
+    blocks: NDArray[np.float64],
+) -> None:
+    """:func:`_add_stiffness` of the derivative; `places` are nodes and their velocities (n, 3)."""
+    points, velocities = places
+    gradients, weights = rule
+    G = np.empty((30, 30))
+    x, v = np.empty((10, 3)), np.empty((10, 3))
+    for element in range(tets.shape[0]):
+        for i in range(10):
+            for a in range(3):
+                x[i, a] = points[tets[element, i], a]
+                v[i, a] = velocities[tets[element, i], a]
+        _gradient_product_derivatives(x, v, gradients, weights, G)
+        _add_blocks(G, material, block_indices[element], blocks)
+
+
+@_jit
+def _add_mass_derivative(
+    places: tuple[NDArray[np.float64], NDArray[np.float64]],
+    tets: NDArray[np.int64],
+    density: float,
+    rule: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    block_indices: NDArray[np.int32],
+    values: NDArray[np.float64],
+) -> None:
+    """:func:`_add_scalar_mass` of the derivative; `places` are nodes and their velocities."""
+    points, velocities = places
+    shape_products, gradients, weights = rule
+    g, J, A = np.empty(30), np.empty((3, 3)), np.empty((3, 3))
+    x, v = np.empty((10, 3)), np.empty((10, 3))
+    for element in range(tets.shape[0]):
+        for i in range(10):
+            for a in range(3):
+                x[i, a] = points[tets[element, i], a]
+                v[i, a] = velocities[tets[element, i], a]
+        for q in range(weights.shape[0]):
+            determinant = _jacobian(x, gradients[q], J)
+            _physical_gradients(J, determinant, gradients[q], g)
+            share = density * weights[q] * abs(determinant) * _velocity_gradient(v, g, A)
+            for pair in range(100):
+                values[block_indices[element, pair]] += share * shape_products[q, pair]
 
 
 @_jit

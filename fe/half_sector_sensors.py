@@ -86,3 +86,18 @@ def half_sector_sensors(half: TetMesh, radius: float, n_planets: int) -> HalfSec
     axial, radial = rim_recovery(half, radius, circle.angles)
     rows = sp.csr_array(sp.vstack([axial[circle.place], radial[circle.place]]))
     return HalfSectorSensors(sensor_names(), rows, np.tile(circle.images, 2))
+
+
+def whole_body_sensors(mesh: TetMesh, radius: float) -> HalfSectorSensors:
+    """Sensor circle of a body without symmetry, which is the one image of itself.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Whole body with the surface ``rim_face``.
+    radius : float
+        Radius of the circle [m].
+    """
+    angles = 2.0 * np.pi * np.arange(N_SENSOR_ANGLES) / N_SENSOR_ANGLES
+    rows = sp.csr_array(sp.vstack(rim_recovery(mesh, radius, angles)))
+    return HalfSectorSensors(sensor_names(), rows, np.zeros(rows.shape[0], dtype=np.int64))

@@ -131,11 +131,6 @@ def simply_supported_pin_load(
     }
 
 
-def midspan_x(carrier: CarrierParameters) -> float:
-    """Axial position of the planets' middle plane [m]."""
-    return carrier.pin_stations[1]
-
-
 def together(*loads: Mapping[str, PilotLoad]) -> dict[str, PilotLoad]:
     """Sum of several pilot loads."""
     total: dict[str, PilotLoad] = {}

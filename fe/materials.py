@@ -47,6 +47,23 @@ class Material:
             self.E / (2.0 * (1.0 + self.nu)),
         )
 
+    def lame_derivative(self, constant: str) -> tuple[float, float]:
+        """Derivatives of Lamé's parameters by ``E`` or ``nu``.
+
+        Raises
+        ------
+        ValueError
+            Where the constant is another.
+        """
+        lame_lambda, mu = self.lame
+        if constant == "E":
+            return lame_lambda / self.E, mu / self.E
+        if constant == "nu":
+            nu = self.nu
+            square = ((1.0 + nu) * (1.0 - 2.0 * nu)) ** 2
+            return self.E * (1.0 + 2.0 * nu**2) / square, -self.E / (2.0 * (1.0 + nu) ** 2)
+        raise ValueError(f"no elastic constant is named {constant!r}; expected E or nu")
+
 
 #: Chosen: no grade of the carrier's cast iron is published; the usual one, data of EN 1563.
 #: Deflections go as 1/E only.

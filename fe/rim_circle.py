@@ -72,6 +72,17 @@ def rim_recovery(
     return axial, radial
 
 
+def circle_nodes(mesh: NamedSurfaces, radius: float) -> NDArray[np.int64]:
+    """Nodes of the rim face's circle of the given radius [m], ascending.
+
+    Raises
+    ------
+    ValueError
+        Where the mesh has no edges on the circle.
+    """
+    return np.unique(_edges_on_circle(mesh, radius))
+
+
 def _edges_on_circle(mesh: NamedSurfaces, radius: float) -> NDArray[np.int64]:
     facets = mesh.surface("rim_face")
     edges = np.concatenate([facets[:, list(edge)] for edge in _EDGES[facets.shape[1]]])

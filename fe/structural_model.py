@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.couplings import Pilot, distributing_pilot, weighted_pilot
-from carrierflex.fe.load_cases import PilotLoad, midspan_x, radial
+from carrierflex.fe.load_cases import PilotLoad, radial
 from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.matrices.dof_layout import DofLayout
 from carrierflex.fe.pilot_overlaps import refuse_dependent_pilots
@@ -130,16 +130,12 @@ def carrier_pilot_points(
     seat_x = carrier.length_between_faces + carrier.seat_length / 2.0
     points = {
         "shaft_face": np.array([-carrier.hub_length, 0.0, 0.0]),
-        "upwind_seat": np.array([float(np.mean(carrier.upwind_bearing_x)), 0.0, 0.0]),
+        "upwind_seat": np.array([-carrier.hub_length / 2.0, 0.0, 0.0]),
         "downwind_seat": np.array([seat_x, 0.0, 0.0]),
     }
     for number, angle in enumerate(pin_angles(carrier.n_planets), start=1):
         axis = carrier.centre_distance * radial(float(angle))
-        for part, x in (
-            ("upwind", float(np.mean(carrier.upwind_bore_x))),
-            ("midspan", midspan_x(carrier)),
-            ("downwind", float(np.mean(carrier.downwind_bore_x))),
-        ):
+        for part, x in zip(("upwind", "midspan", "downwind"), carrier.pin_stations, strict=True):
             points[f"pin_{number}_{part}"] = axis + np.array([x, 0.0, 0.0])
     return points
 

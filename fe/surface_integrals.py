@@ -165,6 +165,69 @@ def facet_moments(
     return B, Z
 
 
+def surface_moment_derivatives(
+    mesh: NamedSurfaces,
+    facets: NDArray[np.int64],
+    origin: NDArray[np.float64],
+    velocities: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Derivatives of :func:`surface_moments` where nodes and origin move.
+
+    Parameters
+    ----------
+    mesh, facets, origin
+        As there.
+    velocities : tuple of ndarray
+        Of the nodes, shape (n, 3), and of the origin, shape (3,) [m per unit].
+
+    Returns
+    -------
+    dB : ndarray, shape (6, n, 3)
+        ``∫ dRᵀ N dA + ∫ Rᵀ N d(dA)``.
+    dZ : ndarray, shape (6, 6)
+        ``∫ dRᵀ R + Rᵀ dR dA + ∫ Rᵀ R d(dA)``.
+    """
+    N, dN, weights = _facet_rule(facets.shape[1])
+    V, V_origin = velocities
+    corners, moving = mesh.points[facets], V[facets]
+    x, v = (np.einsum("qi,kia->kqa", N, values) for values in (corners, moving))
+    t, t_moving = (np.einsum("qib,kia->kqba", dN, values) for values in (corners, moving))
+    normal = np.cross(t[..., 0, :], t[..., 1, :])
+    d_normal = np.cross(t_moving[..., 0, :], t[..., 1, :])
+    d_normal += np.cross(t[..., 0, :], t_moving[..., 1, :])
+    size = np.linalg.norm(normal, axis=-1)
+    area, d_area = size * weights, np.einsum("kqa,kqa->kq", normal, d_normal) / size * weights
+    R = rigid_motion(x, origin)
+    # R is linear in the arm: its rate is the rotations' part at the arm's rate.
+    dR = rigid_motion(v, V_origin)
+    dR[..., [0, 1, 2], [0, 1, 2]] = 0.0
+    half = np.einsum("kq,kqai,kqaj->ij", area, dR, R, optimize=True)
+    dZ = half + half.T + np.einsum("kq,kqai,kqaj->ij", d_area, R, R, optimize=True)
+    weighted = area[..., None, None] * dR + d_area[..., None, None] * R
+    dB = np.zeros((6, len(mesh.points), 3))
+    shares = np.einsum("qn,kqai->kina", N, weighted, optimize=True)
+    np.add.at(dB, (np.arange(6)[None, :, None], facets[:, None, :]), shares)
+    return dB, dZ
+
+
+def nodal_normals(points: NDArray[np.float64], facets: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Unit normals of quadratic triangles at each of their nodes, shape (k, 6, 3).
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Node coordinates [m].
+    facets : ndarray of int, shape (k, 6)
+        Corners counter-clockwise seen from where the normals point, then mid-side nodes.
+    """
+    corners = np.eye(3)
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2.0
+    _, dN = _shapes(np.concatenate([corners, middles]))
+    t = np.einsum("qib,kia->kqba", dN, points[facets])
+    normal = np.cross(t[..., 0, :], t[..., 1, :])
+    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
+
+
 def surface_area(mesh: NamedSurfaces, facets: NDArray[np.int64]) -> float:
     """Area of curved facets [m^2].
 

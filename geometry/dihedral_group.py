@@ -122,6 +122,13 @@ def dihedral_group(n_planets: int) -> DihedralGroup:
     )
 
 
+@lru_cache
+def no_symmetry() -> DihedralGroup:
+    """The group of one motion, rest: a body without symmetry is the one image of itself."""
+    unchanged = IrreducibleRepresentation("A1", np.ones((1, 1, 1)))
+    return DihedralGroup(1, np.eye(3)[None], (unchanged,))
+
+
 def pilot_motions(group: DihedralGroup, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """How the six coordinates of pilots at `points` follow the group.
 

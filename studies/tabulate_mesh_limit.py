@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.fe.mesh_limits import mesh_limit
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.identification.carrier.printed_tables import Printed, derived_facts
 from carrierflex.reduction.pin_fit import PinFitFamily, rms
 from carrierflex.workflows.fe.study_pin_fit import HIGHEST, LOWEST, static_family
 from carrierflex.workflows.main_job import check_mesh_convergence
-from carrierflex.workflows.main_job.check_mesh_convergence import MeshStudy, mesh_limit
+from carrierflex.workflows.main_job.check_mesh_convergence import MeshStudy
 from carrierflex.workflows.outputs import prepared_folder
 from studies.case_files import write_table
 

@@ -5,11 +5,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.fe.load_cases import gear_forces
+from carrierflex.fe.mesh_limits import mesh_limit
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.identification.carrier.printed_tables import Printed, derived_facts
 from carrierflex.reduction.pin_fit import PinFitFamily, rms
 from carrierflex.workflows.main_job import check_mesh_convergence
-from carrierflex.workflows.main_job.check_mesh_convergence import MeshStudy, mesh_limit
+from carrierflex.workflows.main_job.check_mesh_convergence import MeshStudy
 from studies.tabulate_mesh_limit import fits_of_table_4, limit_table
 
 SIZES = (0.04, 0.03, 0.02)

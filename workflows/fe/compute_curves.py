@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypedDict
 
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.mesh_limits import MeshError
 from carrierflex.fe.view import curves_figure
 from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.files.versions import Versions, versions
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 _CURVES = "deflection_curves.csv"
 _PICTURE = "deflection_curves.png"
 _INPUTS = "inputs.json"
+_MESH_ERROR = "mesh_error.json"
 
 
 def main(
@@ -38,6 +40,7 @@ def main(
     stiff_mesh: Path | None = None,
     length_unit: Literal["m", "mm", "inch"] = "m",
     assembly: Literal["compiled", "scikit-fem"] = "compiled",
+    mesh_error: bool = False,
     preview: bool = False,
     cache: bool = True,
     quiet: bool = False,
@@ -72,6 +75,9 @@ def main(
     assembly
         compiled: element loops compiled, a sparse factorisation library solves; scikit-fem: its
         forms and scipy's solver do both, the same numbers some fifty times slower.
+    mesh_error
+        Compute the curves with elements 0.8 and 1.25 times as large too, and write how far each
+        order is from its limit at elements of no size (mesh_error.json); parametric carrier only.
     preview
         Only show what the work will cost.
     cache
@@ -95,8 +101,13 @@ def main(
     edge = files.element_size(size)
     inputs = {
         "kind": "deflection curves", "stage": stage, "size": edge, "files": files.digests(),
-        "assembly": assembly,
+        "assembly": assembly, "mesh_error": mesh_error,
     }  # fmt: skip
+    if mesh_error and files.given:
+        raise ValueError(
+            "--mesh-error is given with a STEP or mesh file; expected the parametric carrier: run "
+            "curves with several --size (or meshes) and compare them"
+        )
     if preview:
         return curves_cost(stage, edge, files)
     prepared_folder(out)
@@ -104,8 +115,11 @@ def main(
     def compute() -> None:
         tell(lambda: curves_cost(stage, edge, files), quiet=quiet)
         _compute(out, stage, edge, files, assembly, quiet=quiet)
+        if mesh_error:
+            _write_mesh_error(out / _MESH_ERROR, stage, edge, quiet=quiet)
 
-    results = {name: out / name for name in (_CURVES, _PICTURE, _INPUTS)}
+    names = (_CURVES, _PICTURE, _INPUTS, *((_MESH_ERROR,) if mesh_error else ()))
+    results = {name: out / name for name in names}
     cached_files(results, compute, use=cache, quiet=quiet, inputs=inputs)
     radius = float(read_json(out / _INPUTS, "the inputs of the curves")["sensor_radius"])
     return read_curves(out / _CURVES, radius=radius)
@@ -169,6 +183,24 @@ def _compute(
         save_json(out / _INPUTS, {**content, "versions": versions()})
 
 
+def _write_mesh_error(path: Path, stage: StageParameters, size: float, *, quiet: bool) -> None:
+    from carrierflex.fe.mesh_limits import mesh_errors
+
+    stages = Stages(1, quiet)
+    with stages.stage("error of the mesh, by two more of them"):
+        errors = mesh_errors(stage, size, note=stages.note)
+    largest: dict[str, MeshError] = {}
+    for one in errors:
+        largest[one.curve] = max(one, largest.get(one.curve, one), key=lambda error: error.share)
+    for one in largest.values():
+        stages.tell(
+            f"{one.curve}: order {one.order} is {100.0 * (one.amplitude / one.limit - 1.0):+.1f} % "
+            "off its limit at elements of no size (standard error "
+            f"{100.0 * one.standard_error / one.limit:.1f} %)"
+        )
+    save_json(path, {"size": size, "errors": errors, "versions": versions()})
+
+
 def _gear_of_the_loads(gear: GearData) -> dict[str, float]:
     """What of the gear sets the forces on the pins."""
     names = ("pressure_angle", "helix_angle", "centre_distance", "sun_teeth", "planet_teeth")
@@ -205,4 +237,12 @@ class CurveInputsDocument(TypedDict):
     files: Annotated[Mapping[str, GivenFile], "Files by role; empty without any"]
     assembly: Annotated[str, "What assembled and solved"]
     sensor_radius: Annotated[float, "Radius of the sensors' circle [m]"]
+    versions: Versions
+
+
+class MeshErrorDocument(TypedDict):
+    """mesh_error.json, written by curves."""
+
+    size: Annotated[float, "Element edge length of the curves [m]"]
+    errors: Annotated[Sequence[MeshError], "One a curve and order"]
     versions: Versions

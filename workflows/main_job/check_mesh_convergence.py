@@ -3,13 +3,14 @@
 Computed on the half sector.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.fe.mesh_limits import mesh_limit
 from carrierflex.geometry.parameter_files import StageParameters
 
 #: Element sizes of the study [m].
@@ -21,38 +22,6 @@ _WORK_BY_SIZE = 2.5
 def study_orders(n_planets: int) -> tuple[int, int]:
     """Orders that the study follows: those that rule the flexible and the stiff curve."""
     return n_planets, 2 * n_planets
-
-
-def mesh_limit(
-    sizes: Sequence[float], values: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Values at elements of no size, by a straight line through those at several sizes.
-
-    ``v(h) = v_0 + g h``: the edges where webs and hub meet the plates are re-entrant, the error of
-    a stress singularity falls with the size and not with its square.
-
-    Parameters
-    ----------
-    sizes : sequence of float
-        Element edge lengths [m], two or more.
-    values : ndarray, shape (n_sizes, ...)
-        Values by size.
-
-    Returns
-    -------
-    limit, error : ndarray
-        ``v_0``, and its standard error by the scatter about the line; NaN of two sizes.
-    """
-    h = np.asarray(sizes, np.float64)
-    A = np.stack([np.ones_like(h), h], axis=1)
-    flat = values.reshape(len(h), -1)
-    fit, *_ = np.linalg.lstsq(A, flat, rcond=None)
-    freedom = len(h) - 2
-    scatter = np.full(flat.shape[1], np.nan)
-    if freedom:
-        scatter = np.sqrt(((flat - A @ fit) ** 2).sum(axis=0) / freedom)
-    error = scatter * np.sqrt(np.linalg.inv(A.T @ A)[0, 0])
-    return fit[0].reshape(values.shape[1:]), error.reshape(values.shape[1:])
 
 
 @dataclass(frozen=True, eq=False)

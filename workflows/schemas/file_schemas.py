@@ -51,8 +51,9 @@ from carrierflex.workflows.diagnosis.scored_check import (
     TimesDocument,
 )
 from carrierflex.workflows.fe.compare_couplings import CouplingsDocument
-from carrierflex.workflows.fe.compute_curves import CurveInputsDocument
+from carrierflex.workflows.fe.compute_curves import CurveInputsDocument, MeshErrorDocument
 from carrierflex.workflows.fe.study_pin_fit import PinFitDocument
+from carrierflex.workflows.fe.study_sensitivities import SensitivitiesDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
 from carrierflex.workflows.identification.documents import IdentificationDocument
 from carrierflex.workflows.identification.import_records import ImportDocument
@@ -102,8 +103,10 @@ _RESULTS: dict[str, Any] = {
     "certificate": CertificateDocument,
     "summary": SummaryDocument,
     "inputs": CurveInputsDocument,
+    "mesh error": MeshErrorDocument,
     "couplings": CouplingsDocument,
     "pin fit": PinFitDocument,
+    "sensitivities": SensitivitiesDocument,
     "order one": OrderOneDocument,
     "table 5": TableFiveDocument,
     "torsion": TorsionDocument,

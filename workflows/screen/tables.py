@@ -33,6 +33,7 @@ _NO = Text("no", style="red")
 if TYPE_CHECKING:
     from carrierflex.workflows.fe.cost_preview import CostPreview
     from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
+    from carrierflex.workflows.fe.study_sensitivities import SensitivityStudy
     from carrierflex.workflows.identification.identify_bushings import BushingIdentification
     from carrierflex.workflows.identification.identify_parameters import Identification
     from carrierflex.workflows.reduction.export_body import ExportedBody
@@ -129,6 +130,27 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
         )
         table.add_row(label, name + (carried if share[most] >= _WORTH_TELLING else ""))
     return table
+
+
+def sensitivity_table(study: "SensitivityStudy") -> RenderableType:
+    """Change of each order and frequency in per cent by each cause, one table a body."""
+    tables = []
+    for body in study.bodies:
+        rows = [row for row in study.rows if row.body == body.name]
+        quantities = dict.fromkeys(row.quantity for row in rows)
+        shown = [name for name in quantities if name.startswith(("delta", "frequency 1"))]
+        # Units of the change beside its name: 1 % of a value, 1 mm of an offset.
+        table = _table(f"{body.name.replace('_', ' ')}: change, %", "cause", "change", *shown)
+        for cause in body.causes:
+            changes = {row.quantity: row.change_percent for row in rows if row.cause == cause.name}
+            change = "+1 %" if cause.value else f"{1e3 * cause.change:+g} mm"
+            table.add_row(cause.name, change, *(f"{changes[name]:+.2f}" for name in shown))
+        tables.append(table)
+    note = (
+        "orders in % of their curve's RMS; whole curves, derivatives and matrices: "
+        "sensitivities.h5, what moves what: sensitivities.png"
+    )
+    return Group(*tables, Text(note, style="dim"))
 
 
 def pin_fit_table(study: "PinFitStudy") -> RenderableType:

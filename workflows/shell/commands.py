@@ -42,6 +42,9 @@ COMMANDS = {
         "couplings.", "couplings.json"),
     "pin-fit": Command("fe.study_pin_fit", "tables:pin_fit_table",
         "Sweep the pin fit from simply supported to rigid.", "pin_fit.json"),
+    "sensitivities": Command("fe.study_sensitivities", "tables:sensitivity_table",
+        "Derive curves, reduced matrices and frequencies by every dimension, material and "
+        "stiffness.", "sensitivities.json"),
     "export": Command("reduction.export_body", "tables:export_table",
         "Write a reduced body for another multibody code."),
     "certificate": Command("reduction.check_certificate", "tables:certificate_table",
@@ -105,6 +108,7 @@ GROUPS = {
     "Carrier: geometry and mesh": ("mesh", "cad", "cad-faces", "cad-surfaces"),
     "Finite elements and reduced bodies": (
         "curves", "reduce", "certificate", "export", "join", "couplings", "pin-fit",
+        "sensitivities",
     ),
     "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
     "Measurement": ("plan", "new-campaign", "import", "check", "identify"),

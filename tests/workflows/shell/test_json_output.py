@@ -59,6 +59,7 @@ LONG = {
 #: command that reads what others write follow theirs.
 SLOW = {
     "pin-fit": {"pin-fit --size 0.06 --points-per-decade 1 --out fit": 0},
+    "sensitivities": {"sensitivities --size 0.1 --modes 4 --out sensitivities": 0},
     "join": {
         "reduce --body carrier --size 0.1 --modes 1 --out carrier.h5": 0,
         "reduce --body pin --size 0.1 --modes 1 --out pin.h5": 0,
