@@ -123,7 +123,7 @@ class CarrierProblem(ComparisonProblem):
                 "carrier",
                 f"the carrier is {size - 1.0:.0%} more flexible than drawn: rho_f {rho_f:.3f} and "
                 f"rho_s {rho_s:.3f} are beyond what its drawing allows for any pin fit",
-                "check dimensions, modulus and deflection curves of the carrier (their derivatives: "
+                "check dimensions, modulus and deflection curves of the carrier (derivatives: "
                 "carrierflex sensitivities), and the calibration of the torque",
                 size,
                 key_of("[rig]", "deflection_curves"),
