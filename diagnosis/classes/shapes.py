@@ -107,6 +107,14 @@ def straight_part(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(best[1])
 
 
+def loop_spring(x: FloatArray, y: FloatArray) -> float:
+    """Slope of a loop where it slips: on the way outwards, both senses of the motion."""
+    middle = 0.5 * (x.max() + x.min())
+    outwards = np.gradient(x) * (x - middle) > 0.0
+    ways = [outwards & (x > middle), outwards & (x < middle)]
+    return float(np.mean([np.polyfit(x[way], y[way], 1)[0] for way in ways]))
+
+
 def slope_beside_rest(x: FloatArray, y: FloatArray) -> float:
     """Slope of a curve over the speed: friction is a step between two straight sides."""
     sides = [side for side in (x > 0.0, x < 0.0) if np.count_nonzero(side) > 8]

@@ -91,6 +91,8 @@ _ROLES = (GAP, LAW, LEFT)
 #: standard deviation on average; those of a loop change branch half of the time. The limit leaves
 #: room for the end of the trusted band.
 _NEIGHBOURS = 0.3
+#: Share of a curve below which what bends it is rounding, and the blur of a filter.
+_STRAIGHT = 0.01
 #: Strips over the range of x for the line of a law.
 _STRIPS = 36
 
@@ -178,9 +180,15 @@ class Picture:
 
 
 def is_function(x: FloatArray, y: FloatArray) -> bool:
-    """Whether y follows x along one line: neighbours along x have nearly the same y."""
-    sorted_y = y[np.argsort(x, kind="stable")]
-    return bool(np.abs(np.diff(sorted_y)).mean() <= _NEIGHBOURS * y.std())
+    """Whether y follows x along one line: neighbours along x have nearly the same y.
+
+    Without its straight part: a loop around a spring is a loop, however steep the spring.
+    """
+    bent = y - np.polyval(np.polyfit(x, y, 1), x)
+    if bent.std() <= _STRAIGHT * y.std():
+        return True
+    sorted_y = bent[np.argsort(x, kind="stable")]
+    return bool(np.abs(np.diff(sorted_y)).mean() <= _NEIGHBOURS * bent.std())
 
 
 def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -26,6 +26,7 @@ from carrierflex.diagnosis.classes.shapes import (
     half_step,
     law_of_class,
     length_words,
+    loop_spring,
     shape_words,
     slope_beside_rest,
     straight_part,
@@ -291,7 +292,7 @@ def _baseline_share(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
     rest, of a loop its spring; of h(x) and of a change with time the mean.
     """
     if name == HYSTERESIS:
-        return np.asarray(np.polyval(np.polyfit(x, y, 1), x))
+        return loop_spring(x, y) * x
     if name in (COUPLED_DAMPING, TIME_VARIATION):
         return np.full(x.size, y.mean())
     if name not in (RESTORING_FORCE, DISSIPATION, DRIVE_SIDE):

@@ -23,6 +23,7 @@ from carrierflex.diagnosis.classes.shapes import (
     fitted_law,
     half_step,
     law_of_class,
+    loop_spring,
     shape_words,
     slope_beside_rest,
     visited_range_warning,
@@ -370,7 +371,7 @@ def _straight(shape: str, x: FloatArray, draws: FloatArray) -> FloatArray:
     if shape == DISSIPATION:
         return np.array([slope_beside_rest(x, y) for y in draws])
     if shape == HYSTERESIS:
-        return np.polyfit(x, draws.T, 1)[0]
+        return np.array([loop_spring(x, y) for y in draws])
     return draws.mean(axis=1) if shape in (COUPLED, CHANGE) else np.zeros(len(draws))
 
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.classes.shapes import half_step, shape_words
+from carrierflex.diagnosis.classes.shapes import half_step, loop_spring, shape_words
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
@@ -106,3 +106,16 @@ def test_a_baseline_that_predicts_worse_than_no_motion_is_no_gap():
     told = diagnose(element_problem(campaign), campaign=campaign.name, kind="element")
     signal = np.concatenate([run.signals["F"] for run in campaign.runs]).std()
     assert told.reduction.rms_before <= signal
+
+
+@pytest.mark.parametrize("spring", [0.0, 12.0, -40.0])
+def test_a_loop_is_drawn_without_its_spring(spring):
+    """A slider of 3 N behind a spring of 20 N/m, whatever linear spring the fit put beside it."""
+    x = np.sin(np.linspace(0.0, 4.5 * np.pi, 2001))
+    slider = np.empty(x.size)
+    force = 0.0
+    for k in range(x.size):
+        force = np.clip(force + 20.0 * (x[k] - (x[k - 1] if k else 0.0)), -3.0, 3.0)
+        slider[k] = force
+    turn = slice(-890, None)
+    assert loop_spring(x[turn], (slider + spring * x)[turn]) == pytest.approx(spring, abs=0.2)
