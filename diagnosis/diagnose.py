@@ -41,6 +41,8 @@ from carrierflex.diagnosis.verdict import Verdict, verdict_of
 
 #: Share of the signal, mean square, that an estimated noise may be and be agreement.
 _MOST_UNEXPLAINED = 0.1
+#: Share that a scatter which is no noise may be.
+_NOTABLE = 0.01
 
 
 def diagnose(
@@ -97,8 +99,12 @@ def diagnose(
         predictive=tuple(law for law, card in problem.cards.items() if len(card.parameters) == 1),
     )
     judged = _with_lines(judged, problem)
-    if not floor_is_measured:
-        judged = _with_earned_all_clear(judged, problem, float(fits.score(()).square.sum()))
+    judged = _with_earned_all_clear(
+        judged,
+        problem,
+        float(fits.score(()).square.sum()),
+        floor_is_measured=floor_is_measured,
+    )
     before, after = fits.score(()).fit, fits.score(selection.accepted).fit
     floor_ratio = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
     published = published_values(problem, after, floor_ratio=floor_ratio)
@@ -169,15 +175,24 @@ def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
 
 
 def _with_earned_all_clear(
-    judged: Verdict, problem: ComparisonProblem, gap_square: float
+    judged: Verdict,
+    problem: ComparisonProblem,
+    gap_square: float,
+    *,
+    floor_is_measured: bool,
 ) -> Verdict:
     """Verdict; no agreement within a noise that is not known, or is a large part of the signal.
 
     `gap_square` is the sum of squares that the baseline leaves of held-out records.
     """
     unexplained = gap_square / problem.signal_square
-    is_large = unexplained > _MOST_UNEXPLAINED
-    if judged.verdict != AT_NOISE_FLOOR or not (problem.unknown_floor or is_large):
+    is_unknown = bool(problem.unknown_floor)
+    if floor_is_measured:
+        # What repeats bounds the floor, unless most of what does not is no noise.
+        is_unknown = is_unknown and unexplained > _NOTABLE
+    else:
+        is_unknown = is_unknown or unexplained > _MOST_UNEXPLAINED
+    if judged.verdict != AT_NOISE_FLOOR or not is_unknown:
         return judged
     why = problem.unknown_floor or "the noise was taken from the spectrum, not from what repeats"
     return replace(

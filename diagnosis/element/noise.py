@@ -50,6 +50,8 @@ _BELOW_NYQUIST = 0.99
 _FEWEST = 16
 #: RMS of a force error that is allowed everywhere, over the RMS of the force.
 _FORCE_ERROR = 0.003
+#: Scatter over the plateau of the spectrum that no colour of a sensor's noise makes (squares).
+_COLOURED = 9.0
 #: Periods of the band's end by which records are continued before filtering.
 _REACH = 20.0
 
@@ -71,6 +73,16 @@ def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tupl
     if all(value is not None for value in repeated):
         return np.maximum(np.array(repeated, dtype=np.float64), least), True
     return np.maximum([_plateau(record) for record in records], least), False
+
+
+def scatter_is_noise(records: Sequence[ElementRecord], variance: FloatArray) -> bool:
+    """Whether what does not repeat is as high as the noise above the band of the motion.
+
+    A stiffness that changes in time, or a load that no period has twice, does not repeat either,
+    and lies where the motion is.
+    """
+    plateau = float(np.mean([_plateau(record) for record in records]))
+    return float(np.mean(variance)) <= _COLOURED * plateau
 
 
 def _scatter_over_periods(record: ElementRecord) -> float | None:

@@ -22,7 +22,12 @@ from carrierflex.diagnosis.element.force_records import has_one_frequency
 from carrierflex.diagnosis.element.gap import ElementGap, element_loops
 from carrierflex.diagnosis.element.laws import parameter_shift
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
-from carrierflex.diagnosis.element.noise import carried_noise, declared_gains, noise_variance
+from carrierflex.diagnosis.element.noise import (
+    carried_noise,
+    declared_gains,
+    noise_variance,
+    scatter_is_noise,
+)
 from carrierflex.diagnosis.element.records import (
     ElementRecord,
     element_records,
@@ -66,6 +71,10 @@ _BELIEVABLE = 9.0
 _UNKNOWN_FLOOR = (
     "the plateau of the spectrum lies far below what no class can learn, as after a low-pass filter"
 )
+_NO_NOISE = (
+    "what differs from period to period is far above the noise at high frequencies: something "
+    "changes in time that the model does not have"
+)
 _FLOOR_NOTE = (
     f"the noise floor cannot be known from these records ({_UNKNOWN_FLOOR}): what no class learns "
     "is taken as the floor, and the verdict rests on shares"
@@ -93,6 +102,8 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         Whether the campaign declares it, so that the scatter of repeats is compared with it.
     noise_note : str
         What the records cannot say of their noise; empty where the floor is known.
+    scatter_note : str
+        Why what does not repeat cannot all be noise; empty where it may.
     table : ElementTable, optional
         Table of the classes of these records, where the floor was judged by it.
     """
@@ -102,6 +113,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     channel: str
     noise_is_declared: bool = False
     noise_note: str = ""
+    scatter_note: str = ""
     table: ElementTable | None = None
     difference = 1e-5
 
@@ -241,7 +253,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
     @property
     def unknown_floor(self) -> str:
         """Why the noise floor is not known; empty where records or declarations bound it."""
-        return _UNKNOWN_FLOOR if self.noise_note else ""
+        return _UNKNOWN_FLOOR if self.noise_note else self.scatter_note
 
     @cached_property
     def has_one_frequency(self) -> bool:
@@ -359,6 +371,7 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     )
     noise = noise + np.array([carried_noise(model, record) for record in records])
     note, table = "", None
+    is_noise = not measured or channel.noise_std is not None or scatter_is_noise(records, noise)
     if not measured:
         noise, note, table = _believable_noise(model, records, noise)
     return ElementProblem(
@@ -369,6 +382,7 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
         channel.name,
         noise_is_declared=channel.noise_std is not None,
         noise_note=note,
+        scatter_note="" if is_noise else _NO_NOISE,
         table=table,
     )
 
