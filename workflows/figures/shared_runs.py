@@ -105,9 +105,10 @@ _WEIGHTS = {"d_x": 1.0, "d_y": 1.0, "d_z": 1.0, "theta_x": 10.0, "theta_y": 1.0,
 class _StageRecords:
     """Load cases LC1 to LC4 of the 2012 paper: records, identified motion, and LC2 simulated.
 
-    The records stand for the measurement. They come from the stage in time with a kink in the joint
-    of shaft and carrier, bearing clearances and soft bearings (``stage_order_one.toml``), read by
-    sensors with errors; no equation of the identified models went into them. The simulation is
+    The records stand for the measurement. They come from the stage in time with the most
+    probable causes of the paper's gap (``stage_papers_gap.toml``): a tilted face, a static saddle,
+    a pin out of place, a held sun, bearing clearances, read by sensors with errors. Of the
+    identified models' equations the tilt of the face is in them. The simulation is
     another stage, the paper's own model (``stage_paper_lc2.toml``), with the tilt that was
     identified imposed.
     """
@@ -230,7 +231,7 @@ def _stage_records(
     """Make the records, identify M1 and M2 from each, simulate LC2."""
     # Zeroed at rest with pin 1 upright, as the papers' sensors were at standstill.
     real = replace(
-        read_stage_case(shipped_case("stage_order_one")), duration=duration, rest_angle=0.0
+        read_stage_case(shipped_case("stage_papers_gap")), duration=duration, rest_angle=0.0
     )
     reading = replace(real.reading, sensors=_SENSOR_ERRORS)
     body = body_of(real.pin_fit_stiffness, real.main_shaft)

@@ -34,7 +34,7 @@ CASES = ("LC1", "LC2", "LC4")
 def bodies():
     made = table_5_bodies(SETTINGS["size"])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(simulate_table_5, "table_5_bodies", lambda _size: made)
+        patch.setattr(simulate_table_5, "table_5_bodies", lambda *_: made)
         yield made
 
 
