@@ -129,7 +129,7 @@ def _write(
     compared = [by_name[name] for name in (FACE, GROUND, KINK)]
     draws = {samples.hypothesis: tables.drawn(samples, rng) for samples in compared}
     predicted = {
-        hypothesis.name: np.array([tables.measured(compare, hypothesis, of) for of in points])
+        hypothesis.name: tables.predictions(compare, hypothesis, points)
         for hypothesis, points in draws.items()
     }
     deviation = max(
@@ -140,8 +140,8 @@ def _write(
     sections = {
         "Evidence": tables.evidence_table(runs),
         "Order": [
-            tables.verdict(runs, first, second)
-            for first, second in ((FACE, GROUND), (FACE, KINK), (KINK, "kink, tight bearings"))
+            f"- {tables.verdict(runs, first, second)}"
+            for first, second in ((FACE, GROUND), (FACE, KINK), (GROUND, KINK))
         ],
         "Most probable values": tables.numbers_table(best),
         "Left out": tables.left_out_table(compared),

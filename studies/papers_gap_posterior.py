@@ -95,7 +95,7 @@ class Prior:
     def at(self, z: float, width: float) -> float:
         """Value so many standard deviations from the middle; an angle is its value."""
         if self.kind == "angle":
-            return z
+            return z % (2.0 * np.pi)
         if self.kind == "range":
             z = 2.0 * float(ndtr(z)) - 1.0
         value = self.middle + width * self.deviation * z
