@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -69,16 +70,27 @@ def write_run(compare: Comparison, seed: int, run: Run, path: Path) -> None:
     )
 
 
-def read_run(run: Run, path: Path) -> Samples:
-    """Read the file of a run."""
-    return read_case(
-        path,
-        "samples of a hypothesis",
-        lambda content: Samples(
-            run.hypothesis,
-            *(np.array(content[name]) for name in ("points", "numbers", "log_volume")),
-        ),
-    )
+def read_run(run: Run, seed: int, path: Path) -> Samples:
+    """Read the file of a run.
+
+    Raises
+    ------
+    ValueError
+        Where the file is of another seed or has other parameters.
+    """
+    expected = {"seed": seed, "parameters": list(run.hypothesis.priors)}
+
+    def samples_of(content: dict[str, Any]) -> Samples:
+        for name, value in expected.items():
+            if content[name] != value:
+                raise ValueError(
+                    f"{path} has {name} {content[name]}; expected {value}: remove the file to "
+                    "make it again, or choose another --out"
+                )
+        arrays = (np.array(content[name]) for name in ("points", "numbers", "log_volume"))
+        return Samples(run.hypothesis, *arrays)
+
+    return read_case(path, "samples of a hypothesis", samples_of)
 
 
 def main(
@@ -107,7 +119,7 @@ def main(
     files = [folder / "runs" / run.file for run in RUNS]
     with stages.stage(f"{len(RUNS)} runs"), work_executor(workers) as executor:
         make_missing(RUNS, files, partial(write_run, compare, seed), executor, stages)
-    runs = {run: read_run(run, file) for run, file in zip(RUNS, files, strict=True)}
+    runs = {run: read_run(run, seed, file) for run, file in zip(RUNS, files, strict=True)}
     with stages.stage(f"writing {out}"):
         _write(folder, body, compare, runs, np.random.default_rng(seed))
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from carrierflex.files.json_files import save_json
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.carrier.models import flexible_model
 from carrierflex.reduction.pin_joints import carrier_with_pins
@@ -20,7 +21,7 @@ from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.workflows.fe.default_curves import default_curves
 from studies import papers_gap_tables
 from studies.condensed_stage import Supports, outputs, stage_data, stage_effects
-from studies.explain_papers_gap import PIN_FIT
+from studies.explain_papers_gap import PIN_FIT, read_run
 from studies.papers_gap_posterior import (
     ALL_SENSORS,
     FACE,
@@ -184,6 +185,17 @@ def test_a_measurement_tells_as_much_as_its_predictions_differ():
     assert papers_gap_tables.information([at, at + 5.0], 0.1) == pytest.approx(1.0, abs=1e-3)
     some = papers_gap_tables.information([at, at + 0.1], 0.1)
     assert 0.1 < some < papers_gap_tables.information([at, at + 0.2], 0.1) < 1.0
+
+
+def test_samples_of_another_seed_are_refused(tmp_path):
+    (run,) = [run for run in RUNS if run.hypothesis is WIDENED[0] and run.width == 1.0]
+    samples = made_up(run.hypothesis, 1e-6)
+    content = {"seed": 1, "parameters": list(run.hypothesis.priors), "points": samples.points}
+    content |= {"numbers": samples.numbers, "log_volume": samples.log_volume}
+    save_json(tmp_path / run.file, content)
+    np.testing.assert_array_equal(read_run(run, 1, tmp_path / run.file).numbers, samples.numbers)
+    with pytest.raises(ValueError, match="has seed 1; expected 2: remove the file to make it"):
+        read_run(run, 2, tmp_path / run.file)
 
 
 def made_up(hypothesis, gap):
