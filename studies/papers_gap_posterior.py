@@ -181,30 +181,34 @@ class Hypothesis:
         return replace(self.fixed, **changes)
 
 
-_HELD = {**SUN, **SADDLE}
+_SUN_AND_SADDLE = {**SUN, **SADDLE}
 _KINK = {**TILTED_CARRIER, **BEARINGS, **MOUNTING}
 _TIGHT = Supports(clearance=0.0)
 FACE, GROUND, KINK = "tilted face", "sensors on the ground", "kink"
 #: One or two a cause of order 1; run at all widths of the priors.
 WIDENED = (
-    Hypothesis(FACE, {**TILTED_FACE, **_HELD}),
+    Hypothesis(FACE, {**TILTED_FACE, **_SUN_AND_SADDLE}),
     Hypothesis("tilted face, sun floating", {**TILTED_FACE, **FLOATING, **SADDLE}),
-    Hypothesis(GROUND, {**TILTED_CARRIER, **_HELD}, ground=True),
-    Hypothesis(KINK, {**_KINK, **_HELD}),
+    Hypothesis(GROUND, {**TILTED_CARRIER, **_SUN_AND_SADDLE}, ground=True),
+    Hypothesis(KINK, {**_KINK, **_SUN_AND_SADDLE}),
 )
 #: Run with the priors of the table: other supports of a kink, origins of the saddle, what table 5
 #: is of.
 VARIANTS = (
-    Hypothesis("kink, tight bearings", {**TILTED_CARRIER, **MOUNTING, **_HELD}, _TIGHT),
+    Hypothesis("kink, tight bearings", {**TILTED_CARRIER, **MOUNTING, **_SUN_AND_SADDLE}, _TIGHT),
     Hypothesis("kink, sun floating", {**_KINK, **FLOATING, **SADDLE}),
     Hypothesis("kink, no saddle", {**_KINK, **SUN}),
     Hypothesis("tilted face, saddle of the housing", {**TILTED_FACE, **SUN, **HOUSING}),
     Hypothesis("tilted face, saddle of zeroes", {**TILTED_FACE, **SUN, **ZERO}),
     Hypothesis("kink, saddle of the housing", {**_KINK, **SUN, **HOUSING}),
     Hypothesis("kink, saddle of zeroes", {**_KINK, **SUN, **ZERO}),
-    Hypothesis("kink, teeth do not resist tilt", {**_KINK, **_HELD}, Supports(n_slices=1)),
-    Hypothesis("kink, table 5 of one sensor", {**_KINK, **_HELD}, table_5="one"),
-    Hypothesis("kink, table 5 of the turning tilt", {**_KINK, **_HELD}, table_5="turning"),
+    Hypothesis(
+        "kink, teeth do not resist tilt", {**_KINK, **_SUN_AND_SADDLE}, Supports(n_slices=1)
+    ),
+    Hypothesis("kink, table 5 of one sensor", {**_KINK, **_SUN_AND_SADDLE}, table_5="one"),
+    Hypothesis(
+        "kink, table 5 of the turning tilt", {**_KINK, **_SUN_AND_SADDLE}, table_5="turning"
+    ),
 )
 
 
@@ -246,14 +250,14 @@ class Comparison:
         n_angles = signals.shape[1]
         stacked = signals.reshape(len(LOADS), -1)
         rest = stacked - stacked @ self.model_2 @ self.model_2.T
-        left = np.sqrt((rest**2).mean(axis=1) + NOISE**2)
+        model_2_rms = np.sqrt((rest**2).mean(axis=1) + NOISE**2)
         orders = 2.0 * np.abs(np.fft.rfft(signals, axis=1)[:, 1]) / n_angles
         order_1 = orders[:, 0] if hypothesis.table_5 == "one" else orders.mean(axis=1)
         if hypothesis.table_5 == "turning":
             turning = stacked @ self.model_1[:, -2:]
             order_1 = np.sqrt(2.0 * (turning**2).sum(axis=1) / stacked.shape[1])
         sharing = 3.0 * pin_loads(out[0]).load_share.max()
-        return np.array([*order_1[[0, 1, 3]], *left, sharing, order_1[2]])
+        return np.array([*order_1[[0, 1, 3]], *model_2_rms, sharing, order_1[2]])
 
     def signals(
         self, out: NDArray[np.float64], hypothesis: Hypothesis, values: Mapping[str, float]

@@ -56,7 +56,7 @@ def compare(body):
     return comparison(body)
 
 
-HELD = {"sun_radial": 1e9, "sun_friction": 0.05, "pin_offset": 1e-5}
+RUBBING = {"sun_radial": 1e9, "sun_friction": 0.05, "pin_offset": 1e-5}
 
 
 @pytest.mark.long
@@ -64,7 +64,7 @@ HELD = {"sun_radial": 1e9, "sun_friction": 0.05, "pin_offset": 1e-5}
     "supports",
     [
         Supports(),
-        Supports(phi_PLC=2.9e-3, theta_PLC=1.0, x=0.23, tilt_stiffness=1.7e6, **HELD),
+        Supports(phi_PLC=2.9e-3, theta_PLC=1.0, x=0.23, tilt_stiffness=1.7e6, **RUBBING),
         # Bearings as soft as 1e8 N/m: slices of the teeth part, coast flanks touch.
         Supports(
             phi_PLC=1.7e-3, upwind_radial=1.7e8, downwind_radial=1.2e8, axial_stiffness=8e6, x=0.06
@@ -91,7 +91,7 @@ def numbers_in_time(body, case):
     period, n = 2.0 * np.pi / case.speed, 270
     model = stage_model(body, case.data, effects=case.effects, speed=case.speed)
     quiet = replace(case.reading, noise_std=0.0)
-    order_1, left = [], []
+    order_1, rms = [], []
     for run in case.runs:
         pieces = list(
             simulate_stage(
@@ -110,8 +110,8 @@ def numbers_in_time(body, case):
         fit, *_ = np.linalg.lstsq(design, signals.ravel(), rcond=None)
         rest = signals.ravel() - design @ fit
         order_1.append(2.0 * np.abs(np.fft.rfft(signals, axis=1)[:, 1]).mean() / n)
-        left.append(np.sqrt((rest**2).mean() + NOISE**2))
-    return np.array([*np.array(order_1)[[0, 1, 3]], *left])
+        rms.append(np.sqrt((rest**2).mean() + NOISE**2))
+    return np.array([*np.array(order_1)[[0, 1, 3]], *rms])
 
 
 @pytest.mark.long
