@@ -59,10 +59,10 @@ _CARRIER = (
     "deflection agree with what is published."
 )
 _RECORDS = (
-    "The records are simulated by the case <code>stage_order_one</code>, whose kink, bearing and "
-    "mounting stiffnesses were searched for order 1 of table 5 (docs/order_one.md): the size of "
-    "phi<sub>PLC</sub> is put in, and the rim deflection by a pin fit derived from table 4. "
-    "Equations 1 to 8 are not in them. Sensor zeroes and gains are chosen."
+    "The records are simulated by the case <code>stage_papers_gap</code>: the stage in time with "
+    "the most probable causes of tables 4 and 5 (docs/papers_gap.md). Tilt of the measured face, "
+    "saddle and the pin out of place were fitted to those tables, the rim deflection by a pin fit "
+    "to table 4. Sensor zeroes and gains are chosen."
 )
 _STAGE = ("flexible", "stiff", "bodies", "stage")
 
@@ -445,11 +445,9 @@ FIGURES_2012 = (
     PaperFigure(
         "2012", 9, "Measurements and identified models, LC2",
         "Four axial sensors at half torque with M1 and M2.",
-        "<code>carrierflex simulate stage_order_one</code> for the measurement, "
+        "<code>carrierflex simulate stage_papers_gap</code> for the measurement, "
         "<code>carrierflex identify --model m2 --per-run</code> for the models. What both leave is "
-        "of order 1: the mounting holds the housing about z and hardly about y, so the rim rocks "
-        "about z rather than wobbling round, and a tilt that turns with the carrier takes up only "
-        "a part of that.",
+        "the static saddle, which no tilt and no deflection that turns can follow.",
         _RECORDS,
         _identified_signals, _STAGE,
     ),

@@ -24,7 +24,6 @@ from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.carrier.printed_tables import PHI_PLC
-from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.tooth_contact import (
     MeshContact,
@@ -49,10 +48,8 @@ _SUPPORTS = {
     "housing held": 19,
     "bearing A alone": 23,
 }
-#: Case of another support, found by search.
-_FOUND = "stage_order_one"
 #: Supports of the picture.
-_SHOWN = ("housing held", _FOUND)
+_SHOWN = ("housing held", "clearances")
 #: Opens one end of every mesh under any load in use [rad].
 _LARGE_MISALIGNMENT = 0.02
 #: Increase of the contact pressure that the paper reports for the sun.
@@ -182,13 +179,10 @@ def main(
 
 def _stages(gear: GearData) -> dict[str, StageData]:
     """Stages by support, with these gears."""
-    from carrierflex.simulation.stage.stage_cases import read_stage_case
     from carrierflex.workflows.simulation.order_one_supports import supports
 
     table = supports()
-    chosen = {name: table[number].data for name, number in _SUPPORTS.items()}
-    chosen[_FOUND] = read_stage_case(shipped_case(_FOUND)).data
-    return {name: replace(data, gear=gear) for name, data in chosen.items()}
+    return {name: replace(table[number].data, gear=gear) for name, number in _SUPPORTS.items()}
 
 
 def _write_stage(

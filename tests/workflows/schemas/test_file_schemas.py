@@ -25,7 +25,7 @@ SHIPPED = {
     "carrier_lc1_to_lc4": "carrier case",
     "mounting_2011": "mounting case",
     "stage_load_sharing": "stage case",
-    "stage_order_one": "stage case",
+    "stage_papers_gap": "stage case",
     **{
         f"stage_{group}lc{number}": "stage case"
         for group in ("", "paper_", "table4_")

@@ -53,13 +53,6 @@ def test_linear_supports_pass_the_same_share_of_every_kink_at_every_load(study):
         assert max(values) - min(values) < 0.01 * max(values)
 
 
-def test_the_found_case_comes_within_a_tenth_of_the_paper(study):
-    found = study.load_cases["found by search"]
-    for case, paper in study.paper.items():
-        assert found[case] == pytest.approx(paper, rel=0.1)
-    assert found["LC3"] < found["LC1"] < found["LC4"]
-
-
 def test_table_sweeps_and_picture_are_written(study):
     written = checked_document(study.folder / "order_one.json")
     with (study.folder / "order_one.csv").open(encoding="utf-8") as file:
@@ -67,7 +60,7 @@ def test_table_sweeps_and_picture_are_written(study):
     assert len(written["rows"]) == len(lines) == len(supports())
     assert float(lines[0]["order 1 [um]"]) == pytest.approx(study.rows[0].order_1 * 1e6, rel=1e-6)
     with (study.folder / "order_one_sweeps.csv").open(encoding="utf-8") as file:
-        assert len(list(csv.DictReader(file))) == (1 + len(VARIED)) * sum(
+        assert len(list(csv.DictReader(file))) == len(VARIED) * sum(
             len(axis.values) for axis in AXES
         )
     assert set(written["sweeps_um"]) == {axis.name for axis in AXES}
