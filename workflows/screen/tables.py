@@ -276,7 +276,7 @@ def loads_table(inferred: "InferredLoads") -> RenderableType:
     of_pins = _table("mean force of a planet on its pin, against the rotation, kN", "run", *pins)
 
     def shown(value: "LoadValue", known: bool = False, digits: int = 1) -> str:
-        recorded = "" if value.recorded is None else f" ({value.recorded / 1e3:.{digits}f})"
+        recorded = "" if value.recorded is None else f" ({value.recorded / 1e3 + 0.0:.{digits}f})"
         if known:
             return f"{value.value / 1e3:.{digits}f}, known"
         half = (value.high - value.low) / 2e3

@@ -48,11 +48,12 @@ def campaign(sections=(0.3,), ntl_z=(0.0,), *, noise=NOISE, zero=5e3, gain_std=N
 
 def test_moment_is_that_of_forces_upwind():
     """Cross product of lever and force, seen from axes that turn with the shaft."""
-    n = np.array([0.0, 0.5 * np.pi])
-    M = shaft_bending(TRUTH, 0.25, n, np.zeros(2), np.array([1e3, 1e3]))
-    F_z = 1e3 - 4100.0 * 9.81
-    # (-l, 0, 0) x (0, 0, F_z) = (0, l F_z, 0); a quarter turn on, the shaft's z is -y.
-    np.testing.assert_allclose(M, [[1.5 * F_z, 0.0], [0.0, -1.5 * F_z]], atol=1e-9)
+    angle, ones = np.array([0.0, 0.5 * np.pi]), np.ones(2)
+    M = shaft_bending(TRUTH, 0.25, angle, 2e3 * ones, 1e3 * ones)
+    F = np.array([0.0, 2e3, 1e3 - 4100.0 * 9.81])
+    _, M_y, M_z = np.cross([-1.5, 0.0, 0.0], F)
+    # A quarter turn on, the shaft's y stands along z and its z along -y.
+    np.testing.assert_allclose(M, [[M_y, M_z], [M_z, -M_y]], atol=1e-9)
 
 
 @pytest.mark.parametrize(
