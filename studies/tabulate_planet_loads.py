@@ -7,7 +7,7 @@ kink and rotor moment are drawn, by a carrier of another, finer mesh than that o
 
 writes planet_loads.csv (a row a campaign) and planet_loads.md. Stages and campaigns stand in files
 of the folder: a command that was stopped goes on where it was. Statics makes the records: 36 angles
-of a turn, ten turns with noise; sensors have gains, places, zeros, brackets, a saddle and a wavy
+of a turn, the samples of ten turns with noise; sensors have gains, places, zeros, brackets, a saddle and a wavy
 face. A good answer: 95 % intervals hold 90 to 98 %, half widths at most 1.3 times those of a
 carrier and pin fit that are known (the linear bound), and below 15 % of a pin's load.
 """
@@ -68,8 +68,9 @@ SENSORS = tuple(
 NOMINAL = 360e3
 #: The known run: nominal torque, no rotor moment.
 KNOWN = np.array([NOMINAL, 0.0, 0.0])
-#: Carrier angles and turns of a simulated record, and noise of every sensor [m].
-_ANGLES, _TURNS, _NOISE = 36, 10, 5e-6
+#: Carrier angles of a simulated record, how often each is read, and noise of every sensor [m]:
+#: together the 2700 samples of ten turns (27 s) at 100 Hz.
+_ANGLES, _TURNS, _NOISE = 36, 75, 5e-6
 #: Stages of one file, and arrays of an ensemble.
 _PART = 250
 _ARRAYS = ("loads", "rest", "forces", "pins")
@@ -183,7 +184,7 @@ def _joined(files: Sequence[Path]) -> StageEnsemble:
 
 
 def _record(readings: NDArray[np.float64], rng: np.random.Generator) -> Run:
-    """Record of ten turns with noise."""
+    """Record with noise."""
     angle = 2.0 * np.pi * np.arange(_ANGLES * _TURNS) / _ANGLES
     signals = {
         sensor.name: np.tile(values, _TURNS) + _NOISE * rng.standard_normal(angle.size)
@@ -267,7 +268,7 @@ def main(
     parts = [folder / f"stages_{seed}_{number}.npz" for number in numbers]
     with stages.stage(f"{_PART * len(parts)} stages"), ThreadPoolExecutor(1) as executor:
         make_missing(numbers, parts, partial(_draw_part, bodies, seed), executor, stages)
-    ensemble = _joined(parts)
+    ensemble = _joined(parts).with_turned_copies()
     inference = load_inference(ensemble, candidate_bodies(bodies), SENSORS)
     files = [folder / f"campaign_{seed}_{number}.json" for number in range(cases)]
 

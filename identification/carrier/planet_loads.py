@@ -7,7 +7,7 @@ elasticity of the body are summed over a grid by their evidence.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -32,14 +32,14 @@ _NORMAL_95 = 1.96
 _GRID = (8, 5)
 #: Orders that are fitted to a record: those of the loads and the planets' second and fourth.
 _HIGHEST_ORDER = 12
-#: Stages whose loads are nearest count, the nearest most.
-_NEAREST = 1000
+#: Share of the stages that counts in the second pass, those of the nearest loads most.
+_NEAREST = 0.5
 #: Differences of torque and moment that count alike in that distance [N m].
 _ALIKE = np.array([60e3, 80e3, 80e3])
 #: Bodies of less than this share of the evidence are left out.
 _NEGLIGIBLE = 0.02
-#: Largest share of a stage's own weight in its prediction.
-_LARGEST_LEVERAGE = 0.9
+#: Share of a stage's weight in its own prediction that is taken out: all, but for rounding.
+_LARGEST_LEVERAGE = 1.0 - 1e-9
 #: Carrier angles of a turn [rad].
 TURN: Array = 2.0 * np.pi * np.arange(TURN_ANGLES) / TURN_ANGLES
 
@@ -243,10 +243,10 @@ class LoadEstimate:
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
-    """Readings and loads of all stages with one pin fit and elasticity, and their moments."""
+    """One pin fit and elasticity: recovery rows, mean and covariances of all stages' readings."""
 
     pin_fit: float
-    Y: Array
+    A: Array
     y: Array
     C_yy: Array
     C_qy: Array
@@ -258,20 +258,24 @@ class LoadInference:
 
     Parameters
     ----------
-    sensors : tuple of Sensor
-        Sensors.
+    ensemble : StageEnsemble
+        Stages.
+    turns : slice
+        Turns whose readings are given: the known run's, or those of the known and another.
     q : ndarray, shape (N, m)
         Torque, moments, sharing factor and pin loads of every stage.
     candidates : tuple
         One a pin fit and elasticity.
-    pins_shape : tuple of int
-        Shape of the pin loads.
     """
 
-    sensors: tuple[Sensor, ...]
+    ensemble: StageEnsemble
+    turns: slice
     q: Array
     candidates: tuple[_Candidate, ...]
-    pins_shape: tuple[int, ...]
+
+    def readings(self, A: Array) -> Array:
+        """Readings of all stages with one body, shape (N, n_readings) [m]."""
+        return self.ensemble.readings(A)[:, self.turns].reshape(len(self.q), -1)
 
 
 def load_inference(
@@ -286,7 +290,7 @@ def load_inference(
     Parameters
     ----------
     ensemble : StageEnsemble
-        Drawn stages.
+        Drawn stages, with their turned copies where there are any.
     bodies : sequence of (float, StageBody)
         Pin fit and body of every candidate, as :func:`candidate_bodies` or a single one.
     sensors : sequence of Sensor
@@ -294,7 +298,6 @@ def load_inference(
     of_known : bool
         For the known run itself: its readings alone, and its pin loads.
     """
-    turns = slice(0, 1) if of_known else slice(0, 2)
     wanted = 0 if of_known else 1
     pins = ensemble.pins[:, wanted]
     tangential = pins[:, :, 0]
@@ -302,14 +305,15 @@ def load_inference(
     q = np.column_stack(
         [ensemble.loads[:, wanted], share * pins.shape[1], pins.reshape(len(pins), -1)]
     )
+    inference = LoadInference(ensemble, slice(0, 1 + wanted), q, ())
     candidates = []
     for pin_fit, body in bodies:
         A = reading_per_force(body, sensors, TURN_ANGLES)
-        Y = ensemble.readings(A)[:, turns].reshape(len(q), -1)
+        Y = inference.readings(A)
         y = Y.mean(axis=0)
         C_yy, C_qy = (Y - y).T @ (Y - y) / len(q), (q - q.mean(axis=0)).T @ (Y - y) / len(q)
-        candidates.append(_Candidate(pin_fit, Y, y, C_yy, C_qy))
-    return LoadInference(tuple(sensors), q, tuple(candidates), pins.shape[1:])
+        candidates.append(_Candidate(pin_fit, A, y, C_yy, C_qy))
+    return replace(inference, candidates=tuple(candidates))
 
 
 def candidate_bodies(bodies: Bodies) -> tuple[tuple[float, StageBody], ...]:
@@ -355,7 +359,8 @@ def inferred_loads(inference: LoadInference, readings: Array, R: Array) -> LoadE
     near = _nearness(inference, best[0], loads, R)
     means, variances = [], []
     for k in best:
-        mean, variance = _conditioned(inference.candidates[k].Y, q, near, y, R)
+        Y = inference.readings(inference.candidates[k].A)
+        mean, variance = _conditioned(Y, q, near, y, R, inference.ensemble.n_copies)
         means.append(mean)
         variances.append(variance)
     share = weight[best] / weight[best].sum()
@@ -368,8 +373,8 @@ def inferred_loads(inference: LoadInference, readings: Array, R: Array) -> LoadE
         std[:3],
         float(mean[3]),
         float(std[3]),
-        mean[4:].reshape(inference.pins_shape),
-        std[4:].reshape(inference.pins_shape),
+        mean[4:].reshape(inference.ensemble.pins.shape[2:]),
+        std[4:].reshape(inference.ensemble.pins.shape[2:]),
         float(np.exp(weight @ np.log(fits))),
         float(np.sqrt(chi[best[0]])),
     )
@@ -379,22 +384,29 @@ def _nearness(inference: LoadInference, k: int, loads: Array, R: Array) -> Array
     """Weight of every stage by the distance of its loads, as readings would show them."""
     candidate, q = inference.candidates[k], inference.q
     gain = scipy.linalg.solve(candidate.C_yy + R, candidate.C_qy[:3].T, assume_a="pos")
-    shown = q[:, :3].mean(axis=0) + (candidate.Y - candidate.y) @ gain
+    shown = q[:, :3].mean(axis=0) + (inference.readings(candidate.A) - candidate.y) @ gain
     distance = (((shown - loads) / _ALIKE) ** 2).sum(axis=1)
-    reach = np.sort(distance)[min(_NEAREST, len(distance)) - 1]
+    reach = np.quantile(distance, _NEAREST)
     weight = np.maximum(1.0 - distance / (reach * (1.0 + 1e-9) + 1e-30), 0.0)
     return np.asarray(weight / weight.sum())
 
 
-def _conditioned(Y: Array, q: Array, weight: Array, y: Array, R: Array) -> tuple[Array, Array]:
-    """Mean and variance of q given y, of weighted stages."""
-    used = weight > 0.0
-    w, Y, q = weight[used], Y[used], q[used]
-    Y_mean, q_mean = w @ Y, w @ q
+def _conditioned(
+    Y: Array, q: Array, weight: Array, y: Array, R: Array, n_copies: int
+) -> tuple[Array, Array]:
+    """Mean and variance of q given y, of weighted stages; a stage is left out with its copies."""
+    Y_mean, q_mean = weight @ Y, weight @ q
     dY, dq = Y - Y_mean, q - q_mean
-    inverse = np.linalg.inv((dY.T * w) @ dY + R)
-    K = (dq.T * w) @ dY @ inverse
-    leverage = w * (1.0 + np.einsum("ij,jk,ik->i", dY, inverse, dY, optimize=True))
-    error = (dq - dY @ K.T) / (1.0 - np.minimum(leverage, _LARGEST_LEVERAGE))[:, None]
-    variance = w @ error**2 + np.einsum("ij,jk,ik->i", K, R, K, optimize=True)
+    inverse = np.linalg.inv((dY.T * weight) @ dY + R)
+    K = (dq.T * weight) @ dY @ inverse
+    whitened = dY @ np.linalg.cholesky(inverse)
+    # Copies of a stage side by side: shape (stages, copies, ...).
+    w, of, gap = (
+        a.reshape(n_copies, -1, *a.shape[1:]).swapaxes(0, 1)
+        for a in (weight, whitened, dq - dY @ K.T)
+    )
+    H = w[:, None, :] * (1.0 + of @ of.swapaxes(1, 2))
+    error = np.linalg.solve(np.eye(n_copies) - _LARGEST_LEVERAGE * H, gap)
+    variance = np.einsum("jk,jkm->m", w, error**2)
+    variance = variance + np.einsum("ij,jk,ik->i", K, R, K, optimize=True)
     return q_mean + K @ (y - Y_mean), variance

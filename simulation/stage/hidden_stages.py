@@ -338,6 +338,8 @@ class StageEnsemble:
         Loads of the pins, as `PIN_LOADS`.
     n_failed : int
         Draws whose equilibrium was not reached; they are left out.
+    n_copies : int
+        Copies of every stage, :meth:`with_turned_copies`; they stand copy after copy.
     """
 
     loads: Array
@@ -345,6 +347,7 @@ class StageEnsemble:
     forces: Array
     pins: Array
     n_failed: int
+    n_copies: int = 1
 
     def readings(self, A: Array) -> Array:
         """Readings of bodies of one pin fit, shape (N, 2, n_sensors, n_angles) [m].
@@ -355,6 +358,46 @@ class StageEnsemble:
             :func:`reading_per_force` of that body.
         """
         return self.rest + np.einsum("saf,nraf->nrsa", A, self.forces, optimize=True)
+
+    def with_turned_copies(self) -> "StageEnsemble":
+        """The same stages with their pins counted from each in turn, copy after copy.
+
+        The body is alike from pin to pin and draws know no pin 1, so that a stage counted from its
+        next pin is another draw: its carrier angle is larger by ``2 pi / n``. Where the angles of a
+        turn do not meet that step there is the first copy alone.
+        """
+        n = self.pins.shape[2]
+        if TURN_ANGLES % n:
+            return self
+        step, angle = TURN_ANGLES // n, 2.0 * np.pi / n
+        c, s = np.cos(angle), np.sin(angle)
+        copies = [self]
+        for _ in range(n - 1):
+            last = copies[-1]
+            forces = np.roll(last.forces, step, axis=2)
+            forces = forces.reshape(*forces.shape[:-1], -1, 2, 3)
+            forces = np.concatenate(
+                [np.roll(forces[..., :n, :, :], -1, axis=-3), forces[..., n:, :, :]], axis=-3
+            )
+            x, y, z = (forces[..., i] for i in range(3))
+            forces = np.stack([x, c * y + s * z, c * z - s * y], axis=-1)
+            copies.append(
+                StageEnsemble(
+                    self.loads,
+                    np.roll(last.rest, step, axis=3),
+                    forces.reshape(self.forces.shape),
+                    np.roll(np.roll(last.pins, -1, axis=2), step, axis=4),
+                    self.n_failed,
+                )
+            )
+        return StageEnsemble(
+            np.concatenate([copy.loads for copy in copies]),
+            np.concatenate([copy.rest for copy in copies]),
+            np.concatenate([copy.forces for copy in copies]),
+            np.concatenate([copy.pins for copy in copies]),
+            self.n_failed,
+            n,
+        )
 
 
 def drawn_ensemble(

@@ -42,6 +42,7 @@ def test_intervals_hold_and_are_no_wider_than_a_known_carrier_allows(
     ensemble = drawn_ensemble(
         bodies, KNOWN, SENSORS, 300, nominal_torque=NOMINAL, rng=np.random.default_rng(0)
     )
+    ensemble = ensemble.with_turned_copies()
     inference = load_inference(ensemble, candidate_bodies(bodies), SENSORS)
     rows = [
         loads_row(bodies, ensemble, inference, np.random.default_rng([1, k])) for k in range(12)

@@ -170,8 +170,9 @@ def main(
         )  # fmt: skip
     with stages.stage(f"loads of {len(turns)} runs"):
         candidates, errors, estimates = candidate_bodies(bodies), ReadingErrors(), {}
+        turned = ensemble.with_turned_copies()
         inferences = {
-            of_known: load_inference(ensemble, candidates, sensors, of_known=of_known)
+            of_known: load_inference(turned, candidates, sensors, of_known=of_known)
             for of_known in (True, False)
         }
         for name, turn in turns.items():

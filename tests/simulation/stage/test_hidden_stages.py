@@ -12,6 +12,7 @@ from carrierflex.simulation.stage.hidden_stages import (
     Bodies,
     HiddenRange,
     HiddenStage,
+    StageEnsemble,
     drawn_ensemble,
     drawn_stage,
     load_of,
@@ -124,3 +125,29 @@ def test_an_empty_range_is_refused():
 def test_a_hidden_stage_names_all_ranges():
     assert set(drawn_stage(np.random.default_rng(0), 4).values) == set(HIDDEN)
     assert len(HiddenStage({}, (0.0, 0.0)).pin_offset) == 2
+
+
+def test_a_stage_counted_from_its_next_pin_is_a_stage(bodies, stage):
+    """Turned copies of readings, forces and pin loads are those of the stage solved anew."""
+    known = np.array([360e3, 0.0, 0.0])
+    loose = replace(stage, values={**stage.values, "kink_y": 8e-4, "kink_z": -3e-4})
+    c, s = np.cos(2.0 * np.pi / 3.0), np.sin(2.0 * np.pi / 3.0)
+    # The kink's axis as the paper counts it is an angle in the carrier's frame: it falls by a step.
+    kink = {"kink_y": c * 8e-4 + s * -3e-4, "kink_z": c * -3e-4 - s * 8e-4}
+    first, second, third = loose.pin_offset
+    renamed = HiddenStage({**loose.values, **kink}, (second, third, first))
+
+    def ensemble(of):
+        model = of.model(bodies)
+        A = reading_per_force(model.layout.body, SENSORS, 12)
+        turns = [loaded_turn(model, load_of(load, 1.22), SENSORS) for load in (known, LOAD)]
+        rest = [t.readings - np.einsum("saf,af->sa", A, t.forces) for t in turns]
+        parts = ([known, LOAD], rest, [t.forces for t in turns], [t.pins for t in turns])
+        return StageEnsemble(*(np.array([part]) for part in parts), n_failed=0)
+
+    copies, solved = ensemble(loose).with_turned_copies(), ensemble(renamed)
+    assert len(copies.loads) == 3
+    assert_allclose(copies.pins[1], solved.pins[0], atol=1.0)  # N of 4e5
+    assert_allclose(copies.rest[1], solved.rest[0], atol=1e-9)
+    assert_allclose(copies.forces[1], solved.forces[0], atol=2.0)
+    assert not np.allclose(copies.pins[1], copies.pins[0], atol=100.0)
