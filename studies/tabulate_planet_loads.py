@@ -7,9 +7,9 @@ kink and rotor moment are drawn, by a carrier of another, finer mesh than that o
 
 writes planet_loads.csv (a row a campaign) and planet_loads.md. Stages and campaigns stand in files
 of the folder: a command that was stopped goes on where it was. Statics makes the records: 36 angles
-of a turn, the samples of ten turns with noise; sensors have gains, places, zeros, brackets, a saddle and a wavy
-face. A good answer: 95 % intervals hold 90 to 98 %, half widths at most 1.3 times those of a
-carrier and pin fit that are known (the linear bound), and below 15 % of a pin's load.
+of a turn, the samples of ten turns with noise; sensors have gains, places, zeros, brackets, a
+saddle and a wavy face. A good answer: 95 % intervals hold 90 to 98 %, half widths at most 1.3 times
+those of a carrier and pin fit that are known (the linear bound), and below 15 % of a pin's load.
 """
 
 from __future__ import annotations
