@@ -64,7 +64,7 @@ class ReadingErrors:
     """Of each sensor."""
     angle: float = float(np.deg2rad(0.5))
     """Place of each sensor [rad]."""
-    model: float = 0.5e-6
+    model: float = 1e-6
     """What statics and a mesh leave, at each sensor and angle [m]."""
 
     def additive(self, sensors: Sequence[Sensor], n_turns: int, theta: Array = TURN) -> Array:
