@@ -3,6 +3,7 @@
 import hashlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from carrierflex.identification.campaign.campaign_header import (
     RunEntry,
     campaign_header,
 )
+from carrierflex.identification.campaign.campaign_kinds import BENDING
 from carrierflex.identification.campaign.declarations import (
     PREDICTION_SUFFIX,
     Baseline,
@@ -53,18 +55,21 @@ LAW_COPY = "law_{}.toml"
 _IN_MEMORY = 200_000_000
 
 
-def read_campaign(folder: Path) -> Campaign:
+def read_campaign(folder: Path, *, bending: bool = False) -> Campaign:
     """Read a campaign folder.
 
     Parameters
     ----------
     folder : Path
         Folder with campaign.toml and the run files it names.
+    bending : bool
+        Of kind mounting: read the bending moments of the main shaft; the motion sensors of the
+        housing where it is false.
 
     Returns
     -------
     Campaign
-        Everything in it, checked against the contract.
+        What was asked for of it, checked against the contract.
 
     Raises
     ------
@@ -76,6 +81,7 @@ def read_campaign(folder: Path) -> Campaign:
     """
     header = read_campaign_header(folder)
     expected = columns_of(header)
+    header = _of_quantity(header, bending=bending)
     problems = Problems()
     curves = header.rig.get("deflection_curves")
     if curves is not None and not (folder / curves).is_file():
@@ -98,6 +104,20 @@ def read_campaign(folder: Path) -> Campaign:
         inputs=header.inputs,
         notes=tuple(_left_out(folder, header, expected)),
     )
+
+
+def _of_quantity(header: CampaignHeader, *, bending: bool) -> CampaignHeader:
+    """Header with the channels that are asked for; another kind has no bending moments."""
+    channels = tuple(
+        channel for channel in header.channels if (channel.quantity == BENDING) == bending
+    )
+    if not channels:
+        wanted = BENDING if bending else "housing_displacement"
+        raise ValueError(
+            f"{DOCUMENT_NAME}: no channel of quantity {wanted}, which this needs; found "
+            f"{', '.join(sorted({channel.quantity for channel in header.channels}))}"
+        )
+    return replace(header, channels=channels)
 
 
 def write_campaign(
@@ -413,6 +433,8 @@ def _channel_table(channel: Channel) -> dict[str, Any]:
         "radius_m": channel.radius,
         "sensor": channel.sensor,
         "motion": channel.motion,
+        "axis": channel.axis,
+        "section_m": channel.section,
     }
     table = {"quantity": channel.quantity, **_signal_table(channel)}
     return {**table, **{key: value for key, value in facts.items() if value is not None}}

@@ -75,10 +75,13 @@ CARRIER = CampaignKind(
     partners=_partners("carrier"),
 )
 
+#: Bending moment of the main shaft about an axis that turns with it.
+BENDING = "shaft_bending_moment"
+
 MOUNTING = CampaignKind(
     name="mounting",
     inputs={"torque": "N m", "speed": "rad/s", "carrier_angle": "rad", "ntl_y": "N", "ntl_z": "N"},
-    quantities={"housing_displacement": "m"},
+    quantities={"housing_displacement": "m", BENDING: "N m"},
     effects=tuple(_published("mounting")),
     parameters={"baseline": ("K1", "C1"), **_published("mounting")},
     partners=_partners("mounting"),

@@ -32,6 +32,10 @@ class Channel:
         Radius of the point it looks at [m] (kind carrier).
     sensor : str, optional
         Position on the housing (kind mounting).
+    axis : str, optional
+        Axis of the shaft, ``y`` or ``z``, that a bending moment is about (kind mounting).
+    section : float, optional
+        Distance of its gauges upwind of the main bearing [m].
     noise_std : float, optional
         Standard deviation of the noise, in `unit`.
     gain_std, zero_std, delay_std, angle_std : float, optional
@@ -53,6 +57,8 @@ class Channel:
     delay_std: float | None = None
     angle_std: float | None = None
     motion: str | None = None
+    axis: str | None = None
+    section: float | None = None
 
     def __post_init__(self) -> None:
         if any(mark in self.name for mark in ',"\r\n') or self.name != self.name.strip():

@@ -3,7 +3,18 @@
 import math
 from typing import Annotated, Any, Literal
 
-from carrierflex.files.toml_values import Expected, Number, Positive, Text, TomlTable, key
+from pydantic import model_validator
+
+from carrierflex.files.toml_values import (
+    Expected,
+    NotNegative,
+    Number,
+    Positive,
+    Text,
+    TomlTable,
+    key,
+)
+from carrierflex.identification.campaign.campaign_kinds import BENDING
 from carrierflex.identification.campaign.declarations import (
     Channel,
     InputSignal,
@@ -42,12 +53,46 @@ class CarrierChannelTable(ChannelTable):
 
 
 class MountingChannelTable(ChannelTable):
-    """One motion sensor on the housing."""
+    """One motion sensor on the housing, or one bending moment of the main shaft."""
 
-    sensor: Annotated[
-        Literal["ssx", "spx", "ssz", "spz", "spy", "sbx"],
-        Expected("one of ssx, spx, ssz, spz, spy, sbx"),
-    ] = key("Position on the housing")
+    sensor: (
+        Annotated[
+            Literal["ssx", "spx", "ssz", "spz", "spy", "sbx"],
+            Expected("one of ssx, spx, ssz, spz, spy, sbx"),
+        ]
+        | None
+    ) = key("Position on the housing (quantity housing_displacement)", default=None)
+    axis: Annotated[Literal["y", "z"], Expected("y or z")] | None = key(
+        "Axis of the shaft that the moment is about (quantity shaft_bending_moment)",
+        since=2,
+        default=None,
+    )
+    section_m: NotNegative | None = key(
+        "Distance of the gauges' section upwind of the main bearing (the same quantity)",
+        "m",
+        since=2,
+        default=None,
+    )
+
+    @model_validator(mode="after")
+    def _has_the_keys_of_its_quantity(self) -> "MountingChannelTable":
+        of_moment = {"axis": self.axis, "section_m": self.section_m}
+        wanted, other = (
+            (of_moment, {"sensor": self.sensor})
+            if self.quantity == BENDING
+            else ({"sensor": self.sensor}, of_moment)
+        )
+        for name, value in wanted.items():
+            if value is None:
+                raise ValueError(
+                    f"missing key '{name}'; expected where quantity is {self.quantity}"
+                )
+        for name, value in other.items():
+            if value is not None:
+                raise ValueError(
+                    f"key '{name}' is no key of quantity {self.quantity}; leave it out"
+                )
+        return self
 
 
 class ElementChannelTable(ChannelTable):
@@ -103,6 +148,8 @@ def channel_of(table: ChannelTable) -> Channel:
         radius=values.get("radius_m"),
         sensor=values.get("sensor"),
         motion=values.get("motion"),
+        axis=values.get("axis"),
+        section=values.get("section_m"),
         **_errors(values),
     )
 

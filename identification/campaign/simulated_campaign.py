@@ -3,7 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_kinds import BENDING
 from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.carrier.motion import Response
@@ -11,6 +15,7 @@ from carrierflex.simulation.carrier.run_cases import RunCase, Sensor
 from carrierflex.simulation.mounting.case_files import MountingCase
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.rig import SENSORS
+from carrierflex.simulation.mounting.shaft_bending import EquivalentMass, shaft_bending
 from carrierflex.simulation.mounting.simulate import MountingResponse
 
 #: File of a campaign folder that holds the deflection curves.
@@ -87,6 +92,7 @@ def simulated_mounting_campaign(
     records: Sequence[tuple[MountingInputs, MountingResponse]],
     *,
     suffix: str = ".csv",
+    rng: np.random.Generator | None = None,
 ) -> Campaign:
     """Put simulated records of the mounting rig into a campaign of kind ``mounting``.
 
@@ -98,11 +104,14 @@ def simulated_mounting_campaign(
         Loads and signals of each run of the case.
     suffix : str
         Of the runs' files: ``.csv`` or ``.parquet``.
+    rng : numpy.random.Generator, optional
+        Source of the noise of bending moments; they have none without.
 
     Returns
     -------
     Campaign
-        Channels named as their sensors; the baseline holds linear bushings alone.
+        Channels named as their sensors, then bending moments M_y, M_z (of several sections M_y_1
+        ...); the baseline holds linear bushings alone.
     """
     channels = tuple(
         Channel(
@@ -110,6 +119,35 @@ def simulated_mounting_campaign(
         )
         for sensor in SENSORS
     )
+    moments = tuple(
+        (gauges, axis, f"M_{axis}" + (f"_{number}" if len(case.bending) > 1 else ""))
+        for number, gauges in enumerate(case.bending, start=1)
+        for axis in "yz"
+    )
+    channels += tuple(
+        Channel(
+            name,
+            BENDING,
+            "N m",
+            axis=axis,
+            section=gauges.section,
+            noise_std=gauges.noise_std or None,
+        )
+        for gauges, axis, name in moments
+    )
+    of_coupling = EquivalentMass(case.rig.coupling_mass, case.rig.coupling_arm)
+
+    def bending(inputs: MountingInputs, n: int) -> dict[str, NDArray[np.float64]]:
+        """Bending moments of the first n samples of a run by channel [N m]."""
+        of_run = (inputs.carrier_angle[:n], inputs.ntl_y[:n], inputs.ntl_z[:n])
+        columns = {}
+        for gauges, axis, name in moments:
+            moment = shaft_bending(of_coupling, gauges.section, *of_run)[:, "yz".index(axis)]
+            if rng is not None:
+                moment = moment + gauges.noise_std * rng.standard_normal(n)
+            columns[name] = moment
+        return columns
+
     runs = tuple(
         Run(
             name=run.name,
@@ -117,7 +155,7 @@ def simulated_mounting_campaign(
             condition=run.condition,
             time=response.time,
             inputs={name: values for name, values in inputs.columns().items() if name != "time"},
-            signals=response.by_sensor(),
+            signals={**response.by_sensor(), **bending(inputs, response.time.size)},
         )
         for run, (inputs, response) in zip(case.runs, records, strict=True)
     )

@@ -9,6 +9,7 @@ from carrierflex.simulation.case_kinds import MOUNTING_CASE
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.shaft_bending import BendingGauges
 from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.simulation.record_size import (
     MOST_IN_A_FILE,
@@ -50,6 +51,8 @@ class MountingCase:
         Runs.
     step : float, optional
         Largest step [s] of nonlinear bushings; chosen from their stiffness where the case has none.
+    bending : tuple of BendingGauges
+        Sections of the main shaft whose bending moments are recorded.
     """
 
     name: str
@@ -59,6 +62,7 @@ class MountingCase:
     truth: ParameterArray
     runs: tuple[MountingRun, ...]
     step: float | None = None
+    bending: tuple[BendingGauges, ...] = ()
 
 
 def read_mounting_case(path: Path) -> MountingCase:
@@ -101,6 +105,7 @@ def read_mounting_case(path: Path) -> MountingCase:
         truth,
         runs,
         document.step,
+        tuple(BendingGauges(gauges.section, gauges.noise_std) for gauges in document.bending),
     )
 
 

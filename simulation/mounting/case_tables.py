@@ -71,6 +71,13 @@ _TRUTH = KeysOf(
 )
 
 
+class BendingTable(TomlTable):
+    """Strain gauges of one section of the main shaft: channels M_y and M_z."""
+
+    section: NotNegative = key("Distance upwind of the main bearing", "m")
+    noise_std: NotNegative = key("Standard deviation of the noise of both moments", "N m")
+
+
 class RunTable(TomlTable):
     """One run."""
 
@@ -94,4 +101,9 @@ class MountingCaseDocument(TomlTable):
     rig: Annotated[MountingRig, FieldsOf(RIG_KEYS, without=("axial_motion",))] = key("Nominal rig")
     truth: Annotated[TruthTable, _TRUTH] = key("True mounting")
     runs: Annotated[list[RunTable], Field(min_length=1), different("run name")] = key("Runs")
+    bending: list[BendingTable] = key(
+        "Bending moments of the main shaft, from the rig's coupling_mass, coupling_arm and the "
+        "radial load",
+        default_factory=list,
+    )
     plan: PlanTable | None = key("Costs and limits of additions to the campaign", default=None)

@@ -45,7 +45,8 @@ class Identification:
     """What the workflow found.
 
     Names, estimates by model and run (a joint one under every run), fit time [s], files,
-    samples far outside, and what does not look right in the records in memory.
+    samples far outside, what does not look right in the records in memory, and factor and unit of
+    the RMS on the screen.
     """
 
     campaign: str
@@ -55,12 +56,20 @@ class Identification:
     files: tuple[Path, ...]
     outliers: tuple[Outliers, ...] = field(default=())
     warnings: tuple[CampaignWarning, ...] = field(default=())
+    rms_unit: tuple[float, str] = (1e3, "mm")
 
 
 def main(
     campaign: Path,
     *,
-    model: Literal["m1", "m2", "linear_bushing", "nonlinear_bushing", "hydrodynamic_bushing"],
+    model: Literal[
+        "m1",
+        "m2",
+        "linear_bushing",
+        "nonlinear_bushing",
+        "hydrodynamic_bushing",
+        "equivalent_mass",
+    ],
     out: Path,
     per_run: bool = False,
     sensors: Literal["axial", "all"] = "axial",
@@ -74,21 +83,23 @@ def main(
     profile: tuple[str, ...] = (),
     compare_complex: bool = False,
     housing_motion: bool = False,
+    mass: float | None = None,
     workers: int = 1,
     scheduler: str | None = None,
     quiet: bool = False,
 ) -> Identification | BushingIdentification:
     """Identify the motion of the planet carrier, or the bushings of the mounting.
 
-    The input is a measurement campaign.
+    Or the mass on the main shaft's end. The input is a measurement campaign.
 
     Parameters
     ----------
     campaign : Path
-        Campaign folder of kind "carrier" (m1, m2) or "mounting" (bushing models).
-    model : {"m1", "m2", "linear_bushing", "nonlinear_bushing", "hydrodynamic_bushing"}
-        Rigid motion; rigid motion and deflection under torque; or the bushing models up to this
-        one.
+        Campaign folder of kind "carrier" (m1, m2) or "mounting" (the others).
+    model : str
+        m1: rigid motion; m2: rigid motion and deflection under torque; bushings: the models up to
+        this one; equivalent_mass: mass of the dynamometer's coupling and its arm from the bending
+        moments of the main shaft.
     out : Path
         Folder for identification.json and the plots.
     per_run : bool
@@ -125,6 +136,8 @@ def main(
     housing_motion : bool
         Bushing models: write and draw the housing's motion (d_x, d_y, d_z in m, theta_x, theta_y,
         theta_z in rad), measured and simulated; needs all six sensors.
+    mass : float, optional
+        Model equivalent_mass: mass [kg] where it is known; the arm alone is fitted.
     workers : int
         Processes for starts and bootstrap refits of bushing models; 1 runs in this process.
     scheduler : str
@@ -145,6 +158,8 @@ def main(
         Where `out` cannot be written.
     """
     of_bushings = bool(weights or profile or compare_complex)
+    if mass is not None and model != "equivalent_mass":
+        raise ValueError(f"--mass is for --model equivalent_mass; {model} has no such mass")
     _refuse_foreign_options(
         model, of_bushings, housing_motion, samples_per_revolution, free_pin_angle
     )
@@ -152,6 +167,8 @@ def main(
     from carrierflex.identification.carrier.carrier_identification import FitOptions
     from carrierflex.workflows.identification.identify_bushings import BushingOptions, identify
 
+    if model == "equivalent_mass":
+        return _identified_mass(campaign, out, mass, quiet)
     if model.endswith("_bushing"):
         shared = BushingOptions(
             per_run, weights, axial, compare_complex, profile, housing_motion,
@@ -168,6 +185,22 @@ def main(
         samples_per_revolution=samples_per_revolution,
         per_run=per_run,
         quiet=quiet,
+    )
+
+
+def _identified_mass(campaign: Path, out: Path, mass: float | None, quiet: bool) -> Identification:
+    from carrierflex.workflows.identification import identify_equivalent_mass
+
+    what = identify_equivalent_mass.identify(campaign, out, mass=mass, quiet=quiet)
+    by_run = dict.fromkeys([run.name for run in what.measured.runs], what.estimate)
+    model = what.estimate.model
+    return Identification(
+        what.measured.name,
+        model,
+        {model: by_run},
+        what.seconds,
+        what.files,
+        rms_unit=(1e-3, "kN m"),
     )
 
 
@@ -191,9 +224,8 @@ def _refuse_foreign_options(
         return
     if of_bushings:
         raise ValueError(
-            f"--weights, --profile and --compare-complex belong to the bushing models; {model} is "
-            "solved in closed form, "
-            "its likelihood is a parabola with the given standard deviations"
+            f"--weights, --profile and --compare-complex belong to the bushing models; {model} has "
+            "no bushings; leave them out"
         )
     if housing_motion:
         raise ValueError(

@@ -57,6 +57,7 @@ from carrierflex.workflows.fe.study_sensitivities import SensitivitiesDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
 from carrierflex.workflows.identification.documents import IdentificationDocument
 from carrierflex.workflows.identification.import_records import ImportDocument
+from carrierflex.workflows.identification.infer_loads import LoadsDocument
 from carrierflex.workflows.identification.read_printed_tables import PrintedTablesDocument
 from carrierflex.workflows.main_job.job import SummaryDocument
 from carrierflex.workflows.reduction.check_certificate import CertificateDocument
@@ -99,6 +100,7 @@ _RESULTS: dict[str, Any] = {
     "comparison": COMPARISON,
     "plan": PLAN,
     "identification": IdentificationDocument,
+    "loads": LoadsDocument,
     "import": ImportDocument,
     "certificate": CertificateDocument,
     "summary": SummaryDocument,

@@ -21,6 +21,7 @@ Name = Literal[
     "comparison",
     "plan",
     "identification",
+    "loads",
     "import",
     "certificate",
     "summary",

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from carrierflex.workflows.fe.study_sensitivities import SensitivityStudy
     from carrierflex.workflows.identification.identify_bushings import BushingIdentification
     from carrierflex.workflows.identification.identify_parameters import Identification
+    from carrierflex.workflows.identification.infer_loads import InferredLoads, LoadValue
     from carrierflex.workflows.reduction.export_body import ExportedBody
 
 #: Smallest share of the effective interface mass that the mode table tells.
@@ -238,11 +239,14 @@ def certificate_table(certificate: Certificate) -> RenderableType:
 
 def rms_table(identified: "Identification") -> RenderableType:
     """RMS by model and run, the paper's Table 4."""
-    rows = rms_rows(identified.estimates)
-    table = _table("RMS of the residual, mm", *rows[0])
+    rows, (factor, unit) = rms_rows(identified.estimates), identified.rms_unit
+    table = _table(f"RMS of the residual, {unit}", *rows[0])
     for row in rows:
         table.add_row(
-            *(value if isinstance(value, str) else f"{value * 1e3:.4f}" for value in row.values())
+            *(
+                value if isinstance(value, str) else f"{value * factor:.4f}"
+                for value in row.values()
+            )
         )
     return table
 
@@ -276,7 +280,41 @@ def estimate_table(identified: "Identification | BushingIdentification") -> Rend
         f"the largest {outlier.largest:.3g} at {outlier.time:.6g} s"
         for outlier in identified.outliers
     ]
-    return Group(rms_table(identified), "", table, *flagged, *_warning_lines(identified))
+    texts = dict.fromkeys(
+        text
+        for estimate in identified.estimates[identified.model].values()
+        for text in estimate.undetermined
+    )
+    return Group(rms_table(identified), "", table, *texts, *flagged, *_warning_lines(identified))
+
+
+def loads_table(inferred: "InferredLoads") -> RenderableType:
+    """Torque, rotor moment and pin loads of every run with their 95 % intervals."""
+    of_runs = _table(
+        "loads, 95 % intervals; in brackets: recorded",
+        "run", "torque, kN m", "M_y, kN m", "M_z, kN m", "load sharing", "misfit",
+    )  # fmt: skip
+    pins = [f"pin {pin.pin}" for pin in inferred.runs[0].pins]
+    of_pins = _table("mean force of a planet on its pin, against the rotation, kN", "run", *pins)
+
+    def shown(value: "LoadValue", known: bool = False, digits: int = 1) -> str:
+        recorded = "" if value.recorded is None else f" ({value.recorded / 1e3 + 0.0:.{digits}f})"
+        if known:
+            return f"{value.value / 1e3:.{digits}f}, known"
+        half = (value.high - value.low) / 2e3
+        return f"{value.value / 1e3:.{digits}f} +- {half:.{digits}f}{recorded}"
+
+    for run in inferred.runs:
+        sharing = run.load_sharing_factor
+        half = (sharing.high - sharing.low) / 2.0
+        of_runs.add_row(
+            run.run,
+            *(shown(value, run.known) for value in (run.torque, run.moment_y, run.moment_z)),
+            f"{sharing.value:.3f} +- {half:.3f}",
+            f"{run.misfit:.2f}",
+        )
+        of_pins.add_row(run.run, *(shown(pin.tangential) for pin in run.pins))
+    return Group(of_runs, "", of_pins, *(f"warning: {text}" for text in inferred.warnings))
 
 
 def _warning_lines(identified: "Identification | BushingIdentification") -> list[str]:

@@ -84,6 +84,9 @@ COMMANDS = {
     "identify": Command("identification.identify_parameters", "tables:estimate_table",
         "Identify the motion of the planet carrier, or the bushings of the "
         "mounting.", "identification.json"),
+    "loads": Command("identification.infer_loads", "tables:loads_table",
+        "Infer torque, rotor moment and loads of the planet pins from proximity sensors.",
+        "loads.json"),
     "diagnose": Command("diagnosis.diagnose_campaign", "diagnosis_tables:diagnosis_table",
         "Diagnose the gap between a measurement campaign and its baseline "
         "simulation.", "diagnosis.json"),
@@ -111,7 +114,7 @@ GROUPS = {
         "sensitivities",
     ),
     "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
-    "Measurement": ("plan", "new-campaign", "import", "check", "identify"),
+    "Measurement": ("plan", "new-campaign", "import", "check", "identify", "loads"),
     "Diagnosis": ("diagnose", "compare", "view", "blind-check"),
     "The papers of 2011 and 2012": ("figures", "table-5", "order-one", "printed-tables"),
 }

@@ -124,7 +124,7 @@ def main(
             runs.append(run if stopped is None else cut_run(run, response, stopped))
         if stopped is not None:
             break
-    campaign = simulated_mounting_campaign(replace(what, runs=tuple(runs)), records)
+    campaign = simulated_mounting_campaign(replace(what, runs=tuple(runs)), records, rng=rng)
     if records:
         with stages.stage(f"writing {out}"):
             copies = {CASE_COPY: partial(shutil.copyfile, case)}

@@ -77,6 +77,11 @@ def reduced_carrier_and_pin(
     return _reduced("flexible_carrier", size, parameters), _reduced("pin", size, parameters)
 
 
+def reduced_pin(size: float) -> ReducedModel:
+    """Default pin by finite elements of `size` [m]."""
+    return _reduced("pin", size)
+
+
 def made_rigid(carrier: ReducedModel) -> ReducedModel:
     """Copy of a carrier that is so stiff that it counts as rigid."""
     return replace(carrier, K=RIGID_FACTOR * carrier.K)

@@ -59,6 +59,11 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
     """
     what = read_mounting_case(case)
     refuse_long_runs(what, str(case), piecewise=True)
+    if what.bending:
+        raise ValueError(
+            f"{case}: [[bending]] is given, and records this long are written piece by piece "
+            "without bending moments; expected shorter runs or no such table"
+        )
     rng = np.random.default_rng(what.seed)
     weights = (*(run.history.duration for run in what.runs), 0.0)
     stages = Stages(len(weights), quiet, weights)
