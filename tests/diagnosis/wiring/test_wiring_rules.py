@@ -38,7 +38,11 @@ STEP = 0.01
 TIMES = {"A": STEP * np.arange(1000), "B": STEP * np.arange(900)}
 NOISE = 1e-3
 #: A floor of one.
-PROBLEM = SimpleNamespace(noise_square=np.full((4, 1), 25.0), cell_counts=np.full((4, 1), 25.0))
+PROBLEM = SimpleNamespace(
+    noise_square=np.full((4, 1), 25.0),
+    cell_counts=np.full((4, 1), 25.0),
+    baseline_findings=lambda values: (),
+)
 THETA = np.array([1.0, 2.0])
 
 
@@ -89,7 +93,8 @@ def late_record(name, *, delay=0.0, drift=0.0, noise=NOISE):
 def fit_leaving(mean_square, parameters=(), values=()):
     square = np.full(4, 25.0 * mean_square)
     theta = np.array(values) if parameters else THETA
-    return SimpleNamespace(parameters=parameters, theta=theta, sums=SimpleNamespace(square=square))
+    sums = SimpleNamespace(square=square)
+    return SimpleNamespace(parameters=parameters, theta=theta, sums=sums, known={})
 
 
 def rival(left, about="torque"):
