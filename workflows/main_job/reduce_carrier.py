@@ -33,9 +33,9 @@ from carrierflex.workflows.reduction.half_sector_bodies import half_sector_body
 STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
 
 #: Shares of the time that are over after the pin, the stiff carrier and the flexible one.
-_PIN_SHARE = 0.03
-_FLEXIBLE_FROM = 0.4
-_CURVES_FROM = 0.9
+_PIN_SHARE = 0.06
+_FLEXIBLE_FROM = 0.57
+_CURVES_FROM = 0.98
 
 
 @dataclass(frozen=True, eq=False)
