@@ -17,6 +17,7 @@ BENCHMARKS = (
     "reduction_stages",
     "distributing_against_rigid",
     "symmetric_reduction",
+    "mesh_study_against_factorisation",
     "sensitivities_against_reductions",
     "cholmod_against_mkl",
     "given_matrices",

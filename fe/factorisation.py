@@ -28,6 +28,8 @@ log = logging.getLogger(__name__)
 #: Smallest pivot over the largest below which a matrix counts as singular; rounding leaves about
 #: 1e-16.
 _SINGULAR = 1e-13
+#: Right-hand sides that CHOLMOD is given together: sparse copies of them stay small.
+_COLUMNS = 8
 #: MKL's number for Intel's own OpenMP runtime, which stands beside it; the GNU one may clash with
 #: other wheels'.
 _INTEL_OPENMP = 0
@@ -163,11 +165,16 @@ class _Cholmod:
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         """Solution of ``A x = b``."""
-        from kvxopt import cholmod, matrix
+        from kvxopt import cholmod, matrix, sparse
 
-        x = matrix(np.asfortranarray(b.reshape(len(b), -1)))
-        cholmod.solve(self._factor, x)
-        return np.array(x).reshape(b.shape)
+        right = np.asfortranarray(b.reshape(len(b), -1))
+        x = np.empty_like(right, order="F")
+        # Its solve for dense sides takes one column at a time, that for sparse ones four.
+        for first in range(0, right.shape[1], _COLUMNS):
+            columns = slice(first, first + _COLUMNS)
+            answer = cholmod.spsolve(self._factor, sparse(matrix(right[:, columns])))
+            x[:, columns] = np.array(matrix(answer))
+        return x.reshape(b.shape)
 
 
 def _refuse_small_pivots(pivots: NDArray[np.float64], library: str) -> None:

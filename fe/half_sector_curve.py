@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from carrierflex.fe.assembly import assemble_stiffness
 from carrierflex.fe.carrier_curves import UNIT_TORQUE
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.fe.factorisation import factorise
 from carrierflex.fe.half_sector_sensors import folded_circle
 from carrierflex.fe.load_cases import PilotLoad
 from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.rim_circle import rim_recovery
 from carrierflex.fe.structural_model import carrier_pilot_points
 from carrierflex.fe.surface_integrals import surface_moments
+from carrierflex.fe.two_level_solution import linear_part, two_level_solution
 from carrierflex.geometry.dihedral import cut_plane_nodes
 from carrierflex.geometry.parameters import CarrierParameters, half_sector_angle
 from carrierflex.geometry.tet_mesh import TetMesh
@@ -56,10 +56,10 @@ def half_sector_curve(
     ------
     ValueError
         Where the load is not antisymmetric about the pin's plane.
+    SingularMatrixError, AccuracyError
+        From :func:`carrierflex.fe.two_level_solution.two_level_solution`.
     """
-    K = assemble_stiffness(half, BODY_MATERIALS)
-    T, free = _fixed_directions(half, carrier.n_planets)
-    f = np.zeros(K.shape[0])
+    f = np.zeros(half.points.size)
     points = carrier_pilot_points(carrier)
     for name, load in pin_1_load.items():
         if np.abs(_MIRROR @ load + load).max() > 1e-9 * np.abs(load).max():
@@ -69,16 +69,18 @@ def half_sector_curve(
             )
         B, Z = surface_moments(half, half.surface(name), points[name])
         f += B.reshape(6, -1).T @ np.linalg.solve(Z + _MIRROR @ Z @ _MIRROR, load)
-    turned = (T.T @ K @ T).tocsr()
-    q = np.zeros_like(f)
-    q[free] = factorise(sp.csr_array(turned[free][:, free])).solve((T.T @ f)[free])
-    return _whole_circle(half, carrier, T @ q)
+    T = _admitted_displacements(half, carrier.n_planets)
+    to_unknowns = sp.csr_array(T.T)
+    A = to_unknowns @ assemble_stiffness(half, BODY_MATERIALS) @ T
+    P = sp.csc_array(to_unknowns @ linear_part(half) @ T)
+    coarse = sp.csr_array(P[:, np.diff(P.indptr) > 0])
+    return _whole_circle(half, carrier, T @ two_level_solution(A, coarse, to_unknowns @ f))
 
 
-def _fixed_directions(half: TetMesh, n_planets: int) -> tuple[sp.csr_array, NDArray[np.int64]]:
-    """Rotation T of the web's nodes into (x, radial, tangential), and the free dofs.
+def _admitted_displacements(half: TetMesh, n_planets: int) -> sp.csr_array:
+    """Displacement of the nodes from the unknowns that neither symmetry nor shaft face holds.
 
-    The nodes are those on the web's plane.
+    Those of a node on the web's plane are turned into (x, radial, tangential).
     """
     on_pin, on_web = cut_plane_nodes(half, n_planets)
     n = len(half.points)
@@ -91,7 +93,7 @@ def _fixed_directions(half: TetMesh, n_planets: int) -> tuple[sp.csr_array, NDAr
     fixed[np.unique(half.surface("shaft_face"))] = True
     fixed[on_pin] |= [True, False, True]
     fixed[on_web] |= [True, True, False]
-    return T, np.flatnonzero(~fixed.ravel())
+    return sp.csr_array(T[:, np.flatnonzero(~fixed.ravel())])
 
 
 def _whole_circle(

@@ -69,10 +69,7 @@ def held_displacement(
     SingularMatrixError
         Where what is held does not hold the body.
     """
-    free = np.setdiff1d(np.arange(K.shape[0]), fixed)
-    u = np.zeros_like(loads)
-    u[free] = factorise(K[free][:, free].tocsr()).solve(loads[free])
-    return u
+    return factorise(K, fixed=fixed).solve(loads)
 
 
 def clamped_displacement(

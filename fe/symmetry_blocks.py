@@ -187,8 +187,8 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
     )
     return SymmetryBlock(
         representation=representation,
-        K=_summed([T_j.T @ structure.K @ T_j for T_j in parts]),
-        M=_summed([T_j.T @ structure.M @ T_j for T_j in parts]),
+        K=_summed([sp.csr_array(T_j.T) @ structure.K @ T_j for T_j in parts]),
+        M=_summed([sp.csr_array(T_j.T) @ structure.M @ T_j for T_j in parts]),
         G=sp.csr_array(scale * G),
         pilot_coordinates=X,
         rigid_modes=_rigid_modes(half, representation, T),

@@ -1,6 +1,6 @@
 """The reduction certificate: what was checked of a reduced body, wanted beside reached."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -274,9 +274,50 @@ def compliance_errors(
         answer = reduction.body.displacement(G.T.toarray())
     exact = G @ answer
     names = [pilot.name for pilot in reference]
-    difference = np.abs(pilot_compliance(reduction.model, names) - exact)
-    relative = difference / np.sqrt(np.outer(exact.diagonal(), exact.diagonal()))
-    rows = numbered_coordinates(others)
+    return _by_pilot(pilot_compliance(reduction.model, names) - exact, exact, others)
+
+
+def compliance_errors_by_fields(
+    structure: StructuralModel, model: ReducedModel, Psi: NDArray[np.float64]
+) -> dict[str, float]:
+    """The errors of :func:`compliance_errors` without a factor of the full body.
+
+    The constraint modes Ψ of any reduction are put into the full body's equations:
+
+        K_full = (G Ψ)ᵀ K_bb + K_bb G Ψ - Ψᵀ K Ψ
+
+    is its stiffness at the pilots but for the square of the error of Ψ, every field being its own
+    adjoint; with the compliance C of the reduced body the error is ``C (K_full - K_bb) C``.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        The full body, all pilots with six components.
+    model : ReducedModel
+        Its reduction, the pilots' coordinates first.
+    Psi : ndarray, shape (n_dofs, m)
+        Constraint modes of the reduction at the nodes of the full body.
+
+    References
+    ----------
+    Pierce and Giles (2000), SIAM Review 42(2), 247-264, equation 2.6.
+    """
+    reference, others = _holding_pilots(structure)
+    m, first = Psi.shape[1], sum(len(pilot.components) for pilot in reference)
+    K_bb = model.K[:m, :m]
+    moved = sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots])) @ Psi
+    K_full = moved.T @ K_bb + K_bb @ moved - Psi.T @ (structure.K @ Psi)
+    C = pilot_compliance(model, [pilot.name for pilot in reference])
+    return _by_pilot(C @ (K_full - K_bb)[first:, first:] @ C, C, others)
+
+
+def _by_pilot(
+    difference: NDArray[np.float64], compliance: NDArray[np.float64], pilots: Sequence[Pilot]
+) -> dict[str, float]:
+    """Largest entry of every pilot over the geometric mean of its two diagonal entries."""
+    diagonal = compliance.diagonal()
+    relative = np.abs(difference) / np.sqrt(np.outer(diagonal, diagonal))
+    rows = numbered_coordinates(pilots)
     return {name: float(relative[own].max()) for name, own in rows.items()}
 
 

@@ -3,6 +3,8 @@
 Equal, whatever the path.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -15,7 +17,11 @@ from carrierflex.fe.structural_model import (
 )
 from carrierflex.fe.symmetry_blocks import half_sector, symmetry_block
 from carrierflex.geometry.dihedral_group import dihedral_group
-from carrierflex.reduction.certificate import inner_checks
+from carrierflex.reduction.certificate import (
+    compliance_errors,
+    compliance_errors_by_fields,
+    inner_checks,
+)
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
@@ -83,6 +89,30 @@ def test_constraint_modes_agree_on_the_whole_body(paths):
     assert_allclose(
         Psi / np.abs(Psi).max(axis=0), whole.Psi / np.abs(Psi).max(axis=0), rtol=0.0, atol=AGREEMENT
     )
+
+
+def test_compliance_errors_by_fields_are_those_of_the_factorised_body(paths):
+    structure, whole, _, symmetric = paths
+    m = whole.Psi.shape[1]
+    Psi = symmetric.basis.whole_body(structure.points)[:, :m]
+    errors = compliance_errors_by_fields(structure, symmetric.model, Psi)
+    assert errors.keys() == compliance_errors(structure, whole).keys()
+    # Rounding of the products with K.
+    assert max(errors.values()) < 1e-10
+    # A body 0.1 % too stiff at its pilots is an error of that size.
+    stiffer = replace(whole, model=replace(whole.model, K=1.001 * whole.model.K))
+    expected = compliance_errors(structure, stiffer)
+    found = compliance_errors_by_fields(structure, stiffer.model, whole.Psi)
+    assert_allclose([found[name] for name in expected], list(expected.values()), rtol=3e-3)
+    # Fields that are 0.1 % too large are an error of the square of that.
+    larger = compliance_errors_by_fields(structure, whole.model, 1.001 * whole.Psi)
+    assert_allclose(list(larger.values()), 1e-6, rtol=1e-3)
+    # Fields that do not balance between the pilots are an error too.
+    wrong = whole.Psi.copy()
+    coupled = np.unique(np.concatenate([pilot.G.indices for pilot in structure.pilots]))
+    free = np.setdiff1d(np.arange(structure.n_dofs), coupled)
+    wrong[free] *= 1.0 - 1e-3
+    assert max(compliance_errors_by_fields(structure, whole.model, wrong).values()) > 1e-9
 
 
 def frequency_response(model, omega):
