@@ -36,6 +36,7 @@ _COMPANIONS = {
     ("mesh", "surfaces"): _STEP,
     ("curves", "surfaces"): _STEP,
     ("couplings", "surfaces"): _STEP,
+    ("sensitivities", "surfaces"): _STEP,
     ("reduce", "surfaces"): (*_STEP, "--body", "carrier"),
     ("reduce", "interfaces"): ("--stiffness", "bad.toml", "--mass", "bad.toml"),
 }

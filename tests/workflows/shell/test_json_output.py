@@ -60,6 +60,11 @@ LONG = {
 SLOW = {
     "pin-fit": {"pin-fit --size 0.06 --points-per-decade 1 --out fit": 0},
     "sensitivities": {"sensitivities --size 0.1 --modes 4 --out sensitivities": 0},
+    "loads": {
+        "reduce --body carrier --variant flexible --size 0.1 --modes 1 --out carrier.h5": 0,
+        "simulate carrier_lc1_to_lc4 --out campaign": 0,
+        "loads campaign --body carrier.h5 --draws 200 --out loads": 0,
+    },
     "join": {
         "reduce --body carrier --size 0.1 --modes 1 --out carrier.h5": 0,
         "reduce --body pin --size 0.1 --modes 1 --out pin.h5": 0,
