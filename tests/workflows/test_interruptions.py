@@ -89,7 +89,10 @@ def test_a_check_that_is_asked_to_end_ends_with_its_processes(tmp_path, number, 
             deadline = time.monotonic() + 600.0
             while not (tmp_path / "out" / "seals.json").exists() and time.monotonic() < deadline:
                 time.sleep(0.02)
-            time.sleep(0.5)
+            # A process that is only being started has no one to tell that it is not wanted.
+            while not children(process) and time.monotonic() < deadline:
+                time.sleep(0.02)
+            time.sleep(2.0)
             workers = children(process)
             process.send_signal(number)
             _, stderr = process.communicate(timeout=600)
