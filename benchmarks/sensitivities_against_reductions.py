@@ -14,16 +14,13 @@ from dataclasses import replace
 from benchmarks.measured import measured
 from benchmarks.ratio import TIME, Ratio, at_least
 from benchmarks.run import run_alone
-from carrierflex.fe.half_sector_sensors import half_sector_sensors
+from carrierflex.fe.curve_derivatives import half_sector_structure
 from carrierflex.fe.structural_model import (
-    carrier_pilot_points,
     stiff_carrier_pilots,
     structural_model,
 )
-from carrierflex.fe.symmetry_blocks import half_sector
 from carrierflex.geometry.carrier_mesh import stiff_half_sector
 from carrierflex.geometry.dihedral import completed
-from carrierflex.geometry.dihedral_group import dihedral_group
 from carrierflex.geometry.named_surfaces import with_carrier_surfaces
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.tet_mesh import TetMesh
@@ -61,11 +58,7 @@ def ratios(size: float = 0.03) -> Iterator[Ratio]:
 
 
 def _by_blocks(half: TetMesh, stage: StageParameters) -> object:
-    n = stage.carrier.n_planets
-    points = carrier_pilot_points(stage.carrier)
-    pilots = {name: points[name] for name in stiff_carrier_pilots(n)}
-    body = half_sector("stiff_carrier", half, pilots, dihedral_group(n))
-    sensors = half_sector_sensors(half, stage.carrier.sensor_radius, n)
+    body, sensors = half_sector_structure(half, stage)
     return symmetric_craig_bampton(body, N_MODES, sensors=sensors)
 
 

@@ -447,9 +447,9 @@ def _with_share(answer: ClassAnswer, reduction: GapReduction) -> ClassAnswer:
     total = sum(finding.share for finding in answer.classes)
     findings = []
     for finding in answer.classes:
-        part = finding.share / total
-        ends = (interval[0] * part, interval[1] * part)
-        findings.append(replace(finding, share=share * part, share_ci95=ends))
+        fraction = finding.share / total
+        ends = (interval[0] * fraction, interval[1] * fraction)
+        findings.append(replace(finding, share=share * fraction, share_ci95=ends))
     return replace(answer, classes=tuple(findings), share=share, share_ci95=interval)
 
 

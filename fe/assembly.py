@@ -99,19 +99,16 @@ class _NodeGraph:
 def _stiffness(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -> sp.csr_array:
     n = len(mesh.points)
     blocks = np.zeros((len(graph.indices), 3, 3))
-    _, gradients, weights = _reference_element(STIFFNESS_ORDER)
+    rule = _stiffness_rule()
     for body, elements in mesh.bodies.items():
         lame, block_indices = material_of(materials, body).lame, graph.block_indices[elements]
-        _add_stiffness(
-            mesh.points, mesh.tets[elements], lame, (gradients, weights), block_indices, blocks
-        )
+        _add_stiffness(mesh.points, mesh.tets[elements], lame, rule, block_indices, blocks)
     return sp.csr_array(sp.bsr_array((blocks, graph.indices, graph.indptr), shape=(3 * n, 3 * n)))
 
 
 def _mass(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -> sp.csr_array:
     values = np.zeros(len(graph.indices))
-    shapes, gradients, weights = _reference_element(MASS_ORDER)
-    rule = (np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100), gradients, weights)
+    rule = _mass_rule()
     for body, elements in mesh.bodies.items():
         rho, block_indices = material_of(materials, body).rho, graph.block_indices[elements]
         _add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, block_indices, values)
@@ -190,15 +187,11 @@ class MatrixDerivatives:
         """
         graph, V = self._graph, np.ascontiguousarray(V)
         blocks, values = np.zeros((len(graph.indices), 3, 3)), np.zeros(len(graph.indices))
-        shapes, mass_gradients, mass_weights = _reference_element(MASS_ORDER)
-        products = np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100)
-        rule = _reference_element(STIFFNESS_ORDER)[1:]
+        places, rule, mass_rule = (self.mesh.points, V), _stiffness_rule(), _mass_rule()
         for body, elements in self.mesh.bodies.items():
             material, tets = material_of(self.materials, body), self.mesh.tets[elements]
-            places = (self.mesh.points, V)
             indices = graph.block_indices[elements]
             _add_stiffness_derivative(places, tets, material.lame, rule, indices, blocks)
-            mass_rule = (products, mass_gradients, mass_weights)
             _add_mass_derivative(places, tets, material.rho, mass_rule, indices, values)
         return self._matrices(blocks, values)
 
@@ -208,15 +201,10 @@ class MatrixDerivatives:
         blocks, values = np.zeros((len(graph.indices), 3, 3)), np.zeros(len(graph.indices))
         tets, indices = self.mesh.tets[elements], graph.block_indices[elements]
         if constant == "rho":
-            shapes, gradients, weights = _reference_element(MASS_ORDER)
-            products = np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100)
-            rule = (products, gradients, weights)
-            _add_scalar_mass(self.mesh.points, tets, 1.0, rule, indices, values)
+            _add_scalar_mass(self.mesh.points, tets, 1.0, _mass_rule(), indices, values)
         else:
             lame = material_of(self.materials, body).lame_derivative(constant)
-            _, gradients, weights = _reference_element(STIFFNESS_ORDER)
-            rule_of_two = (gradients, weights)
-            _add_stiffness(self.mesh.points, tets, lame, rule_of_two, indices, blocks)
+            _add_stiffness(self.mesh.points, tets, lame, _stiffness_rule(), indices, blocks)
         return self._matrices(blocks, values)
 
     def _matrices(
@@ -250,6 +238,19 @@ def _reference_element(
     )
 
 
+def _stiffness_rule() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gradients and weights of the rule of the stiffness."""
+    _, gradients, weights = _reference_element(STIFFNESS_ORDER)
+    return gradients, weights
+
+
+@functools.cache
+def _mass_rule() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Products of shape functions (q, 100), gradients and weights of the rule of the mass."""
+    shapes, gradients, weights = _reference_element(MASS_ORDER)
+    return np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100), gradients, weights
+
+
 @_jit
 def _node_pair_blocks(
     tets: NDArray[np.int64], indptr: NDArray[np.int32], indices: NDArray[np.int32]
@@ -276,7 +277,7 @@ def _node_pair_blocks(
 def _jacobian(
     x: NDArray[np.float64], reference: NDArray[np.float64], J: NDArray[np.float64]
 ) -> float:
-    """Fill `J` (3, 3) with ``∂x/∂ξ`` from reference gradients (10, 3); its determinant."""
+    """Fill `J` (3, 3) with ``∂x/∂ξ`` of nodal values from gradients (10, 3); its determinant."""
     for a in range(3):
         for b in range(3):
             total = 0.0
@@ -457,12 +458,7 @@ def _velocity_gradient(
     v: NDArray[np.float64], g: NDArray[np.float64], A: NDArray[np.float64]
 ) -> float:
     """Fill `A` (3, 3) with ``∂V_a/∂x_b`` of nodal velocities (10, 3); its trace."""
-    for a in range(3):
-        for b in range(3):
-            total = 0.0
-            for i in range(10):
-                total += v[i, a] * g[3 * i + b]
-            A[a, b] = total
+    _jacobian(v, g.reshape(10, 3), A)
     return A[0, 0] + A[1, 1] + A[2, 2]
 
 

@@ -215,10 +215,10 @@ def clamped_half_sector(
     return ClampedHalfSector(half, sensors, tuple(blocks))
 
 
-def clamped_carrier(
+def half_sector_structure(
     half: TetMesh, stage: StageParameters, *, materials: Mapping[str, Material] = BODY_MATERIALS
-) -> ClampedHalfSector:
-    """A variant of the parametric carrier, held at its shaft face.
+) -> tuple[HalfSector, HalfSectorSensors]:
+    """Finite elements and sensors of a variant of the parametric carrier.
 
     Parameters
     ----------
@@ -231,8 +231,8 @@ def clamped_carrier(
 
     Raises
     ------
-    ValueError, SingularMatrixError
-        Where the mesh does not belong to the dimensions, or is not one piece.
+    ValueError
+        Where the mesh does not belong to the dimensions.
     """
     pins, n = "pins" in half.bodies, stage.carrier.n_planets
     names = stiff_carrier_pilots(n) if pins else flexible_carrier_pilots(n)
@@ -244,7 +244,22 @@ def clamped_carrier(
         dihedral_group(n),
         materials=materials,
     )
-    sensors = half_sector_sensors(half, stage.carrier.sensor_radius, n)
+    return body, half_sector_sensors(half, stage.carrier.sensor_radius, n)
+
+
+def clamped_carrier(
+    half: TetMesh, stage: StageParameters, *, materials: Mapping[str, Material] = BODY_MATERIALS
+) -> ClampedHalfSector:
+    """A variant of the parametric carrier, held at its shaft face.
+
+    Parameters as of :func:`half_sector_structure`.
+
+    Raises
+    ------
+    ValueError, SingularMatrixError
+        Where the mesh does not belong to the dimensions, or is not one piece.
+    """
+    body, sensors = half_sector_structure(half, stage, materials=materials)
     return clamped_half_sector(body, sensors, half.surface("shaft_face"))
 
 

@@ -91,7 +91,7 @@ class DeflectionCurve:
         grid = _table_grid()
         tables = {}
         for direction in ("axial", "radial"):
-            amplitude = _amplitudes(getattr(self, direction))
+            amplitude = order_amplitudes(getattr(self, direction))
             amplitude[1:] /= 2.0
             order = np.arange(amplitude.size)
             value, slope = (
@@ -110,11 +110,26 @@ class DeflectionCurve:
         An odd curve (sines only) has negative imaginary amplitudes: ``b sin(n angle) = Re(-j b
         exp(j n angle))``.
         """
-        return complex(_amplitudes(self.axial)[order])
+        return complex(order_amplitudes(self.axial)[order])
+
+    @property
+    def rms(self) -> float:
+        """RMS of the axial curve [m]; of orders N, 2 N, 3 N ... its mean is zero."""
+        return float(np.sqrt(np.mean(self.axial**2)))
+
+    @property
+    def is_of_torque(self) -> bool:
+        """Whether the load is a torque, on all pins alike; else the force on one pin."""
+        return self.name.startswith("delta")
+
+    def main_orders(self, n_planets: int) -> tuple[int, ...]:
+        """Orders that make the curve: N, 2 N, 3 N for a torque, 1 to 3 for one pin's force."""
+        step = n_planets if self.is_of_torque else 1
+        return step, 2 * step, 3 * step
 
     def axial_order_content(self) -> NDArray[np.float64]:
         """Magnitude of every order 0, 1, 2, ... of the axial curve [m], shape (n // 2 + 1,)."""
-        return np.abs(_amplitudes(self.axial))
+        return np.abs(order_amplitudes(self.axial))
 
     @property
     def first_order(self) -> int:
@@ -139,15 +154,26 @@ class DeflectionCurve:
         return fine_angle[is_peak]
 
 
-def _amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Complex amplitude of every order of equally spaced `samples` of one turn.
+def order_amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Complex amplitude of every order of equally spaced samples of one turn.
 
     Orders 0 and n / 2 count once.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (..., n)
+        Values over the last axis.
+
+    Returns
+    -------
+    ndarray, shape (..., n // 2 + 1)
+        ``c`` of ``Re(c exp(j order angle))``.
     """
-    amplitude = 2.0 * np.fft.rfft(samples) / samples.size
-    amplitude[0] /= 2.0
-    if samples.size % 2 == 0:
-        amplitude[-1] /= 2.0
+    n = samples.shape[-1]
+    amplitude = np.asarray(2.0 * np.fft.rfft(samples) / n)
+    amplitude[..., 0] /= 2.0
+    if n % 2 == 0:
+        amplitude[..., -1] /= 2.0
     return amplitude
 
 
@@ -180,7 +206,7 @@ def _fourier_series(
     The series is a polynomial in ``exp(j angle)``: its powers are products, one exponential serves
     all orders. It ends with the last order whose amplitude is above rounding.
     """
-    amplitude = _amplitudes(samples)
+    amplitude = order_amplitudes(samples)
     kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
     series = amplitude[: kept.max(initial=0) + 1]
     powers = np.vander(np.exp(1j * angle.ravel()), series.size, increasing=True)

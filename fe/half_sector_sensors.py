@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.rim_circle import rim_recovery
-from carrierflex.fe.structural_model import N_SENSOR_ANGLES, sensor_names
+from carrierflex.fe.structural_model import N_SENSOR_ANGLES, rim_sensors, sensor_names
 from carrierflex.geometry.parameters import half_sector_angle
 from carrierflex.geometry.tet_mesh import TetMesh
 
@@ -98,6 +98,6 @@ def whole_body_sensors(mesh: TetMesh, radius: float) -> HalfSectorSensors:
     radius : float
         Radius of the circle [m].
     """
-    angles = 2.0 * np.pi * np.arange(N_SENSOR_ANGLES) / N_SENSOR_ANGLES
-    rows = sp.csr_array(sp.vstack(rim_recovery(mesh, radius, angles)))
-    return HalfSectorSensors(sensor_names(), rows, np.zeros(rows.shape[0], dtype=np.int64))
+    sensors = rim_sensors(mesh, radius)
+    images = np.zeros(len(sensors.names), dtype=np.int64)
+    return HalfSectorSensors(sensors.names, sensors.rows, images)

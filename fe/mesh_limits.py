@@ -112,14 +112,13 @@ def curve_errors(
     n_planets : int
         Number of pins.
     """
-    multiples = tuple(n_planets * k for k in (1, 2, 3))
     for name, curve in curves[-1].items():
-        rms = float(np.sqrt(np.mean(curve.axial**2)))
-        for order in multiples if name.startswith("delta") else (1, 2, 3):
+        for order in curve.main_orders(n_planets):
             c = np.array([of_size[name].axial_order(order) for of_size in curves])
             limit, scatter = mesh_limit(sizes, np.stack([c.real, c.imag], axis=1))
             c_0 = complex(*limit)
             error = abs(c_0 - c[-1])
+            standard_error = float(np.hypot(*scatter))
             yield MeshError(
-                name, order, abs(c[-1]), abs(c_0), error, float(np.hypot(*scatter)), error / rms
+                name, order, abs(c[-1]), abs(c_0), error, standard_error, error / curve.rms
             )

@@ -191,7 +191,7 @@ def coupled_model(
     points = carrier_pilot_points(carrier)
     coupled = tuple(distributing_pilot(mesh, surface, points[surface]) for surface in pilots)
     refuse_dependent_pilots(coupled, mesh.points)
-    sensors = _rim_sensors(mesh, carrier.sensor_radius) if "rim_face" in mesh.surfaces else None
+    sensors = rim_sensors(mesh, carrier.sensor_radius) if "rim_face" in mesh.surfaces else None
     K, M = matrices()
     return StructuralModel(name, K, M, mesh.points, coupled, sensors)
 
@@ -234,7 +234,8 @@ def sensor_names() -> tuple[str, ...]:
     )
 
 
-def _rim_sensors(mesh: NamedSurfaces, radius: float) -> Sensors:
+def rim_sensors(mesh: NamedSurfaces, radius: float) -> Sensors:
+    """Sensor circle of a whole body, its radius in metres."""
     angles = 2.0 * np.pi * np.arange(N_SENSOR_ANGLES) / N_SENSOR_ANGLES
     axial, radial_rows = rim_recovery(mesh, radius, angles)
     return Sensors(sensor_names(), radius, sp.csr_array(sp.vstack([axial, radial_rows])))

@@ -19,15 +19,13 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.factorisation import factorise
 from carrierflex.fe.static import AccuracyError
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import TET_EDGES, TetMesh
 
 #: Residual over the load at which the iteration ends: displacements then agree with those of a
 #: factorisation to rounding.
 _TOLERANCE = 1e-12
 #: The carrier's meshes take 33 or 34 steps.
 _MOST_STEPS = 200
-#: Corners of the edges on which the nodes 4 to 9 of a quadratic tetrahedron lie.
-_EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
 
 
 def linear_part(mesh: TetMesh) -> sp.csr_array:
@@ -38,7 +36,7 @@ def linear_part(mesh: TetMesh) -> sp.csr_array:
     n = len(mesh.points)
     corners = np.unique(mesh.tets[:, :4])
     middles, first = np.unique(mesh.tets[:, 4:], return_index=True)
-    ends = mesh.tets[:, _EDGES].reshape(-1, 2)[first]
+    ends = mesh.tets[:, np.array(TET_EDGES)].reshape(-1, 2)[first]
     values = np.concatenate([np.ones(len(corners)), np.full(ends.size, 0.5)])
     rows = np.concatenate([corners, np.repeat(middles, 2)])
     columns = np.concatenate([corners, ends.ravel()])

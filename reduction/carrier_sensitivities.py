@@ -23,7 +23,7 @@ from carrierflex.fe.curve_derivatives import (
     is_stiff,
     unit_loads,
 )
-from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve, order_amplitudes
 from carrierflex.fe.half_sector_derivatives import (
     HalfSectorDerivative,
     material_derivative,
@@ -59,7 +59,7 @@ from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.pin_fit import HELD
 from carrierflex.reduction.pin_joints import carrier_with_pins, drive_torque_load
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.reduced_static import constrained_solution
+from carrierflex.reduction.reduced_static import constrained_solution, load_vector
 from carrierflex.reduction.sensitivities import (
     FrequencyDerivatives,
     frequency_derivatives,
@@ -110,8 +110,7 @@ class CurveSensitivity:
 
     def order_derivative(self, order: int) -> NDArray[np.complex128]:
         """Derivative of the axial curve's complex amplitude of `order`, shape (p,)."""
-        spectrum = 2.0 * np.fft.rfft(self.axial, axis=1) / self.axial.shape[1]
-        return np.asarray(spectrum[:, order] / (2.0 if order == 0 else 1.0))
+        return order_amplitudes(self.axial)[:, order]
 
     def amplitude_derivative(self, order: int) -> NDArray[np.float64]:
         """Derivative of the magnitude of `order`, shape (p,)."""
@@ -119,11 +118,6 @@ class CurveSensitivity:
         if c == 0.0:
             return np.abs(self.order_derivative(order))
         return np.asarray((self.order_derivative(order) * np.conj(c)).real / abs(c))
-
-    @property
-    def rms(self) -> float:
-        """RMS of the nominal axial curve [m]."""
-        return float(np.sqrt(np.mean(self.nominal.axial**2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -443,10 +437,7 @@ def spring_sensitivities(
         drive_torque_load(forces.F_PLC, forces.M_t, n_planets),
         {f"{name}_of_pin": load for name, load in one_pin.items()},
     )
-    f = np.zeros((model.n_coordinates, len(cases)))
-    for column, loads in enumerate(cases):
-        for pilot, load in loads.items():
-            np.add.at(f[:, column], model.coordinates_of(pilot), load)
+    f = np.stack([load_vector(model, loads) for loads in cases], axis=1)
     held = model.rows_of(HELD)
     q = constrained_solution(model, held, f, f"holding {HELD}")
     dq = [constrained_solution(model, held, -(one @ q), f"holding {HELD}") for one in dK]

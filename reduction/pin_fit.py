@@ -172,14 +172,6 @@ class ExtremeCurves:
     flexible_clamped: DeflectionCurve
 
 
-def rms(curve: DeflectionCurve) -> float:
-    """RMS of the axial curve [m per unit load].
-
-    Of a curve of orders N, 2 N, 3 N ... its mean is zero.
-    """
-    return float(np.sqrt(np.mean(curve.axial**2)))
-
-
 def pin_fit_row(family: PinFitFamily, stiffness: float, extremes: ExtremeCurves) -> PinFitRow:
     """Figures of the curve with interfaces of `stiffness` [N m/rad]."""
     curve = family.curve(stiffness)
@@ -193,7 +185,7 @@ def pin_fit_row(family: PinFitFamily, stiffness: float, extremes: ExtremeCurves)
         stiffness=stiffness,
         peaks=len(curve.peak_angles()),
         orders={order: float(content[order]) for order in family.n_planets * np.array([1, 2, 3])},
-        rms=rms(curve),
+        rms=curve.rms,
         rho_s=best.rho_s,
         rho_f=best.rho_f,
         residual=best.residual,

@@ -39,14 +39,22 @@ def static_coordinates(
     LinAlgError
         Where the held pilots leave the body free to move.
     """
-    f = np.zeros(model.n_coordinates)
-    for pilot, load in loads.items():
-        # Tied pilots share rows: add, never assign.
-        np.add.at(f, model.coordinates_of(pilot), load)
+    f = load_vector(model, loads)
     fixed = np.concatenate(
         [np.zeros(0, dtype=np.int64), *(model.rows_of(pilot) for pilot in fixed_pilots)]
     )
     return constrained_solution(model, fixed, f, f"holding {', '.join(fixed_pilots)}")
+
+
+def load_vector(
+    model: ReducedModel, loads: Mapping[str, NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Right-hand side f of loads at pilots, shape (n,); arguments as of static_coordinates."""
+    f = np.zeros(model.n_coordinates)
+    for pilot, load in loads.items():
+        # Tied pilots share rows: add, never assign.
+        np.add.at(f, model.coordinates_of(pilot), load)
+    return f
 
 
 def constrained_solution(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from carrierflex.fe.mesh_limits import mesh_limit
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.identification.carrier.printed_tables import Printed, derived_facts
-from carrierflex.reduction.pin_fit import PinFitFamily, rms
+from carrierflex.reduction.pin_fit import PinFitFamily
 from carrierflex.workflows.fe.study_pin_fit import HIGHEST, LOWEST, static_family
 from carrierflex.workflows.main_job import check_mesh_convergence
 from carrierflex.workflows.main_job.check_mesh_convergence import MeshStudy
@@ -44,7 +44,7 @@ def fits_of_table_4(family: PinFitFamily, deflection: Printed) -> NDArray[np.flo
 
     def stiffness(wanted: float) -> float:
         """Interface stiffness whose curve has an RMS [m per N m]."""
-        return family.stiffness_where(lambda curve: rms(curve) <= 1e3 * wanted, LOWEST, HIGHEST)
+        return family.stiffness_where(lambda curve: curve.rms <= 1e3 * wanted, LOWEST, HIGHEST)
 
     ends = (deflection.value, deflection.high, deflection.low)
     return np.array([stiffness(wanted) for wanted in ends])

@@ -18,6 +18,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     RunColumns,
     columns_of_campaign,
     largest_load,
+    mean_load,
     typical_speed,
 )
 from carrierflex.diagnosis.comparison.problem import Parameter
@@ -155,7 +156,7 @@ def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
                 )  # fmt: skip
                 loads.append(load)
     present = [
-        (_mean(run, "torque"), _mean(run, "ntl_y"), _mean(run, "ntl_z"), _speed(run))
+        (mean_load(run, "torque"), mean_load(run, "ntl_y"), mean_load(run, "ntl_z"), _speed(run))
         for run in campaign.runs
     ]
     scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
@@ -250,10 +251,6 @@ def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
     blank = {channel.name: np.zeros(time.size) for channel in campaign.channels}
     predictions = blank if campaign.runs[0].predictions else {}
     return Run(load.name, f"{load.name}.csv", load.text, time, inputs, blank, predictions)
-
-
-def _mean(run: Run, name: str) -> float:
-    return float(np.mean(run.inputs[name])) if name in run.inputs else 0.0
 
 
 def _speed(run: Run) -> float:

@@ -22,7 +22,12 @@ from carrierflex.diagnosis.carrier.misread import CarrierReading
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, WeightTable
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import ModelResiduals
-from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.records.columns import (
+    ColumnSource,
+    largest_load,
+    mean_load,
+    typical_speed,
+)
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     IntArray,
@@ -502,13 +507,7 @@ def _experiments(
     candidate_experiments = []
     units = {"torque": nominal, "ntl_y": force, "ntl_z": force}
     recorded = np.array(
-        [
-            [
-                run.inputs[name].mean() / unit if name in run.inputs else 0.0
-                for name, unit in units.items()
-            ]
-            for run in campaign.runs
-        ]
+        [[mean_load(run, name) / unit for name, unit in units.items()] for run in campaign.runs]
     )
     for text, shares_of_loads in plans if has_radial_load else plans[:1]:
         nearest = [np.abs(recorded - load).max(axis=1).min() for load in shares_of_loads]

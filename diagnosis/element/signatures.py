@@ -228,27 +228,31 @@ def _force_space_solutions(
         ]
         by_effect.append(groups or [[]])
     solutions = []
+    known = {parameter_key(p): (p.lower, p.upper) for p in model.parameters(effects)}
     for choice in product(*by_effect):
         chosen = [k for group in choice for k in group]
         rows = [*range(1, first), *(first + k for k in chosen)]
-        bounds = _amplitude_bounds(model, effects, signatures.n_base, [columns[k] for k in chosen])
+        chosen_columns = [columns[k] for k in chosen]
+        bounds = _amplitude_bounds(model, known, signatures.n_base, chosen_columns)
         matrix, right = gram[np.ix_(rows, rows)], gram[rows, 0]
         solution = bounded_solution(matrix, right, *bounds)
         square = gram[0, 0] - solution @ (2.0 * right - matrix @ solution)
         base, amplitudes = solution[: first - 1], solution[first - 1 :]
-        solutions.append((square, _values(model, base, [columns[k] for k in chosen], amplitudes)))
+        solutions.append((square, _values(model, base, chosen_columns, amplitudes)))
     solutions.sort(key=lambda pair: pair[0])
     return [values for _, values in solutions[:_MOST_STARTS]]
 
 
 def _amplitude_bounds(
-    model: ElementModel, effects: Effects, n_base: int, columns: Sequence[Column]
+    model: ElementModel,
+    known: Mapping[tuple[str, str], tuple[float, float]],
+    n_base: int,
+    columns: Sequence[Column],
 ) -> tuple[FloatArray, FloatArray]:
-    """Physical bounds of damping and of the amplitudes of columns; all else is free.
+    """Physical bounds of damping and, as far as `known`, of the amplitudes of columns.
 
     A start with a negative damping beside a friction that falls with speed is neither's.
     """
-    known = {parameter_key(p): (p.lower, p.upper) for p in model.parameters(effects)}
     bounds = np.tile([-np.inf, np.inf], (n_base + len(columns), 1))
     if not model.fixed:
         bounds[1 + (model.mass is None), 0] = 0.0

@@ -236,6 +236,11 @@ class LoadEstimate:
         return _NORMAL_95 * self.pins_std
 
     @property
+    def sharing_half_width(self) -> float:
+        """Half width of the 95 % interval of the load sharing factor."""
+        return _NORMAL_95 * self.sharing_std
+
+    @property
     def load_half_width(self) -> Array:
         """Half widths of the 95 % intervals of torque and rotor moment [N m], shape (3,)."""
         return _NORMAL_95 * self.load_std

@@ -9,7 +9,7 @@ stands beside both; so do stops, branches and loops
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,12 +116,13 @@ def law_of_effect(
         None of an effect that depends on the baseline, as backlash on its stiffness, and of one
         that is no force.
     """
+    ends = {"deflection": (float(visited.min()), float(visited.max()))}
     if effect.id == "elasto_plastic_friction":
         stop = Stop(ELEMENT, values["Fy"] / values["Kp"], values["Fy"])
-        return _with_range(Law("", ELEMENT, HYSTERESIS, units, (stop,)), visited)
+        return Law("", ELEMENT, HYSTERESIS, units, (stop,), ends)
     if effect.id == "maxwell_branch":
         branch = Branch(ELEMENT, values["tau"], values["k"])
-        return _with_range(Law("", ELEMENT, MEMORY, units, (branch,)), visited)
+        return Law("", ELEMENT, MEMORY, units, (branch,), ends)
     if effect_class not in TABULATED or effect.measurement or effect.id == "backlash":
         return None
     p = element_values(
@@ -143,10 +144,6 @@ def law_of_effect(
         is_damping = effect_class == COUPLED_DAMPING
         parts = (Table(ELEMENT, visited, force(visited, still + float(is_damping))),)
     return Law("", ELEMENT, effect_class, units, parts)
-
-
-def _with_range(law: Law, visited: Array) -> Law:
-    return replace(law, visited={"deflection": (float(visited.min()), float(visited.max()))})
 
 
 def table_force(table: Table, effect_class: str) -> "Force":

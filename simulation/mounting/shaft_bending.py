@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-#: Standard gravity [m/s^2].
-GRAVITY = 9.81
+from carrierflex.simulation.stage.stage_data import GRAVITY
 
 
 @dataclass(frozen=True)

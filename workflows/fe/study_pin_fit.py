@@ -151,12 +151,11 @@ def _stiffnesses(points_per_decade: int) -> list[float]:
 
 def _changes(family: PinFitFamily) -> dict[str, float]:
     """Interface stiffness at which the curve's character changes [N m/rad]."""
-    from carrierflex.reduction.pin_fit import rms
     from carrierflex.workflows.fe.pin_fit_pictures import MORE_PEAKS, TABLE_4
 
     conditions: dict[str, Callable[[DeflectionCurve], bool]] = {
         MORE_PEAKS: lambda curve: len(curve.peak_angles()) > family.n_planets,
-        TABLE_4: lambda curve: rms(curve) <= TABLE_4_RMS,
+        TABLE_4: lambda curve: curve.rms <= TABLE_4_RMS,
     }
     changes = {}
     for name, reached in conditions.items():

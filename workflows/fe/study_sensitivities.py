@@ -231,11 +231,12 @@ def _quantities(
     body: BodySensitivities, n_planets: int
 ) -> Iterator[tuple[str, float, np.ndarray, float]]:
     """Name, nominal value, derivatives and the value that changes are shown in per cent of."""
-    multiples = tuple(n_planets * k for k in (1, 2, 3))
     for name, curve in body.curves.items():
-        for order in multiples if name.startswith("delta") else _LOW_ORDERS:
-            amplitude = abs(curve.nominal.axial_order(order))
-            yield f"{name} order {order}", amplitude, curve.amplitude_derivative(order), curve.rms
+        nominal = curve.nominal
+        for order in nominal.main_orders(n_planets):
+            amplitude = abs(nominal.axial_order(order))
+            derivative = curve.amplitude_derivative(order)
+            yield f"{name} order {order}", amplitude, derivative, nominal.rms
     frequencies = body.frequencies
     for i, frequency in enumerate(frequencies.frequency[:_FREQUENCIES]):
         yield f"frequency {i + 1}", float(frequency), frequencies.derivative[:, i], float(frequency)

@@ -42,6 +42,11 @@ class LoadValue:
     high: Annotated[float, "Upper end of the 95 % interval"]
     recorded: Annotated[float | None, "What the record holds; null where it has none"] = None
 
+    @classmethod
+    def around(cls, value: float, half: float, recorded: float | None = None) -> LoadValue:
+        """Value with the half width of its interval."""
+        return cls(float(value), float(value - half), float(value + half), recorded)
+
 
 @dataclass(frozen=True, eq=False)
 class PinLoads:
@@ -268,30 +273,20 @@ def _run_loads(
     run: str, estimate: LoadEstimate, recorded: tuple[float, float, float], known: bool
 ) -> RunLoads:
     torque, moment_y, moment_z = (
-        LoadValue(float(value), float(value - half), float(value + half), measured)
+        LoadValue.around(value, half, measured)
         for value, half, measured in zip(
             estimate.load, estimate.load_half_width, recorded, strict=True
         )
     )
-    half = 1.96 * estimate.sharing_std
-    sharing = LoadValue(estimate.sharing, estimate.sharing - half, estimate.sharing + half)
+    sharing = LoadValue.around(estimate.sharing, estimate.sharing_half_width)
     pins = []
     for number, (values, halves) in enumerate(
         zip(estimate.pins[:, 0], estimate.half_width[:, 0], strict=True), start=1
     ):
         # Errors of one pin over the turn are alike, so that of the mean is hardly smaller.
-        mean, spread, top = float(values.mean()), float(halves.mean()), int(values.argmax())
-        pins.append(
-            PinLoads(
-                number,
-                LoadValue(mean, mean - spread, mean + spread),
-                LoadValue(
-                    float(values[top]),
-                    float(values[top] - halves[top]),
-                    float(values[top] + halves[top]),
-                ),
-            )
-        )
+        mean = LoadValue.around(values.mean(), halves.mean())
+        top = values.argmax()
+        pins.append(PinLoads(number, mean, LoadValue.around(values[top], halves[top])))
     return RunLoads(
         run,
         known,

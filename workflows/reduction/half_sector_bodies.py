@@ -5,15 +5,10 @@ Reduced by the blocks of their symmetry.
 
 from collections.abc import Mapping
 
-from carrierflex.fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
-from carrierflex.fe.structural_model import (
-    carrier_pilot_points,
-    flexible_carrier_pilots,
-    stiff_carrier_pilots,
-)
-from carrierflex.fe.symmetry_blocks import HalfSector, half_sector
+from carrierflex.fe.curve_derivatives import half_sector_structure
+from carrierflex.fe.half_sector_sensors import HalfSectorSensors
+from carrierflex.fe.symmetry_blocks import HalfSector
 from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
-from carrierflex.geometry.dihedral_group import dihedral_group
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.reduction.certificate import (
     Certificate,
@@ -48,20 +43,15 @@ def half_sector_body(
     ValueError
         Where the body is not a carrier: the others have no dihedral symmetry.
     """
-    n_planets = stage.carrier.n_planets
     if name == "flexible_carrier":
-        mesh, names = flexible_half_sector(stage.carrier, size), flexible_carrier_pilots(n_planets)
+        mesh = flexible_half_sector(stage.carrier, size)
     elif name == "stiff_carrier":
         mesh = stiff_half_sector(stage.carrier, stage.pin, size)
-        names = stiff_carrier_pilots(n_planets)
     else:
         raise ValueError(
             f"{name} has no dihedral symmetry; expected flexible_carrier or stiff_carrier"
         )
-    points = carrier_pilot_points(stage.carrier)
-    pilots = {pilot: points[pilot] for pilot in names}
-    half = half_sector(name, mesh, pilots, dihedral_group(n_planets))
-    return half, half_sector_sensors(mesh, stage.carrier.sensor_radius, n_planets)
+    return half_sector_structure(mesh, stage)
 
 
 def refuse_whole_body_options(options: Mapping[str, object], *, files_given: bool) -> None:

@@ -100,8 +100,9 @@ def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> Renderabl
     table = _table("axial rim deflection", "curve", "per", *columns, "peaks")
     for name, curve in curves.items():
         content = curve.axial_order_content() * 1e6
-        of_torque = name.startswith("delta")
-        unit, peaks = ("kN m", str(len(curve.peak_angles()))) if of_torque else ("N on pin 1", "-")
+        unit, peaks = (
+            ("kN m", str(len(curve.peak_angles()))) if curve.is_of_torque else ("N on pin 1", "-")
+        )
         table.add_row(name, unit, *(f"{content[order]:.4g}" for order in orders), peaks)
     return table
 

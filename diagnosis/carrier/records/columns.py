@@ -260,6 +260,11 @@ def largest_load(campaign: Campaign) -> float:
     return largest or 1.0
 
 
+def mean_load(run: Run, name: str) -> float:
+    """Mean of a load over a run; zero where the rig has none."""
+    return float(np.mean(run.inputs[name])) if name in run.inputs else 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class BlockColumns:
     """Columns of one sensor in one block of a run.
