@@ -57,7 +57,7 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
         phi_ci95=_interval(phi_draws),
         floor_multiple=rms[1] / floor if floor > 0.0 else float("inf"),
         extrapolation_rho=_extrapolation(search, accepted),
-        steps=_steps(search, accepted),
+        steps=_steps(search, accepted, before),
         cells_before=cells_before,
         cells_after=cells_after,
         validation=_validation(problem, cells_before, cells_after, after.fit),
@@ -118,10 +118,10 @@ def _interval(draws: FloatArray) -> Interval:
     return float(low), float(high)
 
 
-def _steps(search: LawFits, accepted: Effects) -> tuple[SelectionStep, ...]:
+def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[SelectionStep, ...]:
     """Baseline, then the accepted effects, each time the one that shrinks the gap most."""
-    base = search.score(())
-    steps = [SelectionStep("baseline", float(np.sqrt(search.mean_square(()))), 1.0, NO_INTERVAL)]
+    rms = float(np.sqrt(base.square.sum() / search.problem.cell_counts.sum()))
+    steps = [SelectionStep("baseline", rms, 1.0, NO_INTERVAL)]
     inside: Effects = ()
     while len(inside) < len(accepted):
         options = [tuple(sorted((*inside, effect))) for effect in accepted if effect not in inside]
