@@ -1,7 +1,7 @@
 """Tables and picture of :mod:`studies.explain_papers_gap`.
 
-Evidence, what each hypothesis predicts, which measurement would tell, what remains as causes are
-added, and the condensed statics beside the stage itself.
+Evidence, what each hypothesis predicts, which measurement would distinguish them, what remains as
+causes are added, and the condensed statics beside the stage itself.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ from studies.tabulate_load_sharing import EXTREME_MOMENT
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Hypotheses whose evidences differ by less are not told apart: two runs of the sampler with other
-#: random numbers differ by as much where 14 parameters have several valleys.
+#: Hypotheses whose evidences differ by less are not distinguished: two runs of the sampler with
+#: other random numbers differ by as much where 14 parameters have several valleys.
 DECISIVE = 7.0
 #: Samples of a posterior that are taken through the stage.
 _N_PREDICTED = 40
@@ -52,7 +52,7 @@ _IN_UNITS = np.array([1e6] * 7 + [1.0])
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measurement that could tell hypotheses apart, and its standard error."""
+    """A measurement that could distinguish hypotheses, and its standard error."""
 
     name: str
     unit: str
@@ -383,7 +383,9 @@ def gap_figure(
     evidence.invert_yaxis()
     evidence.set_xscale("symlog", linthresh=5.0)
     evidence.axvspan(-DECISIVE, 0.0, color="0.9")
-    evidence.set(xlabel="log evidence less the best's", title="grey: cannot be told from the best")
+    evidence.set(
+        xlabel="log evidence less the best's", title="grey: cannot be distinguished from the best"
+    )
     evidence.legend(fontsize="x-small", ncols=3, loc="upper center", bbox_to_anchor=(0.4, -0.12))
     bits = {
         m.name: information([of[:, i] for of in predicted.values()], m.error)
@@ -393,7 +395,7 @@ def gap_figure(
     information_panel.barh(order, [bits[name] for name in order], color="C0")
     information_panel.tick_params(axis="y", labelsize="small")
     information_panel.set(
-        xlabel="information [bit]", title=f"which would tell {', '.join(predicted)}"
+        xlabel="information [bit]", title=f"what would distinguish {', '.join(predicted)}"
     )
     cases = list(LOAD_CASES)
     errors = standard_errors(SAMPLED_ERROR) * _IN_UNITS
