@@ -86,7 +86,10 @@ def diagnose(
     fits = law_fits(problem, limits, note, executor)
     is_at_floor = floor_is_measured and fits.is_at_floor
     of_table = answer.law_sets if answer else None
-    selection = selected(fits, () if is_at_floor else candidate_sets(problem, of_table))
+    sets = () if is_at_floor else candidate_sets(problem, of_table)
+    if answer is not None and sets:
+        sets = tuple(dict.fromkeys((*sets, *answer.causes)))
+    selection = selected(fits, sets)
     note("intervals")
     of_laws = gap_reduction(fits, selection.accepted)
     judged = verdict_of(

@@ -148,6 +148,23 @@ class HalfSectorStatics:
         """Readings of the sensors, shape (n_sensors, c) [m]."""
         return self.body.readings(self.z)
 
+    @property
+    def compliance(self) -> NDArray[np.float64]:
+        """Motion along each load under every other, ``C = Fᵀ G K⁻¹ Gᵀ F``, shape (c, c)."""
+        blocks = zip(self.body.blocks, self.z, strict=True)
+        return np.sum(
+            [_work(part.forces(part.block.G, self.loads), z) for part, z in blocks], axis=0
+        )
+
+    def compliance_derivative(self, of: HalfSectorDerivative) -> NDArray[np.float64]:
+        """``C' = f'ᵀ z + zᵀ f' - zᵀ K' z`` by one parameter, under the same loads, (c, c)."""
+        dG_half = of.of_couplings(self.body.half)
+        total = np.zeros((self.loads.shape[1],) * 2)
+        for part, z in zip(self.body.blocks, self.z, strict=True):
+            by_couplings = _work(part.forces(part.coupling_derivative(dG_half), self.loads), z)
+            total += by_couplings + by_couplings.T - _work(z, part.stiffness_forces(of.dK, z))
+        return total
+
     def forces(
         self, of: HalfSectorDerivative, d_loads: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], ...]:
@@ -184,6 +201,11 @@ class HalfSectorStatics:
         ]
         read = self.body.readings(dz)
         return read.reshape(len(read), len(forces), -1).transpose(1, 0, 2)
+
+
+def _work(f: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Work of every force (d, n, c) along every motion (d, n, e), shape (c, e)."""
+    return np.einsum("dnc,dne->ce", f, z, optimize=True)
 
 
 def clamped_half_sector(

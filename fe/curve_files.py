@@ -6,7 +6,8 @@
 import csv
 import io
 import math
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,10 @@ from carrierflex.files.whole_files import whole_file
 
 #: Curve names and the unit load each column's values belong to [N m or N].
 UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}
+#: What a rigid pin fit adds to ``delta_f``.
+PIN_FIT = "pin_fit"
+#: Derivatives of ``delta_f`` and of what a rigid pin fit adds, by a dimension or material constant.
+_DERIVATIVE = re.compile(rf"(?:delta_f|{PIN_FIT})/[A-Za-z]\w*")
 _RADIAL = "_radial"
 _MOST_ROWS = 100_000
 _MOST_BYTES = 20_000_000
@@ -29,8 +34,8 @@ def write_curves(path: Path, curves: Mapping[str, DeflectionCurve]) -> None:
     """Write curves side by side.
 
     Columns: ``theta_deg`` (carrier frame, from pin 1), then by curve the axial displacement [m per
-    kN m for delta_s and delta_f, m per N for g_s and g_f], then the radial ones as
-    ``<name>_radial``.
+    kN m for delta_s, delta_f and `PIN_FIT`, m per N for g_s and g_f; of a derivative per unit of
+    its cause], then the radial ones as ``<name>_radial``.
 
     Raises
     ------
@@ -53,7 +58,9 @@ def write_curves(path: Path, curves: Mapping[str, DeflectionCurve]) -> None:
             writer.writerow([f"{value:.12g}" for value in row])
 
 
-def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, DeflectionCurve]:
+def read_curves(
+    path: Path, *, radius: float = _PAPER_RADIUS, required: Collection[str] = tuple(UNIT_LOADS)
+) -> dict[str, DeflectionCurve]:
     """Read curves by name; radial columns that are absent count as zero.
 
     Parameters
@@ -62,6 +69,8 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
         File with the columns of :func:`write_curves`, angles equally spaced over one turn from 0.
     radius : float
         Radius of the material circle [m].
+    required : collection of str
+        Curves without which the file is refused.
 
     Raises
     ------
@@ -70,9 +79,10 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
         equally spaced.
     """
     columns = _read_columns(path)
-    known = {"theta_deg", *UNIT_LOADS, *(name + _RADIAL for name in UNIT_LOADS)}
-    unknown = [name for name in columns if name not in known]
-    missing = [name for name in ("theta_deg", *UNIT_LOADS) if name not in columns]
+    names = [name for name in columns if name != "theta_deg" and not name.endswith(_RADIAL)]
+    known = {"theta_deg", *UNIT_LOADS, PIN_FIT, *filter(_DERIVATIVE.fullmatch, names)}
+    unknown = [name for name in columns if name.removesuffix(_RADIAL) not in known]
+    missing = [name for name in ("theta_deg", *required) if name not in columns]
     if unknown or missing:
         what = f"unknown column {shown(unknown[0])}" if unknown else f"no column {missing[0]!r}"
         raise ValueError(
@@ -90,12 +100,18 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
         name: DeflectionCurve(
             name,
             radius,
-            load,
+            UNIT_LOADS.get(name, UNIT_LOADS["delta_f"]),
             columns[name],
             columns.get(name + _RADIAL, np.zeros_like(columns[name])),
         )
-        for name, load in UNIT_LOADS.items()
+        for name in names
     }
+
+
+def causes_of(curves: Iterable[str]) -> tuple[str, ...]:
+    """Dimensions and material constants whose derivatives are among some curves."""
+    start = f"{PIN_FIT}/"
+    return tuple(name.removeprefix(start) for name in curves if name.startswith(start))
 
 
 def _read_columns(path: Path) -> dict[str, np.ndarray]:

@@ -5,7 +5,7 @@ with bonded pins (stiff) and without pins (flexible) under a torque of 1 kN m; `
 are those of one pin force of 1 N on pin 1, in the direction that a positive torque loads the pins.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -152,6 +152,15 @@ class DeflectionCurve:
         fine = self.axial_at(fine_angle)
         is_peak = (fine > np.roll(fine, 1)) & (fine >= np.roll(fine, -1))
         return fine_angle[is_peak]
+
+
+def resampled(curve: DeflectionCurve, n: int) -> DeflectionCurve:
+    """The same curve at n angles; its orders are below n / 2."""
+    axial, radial = (
+        np.fft.irfft(np.fft.rfft(values) * (n / values.size), n)
+        for values in (curve.axial, curve.radial)
+    )
+    return replace(curve, axial=axial, radial=radial)
 
 
 def order_amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -26,7 +26,9 @@ from carrierflex.diagnosis.carrier.records.columns import (
 )
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Parameter
+from carrierflex.fe.curve_files import PIN_FIT
 from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.drawing import BOND, CURVE_ERROR
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.measurement import Measurement
 
@@ -45,6 +47,10 @@ _PRIOR = 30.0
 _LARGEST_DELAY = np.deg2rad(20.0)
 
 _LARGEST_MOVE = np.deg2rad(7.0)
+
+#: Shares of a rigid pin fit at which the table has the derivatives of the curve: the fit moves as a
+#: cause is put in.
+_WEIGHTS = (0.0, 0.5, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,6 +296,10 @@ class CarrierModel:
             if effect.pattern is None:
                 continue
             n = len(effect.parameters)
+            if effect.weighed_by:
+                weight = first.get(effect.weighed_by)
+                terms += self._weighed_terms(effect, theta[0], unknown, weight)
+                continue
             for r in range(len(theta) if effect.per_run else 1):
                 runs = slice(r, r + 1) if effect.per_run else slice(None)
                 values = theta[r, unknown : unknown + n]
@@ -307,6 +317,20 @@ class CarrierModel:
             )
             for k, value in enumerate(values.tolist())
         ]
+
+    def _weighed_terms(
+        self, effect: Effect, theta: FloatArray, unknown: int, weight: int | None
+    ) -> list[_WeightedColumn]:
+        """Terms ``p (a + w b)`` of an effect in all runs; w is another unknown, 0 without one."""
+        p = float(theta[unknown])
+        columns = [self.index.of(effect.id, row) for row in (0, 1)]
+        everywhere = slice(None)
+        terms = [_WeightedColumn(effect.id, 0, everywhere, columns[0], p, {unknown: 1.0})]
+        if weight is not None:
+            w = float(theta[weight])
+            slopes = {unknown: w, weight: p}
+            terms.append(_WeightedColumn(effect.id, 1, everywhere, columns[1], p * w, slopes))
+        return terms
 
     def _shape_terms(
         self, effect: Effect, runs: slice, values: FloatArray, first: int
@@ -382,10 +406,13 @@ class CarrierModel:
     def variants(self, effect: str) -> list[tuple[float, ...]]:
         """Channels of an effect of one sensor, or values of the shapes, among which a fit starts.
 
-        One empty variant otherwise. Of two shapes every other node.
+        One empty variant otherwise. Of two shapes every other node. Of an effect that another one
+        weighs, values of the weight.
         """
         if self.effects[effect].is_of_one_channel:
             return [(float(c),) for c in range(len(self.channels))]
+        if self.effects[effect].weighed_by in self.contained:
+            return [(weight,) for weight in _WEIGHTS]
         n_shapes = self.effects[effect].n_shapes
         if not n_shapes:
             return [()]
@@ -488,7 +515,13 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
         Parameters of the fitted baseline, at which effects of a sensor are linearised.
     """
     contained = contained_channels(model)
-    groups = [_base_rows(model.weights((), contained, base), base)]
+    parameters = model.parameters((), contained)
+    expected = np.where(
+        [is_held(parameter, value) for parameter, value in zip(parameters, base, strict=True)],
+        base,
+        [p.prior_mean if np.isfinite(p.prior_std) else 0.0 for p in parameters],
+    )
+    groups = [_base_rows(model.weights((), contained, base), base, expected)]
     owners: list[str] = []
     variants: list[tuple[float, ...]] = []
     for effect in candidates:
@@ -500,6 +533,17 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
             owners += [effect] * n_rows
             variants += [variant] * n_rows
     return EffectRows(tuple(groups), base.size, tuple(owners), tuple(variants))
+
+
+def is_held(parameter: Parameter, value: float) -> bool:
+    """Whether the table holds a parameter of the baseline at the value of its bounded fit.
+
+    Products alone know no bounds: what the drawing allows of the curves would take up any gap.
+    """
+    if parameter.effect == CURVE_ERROR:
+        return True
+    at_bound = parameter.effect in (PIN_FIT, BOND) and not 0.0 < value < 1.0
+    return at_bound or parameter.lower == parameter.upper
 
 
 def contained_channels(model: CarrierModel) -> dict[str, int]:
@@ -523,12 +567,12 @@ def rows_at(
     return np.concatenate(numbers), np.concatenate(tables)
 
 
-def _base_rows(table: WeightTable, base: FloatArray) -> _RowTable:
+def _base_rows(table: WeightTable, base: FloatArray, expected: FloatArray) -> _RowTable:
     """The target less the parts that are no parameter's (another simulator's prediction).
 
-    And the derivatives by the baseline's parameters.
+    Less the baseline at its expected values, too, and the derivatives by its parameters.
     """
-    linear = np.einsum("rcqk,rq->rck", table.slopes, base[table.unknowns])
+    linear = np.einsum("rcqk,rq->rck", table.slopes, (base - expected)[table.unknowns])
     target = -(table.values - linear)
     target[..., 0] += 1.0
     weights = np.concatenate([target[:, :, None], table.slopes], axis=2)
@@ -548,8 +592,14 @@ def _rows_of_effect(
     """Derivatives of the signals by an effect's amplitudes, whose rows begin at `first`."""
     is_of_one_channel = model.effects[effect].is_of_one_channel
     choice = {**contained, effect: int(variant[0])} if is_of_one_channel else contained
-    parameters = model.parameters((effect,), choice)[base.size :]
-    shapes = iter(() if is_of_one_channel else variant)
+    parameters = model.parameters((effect,), choice)
+    parameters_of_base, parameters = parameters[: base.size], parameters[base.size :]
+    weighed_by = model.effects[effect].weighed_by
+    if weighed_by in model.contained:
+        names = [parameter.effect for parameter in parameters_of_base]
+        base = base.copy()
+        base[names.index(weighed_by)] = variant[0]
+    shapes = iter(() if is_of_one_channel or weighed_by else variant)
     value = [next(shapes) if parameter.shape else 0.0 for parameter in parameters]
     table = model.weights((effect,), choice, np.concatenate([base, value]))
     is_amplitude = np.array([not parameter.shape for parameter in parameters], dtype=bool)

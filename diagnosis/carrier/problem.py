@@ -38,7 +38,11 @@ from carrierflex.diagnosis.carrier.records.sums import (
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
-from carrierflex.diagnosis.comparison.known_physics import Misreading, known_physics
+from carrierflex.diagnosis.comparison.known_physics import (
+    KnownPhysics,
+    Misreading,
+    known_physics,
+)
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -52,11 +56,23 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
+from carrierflex.fe.curve_files import PIN_FIT
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES, KnownValue
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
+from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
+from carrierflex.simulation.carrier.effects.drawing import (
+    BOND,
+    CURVE_ERROR,
+    bond_effect,
+    curve_error_effect,
+    drawing_effects,
+    pin_fit_effect,
+)
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.laws import Law
 
@@ -65,6 +81,8 @@ from carrierflex.simulation.laws import Law
 _RADIAL_LOAD = 200e3
 #: rho_s over rho_f for a rigid fit of the pins, and the error of a curve by its mesh.
 _RIGID_FIT, _MESH_ERROR = 0.69, 0.06
+#: Standard deviation of an order of a computed curve, over the curve's RMS, where none is stated.
+_CURVES_STD = 0.01
 #: Difference of loads, over the largest, that is the same condition.
 _AS_RECORDED = 0.05
 #: Steps of the fits that choose a channel or a threshold.
@@ -120,7 +138,7 @@ class CarrierProblem(ComparisonProblem):
         rho_s = values.get(("stiff_pins", "rho_s"), 0.0)
         rho_f = values.get(("flexible_pins", "rho_f"), 0.0)
         size = rho_f + _RIGID_FIT * rho_s
-        if size <= 1.0 + _MESH_ERROR:
+        if self._is_as_drawn or size <= 1.0 + _MESH_ERROR:
             return ()
         return (
             CampaignWarning(
@@ -329,7 +347,7 @@ class CarrierProblem(ComparisonProblem):
         under = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
         table = model.weights(effects, choice, under)
         simulated = records.with_target(table.columns, table.values)
-        return CarrierProblem(campaign, model, simulated, self.noise, self.motion)
+        return replace(self, campaign=campaign, model=model, records=simulated)
 
     def gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         """Gap by run, pattern and order; tilts, eccentricity and peak to peak."""
@@ -395,11 +413,28 @@ class CarrierProblem(ComparisonProblem):
         bounds = Bounds(*bounds_of(parameters))
         free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
         fitted = (self.model.effects[name] for name in (*self.model.contained, *effects))
-        is_bilinear = any(effect.measurement is not None for effect in fitted)
+        is_bilinear = any(effect.measurement is not None or effect.weighed_by for effect in fitted)
         for _ in range(_QUICK_STEPS if is_bilinear else 1):
-            sums = self._sums_of_runs(effects, choice, theta)
+            sums = self._with_drawing(self._sums_of_runs(effects, choice, theta), parameters, theta)
             theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
         return theta, self._sums_of_runs(effects, choice, theta).cost
+
+    @property
+    def _is_as_drawn(self) -> bool:
+        """Whether the baseline is the carrier as drawn, which its causes may leave."""
+        return CURVE_ERROR in self.model.contained
+
+    def _with_drawing(
+        self, sums: CostSums[None], parameters: Sequence[Parameter], theta: FloatArray
+    ) -> CostSums[None]:
+        """Sums with what the drawing says of the curves, whose orders the fit alone cannot tell."""
+        if not self._is_as_drawn:
+            return sums
+        std = np.array([p.prior_std for p in parameters])
+        weight = float(self.noise.mean()) / std**2
+        mean = np.array([p.prior_mean for p in parameters])
+        matrix = sums.matrix + np.diag(weight)
+        return replace(sums, matrix=matrix, slope=sums.slope - weight * (theta - mean))
 
     def _sums_of_runs(self, effects: Effects, choice: Choice, theta: FloatArray) -> CostSums[None]:
         """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
@@ -443,7 +478,9 @@ def carrier_problem(
     campaign : Campaign
         Measured runs and the effects the baseline contains.
     curves : mapping of str to DeflectionCurve
-        ``delta_s``, ``delta_f``, and ``g_f`` where uneven pin loads are to be looked for.
+        ``delta_s``, ``delta_f``, and ``g_f`` where uneven pin loads are to be looked for. Where the
+        campaign states tolerances, also those of the drawing: the sizes of the baseline's curves
+        are then the drawing's, with a pin fit that is not known.
     measured_laws : sequence of Law
         Laws of files, further candidates.
 
@@ -461,19 +498,54 @@ def carrier_problem(
     motion = off_orders(campaign)
     campaign = motion.campaign
     rig = carrier_rig(campaign, curves)
+    known = known_physics(campaign)
+    contained = tuple(campaign.baseline.effects)
     effects = carrier_library(rig, effects_of_laws(measured_laws, campaign))
+    if TOLERANCES in campaign.rig:
+        contained, known, of_drawing = _by_drawing(campaign, curves, known)
+        effects |= of_drawing
+        # Between pins that are not fitted and bonded ones lies the pin fit.
+        del effects[STIFF_PINS.id]
     source = ColumnSource(rig, effects, typical_speed(campaign), largest_load(campaign))
     records = accumulated_sums(campaign, source)
-    contained = tuple(campaign.baseline.effects)
     if campaign.baseline.source == "columns":
         # Another simulator's prediction stands as it is; only its zero is free.
         contained = tuple(name for name in contained if name == AXIAL_OFFSET.id)
     runs = tuple(run.name for run in campaign.runs)
     channels = tuple(channel.name for channel in campaign.channels)
     classes = {law.name: law.effect_class for law in measured_laws}
-    known = known_physics(campaign)
     model = CarrierModel(source, records.index, contained, runs, channels, known, classes)
-    return CarrierProblem(campaign, model, records, _channel_noise(campaign, records), motion)
+    noise = _channel_noise(campaign, records)
+    return CarrierProblem(campaign, model, records, noise, motion)
+
+
+def _by_drawing(
+    campaign: Campaign, curves: Mapping[str, DeflectionCurve], known: KnownPhysics
+) -> tuple[Effects, KnownPhysics, dict[str, Effect]]:
+    """Effects of a baseline that is the carrier as drawn, what is known of it, effects by id.
+
+    The drawn curve has its own size, and no more than the tolerance of its orders is free.
+    """
+    tolerances = dict(campaign.rig[TOLERANCES])
+    std = float(tolerances.pop(CURVES, _CURVES_STD))
+    fixed = dict(known.fixed)
+    contained = [curve_error_effect(curves["delta_f"], int(campaign.rig["n_planets"]), std)]
+    rho_f = f"{FLEXIBLE_PINS.id}.rho_f"
+    if rho_f not in fixed:
+        fixed[rho_f] = KnownValue(1.0, 0.0)
+        contained.append(pin_fit_effect(curves))
+        fixed[f"{PIN_FIT}.w"] = KnownValue(0.5, 0.5)
+        if STIFF_PINS.id in campaign.baseline.effects:
+            contained.append(bond_effect(curves))
+            fixed[f"{BOND}.b"] = KnownValue(0.5, 0.5)
+    causes = drawing_effects(curves, tolerances)
+    for effect in (contained[0], *causes):
+        for parameter in effect.parameters:
+            fixed[f"{effect.id}.{parameter.name}"] = KnownValue(0.0, parameter.scale)
+    stated = [name for name in campaign.baseline.effects if name != STIFF_PINS.id]
+    names = tuple(dict.fromkeys((*stated, FLEXIBLE_PINS.id, *(one.id for one in contained))))
+    effects = {effect.id: effect for effect in (*contained, *causes)}
+    return names, replace(known, fixed=fixed), effects
 
 
 def _experiments(

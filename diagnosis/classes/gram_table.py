@@ -91,6 +91,9 @@ class GramTable:
         power of the speed other than the first, times any function of the place.
     has_whole_conditions : bool
         Whether each fold is a condition of its own.
+    base_penalty : ndarray, shape (n_base,)
+        Quadratic penalty of the baseline's regressors by what is known of them beforehand; empty
+        where nothing is.
     """
 
     gram: FloatArray
@@ -107,6 +110,7 @@ class GramTable:
     uncoupled_part: str = ""
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
+    base_penalty: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @property
     def library(self) -> dict[str, LawColumns]:

@@ -62,6 +62,8 @@ def _class_model(
     energy = table.total[columns, columns].max(initial=0.0)
     diagonal = np.full(columns.size, jitter)
     diagonal[: table.n_base] = _ROUNDING * energy
+    if table.base_penalty.size:
+        diagonal[: table.n_base] += table.base_penalty[: table.n_base]
     diagonal[table.n_base : first] = jitter * energy
     for member, ridge in zip(members, ridges, strict=True):
         span = slice(first, first + member.columns.size)

@@ -150,6 +150,8 @@ class ClassAnswer:
         classes are compared in force space and laws are simulated.
     law_sets : tuple of tuple of str
         Sets of laws that are worth a fit in the simulator.
+    causes : tuple of tuple of str
+        Further sets, one for each cause of a body that differs from its drawing.
     """
 
     state: str
@@ -167,6 +169,7 @@ class ClassAnswer:
     experiment: str = ""
     same_scores: bool = False
     law_sets: tuple[tuple[str, ...], ...] = ()
+    causes: tuple[tuple[str, ...], ...] = ()
 
     @property
     def ids(self) -> tuple[str, ...]:

@@ -91,6 +91,12 @@ class InputSignal:
     angle_std: float | None = None
 
 
+#: Key of the rig: standard deviation of each dimension and material constant from its drawing.
+TOLERANCES = "tolerances"
+#: Tolerance that is of the computed curves: of each order, over the curve's RMS.
+CURVES = "curves"
+
+
 @dataclass(frozen=True)
 class KnownValue:
     """What is known of a parameter beforehand: a value and its standard deviation.

@@ -50,6 +50,9 @@ class Effect:
     shape_parts : tuple of callable
         Of an effect with several shapes: patterns of one shape each, in the order of the shapes,
         that sum up to `pattern`.
+    weighed_by : str
+        Effect whose only parameter multiplies a second row of signals per unit of the only
+        parameter of this one; empty of an effect with a row for each parameter.
     curves : tuple of str
         Deflection curves it needs beyond those under torque.
     aliases : tuple of str
@@ -69,6 +72,7 @@ class Effect:
     follows_delay: bool = False
     shape_nodes: ShapeNodes | None = None
     shape_parts: tuple[Pattern, ...] = ()
+    weighed_by: str = ""
     curves: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     discriminating_experiment: str = ""

@@ -12,14 +12,14 @@ import ctypes
 import functools
 import gc
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.curve_files import causes_of, read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import versions
@@ -27,10 +27,11 @@ from carrierflex.files.whole_files import check_file_writable, refuse_foreign
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
+from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES
 from carrierflex.identification.campaign.record_digests import record_digests
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
-from carrierflex.workflows.fe.default_curves import default_curves
+from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.view3d.view import viewer_library
@@ -287,9 +288,22 @@ def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCur
     """Deflection curves of a carrier: the campaign's own, or the default carrier's."""
     if campaign.kind != "carrier":
         return None
+    curves = default_curves()
     if "deflection_curves" in campaign.rig:
-        return read_curves(folder / campaign.rig["deflection_curves"])
-    return default_curves()
+        curves = read_curves(folder / campaign.rig["deflection_curves"])
+    if TOLERANCES in campaign.rig:
+        curves = with_derivatives(curves)
+        _refuse_unknown_causes(campaign.rig[TOLERANCES], causes_of(curves))
+    return curves
+
+
+def _refuse_unknown_causes(tolerances: Iterable[str], known: Sequence[str]) -> None:
+    unknown = [name for name in tolerances if name not in (*known, CURVES)]
+    if unknown:
+        raise ValueError(
+            f"campaign.toml: [rig.tolerances]: unknown key '{unknown[0]}'; expected "
+            f"{', '.join(known)} or {CURVES}"
+        )
 
 
 #: Seconds between two times: each takes some hundredths.

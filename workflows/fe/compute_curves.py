@@ -41,6 +41,7 @@ def main(
     length_unit: Literal["m", "mm", "inch"] = "m",
     assembly: Literal["compiled", "scikit-fem"] = "compiled",
     mesh_error: bool = False,
+    derivatives: bool = False,
     preview: bool = False,
     cache: bool = True,
     quiet: bool = False,
@@ -78,6 +79,10 @@ def main(
     mesh_error
         Compute the curves with elements 0.8 and 1.25 times as large too, and write how far each
         order is from its limit at elements of no size (mesh_error.json); parametric carrier only.
+    derivatives
+        Write what a rigid pin fit adds to delta_f too, and the derivatives of both by every
+        dimension [m per kN m and m] and material constant, which a campaign with [rig.tolerances]
+        needs; parametric carrier only.
     preview
         Only show what the work will cost.
     cache
@@ -101,12 +106,17 @@ def main(
     edge = files.element_size(size)
     inputs = {
         "kind": "deflection curves", "stage": stage, "size": edge, "files": files.digests(),
-        "assembly": assembly, "mesh_error": mesh_error,
+        "assembly": assembly, "mesh_error": mesh_error, "derivatives": derivatives,
     }  # fmt: skip
     if mesh_error and files.given:
         raise ValueError(
             "--mesh-error is given with a STEP or mesh file; expected the parametric carrier: run "
             "curves with several --size (or meshes) and compare them"
+        )
+    if derivatives and files.given:
+        raise ValueError(
+            "--derivatives is given with a STEP or mesh file; expected the parametric carrier: "
+            "sensitivities moves the named surfaces of a file"
         )
     if preview:
         return curves_cost(stage, edge, files)
@@ -115,6 +125,8 @@ def main(
     def compute() -> None:
         tell(lambda: curves_cost(stage, edge, files), quiet=quiet)
         _compute(out, stage, edge, files, assembly, quiet=quiet)
+        if derivatives:
+            _add_derivatives(out / _CURVES, stage, edge, quiet=quiet)
         if mesh_error:
             _write_mesh_error(out / _MESH_ERROR, stage, edge, quiet=quiet)
 
@@ -123,6 +135,18 @@ def main(
     cached_files(results, compute, use=cache, quiet=quiet, inputs=inputs)
     radius = float(read_json(out / _INPUTS, "the inputs of the curves")["sensor_radius"])
     return read_curves(out / _CURVES, radius=radius)
+
+
+def _add_derivatives(path: Path, stage: StageParameters, size: float, *, quiet: bool) -> None:
+    """Add the derivatives of a drawing to its file of curves."""
+    from carrierflex.geometry.carrier_mesh import flexible_half_sector
+    from carrierflex.reduction.drawing_derivatives import drawn_curves
+
+    stages = Stages(1, quiet)
+    with stages.stage("derivatives"):
+        half = flexible_half_sector(stage.carrier, size)
+        drawn = drawn_curves(half, stage, size, note=stages.note)
+    write_curves(path, {**read_curves(path), **drawn})
 
 
 def _compute(

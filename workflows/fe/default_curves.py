@@ -4,13 +4,45 @@ The file is what ``carrierflex curves`` writes for the default parameters and me
 computes it again.
 """
 
+from collections.abc import Mapping
 from importlib.resources import as_file, files
 
-from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.curve_files import PIN_FIT, read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
+
+#: Difference of RMS up to which curves are the default carrier's on another mesh.
+_SAME_CARRIER = 0.1
 
 
 def default_curves() -> dict[str, DeflectionCurve]:
     """``delta_s, delta_f`` (1 kN m) and ``g_s, g_f`` (1 N) of the default carrier."""
     with as_file(files("carrierflex.workflows") / "data" / "default_deflection_curves.csv") as path:
         return read_curves(path)
+
+
+def with_derivatives(curves: Mapping[str, DeflectionCurve]) -> dict[str, DeflectionCurve]:
+    """Curves with what their drawing allows: pin fit, and derivatives by dimensions and material.
+
+    Parameters
+    ----------
+    curves : mapping of str to DeflectionCurve
+        Of ``carrierflex curves``, with ``--derivatives`` or without.
+
+    Raises
+    ------
+    ValueError
+        Where the curves have no derivatives and are not those of the default carrier.
+    """
+    if PIN_FIT in curves:
+        return dict(curves)
+    nominal, given = default_curves()["delta_f"], curves["delta_f"]
+    ratio = given.rms / nominal.rms
+    if abs(ratio - 1.0) > _SAME_CARRIER:
+        raise ValueError(
+            f"[rig.tolerances] needs the derivatives of this carrier: its delta_f is {ratio:.2f} "
+            "times that of the default carrier, whose derivatives are known; write the curves with "
+            "carrierflex curves --derivatives"
+        )
+    path_of = files("carrierflex.workflows") / "data" / "default_curve_derivatives.csv"
+    with as_file(path_of) as path:
+        return {**curves, **read_curves(path, required=(PIN_FIT,))}

@@ -18,6 +18,7 @@ from carrierflex.diagnosis.carrier.model import (
     EffectRows,
     contained_channels,
     effect_rows,
+    is_held,
     rows_at,
 )
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
@@ -37,6 +38,7 @@ from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.carrier.effects.drawing import body_of_effect
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     BY_BOTH,
     BY_RADIAL_LOAD,
@@ -57,6 +59,12 @@ _GAIN = "channel/gain"
 _ZERO = "channel/zero"
 _ANGLE = "channel/angle"
 _DELAY = "clock/delay"
+#: A carrier that differs from its drawing, by the body that does.
+_MODEL = "model"
+#: Size of a combination of causes, over the largest, that counts as a column of their class.
+_COUNTED = 0.03
+#: Weight of an exactly known parameter of the baseline, of columns of unit energy.
+_EXACT = 1e6
 
 #: Frame and pattern of each law of the library, and what it follows.
 _LAWS = {
@@ -195,14 +203,19 @@ def carrier_class_table(
         for name, members in _groups_of_classes(model, has_torques=has_torques).items()
         if set(members) <= set(groups)
     }
-    # Unit energies, each group scaled as one.
+    # Unit energies, each group scaled as one; causes have units of their own.
     energy = np.diag(gram.sum(axis=0)).copy()
-    for group in groups.values():
-        energy[group.columns] = energy[group.columns].max()
+    for name, group in groups.items():
+        if not name.startswith(f"{_MODEL}:"):
+            energy[group.columns] = energy[group.columns].max()
     unit = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    variance = float(floor.sum() / records.counts.sum())
+    penalty = _known_of_base(model, rows, base, unit, variance)
+    groups |= _groups_of_model(model, rows, unit)
     # In place: the products of all blocks are the table's alone.
     gram *= np.outer(unit, unit)
     laws = _laws(rows, model)
+    model_laws = {name: of_body for name, of_body in laws.items() if shape_of(name) == _MODEL}
     table = GramTable(
         gram=gram,
         n_base=rows.n_base,
@@ -210,8 +223,10 @@ def carrier_class_table(
         classes=class_groups,
         surface="",
         ceiling=tuple(dict.fromkeys(name for names in class_groups.values() for name in names)),
-        laws={name: (*laws.get(shape_of(name), ()), *laws.get("", ())) for name in class_groups},
+        laws={name: (*laws.get(shape_of(name), ()), *laws.get("", ())) for name in class_groups}
+        | model_laws,
         floor=floor * unit[0] ** 2,
+        base_penalty=penalty,
         folds=folds,
         scale=unit,
         has_whole_conditions=has_conditions,
@@ -220,7 +235,56 @@ def carrier_class_table(
         name: sum(groups[group].columns.size for group in members)
         for name, members in class_groups.items()
     }
+    for name in class_groups:
+        if shape_of(name) == _MODEL:
+            sizes[name] = _n_combinations(table, groups[class_groups[name][0]])
     return CarrierTable(table, sizes, visited)
+
+
+def _known_of_base(
+    model: CarrierModel, rows: "_TableRows", base: FloatArray, unit: FloatArray, variance: float
+) -> FloatArray:
+    """Penalty of the baseline's shared regressors by what is known of them, shape (n_base,).
+
+    In the units of the table: `unit` is the factor of every column, `variance` that of the noise of
+    a sample [m²].
+    """
+    penalty = np.zeros(rows.n_base)
+    for k, parameter in enumerate(model.parameters((), contained_channels(model))):
+        if parameter.run is not None:
+            continue
+        place = int(rows.of_row[1 + k])
+        if is_held(parameter, float(base[k])):
+            penalty[place - 1] = _EXACT
+        elif np.isfinite(parameter.prior_std):
+            penalty[place - 1] = variance * (unit[place] / parameter.prior_std) ** 2
+    return penalty
+
+
+def _groups_of_model(
+    model: CarrierModel, rows: "_TableRows", unit: FloatArray
+) -> dict[str, ColumnGroup]:
+    """Causes of every body, each penalised by its change over its tolerance."""
+    groups = {}
+    for name, group in rows.groups.items():
+        if not name.startswith(f"{_MODEL}:"):
+            continue
+        first = 1 + rows.effects.n_base
+        numbers = [
+            int(np.flatnonzero(rows.of_row[first:] == column)[0]) for column in group.columns
+        ]
+        std = [model.effects[rows.effects.owners[k]].parameters[0].scale for k in numbers]
+        weight = (unit[group.columns] / np.array(std)) ** 2
+        groups[name] = replace(group, penalty=np.diag(weight / weight.mean()))
+    return groups
+
+
+def _n_combinations(table: GramTable, group: ColumnGroup) -> int:
+    """Combinations of causes, within their tolerances, that differ."""
+    tolerance = 1.0 / np.sqrt(np.diag(group.penalty))
+    products = table.total[np.ix_(group.columns, group.columns)]
+    sizes = np.sqrt(np.maximum(np.linalg.eigvalsh(products * np.outer(tolerance, tolerance)), 0.0))
+    return int(np.count_nonzero(sizes > _COUNTED * sizes.max(initial=0.0)))
 
 
 def _block_of_each_segment(records: CarrierSums, n_columns: int) -> IntArray:
@@ -288,6 +352,10 @@ class _TableRows:
             columns = self.of_row[1 + self.effects.n_base + np.flatnonzero(owners == law)]
             if columns.size:
                 groups[f"{name}:{NONE}"] = ColumnGroup(columns, np.eye(columns.size))
+        bodies = np.array([body_of_effect(owner) for owner in self.effects.owners])
+        for body in dict.fromkeys(filter(None, bodies.tolist())):
+            columns = self.of_row[1 + self.effects.n_base + np.flatnonzero(bodies == body)]
+            groups[f"{_MODEL}:{body}"] = ColumnGroup(columns, np.eye(columns.size))
         return groups
 
 
@@ -363,6 +431,8 @@ def _laws(rows: _TableRows, model: CarrierModel) -> dict[str, tuple[LawColumns, 
     for law, by_variant in variants.items():
         columns = tuple(map(np.array, by_variant.values()))
         shape = model.class_of_measured.get(law, CLASS_OF_LAW.get(law, ""))
+        if body := body_of_effect(law):
+            shape = f"{_MODEL}/{body}"
         of_law = LawColumns(law, columns, len(model.effects[law].parameters))
         laws[shape] = (*laws.get(shape, ()), of_law)
     return laws
@@ -382,6 +452,8 @@ def _groups_of_classes(model: CarrierModel, *, has_torques: bool) -> dict[str, t
     for effect, name in _SENSOR_EFFECTS.items():
         if effect not in model.contained:
             groups[f"{name}/{NONE}"] = (f"{name}:{NONE}",)
+    for body in dict.fromkeys(filter(None, map(body_of_effect, model.effects))):
+        groups[f"{_MODEL}/{body}"] = (f"{_MODEL}:{body}",)
     return groups
 
 
@@ -428,12 +500,22 @@ def carrier_class_answer(
     absent = classes.sizes.keys() - shown
     tried = [law for law in by_run if not absent.intersection(holding[law])]
     with_values = [tuple(sorted((*others, law))) for law in tried for others in ((), *laws[:1])]
+    # What a tolerance allows no product knows: every cause of a body is fitted within its own.
+    of_model = [law for law in candidates if f"{_MODEL}/{body_of_effect(law)}" in shown]
+    with_causes = _with_each(laws[:1], of_model)
     return replace(
         answer,
         classes_of_law=_classes_of_laws(classes_of_law, has_torques=not is_open),
         same_scores=True,
         law_sets=(*laws, *with_values),
+        causes=with_causes,
     )
+
+
+def _with_each(nearest: Sequence[Effects], causes: Sequence[str]) -> tuple[Effects, ...]:
+    """The nearest set of laws with every cause of a body in the place of its own."""
+    others = [law for laws in nearest for law in laws if not body_of_effect(law)]
+    return tuple(tuple(sorted((*others, cause))) for cause in causes)
 
 
 def _class_id(shape: str, dependences: Sequence[str], *, has_torques: bool) -> str:
@@ -450,7 +532,7 @@ def _classes_of_laws(
     """Classes that hold each law, first the one that follows the loads as the law does."""
     ordered = {}
     for law, classes in classes_of_law.items():
-        first = ""
+        first = f"{_MODEL}/{body_of_effect(law)}"
         if law in _LAWS:
             shape, follows = _LAWS[law]
             is_sensor = shape == OFFSET or law in _SENSOR_EFFECTS
