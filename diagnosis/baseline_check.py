@@ -63,6 +63,7 @@ from carrierflex.identification.campaign_check.campaign_warning import (
     sample_of,
 )
 from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
+from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING
 
 #: Mean square of the gap over the floor from which wiring is looked at.
 _GAP = 1.2
@@ -460,6 +461,8 @@ def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:
     nothing = bool(of_rig) and all(_is_at_bound(fit, k) for k in of_rig)
     for k, parameter in enumerate(fit.parameters):
         of_baseline = parameter.effect == BASELINE
+        if parameter.effect in ALLOWED_BY_DRAWING:
+            continue
         if parameter.shape or (of_baseline and not (nothing and k in of_rig)):
             continue
         if _is_at_bound(fit, k):

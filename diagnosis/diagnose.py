@@ -3,7 +3,7 @@
 Table of classes and laws, answer by class, one fit of each nearest set of laws, one verdict.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -30,6 +30,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     Attribution,
     GapReduction,
+    NamedValue,
     Rejection,
 )
 from carrierflex.diagnosis.inference.separating_trial import separating_trial
@@ -125,7 +126,8 @@ def diagnose(
         attribution=Attribution(
             effects=judged.effects,
             aliases=aliases,
-            parameters=published.parameters,
+            parameters={**published.parameters, **_combinations(problem, after)},
+            alternatives=_alternatives(fits, selection, judged, floor_ratio),
             ranking=selection.ranking,
             discriminating_experiment=trial or judged.experiment or _between(problem, judged),
             gains=published.gains,
@@ -244,6 +246,27 @@ def _aliases(judged: Verdict, selection: Selection) -> tuple[Effects, ...]:
         for law in replaced:
             groups.setdefault(law, [law]).extend(others)
     return tuple(tuple(dict.fromkeys(members)) for members in groups.values())
+
+
+def _combinations(
+    problem: ComparisonProblem, fit: EffectFit
+) -> Mapping[str, Mapping[str, NamedValue]]:
+    return problem.combinations(fit.effects, fit.theta, fit.covariance)
+
+
+def _alternatives(
+    fits: LawFits, selection: Selection, judged: Verdict, floor_ratio: float
+) -> dict[str, Mapping[str, NamedValue]]:
+    """Values of laws that predict as well as the named ones, by law."""
+    if judged.verdict != ALIASED:
+        return {}
+    values: dict[str, Mapping[str, NamedValue]] = {}
+    for rival in selection.rivals:
+        of_rival = published_values(fits.problem, fits.fit(rival), floor_ratio=floor_ratio)
+        for law in rival:
+            if law not in selection.accepted and law in of_rival.parameters:
+                values.setdefault(law, of_rival.parameters[law])
+    return values
 
 
 def _separating_trial(fits: LawFits, selection: Selection, judged: Verdict) -> str:

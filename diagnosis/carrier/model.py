@@ -25,10 +25,14 @@ from carrierflex.diagnosis.carrier.records.columns import (
     delay_nodes,
 )
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Parameter
-from carrierflex.fe.curve_files import PIN_FIT
+from carrierflex.diagnosis.comparison.problem import (
+    Effects,
+    FloatArray,
+    Parameter,
+    bounds_of,
+)
 from carrierflex.simulation.carrier.effect import Effect
-from carrierflex.simulation.carrier.effects.drawing import BOND, CURVE_ERROR
+from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING, CURVE_ERROR
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.measurement import Measurement
 
@@ -516,11 +520,7 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
     """
     contained = contained_channels(model)
     parameters = model.parameters((), contained)
-    expected = np.where(
-        [is_held(parameter, value) for parameter, value in zip(parameters, base, strict=True)],
-        base,
-        [p.prior_mean if np.isfinite(p.prior_std) else 0.0 for p in parameters],
-    )
+    expected = expected_values(parameters, base)
     groups = [_base_rows(model.weights((), contained, base), base, expected)]
     owners: list[str] = []
     variants: list[tuple[float, ...]] = []
@@ -535,15 +535,26 @@ def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> E
     return EffectRows(tuple(groups), base.size, tuple(owners), tuple(variants))
 
 
-def is_held(parameter: Parameter, value: float) -> bool:
-    """Whether the table holds a parameter of the baseline at the value of its bounded fit.
+def expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatArray:
+    """What is known of the baseline's parameters beforehand; 0 where nothing is, shape (p,).
 
-    Products alone know no bounds: what the drawing allows of the curves would take up any gap.
+    Products alone know no bounds: what the drawing allows of the curves would take up any gap. The
+    table holds errors of the curves at their bounded fit, at zero where one of them meets its
+    bound: it stands for a cause then, and so do the others.
     """
-    if parameter.effect == CURVE_ERROR:
-        return True
-    at_bound = parameter.effect in (PIN_FIT, BOND) and not 0.0 < value < 1.0
-    return at_bound or parameter.lower == parameter.upper
+    known = np.array([p.prior_mean if np.isfinite(p.prior_std) else 0.0 for p in parameters])
+    held = np.array([is_held(p, value) for p, value in zip(parameters, base, strict=True)])
+    errors = np.array([p.effect == CURVE_ERROR for p in parameters], dtype=bool)
+    lower, upper = bounds_of(parameters)
+    if ((base <= lower) | (base >= upper))[errors].any():
+        base = np.where(errors, 0.0, base)
+    return np.where(held, base, known)
+
+
+def is_held(parameter: Parameter, value: float) -> bool:
+    """Whether the table holds a parameter of the baseline."""
+    at_bound = parameter.effect in ALLOWED_BY_DRAWING and not 0.0 < value < 1.0
+    return at_bound or parameter.effect == CURVE_ERROR or parameter.lower == parameter.upper
 
 
 def contained_channels(model: CarrierModel) -> dict[str, int]:

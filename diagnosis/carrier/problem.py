@@ -55,9 +55,10 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
+from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.fe.curve_files import PIN_FIT
-from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve, order_amplitudes, resampled
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES, KnownValue
 from carrierflex.identification.campaign.records import Run
@@ -68,6 +69,7 @@ from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STI
 from carrierflex.simulation.carrier.effects.drawing import (
     BOND,
     CURVE_ERROR,
+    body_of_effect,
     bond_effect,
     curve_error_effect,
     drawing_effects,
@@ -152,6 +154,44 @@ class CarrierProblem(ComparisonProblem):
                 key_of("[rig]", "deflection_curves"),
             ),
         )
+
+    def combinations(
+        self, effects: Effects, theta: FloatArray, covariance: FloatArray
+    ) -> Mapping[str, Mapping[str, NamedValue]]:
+        """By how much each order of the rim under torque is larger than drawn, of its RMS.
+
+        ``c_n = sum_p change_p (d c_n(delta_f)/dp + w d c_n(d)/dp)`` along the drawn curve's phase.
+        """
+        parameters = self.parameters(effects)
+        changes = [k for k, p in enumerate(parameters) if body_of_effect(p.effect)]
+        if not changes:
+            return {}
+        curves = self.model.source.rig.curves
+        w = next((theta[k] for k, p in enumerate(parameters) if p.effect == PIN_FIT), 0.0)
+        step = int(self.campaign.rig["n_planets"])
+        orders = [step * k for k in (1, 2, 3)]
+
+        def amplitudes(suffix: str) -> FloatArray:
+            """Of the sines of the axial curve, shape (n_orders,)."""
+            free = curves[f"delta_f{suffix}"]
+            by_fit = resampled(curves[f"{PIN_FIT}{suffix}"], free.axial.size)
+            return -order_amplitudes(free.axial + w * by_fit.axial).imag[orders]
+
+        drawn = amplitudes("")
+        rms = float(np.sqrt(0.5 * (drawn**2).sum()))
+        causes = [parameters[k].effect.partition("/")[2] for k in changes]
+        J = np.array([amplitudes(f"/{cause}") for cause in causes]).T / rms
+        larger = np.sign(drawn) * (J @ theta[changes])
+        std = np.sqrt(np.diag(J @ covariance[np.ix_(changes, changes)] @ J.T))
+        body = body_of_effect(parameters[changes[0]].effect)
+        return {
+            f"model/{body}": {
+                f"order_{n}": NamedValue(
+                    value, error, "1", (value - 1.96 * error, value + 1.96 * error)
+                )
+                for n, value, error in zip(orders, larger.tolist(), std.tolist(), strict=True)
+            }
+        }
 
     def experiment_between(self, classes: Sequence[Effects]) -> str:
         """A sensor off the even spacing, where waves of both frames are one at the sensors.

@@ -16,6 +16,7 @@ _PROPER_NAMES = {
 _FRAMES = {
     "nonsynchronous": "motion at {}, between the shaft's orders",
     "channel": "motion at {} in one sensor alone",
+    "geometry": "{} of the carrier",
     "wiring": "a wrong {}",
 }
 
@@ -45,6 +46,11 @@ _FOLLOWS = {
 #: Ids whose words say less than a name: forces in both bushings, maps between loads and signals.
 _NAMES = {
     "ring_pass": "planet pass",
+    "model/carrier": "a carrier off its drawing",
+    "model/pins": "pins off their drawing",
+    "material/E": "modulus of the carrier",
+    "material/nu": "Poisson's ratio of the carrier",
+    "material/pin_E": "modulus of the pins",
     "bushings/restoring_force": "restoring force of the bushings",
     "bushings/dissipation": "dissipation of the bushings",
     "bushings/hysteresis": "hysteresis of the bushings",

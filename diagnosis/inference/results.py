@@ -4,7 +4,7 @@ Verdicts, effects with their values and rivals, and how far the gap shrinks.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
 
@@ -123,6 +123,8 @@ class Attribution:
         is read.
     undetermined : tuple of str
         Parameters that the records do not determine, in words, and the combination that they do.
+    alternatives : mapping of str to mapping of str to NamedValue
+        Values of effects that cannot be told from the named ones, each in the place of its rival.
     """
 
     effects: Effects
@@ -132,6 +134,7 @@ class Attribution:
     discriminating_experiment: str
     gains: str = ""
     undetermined: tuple[str, ...] = ()
+    alternatives: Mapping[str, Mapping[str, NamedValue]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

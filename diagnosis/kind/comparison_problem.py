@@ -26,6 +26,7 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
 )
 from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
+from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -176,6 +177,12 @@ class ComparisonProblem(ABC):
     ) -> Sequence[CampaignWarning]:
         """What the fitted values of the baseline say of the machine, by effect and name."""
         return ()
+
+    def combinations(
+        self, effects: Effects, theta: FloatArray, covariance: FloatArray
+    ) -> Mapping[str, Mapping[str, NamedValue]]:
+        """What the records see of causes that they cannot tell apart, by class and name."""
+        return {}
 
     def experiment_between(self, classes: Sequence[Effects]) -> str:
         """What distinguishes sets of classes that leave as much; empty where nothing is known."""

@@ -106,7 +106,7 @@ DIAGNOSIS = json_table(
     "diagnosis.json, written by diagnose and run.",
     {
         Diagnosis: "campaign reason reason_id unit records warnings",
-        Attribution: "effects aliases parameters undetermined ranking",
+        Attribution: "effects aliases parameters alternatives undetermined ranking",
     },
     format=(Literal["carrierflex-diagnosis"], "Kind of the file"),
     version=(Literal[2], "Version of the format"),

@@ -226,10 +226,36 @@ def _physics_heading(diagnosis: Diagnosis) -> str:
     if diagnosis.reason_id == FLOOR_UNKNOWN:
         return "Whether an effect is missing is not known: the size of the noise is not"
     far = diagnosis.reduction
+    if diagnosis.verdict in (NAMED, ALIASED) and answer is not None and _is_model(answer.ids):
+        body = answer.ids[0].partition("/")[2]
+        verb = "differ from their" if body.endswith("s") else "differs from its"
+        causes = listed(_with_alternatives(diagnosis))
+        joint = " in" if causes.startswith("one of") else ":"
+        return f"The {body} {verb} drawing{joint} {causes}"
     return _HEADINGS[diagnosis.verdict].format(
         effects=listed(_with_alternatives(diagnosis)),
         remains="part" if far is None else percent(far.rho),
     )
+
+
+def _is_model(classes: Sequence[str]) -> bool:
+    """Whether the cause is a body of the model alone."""
+    return len(classes) == 1 and classes[0].startswith("model/")
+
+
+def _with_change(diagnosis: Diagnosis, effect: str) -> str:
+    """Effect in words, with its size where it is a dimension: ``outer radius, -13 ± 2 mm``."""
+    which = diagnosis.attribution
+    change = {**which.alternatives, **which.parameters}.get(effect, {}).get("change")
+    if change is None:
+        return plain_name(effect)
+    name = plain_name(effect)
+    if change.unit == "m":
+        name = name.removesuffix(" of the carrier")
+        return f"{name} {1e3 * change.value:+.1f} ± {1e3 * change.std:.1f} mm"
+    if change.unit == "Pa":
+        return f"{name} {1e-9 * change.value:+.1f} ± {1e-9 * change.std:.1f} GPa"
+    return f"{name} {change.value:+.3f} ± {change.std:.3f}"
 
 
 def _with_alternatives(diagnosis: Diagnosis) -> list[str]:
@@ -239,7 +265,7 @@ def _with_alternatives(diagnosis: Diagnosis) -> list[str]:
         for group in diagnosis.attribution.aliases
     }
     return [
-        _either([plain_name(name) for name in groups.get(effect, [effect])])
+        _either([_with_change(diagnosis, name) for name in groups.get(effect, [effect])])
         for effect in diagnosis.attribution.effects
     ]
 

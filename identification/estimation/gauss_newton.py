@@ -11,7 +11,10 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+from carrierflex.identification.estimation.scaled_least_squares import (
+    bounded_solution,
+    normal_solution,
+)
 
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -216,4 +219,23 @@ def bounded_step(
             break
         candidate = bounds.clipped(candidate)
         moving &= ~outside
-    return bounds.clipped(candidate)
+    candidate = bounds.clipped(candidate)
+    movable = free & (np.diag(sums.matrix) > 0.0) & (bounds.lower < bounds.upper)
+    matrix = sums.matrix + damping * np.diag(np.diag(sums.matrix))
+    if _is_held_wrongly(
+        sums.slope - matrix @ (candidate - theta), movable & ~moving, candidate, bounds
+    ):
+        lower, upper = (bound[movable] - theta[movable] for bound in (bounds.lower, bounds.upper))
+        step = bounded_solution(matrix[np.ix_(movable, movable)], sums.slope[movable], lower, upper)
+        candidate[movable] = bounds.clipped(theta)[movable] + step
+    return candidate
+
+
+def _is_held_wrongly(slope: Array, held: BoolArray, theta: Array, bounds: Bounds) -> bool:
+    """Whether the cost falls from a bound inwards: several parameters met theirs in one step.
+
+    Some of them only because others were not held yet.
+    """
+    at_lower, at_upper = theta <= bounds.lower, theta >= bounds.upper
+    inwards = (at_lower & (slope > 0.0)) | (at_upper & (slope < 0.0))
+    return bool((held & inwards).any())

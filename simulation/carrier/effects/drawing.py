@@ -26,6 +26,8 @@ from carrierflex.simulation.effect_parameters import EffectParameter
 
 CURVE_ERROR = "curve_error"
 BOND = "pin_bond"
+#: What a drawing leaves open: its bounds are the drawing's own.
+ALLOWED_BY_DRAWING = (PIN_FIT, BOND, CURVE_ERROR)
 #: Multiples of the number of planets whose order of a computed curve may be off.
 _MULTIPLES = (1, 2, 3, 4, 5)
 #: Standard deviations within which a change lies, and an error of the curve: beyond, it is a cause.
