@@ -314,14 +314,25 @@ def curves_of_readings(
     }
 
 
-def half_sector_curves(half: TetMesh, stage: StageParameters) -> dict[str, DeflectionCurve]:
+def clamped_curves(
+    clamped: ClampedHalfSector, stage: StageParameters
+) -> dict[str, DeflectionCurve]:
+    """The two curves of a held variant, ``delta_f`` and ``g_f`` or ``delta_s`` and ``g_s``.
+
+    `stage` are its dimensions and gear.
+    """
+    pilots = tuple(clamped.half.pilots)
+    loads = unit_loads(pilots, stage.carrier, stage.gear)
+    suffix = "s" if is_stiff(pilots) else "f"
+    return curves_of_readings(suffix, clamped.statics(loads).readings, stage.carrier.sensor_radius)
+
+
+def half_sector_curves(
+    half: TetMesh, stage: StageParameters, *, materials: Mapping[str, Material] = BODY_MATERIALS
+) -> dict[str, DeflectionCurve]:
     """The two curves of a variant, ``delta_f`` and ``g_f`` or ``delta_s`` and ``g_s``.
 
     Those of :func:`carrierflex.fe.carrier_curves.carrier_deflection` at a fraction of its work.
     Parameters and errors as in :func:`clamped_carrier`.
     """
-    clamped = clamped_carrier(half, stage)
-    pilots = tuple(clamped.half.pilots)
-    loads = unit_loads(pilots, stage.carrier, stage.gear)
-    suffix = "s" if is_stiff(pilots) else "f"
-    return curves_of_readings(suffix, clamped.statics(loads).readings, stage.carrier.sensor_radius)
+    return clamped_curves(clamped_carrier(half, stage, materials=materials), stage)

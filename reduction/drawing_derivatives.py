@@ -8,18 +8,24 @@ sensor rows ``R C⁻¹``.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.carrier_curves import UNIT_TORQUE, sensor_curve
-from carrierflex.fe.curve_derivatives import HalfSectorStatics
+from carrierflex.fe.curve_derivatives import (
+    ClampedHalfSector,
+    HalfSectorStatics,
+    clamped_carrier,
+    clamped_curves,
+    half_sector_curves,
+)
 from carrierflex.fe.curve_files import PIN_FIT
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import gear_forces
-from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.structural_model import PIN_PILOTS, carrier_pilot_points, structural_model
 from carrierflex.geometry.carrier_mesh import pin_mesh
 from carrierflex.geometry.parameter_files import StageParameters
@@ -84,14 +90,7 @@ def drawn_curves(
     """
     problem = parametric_problem(half, stage)
     curve = curve_sensitivities(problem)["delta_f"]
-    pilots = list(problem.half.pilots)
-    bores = [name for name in pilots if name.startswith("pin_")]
-    loads = np.zeros((6 * len(pilots), 6 * len(bores)))
-    for k, name in enumerate(bores):
-        first = 6 * pilots.index(name)
-        loads[first : first + 6, 6 * k : 6 * k + 6] = np.eye(6)
-    statics = problem.clamped.statics(loads)
-    nominal = _Bores(tuple(bores), statics.compliance, statics.readings)
+    nominal, statics = _bores(problem.clamped)
     pin = _pin(stage, size)
     radius = stage.carrier.sensor_radius
 
@@ -120,6 +119,40 @@ def drawn_curves(
     curves |= named("delta_f/pin_E", np.zeros_like(ends[0]))
     curves |= named(f"{PIN_FIT}/pin_E", (ends[0] - ends[1]) / (2.0 * _STEP * E))
     return curves
+
+
+def nominal_curves(
+    flexible: TetMesh,
+    stiff: TetMesh,
+    stage: StageParameters,
+    size: float,
+    *,
+    materials: Mapping[str, Material] = BODY_MATERIALS,
+) -> dict[str, DeflectionCurve]:
+    """Curves of a parametric carrier: ``delta_s, delta_f, g_s, g_f``, and `PIN_FIT`.
+
+    Parameters
+    ----------
+    flexible, stiff : TetMesh
+        Half sectors without pins and with bonded pins.
+    stage, size
+        As of :func:`drawn_curves`.
+    materials : mapping of str to Material
+        Material of carrier and pins.
+
+    Raises
+    ------
+    ValueError, SingularMatrixError
+        Where a mesh does not belong to the dimensions.
+    """
+    clamped = clamped_carrier(flexible, stage, materials=materials)
+    nominal, _ = _bores(clamped)
+    by_fit = _by_fit(nominal, _pin(stage, size, materials), stage)
+    return {
+        **clamped_curves(clamped, stage),
+        **half_sector_curves(stiff, stage, materials=materials),
+        PIN_FIT: sensor_curve(PIN_FIT, by_fit, UNIT_TORQUE, stage.carrier.sensor_radius),
+    }
 
 
 class _Bores:
@@ -153,6 +186,18 @@ class _Bores:
         )
 
 
+def _bores(clamped: ClampedHalfSector) -> tuple[_Bores, HalfSectorStatics]:
+    """A held carrier as its pins see it, and its answer to unit loads at the bores."""
+    pilots = list(clamped.half.pilots)
+    bores = [name for name in pilots if name.startswith("pin_")]
+    loads = np.zeros((6 * len(pilots), 6 * len(bores)))
+    for k, name in enumerate(bores):
+        first = 6 * pilots.index(name)
+        loads[first : first + 6, 6 * k : 6 * k + 6] = np.eye(6)
+    statics = clamped.statics(loads)
+    return _Bores(tuple(bores), statics.compliance, statics.readings), statics
+
+
 def _derivative(statics: HalfSectorStatics, bores: _Bores, change: Change) -> _Bores:
     """Derivative of C and R by one cause."""
     of = change.derivative()
@@ -160,10 +205,13 @@ def _derivative(statics: HalfSectorStatics, bores: _Bores, change: Change) -> _B
     return _Bores(bores.names, statics.compliance_derivative(of), statics.derivatives([forces])[0])
 
 
-def _pin(stage: StageParameters, size: float) -> ReducedModel:
+def _pin(
+    stage: StageParameters, size: float, materials: Mapping[str, Material] = BODY_MATERIALS
+) -> ReducedModel:
     """Pin 1, reduced to its pilots."""
     mesh = pin_mesh(stage.carrier, stage.pin, size)
-    return craig_bampton(structural_model("pin", mesh, stage.carrier, PIN_PILOTS), 0).model
+    structure = structural_model("pin", mesh, stage.carrier, PIN_PILOTS, materials=materials)
+    return craig_bampton(structure, 0).model
 
 
 def _by_fit(bores: _Bores, pin: ReducedModel, stage: StageParameters) -> FloatArray:

@@ -12,12 +12,12 @@ import ctypes
 import functools
 import gc
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from carrierflex.fe.curve_files import causes_of, read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -286,14 +286,17 @@ def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: s
 
 def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:
     """Deflection curves of a carrier: the campaign's own, or the default carrier's."""
-    if campaign.kind != "carrier":
-        return None
+    return curves_of_rig(campaign.rig, folder) if campaign.kind == "carrier" else None
+
+
+def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:
+    """Deflection curves that the rig of a carrier campaign in `folder` states."""
     curves = default_curves()
-    if "deflection_curves" in campaign.rig:
-        curves = read_curves(folder / campaign.rig["deflection_curves"])
-    if TOLERANCES in campaign.rig:
+    if "deflection_curves" in rig:
+        curves = read_curves(folder / rig["deflection_curves"])
+    if TOLERANCES in rig:
         curves = with_derivatives(curves)
-        _refuse_unknown_causes(campaign.rig[TOLERANCES], causes_of(curves))
+        _refuse_unknown_causes(rig[TOLERANCES], causes_of(curves))
     return curves
 
 

@@ -56,14 +56,15 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     drawing = out.with_suffix(".png")
     refuse_existing(out, drawing)
     check_file_writable(out)
-    lines = list(_lines(stage))
+    lines = list(parameter_lines(stage))
     with whole_file(out) as path:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     save_figure(drawing, dimensioned_drawing(stage.carrier))
     return WrittenParameters(out, drawing, sum(" = " in line for line in lines))
 
 
-def _lines(stage: StageParameters) -> Iterator[str]:
+def parameter_lines(stage: StageParameters) -> Iterator[str]:
+    """Lines of a file with all dimensions of a stage, each with its words, source and limits."""
     from pydantic import TypeAdapter
 
     from carrierflex.files.toml_values import FileSchema

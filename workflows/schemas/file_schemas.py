@@ -40,6 +40,7 @@ from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
+from carrierflex.workflows.diagnosis.calibrate_campaign import CALIBRATION
 from carrierflex.workflows.diagnosis.plan_campaign import PLAN
 from carrierflex.workflows.diagnosis.scored_check import (
     AnswersDocument,
@@ -98,6 +99,7 @@ _RESULTS: dict[str, Any] = {
     "diagnosis": DIAGNOSIS,
     "rim motion": RIM_MOTION,
     "comparison": COMPARISON,
+    "calibration": CALIBRATION,
     "plan": PLAN,
     "identification": IdentificationDocument,
     "loads": LoadsDocument,

@@ -23,6 +23,7 @@ from carrierflex.workflows.diagnosis.score_page import score_sections
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.diagnosis.calibrate_campaign import Calibration, PutIn
     from carrierflex.workflows.diagnosis.check_campaign import CampaignCheck
 
 #: Additions of a plan that are shown.
@@ -120,6 +121,48 @@ def comparison_table(change: GapChange) -> RenderableType:
     )
     columns = ("run", "before", "after", "uncertainty")
     return Group(text, "", titled_table("error by run", *columns, rows=rows))
+
+
+def calibration_table(calibration: "Calibration") -> RenderableType:
+    """What became of the gap as sentences, then what was put in and the figures."""
+    unit, before, after = calibration.unit, calibration.before, calibration.after
+    rows = [("verdict before", before.verdict), ("", before.headline)]
+    for one in calibration.put_in:
+        rows += _put_in_rows(one)
+    rows += [("not put in, in no campaign.toml", name) for name in calibration.omitted]
+    sizes = {"before": before.rms, "predicted": calibration.rms_predicted}
+    if after is not None:
+        sizes["after"] = after.rms
+    sizes["noise floor"] = before.noise_floor
+    rows.append((f"RMS {', '.join(sizes)}", ", ".join(sized(one, unit) for one in sizes.values())))
+    if after is not None:
+        rows += [("verdict after", after.verdict), ("", after.headline)]
+    if calibration.linear is not None:
+        rows.append(("linear prediction off by", f"{calibration.linear.off:.1%} of the change"))
+        rows += [
+            (
+                f"order {one.order}, predicted and computed",
+                f"{1e9 * one.predicted:+.3g}, {1e9 * one.computed:+.3g} nm/(kN m)",
+            )
+            for one in calibration.linear.orders
+        ]
+    table = titled_table("calibration", "quantity", "value", rows=rows)
+    table.columns[1].justify = "left"
+    table.columns[1].overflow = "fold"
+    return Group(calibration.text, "", table)
+
+
+def _put_in_rows(put_in: "PutIn") -> list[tuple[str, str]]:
+    """Values of one effect, and from what to what the drawing changes."""
+    rows = [
+        (f"put in: {put_in.effect} {name}", _value_text(named))
+        for name, named in put_in.values.items()
+    ] or [(f"put in: {put_in.effect}", "")]
+    if put_in.drawn is not None:
+        unit = put_in.values["change"].unit
+        change = f"{put_in.drawn:.6g} to {put_in.calibrated:.6g} {unit} ({put_in.file})"
+        rows.append(("drawn to calibrated", change))
+    return rows
 
 
 def blind_check_table(check: BlindCheck | ExportedCheck) -> RenderableType:

@@ -90,6 +90,9 @@ COMMANDS = {
     "diagnose": Command("diagnosis.diagnose_campaign", "diagnosis_tables:diagnosis_table",
         "Diagnose the gap between a measurement campaign and its baseline "
         "simulation.", "diagnosis.json"),
+    "calibrate": Command("diagnosis.calibrate_campaign", "diagnosis_tables:calibration_table",
+        "Put what a diagnosis names into the simulation, diagnose again, and "
+        "compare.", "calibration.json"),
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
         "Compare two diagnoses of one measurement, before and after the simulator "
         "changed.", "comparison.json"),
@@ -115,6 +118,6 @@ GROUPS = {
     ),
     "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
     "Measurement": ("plan", "new-campaign", "import", "check", "identify", "loads"),
-    "Diagnosis": ("diagnose", "compare", "view", "blind-check"),
+    "Diagnosis": ("diagnose", "calibrate", "compare", "view", "blind-check"),
     "The papers of 2011 and 2012": ("figures", "table-5", "order-one", "printed-tables"),
 }
