@@ -50,6 +50,7 @@ LONG = {
     "export-fmu --out mounting.fmu": 0,
     "simulate mounting_2011 --out housing": 0,
     "diagnose campaign --out gap": 0,
+    "calibrate campaign --out calibration": 0,
     "compare gap gap": 0,
     "compare gap gap --out change": 0,
     "printed-tables --out printed_tables": 0,
