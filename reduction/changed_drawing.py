@@ -164,6 +164,9 @@ class LinearPrediction:
     """What derivatives predict of a change of the drawing, and what the full computation gives."""
 
     off: Annotated[float, "RMS of their difference over the RMS of the computed change"]
+    factor: Annotated[
+        float, "Factor on the computed change, and so about on the values, that meets the predicted"
+    ]
     orders: Annotated[Sequence[OrderChange], "Orders of the planets"]
 
 
@@ -171,6 +174,10 @@ def linear_prediction(
     curves: Curves, changes: Mapping[str, float], w: float, drawing: ChangedDrawing
 ) -> LinearPrediction:
     """Compare ``sum_p change_p (d delta_f/dp + w d d/dp)`` with the computed change.
+
+    The factor f is that of least squares, ``f = predicted . computed / computed . computed``: the
+    records ask for the predicted curve, which the values times f make but for terms of f - 1
+    squared.
 
     Parameters
     ----------
@@ -192,13 +199,15 @@ def linear_prediction(
     before = joined(drawing.before)
     computed = joined(drawing.after) - before
     predicted = np.sum([change * joined(curves, f"/{p}") for p, change in changes.items()], axis=0)
-    rms = float(np.sqrt(np.mean(computed**2)))
-    off = float(np.sqrt(np.mean((predicted - computed) ** 2)))
+    square = float(computed @ computed)
+    error = predicted - computed
     phase = np.exp(-1j * np.angle(order_amplitudes(before)))
     along = [(order_amplitudes(values) * phase).real for values in (predicted, computed)]
     step = drawing.stage.carrier.n_planets
+    is_changed = square > 0.0
     return LinearPrediction(
-        off / rms if rms > 0.0 else float("nan"),
+        float(np.sqrt(error @ error / square)) if is_changed else float("nan"),
+        float(predicted @ computed / square) if is_changed else float("nan"),
         tuple(
             OrderChange(order, *(float(values[order]) for values in along))
             for order in (step * k for k in _MULTIPLES)

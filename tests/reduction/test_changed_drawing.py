@@ -42,6 +42,7 @@ def test_curves_of_one_material_go_as_one_over_its_modulus():
     curves = {"delta_f/E": slope, f"{PIN_FIT}/E": none}
     predicted = linear_prediction(curves, {"E": 0.25 * E}, 0.0, drawing)
     assert np.isclose(predicted.off, 0.25, rtol=1e-9)
+    assert np.isclose(predicted.factor, 1.25, rtol=1e-9)
     for order in predicted.orders:
         assert np.isclose(order.predicted / order.computed, 1.25, rtol=1e-9)
         assert np.isclose(order.computed, -0.2 * abs(before.axial_order(order.order)), rtol=1e-9)
@@ -79,6 +80,17 @@ def test_the_linear_prediction_is_off_in_proportion_to_the_change():
     rates = [np.log2(off[4e-3] / off[2e-3]), np.log2(off[8e-3] / off[4e-3])]
     # First order from both sides; the next term of the series is a tenth of it.
     assert all(0.8 < rate < 1.2 for rate in rates), rates
+
+
+@pytest.mark.long
+def test_values_times_the_factor_make_the_predicted_curve():
+    curves = derivative("planet_clearance_radius")
+    changes = {"planet_clearance_radius": 0.012}
+    first = linear_prediction(curves, changes, 0.0, changed_drawing(STAGE, changes, SIZE))
+    less = {"planet_clearance_radius": 0.012 * first.factor}
+    drawing = changed_drawing(STAGE, less, SIZE)
+    again = linear_prediction(curves, changes, 0.0, drawing)
+    assert abs(again.factor - 1.0) < 2.0 * (first.factor - 1.0) ** 2 < 0.2 * abs(first.factor - 1.0)
 
 
 @pytest.mark.long

@@ -145,8 +145,8 @@ def main(
     out : Path
         New folder, or that of an earlier calibration.
     parameters : Path, optional
-        TOML file with the dimensions of the campaign's carrier as drawn [m, rad]; default: those of
-        the default carrier. parameters.toml is the same with the named changes.
+        TOML file with the dimensions of the campaign's carrier as drawn [m, rad], those of the
+        default carrier where it is not given. parameters.toml is the same with the named changes.
     take : str, optional
         Effect to put in where the verdict is "aliased": one of the alternatives.
     size : float

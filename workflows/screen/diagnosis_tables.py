@@ -138,7 +138,9 @@ def calibration_table(calibration: "Calibration") -> RenderableType:
     if after is not None:
         rows += [("verdict after", after.verdict), ("", after.headline)]
     if calibration.linear is not None:
-        rows.append(("linear prediction off by", f"{calibration.linear.off:.1%} of the change"))
+        off, factor = calibration.linear.off, calibration.linear.factor
+        rows.append(("linear prediction off by", f"{100.0 * off:.1f} % of the change"))
+        rows.append(("factor on the change that meets it", f"{factor:.3f}"))
         rows += [
             (
                 f"order {one.order}, predicted and computed",
