@@ -38,7 +38,6 @@ from carrierflex.identification.campaign.campaign_kinds import CampaignKind
 from carrierflex.identification.campaign.declarations import TOLERANCES, KnownValue
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
-from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
 from carrierflex.reduction.changed_drawing import (
     MATERIAL_CAUSES,
     ChangedDrawing,
@@ -374,8 +373,10 @@ def _write_copy(
     curves: Mapping[str, DeflectionCurve] | None,
 ) -> None:
     """Copy a campaign, its baseline with some laws, its rig with some curves."""
-    # Late: most commands write no such file.
+    # Late: help does not wait for a simulator's libraries.
     import tomli_w
+
+    from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
 
     document = toml_document(campaign / DOCUMENT_NAME, CAMPAIGN_FILE)
     # Keys of known physics came with the second version.

@@ -19,6 +19,7 @@ Name = Literal[
     "diagnosis",
     "rim-motion",
     "comparison",
+    "calibration",
     "plan",
     "identification",
     "loads",
