@@ -219,6 +219,13 @@ class CarrierRigTable(TomlTable):
         "Deflection curves, a CSV file in the campaign's folder; by default the default carrier's",
         default=None,
     )
+    tolerances: dict[str, Positive] | None = key(
+        "Standard deviation of dimensions [m] and material constants from their drawing, by name, "
+        "and `curves`: of each order of the deflection curves over their RMS. The sizes of the "
+        "curves are then the drawing's, and a dimension may be the cause",
+        since=2,
+        default=None,
+    )
 
     @model_validator(mode="after")
     def _has_curves_of_its_planets(self) -> "CarrierRigTable":
