@@ -33,6 +33,7 @@ from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 from carrierflex.blind_check.truth.noise import (
     case_rng,
     coloured_noise,
+    largest_leak,
     noise_rng,
     root_mean_square,
     uniform_std,
@@ -74,8 +75,6 @@ _LARGEST_LOAD, _SECONDS, _MEMORY = 2e5, 48.0, 0.5
 #: Noise [m]: least and most; of a case with nothing off.
 _LEAST_NOISE, _MOST_NOISE, _PLAIN_NOISE = 0.3e-6, 20e-6, (1e-6, 5e-6)
 _TORQUE, _GAIN, _ANGLE = 0.01, 0.03, float(np.deg2rad(0.5))
-#: What errors of the sensors may leave, over the floor.
-_LEAK = 0.3
 #: Standard deviation that a drawing's values are declared with, over the value; the distance of
 #: the pins is bored more closely.
 _TOLERANCE, _CLOSE_TOLERANCE = 0.05, 0.01
@@ -258,7 +257,8 @@ def model_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     for name in _KNOWN:
         values = scaled_values(drawn_values(name, rng, len(rig.records)), rng.uniform(0.6, 1.5))
         signals = _sums(signals, rig.read(name, values))
-    measured, share = _misread(rig, signals, carrier.curves[fit], floor, rng)
+    most = largest_leak(plan) * floor
+    measured, share = _misread(rig, signals, carrier.curves[fit], most, rng)
     own_noise = noise_rng(plan, repeat)
     measured = [
         signal + floor * coloured_noise(own_noise, signal.shape, memory=_MEMORY)
@@ -289,10 +289,10 @@ def _misread(
     rig: _Rig,
     signals: Sequence[FloatArray],
     series: FloatArray,
-    floor: float,
+    most: float,
     rng: np.random.Generator,
 ) -> tuple[list[FloatArray], float]:
-    """Signals of sensors of a few per cent and half a degree off, as far as the floor hides it.
+    """Signals of sensors of a few per cent and half a degree off, which leave at most so much.
 
     The second result is the share of the largest errors up to which they were drawn.
     """
@@ -307,7 +307,7 @@ def _misread(
         for signal, slope in zip(signals, slopes, strict=True)
     ]
     leak = _size(rig.baseline(pin_fit=True).residuals(errors))
-    share = min(1.0, _LEAK * floor / leak)
+    share = min(1.0, most / leak)
     return [signal + share * own for signal, own in zip(signals, errors, strict=True)], share
 
 
