@@ -245,7 +245,6 @@ def _model_figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
     off = [case for case in cases if case.label.classes]
     clear = [case for case in off if case.label.gap_over_floor >= MODEL_GAP]
     beyond = [case for case in off if gap_beyond_drawing(case.label) >= MODEL_GAP]
-    named = [case for case in off if _values(case) and set(_values(case)) == _true_values(case)]
     drawn = [case for case in cases if not case.label.effects]
     others = [case for case in cases if case.label.effects and not case.label.classes]
     silent = [case.verdict.document["verdict"] == AT_NOISE_FLOOR for case in beyond]
@@ -265,14 +264,19 @@ def _model_figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
         share_figure(
             kind,
             "model: values inside their 95 % interval",
-            [hit for case in named for hit in _parameter_hits(case)],
+            [hit for case in off if case.named for hit in _parameter_hits(case)],
             "90 to 99 %",
             is_nominal,
         ),
         share_figure(
             kind,
-            "model: named alone, gap >= 2 floors beyond the drawing",
-            [set(_values(case)) == _true_values(case) and _is_alone(case) for case in beyond],
+            "model: a true value named, alone or in a tie, gap >= 2 floors beyond the drawing",
+            [not _true_values(case).isdisjoint(_tied(case)) for case in beyond],
+        ),
+        share_figure(
+            kind,
+            "model: the true values named alone, gap >= 2 floors beyond the drawing",
+            [_true_values(case) == set(_values(case)) == _tied(case) for case in beyond],
         ),
         share_figure(
             kind,
@@ -326,11 +330,10 @@ def _true_values(case: Judged) -> set[str]:
     return {name for name in case.label.effects if is_of_model(name)}
 
 
-def _is_alone(case: Judged) -> bool:
-    """Whether values are named, and no other shares an alias class with one."""
-    named = _values(case)
-    tied = {name for members in _aliases(case) if set(members) & set(named) for name in members}
-    return bool(named) and tied <= set(named)
+def _tied(case: Judged) -> set[str]:
+    """Named dimensions and constants, and what shares an alias class with one."""
+    named = set(_values(case))
+    return named.union(*(members for members in _aliases(case) if named & set(members)))
 
 
 def _stage_figure(kind: str, of_stage: Sequence[Judged]) -> Figure:

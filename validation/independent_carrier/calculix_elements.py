@@ -6,6 +6,7 @@ planes moves as its mirror image does.
 
 import math
 import os
+import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
@@ -41,8 +42,10 @@ def stiffness(stack: Stack, materials: Mapping[str, Elastic]) -> sp.csc_array:
     Raises
     ------
     RuntimeError
-        Where CalculiX ends with an error.
+        Where CalculiX is not installed or ends with an error.
     """
+    if shutil.which("ccx") is None:
+        raise RuntimeError("ccx is not installed; expected CalculiX (apt-get install calculix-ccx)")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         deck = [*_body_lines(stack, materials), "*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1"]

@@ -4,6 +4,7 @@ Each carrier has one dimension or constant off its drawing, or two, by 1 to 10 p
 """
 
 import csv
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -120,17 +121,35 @@ def rows(made: Made, size: float) -> Iterator[list[str]]:
 
 
 def write_table(path: Path, count: int, seed: int, size: float) -> None:
-    """Append what the table at `path` does not hold yet; each carrier as it is made."""
-    done = set()
+    """Add to the table at `path` what it does not hold yet; it is written anew for each carrier.
+
+    Raises
+    ------
+    ValueError
+        Where the file holds something else.
+    """
+    table = _earlier_rows(path)
+    for made in carriers(count, seed):
+        if str(made.number) in table:
+            continue
+        table[str(made.number)] = list(rows(made, size))
+        partial = path.with_name(f".{path.name}.partial")
+        with partial.open("w", encoding="utf-8", newline="") as lines:
+            every = [row for own in table.values() for row in own]
+            csv.writer(lines, lineterminator="\n").writerows([COLUMNS, *every])
+        os.replace(partial, path)
+        off = table[str(made.number)][0][1]
+        print(f"carrier {made.number} of {count}: {off or 'as drawn'}", flush=True)
+
+
+def _earlier_rows(path: Path) -> dict[str, list[list[str]]]:
+    """Rows of a table by carrier; none where there is no file."""
+    table: dict[str, list[list[str]]] = {}
     if path.exists():
         with path.open(encoding="utf-8", newline="") as lines:
-            done = {int(row["carrier"]) for row in csv.DictReader(lines)}
-    else:
-        path.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
-    for made in carriers(count, seed):
-        if made.number in done:
-            continue
-        table = list(rows(made, size))
-        with path.open("a", encoding="utf-8", newline="") as lines:
-            csv.writer(lines, lineterminator="\n").writerows(table)
-        print(f"carrier {made.number} of {count}: {table[0][1] or 'as drawn'}", flush=True)
+            head, *every = csv.reader(lines)
+        if tuple(head) != COLUMNS:
+            raise ValueError(f"{path}: is no table of rim curves; expected another --out")
+        for row in every:
+            table.setdefault(row[0], []).append(row)
+    return table
