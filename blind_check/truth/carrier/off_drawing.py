@@ -74,6 +74,8 @@ _FEWEST_RUNS, _MOST_RUNS = 2, 8
 _LARGEST_LOAD, _SECONDS, _MEMORY = 2e5, 48.0, 0.5
 #: Noise [m]: least and most; of a case with nothing off.
 _LEAST_NOISE, _MOST_NOISE, _PLAIN_NOISE = 0.3e-6, 20e-6, (1e-6, 5e-6)
+#: Carriers that are drawn until one leaves the wanted gap.
+_REDRAWS = 10
 _TORQUE, _GAIN, _ANGLE = 0.01, 0.03, float(np.deg2rad(0.5))
 #: Standard deviation that a drawing's values are declared with, over the value; the distance of
 #: the pins is bored more closely.
@@ -233,25 +235,24 @@ def model_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     rng = case_rng(plan)
     others = [name for name in plan.effects if name != OFF_DRAWING]
     rig = _drawn_rig(rng, tells_waves="ring_pass" in others)
-    carriers = made_carriers()
-    number = int(rng.integers(1, len(carriers))) if OFF_DRAWING in plan.effects else 0
-    carrier, fit = carriers[number], str(rng.choice(FITS))
-    drawn = carriers[0].curves
-    made, as_drawn = rig.of_curve(carrier.curves[fit]), rig.of_curve(drawn[fit])
+    drawn = made_carriers()[0]
     baseline = rig.baseline()
-    change = _size(baseline.residuals(_differences(made, as_drawn)))
     wanted = plan.ratio / math.sqrt(max(len(plan.effects), 1))
-    floor = float(np.exp(rng.uniform(*np.log(_PLAIN_NOISE))))
-    if number:
+    if OFF_DRAWING in plan.effects:
+        carrier, fit, change = _drawn_carrier(rig, baseline, wanted, rng)
         # The carrier is what it is: its gap is set against the noise.
         floor = float(np.clip(change / wanted, _LEAST_NOISE, _MOST_NOISE))
-    signals = made
+    else:
+        carrier, fit = drawn, str(rng.choice(FITS))
+        floor = float(np.exp(rng.uniform(*np.log(_PLAIN_NOISE))))
+    as_drawn = rig.of_curve(drawn.curves[fit])
+    signals = rig.of_curve(carrier.curves[fit])
     for name in others:
         unit = drawn_values(name, rng, len(rig.records))
         size = _size(baseline.residuals(rig.read(name, unit)))
         signals = _sums(signals, rig.read(name, scaled_values(unit, wanted * floor / size)))
     effect = _differences(signals, as_drawn)
-    free = rig.of_curve(drawn[_FREE])
+    free = rig.of_curve(drawn.curves[_FREE])
     family = rig.baseline(pin_fit=True)
     beyond = _size(family.residuals(_differences(signals, free)))
     for name in _KNOWN:
@@ -283,6 +284,23 @@ def _drawn_rig(rng: np.random.Generator, *, tells_waves: bool) -> _Rig:
         load = (_TORQUES[k % len(_TORQUES)], size * np.cos(turn), size * np.sin(turn), speed)
         records.append(replace(drawn_record(rng, k, load, _SECONDS), sensors=angles[:, None]))
     return _Rig(tuple(records), 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0))))
+
+
+def _drawn_carrier(
+    rig: _Rig, baseline: LinearBaseline, wanted: float, rng: np.random.Generator
+) -> tuple[MadeCarrier, str, float]:
+    """A carrier off its drawing, its pin fit, and what it leaves at the drawn sizes [m].
+
+    Drawn anew until that is as many times the least noise as is wanted; the last one else.
+    """
+    drawn, *others = made_carriers()
+    for number in rng.permutation(len(others))[:_REDRAWS]:
+        carrier, fit = others[number], str(rng.choice(FITS))
+        made, as_drawn = (rig.of_curve(own.curves[fit]) for own in (carrier, drawn))
+        change = _size(baseline.residuals(_differences(made, as_drawn)))
+        if change >= wanted * _LEAST_NOISE:
+            break
+    return carrier, fit, change
 
 
 def _misread(
