@@ -185,16 +185,13 @@ _SUN_AND_SADDLE = {**SUN, **SADDLE}
 _KINK = {**TILTED_CARRIER, **BEARINGS, **MOUNTING}
 _TIGHT = Supports(clearance=0.0)
 FACE, GROUND, KINK = "tilted face", "sensors on the ground", "kink"
-#: One or two a cause of order 1; run at all widths of the priors.
-WIDENED = (
+#: One or two a cause of order 1, then other supports of a kink, origins of the saddle, what table 5
+#: is of.
+HYPOTHESES = (
     Hypothesis(FACE, {**TILTED_FACE, **_SUN_AND_SADDLE}),
     Hypothesis("tilted face, sun floating", {**TILTED_FACE, **FLOATING, **SADDLE}),
     Hypothesis(GROUND, {**TILTED_CARRIER, **_SUN_AND_SADDLE}, ground=True),
     Hypothesis(KINK, {**_KINK, **_SUN_AND_SADDLE}),
-)
-#: Run with the priors of the table: other supports of a kink, origins of the saddle, what table 5
-#: is of.
-VARIANTS = (
     Hypothesis("kink, tight bearings", {**TILTED_CARRIER, **MOUNTING, **_SUN_AND_SADDLE}, _TIGHT),
     Hypothesis("kink, sun floating", {**_KINK, **FLOATING, **SADDLE}),
     Hypothesis("kink, no saddle", {**_KINK, **SUN}),
@@ -476,7 +473,4 @@ class Run:
 
 
 #: All runs.
-RUNS = (
-    *(Run(hypothesis, 1.0) for hypothesis in (*WIDENED, *VARIANTS)),
-    *(Run(hypothesis, width) for hypothesis in WIDENED for width in (0.5, 2.0)),
-)
+RUNS = tuple(Run(hypothesis, width) for hypothesis in HYPOTHESES for width in WIDTHS)
