@@ -1,4 +1,4 @@
-"""Play of the sun's spline: load sharing and sensors as the page shows them, backlash by rolling."""
+"""Play of the sun's spline: load sharing and sensors as the page has them; backlash by rolling."""
 
 import re
 from pathlib import Path
