@@ -90,7 +90,9 @@ class Prior:
         """Value below which the share of the distribution lies."""
         if self.kind == "angle":
             return 2.0 * np.pi * share
-        return self.at(float(ndtri(0.5 + 0.5 * share if self.kind == "size" else share)), width)
+        # Of a size from the far tail: 0.5 + 0.5 share would round to 1, an infinite size.
+        z = -ndtri(0.5 - 0.5 * share) if self.kind == "size" else ndtri(share)
+        return self.at(float(z), width)
 
     def at(self, z: float, width: float) -> float:
         """Value so many standard deviations from the middle; an angle is its value."""

@@ -223,3 +223,10 @@ def test_an_order_that_hangs_on_the_errors_is_called_not_decided():
     table = papers_gap_tables.evidence_table(runs(15e-6))
     assert len(table) == 4
     assert f"| {FACE} | {len(first.priors)} | 0.0 |" in table[2]
+
+
+def test_a_size_far_out_in_its_prior_stays_finite():
+    # A walk pushes a kink against the end of the unit cube where the priors are narrow.
+    share = np.nextafter(1.0, 0.0)
+    assert 8e-3 < Prior("size", 0.0, 1e-3).value(share, 1.0) < 9e-3
+    assert Prior("size", 0.0, 1e-3).value(0.6827, 0.5) == pytest.approx(0.5e-3, rel=1e-3)
