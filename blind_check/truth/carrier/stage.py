@@ -131,7 +131,7 @@ def series_campaign(
     nominal: FloatArray,
     floor_of_gap: Callable[[float], float],
     rng: np.random.Generator,
-    own_noise: np.random.Generator,
+    noise_source: np.random.Generator,
 ) -> SeriesCampaign:
     """Campaign under `LOADS` of a stage's readings, predicted by those of another stage.
 
@@ -143,7 +143,7 @@ def series_campaign(
         Constant, then cosine and sine amplitudes by order [m], measured and predicted.
     floor_of_gap : callable
         Standard deviation of the noise [m] by the RMS of the gap [m].
-    rng, own_noise : numpy.random.Generator
+    rng, noise_source : numpy.random.Generator
         Of speed, gains and torque; of the noise.
     """
     angles = [_angles(rng) for _ in LOADS]
@@ -159,7 +159,7 @@ def series_campaign(
     torque_error = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0)))
     runs, left = [], []
     for k, (angle, load) in enumerate(zip(angles, LOADS, strict=True)):
-        noise = floor * coloured_noise(own_noise, true[k].shape, memory=_MEMORY)
+        noise = floor * coloured_noise(noise_source, true[k].shape, memory=_MEMORY)
         measured = gain[:, None] * true[k] + noise
         left.append((measured - true[k], measured - predicted[k]))
         declared = (load[0] * torque_error, load[1], load[2])
