@@ -147,8 +147,8 @@ class CarrierProblem(ComparisonProblem):
                 "carrier",
                 f"the carrier is {size - 1.0:.0%} more flexible than drawn: rho_f {rho_f:.3f} and "
                 f"rho_s {rho_s:.3f} are beyond what its drawing allows for any pin fit",
-                "check dimensions, modulus and deflection curves of the carrier (derivatives: "
-                "carrierflex sensitivities), and the calibration of the torque",
+                "check dimensions, modulus and deflection curves of the carrier, and the "
+                "calibration of the torque; with [rig.tolerances] a dimension may be the cause",
                 size,
                 key_of("[rig]", "deflection_curves"),
             ),

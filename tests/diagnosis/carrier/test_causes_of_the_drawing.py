@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.kinds import wiring_of
 from carrierflex.diagnosis.report.verdict_words import verdict_heading
 from carrierflex.fe.curve_files import PIN_FIT
 from carrierflex.fe.deflection_curves import order_amplitudes, resampled
@@ -145,6 +147,16 @@ def test_four_sensors_at_right_angles_do_not_make_it_a_planet_pass():
     of_housing = answer_to(campaign(curve_of(0.5, {}), passing))
     assert classes_of(of_carrier) == ("model/carrier",)
     assert classes_of(of_housing) == ("housing/planet_pass/torque",)
+
+
+@pytest.mark.long
+def test_no_fault_of_the_measurement_stands_beside_a_dimension():
+    """The linear model of these checks weighs both signals of a cause by the fitted pin fit."""
+    measured = campaign(curve_of(0.5, {"outer_radius": -0.05}))
+    problem = carrier_problem(measured, CURVES)
+    laws = ("geometry/outer_radius",)
+    check = checked_baseline(problem, measured, wiring_of(problem, measured), laws=laws)
+    assert not check.rivals
 
 
 @pytest.mark.long
