@@ -22,6 +22,7 @@ from carrierflex.blind_check.labels import (
     FAMILIES,
     FORM,
     KINDS,
+    MODEL,
     NOTHING,
     ONE_CONDITION,
     OUTSIDE,
@@ -39,6 +40,8 @@ from carrierflex.blind_check.truth.alias_table import (
     STAGE_EFFECTS,
     same_class,
 )
+from carrierflex.blind_check.truth.carrier.off_drawing import OFF_DRAWING
+from carrierflex.blind_check.truth.carrier.off_drawing import OTHERS as BESIDE_OFF_DRAWING
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
 from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS, STATIC_MAPS
 
@@ -50,6 +53,10 @@ _PER_EFFECT = 12
 _FORMS, _FORM_CYCLE = 200, 6
 #: Several causes at once.
 _SEVERAL = 200
+#: Carriers off their drawing: of ten cases seven, one of them with another cause; one has another
+#: cause alone, two are as drawn.
+_MODELS = 280
+_MODEL_CYCLE = (*[(True, False)] * 6, (True, True), (False, True), *[(False, False)] * 2)
 _SHAPES_OF_FORMS = {
     "carrier": {name: form.shape for name, form in OTHER_FORMS.items()},
     "mounting": {name: form.shape for name, form in MOUNTING_FORMS.items()},
@@ -208,7 +215,8 @@ def _weights(kind: str) -> dict[str, int]:
     # own yet.
     absent = (ALIASED, STAGE) if kind == "mounting" else ()
     drawn = {family: weights[family] for family in FAMILIES if family not in absent}
-    return {**drawn, FORM: _FORMS, SEVERAL: _SEVERAL}
+    of_carrier = {MODEL: _MODELS} if kind == "carrier" else {}
+    return {**drawn, FORM: _FORMS, SEVERAL: _SEVERAL, **of_carrier}
 
 
 def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
@@ -234,6 +242,8 @@ def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> li
         return [_pair(kind, rng) for _ in range(count)]
     if family == FORM:
         return _forms(_SHAPES_OF_FORMS[kind], count, rng)
+    if family == MODEL:
+        return _models(count, rng)
     if family == STAGE:
         first = int(rng.integers(len(STAGE_EFFECTS)))
         turned = [STAGE_EFFECTS[(first + k) % len(STAGE_EFFECTS)] for k in range(count)]
@@ -261,6 +271,16 @@ def _forms(
         others = [name for name in names if shapes[name] != shapes[first]]
         own = (first, str(rng.choice(others)))
         drawn.append({0: (), 1: tuple(sorted(own))}.get(k % _FORM_CYCLE, (first,)))
+    return [drawn[k] for k in rng.permutation(count)]
+
+
+def _models(count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:
+    """Carriers off their drawing or not, another cause or none."""
+    drawn = []
+    for k in range(count):
+        is_off, has_other = _MODEL_CYCLE[k % len(_MODEL_CYCLE)]
+        others = (str(rng.choice(BESIDE_OFF_DRAWING)),) if has_other else ()
+        drawn.append(((OFF_DRAWING,) if is_off else ()) + others)
     return [drawn[k] for k in rng.permutation(count)]
 
 

@@ -13,6 +13,9 @@ SINGLE, PAIR, NOTHING, OUTSIDE, ALIASED, ONE_CONDITION, STAGE = FAMILIES
 FORM = "form"
 #: Three to five such causes at once, each of a size of its own; drawn only where it is asked for.
 SEVERAL = "several"
+#: Carriers off their drawing, with another cause or none, and as drawn with any pin fit; drawn only
+#: where it is asked for.
+MODEL = "model"
 #: Families whose causes have forms of no law.
 FORM_FAMILIES = (FORM, SEVERAL)
 #: Free decays of an element, which a smaller check holds only where they are asked for.
@@ -93,7 +96,8 @@ class Label:
         True values by effect and name, of the withheld effects and of the baseline.
     where : mapping of str to str or float
         Largest cell of the gap: ``run``; for the carrier also ``order`` and ``channel_pattern``.
-        Empty where the gap has none.
+        Of the family "model": ``beyond_drawing``, the gap over the floor that no pin fit of the
+        drawing takes. Empty where the gap has none.
     classes : tuple of str
         Class ids of the withheld causes, sorted (kinds judged by class); empty where no class holds
         them.

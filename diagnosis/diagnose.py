@@ -251,7 +251,15 @@ def _aliases(judged: Verdict, selection: Selection) -> tuple[Effects, ...]:
 def _combinations(
     problem: ComparisonProblem, fit: EffectFit
 ) -> Mapping[str, Mapping[str, NamedValue]]:
-    return problem.combinations(fit.effects, fit.theta, fit.covariance)
+    """What the records see of causes together, with intervals."""
+    combinations = problem.combinations(fit.effects, fit.theta, fit.covariance)
+    return {
+        name: {
+            quantity: NamedValue(value, std, "1", (value - 1.96 * std, value + 1.96 * std))
+            for quantity, (value, std) in of_class.items()
+        }
+        for name, of_class in combinations.items()
+    }
 
 
 def _alternatives(

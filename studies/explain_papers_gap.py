@@ -33,6 +33,7 @@ from studies.case_files import make_missing, read_case, write_table
 from studies.papers_gap_posterior import (
     FACE,
     GROUND,
+    HYPOTHESES,
     KINK,
     NAMES,
     RUNS,
@@ -149,11 +150,12 @@ def _write(
         for hypothesis, points in draws.items()
     )
     face = by_name[FACE].hypothesis
+    names = [hypothesis.name for hypothesis in HYPOTHESES]
     sections = {
         "Evidence": tables.evidence_table(runs),
         "Order": [
             f"- {tables.verdict(runs, first, second)}"
-            for first, second in ((FACE, GROUND), (FACE, KINK), (GROUND, KINK))
+            for first, second in (*((FACE, name) for name in names[1:]), (GROUND, KINK))
         ],
         "Most probable values": tables.numbers_table(best),
         "Left out": tables.left_out_table(compared),

@@ -198,8 +198,7 @@ def evidence_table(runs: Mapping[Run, Samples]) -> list[str]:
     )
     for name, at in by_name.items():
         cells = [
-            f"{at[width].log_evidence(error) - best[error, width]:.1f}" if width in at else ""
-            for error, width in columns
+            f"{at[width].log_evidence(error) - best[error, width]:.1f}" for error, width in columns
         ]
         window = at[1.0].log_evidence(SAMPLED_ERROR, WINDOW_SPREAD) - best_window
         n = len(at[1.0].hypothesis.priors)
@@ -210,10 +209,9 @@ def evidence_table(runs: Mapping[Run, Samples]) -> list[str]:
 def verdict(runs: Mapping[Run, Samples], first: str, second: str) -> str:
     """Which of two hypotheses is better whatever the error and width, or "not decided"."""
     by = {(run.hypothesis.name, run.width): samples for run, samples in runs.items()}
-    widths = [width for width in WIDTHS if (first, width) in by and (second, width) in by]
     gaps = [
         by[first, width].log_evidence(error) - by[second, width].log_evidence(error)
-        for width in widths
+        for width in WIDTHS
         for error in AMPLITUDE_ERRORS
     ]
     span = f"{min(gaps):+.1f} to {max(gaps):+.1f}"

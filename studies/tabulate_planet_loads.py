@@ -17,13 +17,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.special import ndtr
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.whole_files import whole_file
@@ -42,6 +44,8 @@ from carrierflex.reduction.mode_count import rule_of_options
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.hidden_stages import (
+    HIDDEN,
+    TURN_ANGLES,
     Bodies,
     StageEnsemble,
     drawn_ensemble,
@@ -49,8 +53,10 @@ from carrierflex.simulation.stage.hidden_stages import (
     drawn_stage,
     load_of,
     loaded_turn,
+    reading_per_force,
 )
 from carrierflex.simulation.stage.readings import ReadingEffects
+from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import NotConvergedError
 from carrierflex.workflows.outputs import prepared_folder, save_table
@@ -237,6 +243,93 @@ def loads_table(rows: list[LoadsRow], size: float, truth_size: float) -> list[st
     return [f"| {title} | |", "|---|---|", *(f"| {a} | {b} |" for a, b in figures.items())]
 
 
+@dataclass(frozen=True)
+class TorqueLimit:
+    """What the torque's error would be with some errors of the sensors taken away."""
+
+    name: str
+    errors: ReadingErrors
+    moment: float = np.inf
+    """Standard error of a recorded rotor moment [N m]."""
+
+
+_ALL = ReadingErrors()
+#: Far below what any reading has [m].
+_NO_ERROR = 1e-9
+LIMITS = (
+    TorqueLimit("all errors", _ALL),
+    TorqueLimit("waves of the face known, from other loads", replace(_ALL, waves=_NO_ERROR)),
+    TorqueLimit("rotor moment recorded to 10 kN m", _ALL, 10e3),
+    TorqueLimit("gains and places exact", replace(_ALL, gain=1e-6, angle=1e-6)),
+    TorqueLimit(
+        "brackets and flange do not move", replace(_ALL, bracket=_NO_ERROR, saddle=_NO_ERROR)
+    ),
+    TorqueLimit("statics and mesh leave 0.2 um in place of 1 um", replace(_ALL, model=0.2e-6)),
+    TorqueLimit("no error but 0.2 um", ReadingErrors(
+        zero=_ALL.zero, bracket=_NO_ERROR, saddle=_NO_ERROR, face_tilt=_NO_ERROR,
+        radial_runout=_NO_ERROR, waves=_NO_ERROR, gain=1e-6, angle=1e-6, model=0.2e-6,
+    )),
+)  # fmt: skip
+
+
+def torque_errors(
+    ensemble: StageEnsemble, body: StageBody, limit: TorqueLimit
+) -> tuple[NDArray[np.float64], float]:
+    """Error of the torque of every stage, left out of its own prediction, and that of its readings.
+
+    The conditioning of the inference, all stages alike, with a body that is known.
+
+    Parameters
+    ----------
+    ensemble : StageEnsemble
+        Stages without turned copies.
+    body : StageBody
+        Carrier and pins.
+    limit : TorqueLimit
+        Errors of the readings.
+
+    Returns
+    -------
+    errors : ndarray, shape (N,)
+        Of the stages [N m].
+    std : float
+        Standard deviation that the readings' errors add [N m].
+    """
+    turns = ensemble.readings(reading_per_force(body, SENSORS, TURN_ANGLES))
+    noise = _NOISE**2 * TURN_ANGLES / (_ANGLES * _TURNS) * np.eye(TURN_ANGLES)
+    noise = np.broadcast_to(noise, (*turns.shape[1:3], TURN_ANGLES, TURN_ANGLES))
+    R = limit.errors.covariance(SENSORS, turns.mean(axis=0), noise)
+    Y, T = turns.reshape(len(turns), -1), ensemble.loads[:, 1, 0]
+    if np.isfinite(limit.moment):
+        # In units of its standard error, as one more reading.
+        Y = np.hstack([1e6 * Y, ensemble.loads[:, 1, 1:] / limit.moment])
+        R = block_diag(1e12 * R, np.eye(2))
+    dY, dT = Y - Y.mean(axis=0), T - T.mean()
+    inverse = np.linalg.inv(dY.T @ dY / len(T) + R)
+    K = inverse @ dY.T @ dT / len(T)
+    leverage = (1.0 + np.einsum("ij,jk,ik->i", dY, inverse, dY)) / len(T)
+    return (dT - dY @ K) / (1.0 - leverage), float(np.sqrt(K @ R @ K))
+
+
+def limits_table(ensemble: StageEnsemble, body: StageBody) -> list[str]:
+    """Which errors keep the torque from 3 % of itself, as Markdown."""
+    T = ensemble.loads[:, 1, 0]
+    low, least = T < 0.5 * NOMINAL, T < 0.3 * NOMINAL
+    lines = [
+        "| errors of the readings | RMS [kN m] | RMS below 30 % of the nominal torque | within 3 % "
+        "of itself | above half of the nominal torque | below half |",
+        "|---" * 6 + "|",
+    ]
+    for limit in LIMITS:
+        error, std = torque_errors(ensemble, body, limit)
+        rms = (np.sqrt((of**2).mean() + std**2) / 1e3 for of in (error, error[least]))
+        within = ndtr((0.03 * T - error) / std) - ndtr((-0.03 * T - error) / std)
+        shares = (100.0 * within[group].mean() for group in (T > 0.0, ~low, low))
+        cells = [*(f"{value:.1f}" for value in rms), *(f"{share:.0f} %" for share in shares)]
+        lines.append(f"| {limit.name} | {' | '.join(cells)} |")
+    return lines
+
+
 def main(
     *,
     out: Path,
@@ -268,7 +361,8 @@ def main(
     parts = [folder / f"stages_{seed}_{number}.npz" for number in numbers]
     with stages.stage(f"{_PART * len(parts)} stages"), ThreadPoolExecutor(1) as executor:
         make_missing(numbers, parts, partial(_draw_part, bodies, seed), executor, stages)
-    ensemble = _joined(parts).with_turned_copies()
+    drawn = _joined(parts)
+    ensemble = drawn.with_turned_copies()
     inference = load_inference(ensemble, candidate_bodies(bodies), SENSORS)
     files = [folder / f"campaign_{seed}_{number}.json" for number in range(cases)]
 
@@ -284,7 +378,9 @@ def main(
     save_table(
         folder / "planet_loads.csv", names, [[getattr(row, name) for name in names] for row in rows]
     )
-    lines = loads_table(rows, size, truth_size)
+    fit = math.sqrt(HIDDEN["pin_fit"].lower * HIDDEN["pin_fit"].upper)
+    limits = limits_table(drawn, bodies.body(fit, 1.0))
+    lines = [*loads_table(rows, size, truth_size), "", *limits]
     write_table(folder / "planet_loads.md", lines)
     print("\n".join(lines))
 

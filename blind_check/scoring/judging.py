@@ -13,12 +13,15 @@ pair
     The same with two withheld effects: both must be met.
 nothing, outside
     Right where it names nothing. Any name is a false one, with a remainder or without.
+model
+    :mod:`carrierflex.blind_check.scoring.model_judging`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from carrierflex.blind_check.labels import NOTHING, OUTSIDE, Label
+from carrierflex.blind_check.labels import MODEL, NOTHING, OUTSIDE, Label
+from carrierflex.blind_check.scoring.model_judging import is_right, model_classes
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.alias_table import class_of
 from carrierflex.diagnosis.inference.results import NAMING
@@ -38,11 +41,13 @@ class Judged:
     @property
     def has_effect(self) -> bool:
         """Whether an effect of the library was withheld."""
-        return self.label.family not in (NOTHING, OUTSIDE)
+        return self.label.family not in (NOTHING, OUTSIDE) and bool(self.label.effects)
 
     @property
     def true_class(self) -> str:
         """Row of the confusion matrix."""
+        if self.label.family == MODEL:
+            return " + ".join(self.label.classes) or "as drawn"
         if not self.has_effect:
             return self.label.family
         return " + ".join(
@@ -54,6 +59,8 @@ class Judged:
         """Column of the confusion matrix: the true class where the answer is right."""
         if self.verdict.document["verdict"] == ERROR:
             return ERROR
+        if self.label.family == MODEL and (classes := model_classes(self.verdict, self.named)):
+            return " + ".join(sorted(classes))
         if not self.named:
             return NO_NAME
         if self.is_right:
@@ -78,6 +85,9 @@ def judge(label: Label, verdict: Verdict) -> Judged:
     """
     document = verdict.document
     named = tuple(document.get("effects", ())) if document["verdict"] in NAMING else ()
+    if label.family == MODEL:
+        answers = document["verdict"] != ERROR
+        return Judged(label, verdict, named, answers and is_right(label, verdict, named))
     if label.family in (NOTHING, OUTSIDE):
         return Judged(label, verdict, named, not named and document["verdict"] != ERROR)
     aliases = {effect: {effect} for effect in named}

@@ -13,14 +13,22 @@ from typing import TypeVar
 import numpy as np
 from scipy import stats
 
-from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE, STAGE
+from carrierflex.blind_check.labels import KINDS, MODEL, NOTHING, OUTSIDE, STAGE
 from carrierflex.blind_check.scoring.class_judging import ClassJudged
 from carrierflex.blind_check.scoring.judging import Judged
+from carrierflex.blind_check.scoring.model_judging import (
+    false_laws,
+    false_values,
+    gap_beyond_drawing,
+    is_of_model,
+    model_classes,
+)
+from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR
 
 #: Gap over the floor from which an effect has to be found.
 CLEAR_GAP = 5.0
-#: The same where the stage makes the gap.
-STAGE_GAP = 2.0
+#: The same where the stage makes the gap, or a value off the carrier's drawing.
+STAGE_GAP = MODEL_GAP = 2.0
 #: Bins of the gap over the floor for the power.
 BINS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, math.inf)
 #: Fewer cases judge no figure: one case of them would be more than the five percent wanted.
@@ -133,7 +141,10 @@ def score(cases: Sequence[Judged]) -> Score:
         of_kind = [case for case in cases if case.label.kind == kind]
         if of_kind:
             for head, own in by_noise(of_kind):
-                figures += named_after(head, _figures(kind, own))
+                of_model = [case for case in own if case.label.family == MODEL]
+                others = [case for case in own if case.label.family != MODEL]
+                for make, part in ((_figures, others), (_model_figures, of_model)):
+                    figures += named_after(head, make(kind, part) if part else ())
             confusion += confusion_rows(
                 kind,
                 [
@@ -227,6 +238,102 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
         inside = [case.is_right for case in effects if low <= case.label.gap_over_floor < high]
         figures.append(share_figure(kind, f"class right, gap {low:g} to {high:g} floors", inside))
     return figures + time_figures(kind, [case.verdict.seconds for case in cases])
+
+
+def _model_figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
+    """Figures of carriers off their drawing, or as drawn with any pin fit."""
+    off = [case for case in cases if case.label.classes]
+    clear = [case for case in off if case.label.gap_over_floor >= MODEL_GAP]
+    beyond = [case for case in off if gap_beyond_drawing(case.label) >= MODEL_GAP]
+    drawn = [case for case in cases if not case.label.effects]
+    others = [case for case in cases if case.label.effects and not case.label.classes]
+    silent = [case.verdict.document["verdict"] == AT_NOISE_FLOOR for case in beyond]
+    return [
+        share_figure(
+            kind,
+            "model: class right, gap >= 2 floors at the drawn sizes",
+            [case.is_right for case in clear],
+            ">= 90 %",
+            lambda p, n: p >= 0.9,
+        ),
+        share_figure(
+            kind,
+            "model: class right, gap >= 2 floors beyond the drawing",
+            [case.is_right for case in beyond],
+        ),
+        share_figure(
+            kind,
+            "model: values inside their 95 % interval",
+            [hit for case in off if case.named for hit in _parameter_hits(case)],
+            "90 to 99 %",
+            is_nominal,
+        ),
+        share_figure(
+            kind,
+            "model: a true value named, alone or in a tie, gap >= 2 floors beyond the drawing",
+            [not _true_values(case).isdisjoint(_tied(case)) for case in beyond],
+        ),
+        share_figure(
+            kind,
+            "model: the true values named alone, gap >= 2 floors beyond the drawing",
+            [_true_values(case) == set(_values(case)) == _tied(case) for case in beyond],
+        ),
+        share_figure(
+            kind,
+            "model: a value named that is as drawn",
+            [bool(false_values(case.label, case.named, _aliases(case))) for case in cases],
+            "<= 2 %",
+            lambda p, n: p <= 0.02,
+        ),
+        share_figure(
+            kind,
+            "model: named for another cause",
+            [bool(model_classes(case.verdict, case.named)) for case in others],
+            "<= 2 %",
+            lambda p, n: p <= 0.02,
+        ),
+        share_figure(
+            kind,
+            "model: named as drawn, any pin fit",
+            [bool(model_classes(case.verdict, case.named)) for case in drawn],
+            "<= 2 %",
+            lambda p, n: p <= 0.02,
+        ),
+        share_figure(
+            kind,
+            "model: planet pass or another law named for it",
+            [bool(false_laws(case.label, case.named, _aliases(case))) for case in off],
+            "<= 2 %",
+            lambda p, n: p <= 0.02,
+        ),
+        share_figure(
+            kind,
+            "model: within the noise, gap >= 2 floors beyond the drawing",
+            silent,
+            "0 %",
+            lambda p, n: p == 0.0,
+        ),
+        *time_figures(kind, [case.verdict.seconds for case in cases]),
+    ]
+
+
+def _aliases(case: Judged) -> Sequence[Sequence[str]]:
+    return case.verdict.document.get("aliases") or ()
+
+
+def _values(case: Judged) -> tuple[str, ...]:
+    """Named dimensions and constants."""
+    return tuple(name for name in case.named if is_of_model(name))
+
+
+def _true_values(case: Judged) -> set[str]:
+    return {name for name in case.label.effects if is_of_model(name)}
+
+
+def _tied(case: Judged) -> set[str]:
+    """Named dimensions and constants, and what shares an alias class with one."""
+    named = set(_values(case))
+    return named.union(*(members for members in _aliases(case) if named & set(members)))
 
 
 def _stage_figure(kind: str, of_stage: Sequence[Judged]) -> Figure:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from carrierflex.blind_check.labels import CasePlan, Label
+from carrierflex.blind_check.truth.carrier.off_drawing import CURVES_FILE, write_drawn_curves
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
 from carrierflex.blind_check.truth.element.truth import element_case
 from carrierflex.blind_check.truth.mounting.truth import mounting_case
@@ -44,7 +45,9 @@ def write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label:
         Where the kind has no truth, or the folder holds something that is not a campaign.
     """
     campaign, label = case_campaign(plan, repeat=repeat)
-    write_campaign(campaign, folder, simulated=True)
+    has_curves = "deflection_curves" in campaign.rig
+    files = {CURVES_FILE: write_drawn_curves} if has_curves else None
+    write_campaign(campaign, folder, simulated=True, more_files=files)
     return label
 
 

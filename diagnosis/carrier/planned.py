@@ -34,6 +34,9 @@ from carrierflex.diagnosis.inference.planning.results import (
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.rim import CarrierInputs
+from carrierflex.simulation.stage.stage_data import MountingData
 
 FloatArray = NDArray[np.float64]
 AXIAL, RADIAL = "axial_displacement", "radial_displacement"
@@ -49,6 +52,10 @@ _LENGTHS, _FACTORS = (1.0, 2.0, 4.0), (2.0, 4.0)
 _SPEED_SHARE = 0.5
 #: Sensors are tried every so many degrees, not closer to another [deg].
 _EVERY, _CLOSEST = 30, 10.0
+#: Effects that a radial load without a record has, and the columns of its record.
+_FOLLOW_LOAD, _NTL = ("ntl_tilt", "flange_warp", "load_sharing_ntl"), ("ntl_y", "ntl_z")
+#: Zero and calibration of strain gauges on the main shaft beside its main bearing [N m]; chosen.
+_BENDING_ERROR = 1e3
 #: Samples of a turn at least, in an added run.
 _SAMPLES_A_TURN = 36
 
@@ -264,7 +271,10 @@ def _mean_speed(campaign: Campaign) -> float:
 
 
 def carrier_planned_table(
-    problem: CarrierProblem, pool: Campaign, note: Callable[[str], None] = lambda text: None
+    problem: CarrierProblem,
+    pool: Campaign,
+    limits: RigLimits,
+    note: Callable[[str], None] = lambda text: None,
 ) -> PlannedTable:
     """Products of target, baseline and signatures by run and channel.
 
@@ -275,6 +285,8 @@ def carrier_planned_table(
         sensors act.
     pool : Campaign
         The same with blank runs and channels that could be added, after the planned ones.
+    limits : RigLimits
+        What the rig can do: the largest radial load that may act without being on record.
     note : callable
         Told each run, for progress.
 
@@ -291,6 +303,8 @@ def carrier_planned_table(
     noise = np.full(len(pool.channels), float(np.mean(problem.noise)))
     noise[:n_channels] = problem.noise
     contained = contained_channels(model)
+    of_run = _rows_of_load(model) if has_no_recorded_load(problem.campaign) else 0
+    n_columns = rows.size + of_run * n_runs
     grams = []
     runs = []
     channels = []
@@ -299,11 +313,16 @@ def carrier_planned_table(
         note(f"signatures under {run.condition}")
         columns = RunColumns(run, model.source)
         for c, channel in enumerate(pool.channels[: None if r < n_runs else n_channels]):
-            gram, n_samples = np.zeros((rows.size, rows.size)), 0
+            gram, n_samples = np.zeros((n_columns, n_columns)), 0
             for block in columns.of(channel, columns.blocks(1), model.effects):
                 numbers, weights = rows_at(rows.groups, r, c, len(block.rows))
                 present = block.all_present
                 signatures = weights @ block.rows[:, present]
+                if of_run and r < n_runs:
+                    loads = _unrecorded_rows(model, channel, block.inputs, limits.radial_load)
+                    signatures = np.concatenate([signatures, loads[:, present]])
+                    at_end = rows.size + of_run * r + np.arange(of_run)
+                    numbers = np.concatenate([numbers, at_end])
                 gram[np.ix_(numbers, numbers)] += signatures @ signatures.T / noise[c]
                 n_samples += present.size
             grams.append(gram)
@@ -313,6 +332,7 @@ def carrier_planned_table(
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
     size = np.concatenate([[1.0], [unknown.scale for unknown in unknowns], _by_row(rows, scales)])
+    size = np.concatenate([size, np.ones(n_columns - rows.size)])
     precision = [
         0.0 if unknown.prior_std in (0.0, np.inf) else (unknown.scale / unknown.prior_std) ** 2
         for unknown in unknowns
@@ -329,7 +349,38 @@ def carrier_planned_table(
         tuple(run.name for run in pool.runs),
         tuple(channel.name for channel in pool.channels),
         float(np.sqrt(np.mean(problem.noise))),
+        n_columns - rows.size,
+        (limits.radial_load * MountingData.ntl_arm / _BENDING_ERROR) ** 2,
     )
+
+
+def has_no_recorded_load(campaign: Campaign) -> bool:
+    """Whether the rig may have a radial load and no run has one on record."""
+    if "ntl_y" not in campaign.contract.inputs:
+        return False
+    return not any(run.inputs[name].any() for run in campaign.runs for name in _NTL)
+
+
+def _rows_of_load(model: CarrierModel) -> int:
+    """Columns of a run for a radial load along y and along z."""
+    return len(_NTL) * sum(len(model.effects[name].parameters) for name in _FOLLOW_LOAD)
+
+
+def _unrecorded_rows(
+    model: CarrierModel, channel: Channel, inputs: CarrierInputs, load: float
+) -> FloatArray:
+    """What a radial load along y, then z adds, each amplitude of noticeable size, shape (k, n)."""
+    sensor, rig = rim_sensor(channel), model.source.rig
+    zero = np.zeros_like(inputs.torque)
+    none = replace(inputs, ntl_y=zero, ntl_z=zero)
+    rows = []
+    for name in _FOLLOW_LOAD:
+        effect = model.effects[name]
+        scales = np.array([parameter.scale for parameter in effect.parameters])
+        still = effect.signals(sensor, none, rig)
+        for of_load in (replace(none, ntl_y=zero + load), replace(none, ntl_z=zero + load)):
+            rows.append(scales[:, None] * (effect.signals(sensor, of_load, rig) - still))
+    return np.concatenate(rows)
 
 
 def _model_of(problem: CarrierProblem, pool: Campaign) -> CarrierModel:

@@ -55,7 +55,6 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
-from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.fe.curve_files import PIN_FIT
 from carrierflex.fe.deflection_curves import DeflectionCurve, order_amplitudes, resampled
@@ -148,8 +147,8 @@ class CarrierProblem(ComparisonProblem):
                 "carrier",
                 f"the carrier is {size - 1.0:.0%} more flexible than drawn: rho_f {rho_f:.3f} and "
                 f"rho_s {rho_s:.3f} are beyond what its drawing allows for any pin fit",
-                "check dimensions, modulus and deflection curves of the carrier (derivatives: "
-                "carrierflex sensitivities), and the calibration of the torque",
+                "check dimensions, modulus and deflection curves of the carrier, and the "
+                "calibration of the torque; with [rig.tolerances] a dimension may be the cause",
                 size,
                 key_of("[rig]", "deflection_curves"),
             ),
@@ -157,7 +156,7 @@ class CarrierProblem(ComparisonProblem):
 
     def combinations(
         self, effects: Effects, theta: FloatArray, covariance: FloatArray
-    ) -> Mapping[str, Mapping[str, NamedValue]]:
+    ) -> Mapping[str, Mapping[str, tuple[float, float]]]:
         """By how much each order of the rim under torque is larger than drawn, of its RMS.
 
         ``c_n = sum_p change_p (d c_n(delta_f)/dp + w d c_n(d)/dp)`` along the drawn curve's phase.
@@ -184,14 +183,8 @@ class CarrierProblem(ComparisonProblem):
         larger = np.sign(drawn) * (J @ theta[changes])
         std = np.sqrt(np.diag(J @ covariance[np.ix_(changes, changes)] @ J.T))
         body = body_of_effect(parameters[changes[0]].effect)
-        return {
-            f"model/{body}": {
-                f"order_{n}": NamedValue(
-                    value, error, "1", (value - 1.96 * error, value + 1.96 * error)
-                )
-                for n, value, error in zip(orders, larger.tolist(), std.tolist(), strict=True)
-            }
-        }
+        rows = zip(orders, larger.tolist(), std.tolist(), strict=True)
+        return {f"model/{body}": {f"order_{n}": (value, error) for n, value, error in rows}}
 
     def experiment_between(self, classes: Sequence[Effects]) -> str:
         """A sensor off the even spacing, where waves of both frames are one at the sensors.

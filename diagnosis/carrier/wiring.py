@@ -29,6 +29,7 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -84,10 +85,18 @@ class _LinearBaseline:
     def columns(self, run: Run, channel: Channel) -> FloatArray:
         """Columns of a sensor in a run, shape (q, n), without those of other runs' values."""
         inputs = inputs_of(run)
-        sensor, rig = rim_sensor(channel), self.problem.model.source.rig
-        return np.concatenate(
-            [effect.signals(sensor, inputs, rig, *self._shapes(effect)) for effect in self.effects]
-        )
+        where = rim_sensor(channel), inputs, self.problem.model.source.rig
+        return np.concatenate([self._signals(effect, *where) for effect in self.effects])
+
+    def _signals(
+        self, effect: Effect, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
+    ) -> FloatArray:
+        """Signals of an effect at the shapes, and with the weight, of the fit."""
+        signals = effect.signals(sensor, inputs, rig, *self._shapes(effect))
+        if not effect.weighed_by:
+            return signals
+        weight = {key[0]: value for key, value in self.values.items()}.get(effect.weighed_by, 0.0)
+        return signals[:1] + weight * signals[1:]
 
     def numbers(self, run: int) -> IntArray:
         """Numbers of the columns of a run among the p of all runs."""

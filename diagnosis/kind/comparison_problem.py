@@ -26,7 +26,6 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
 )
 from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
-from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.wiring.refits import WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -180,8 +179,11 @@ class ComparisonProblem(ABC):
 
     def combinations(
         self, effects: Effects, theta: FloatArray, covariance: FloatArray
-    ) -> Mapping[str, Mapping[str, NamedValue]]:
-        """What the records see of causes that they cannot tell apart, by class and name."""
+    ) -> Mapping[str, Mapping[str, tuple[float, float]]]:
+        """What the records see of causes that they cannot tell apart, by class and name.
+
+        Shares, and their standard deviations.
+        """
         return {}
 
     def experiment_between(self, classes: Sequence[Effects]) -> str:

@@ -33,9 +33,10 @@ _GRID = (8, 5)
 #: Orders that are fitted to a record: those of the loads and the planets' second and fourth.
 _HIGHEST_ORDER = 12
 #: Share of the stages that counts in the second pass, those of the nearest loads most.
-_NEAREST = 0.5
-#: Differences of torque and moment that count alike in that distance [N m].
-_ALIKE = np.array([60e3, 80e3, 80e3])
+_NEAREST = 0.25
+#: Differences of torque and moment that count alike in that distance [N m]: with the torque changes
+#: which clearances are closed.
+_ALIKE = np.array([25e3, 80e3, 80e3])
 #: Bodies of less than this share of the evidence are left out.
 _NEGLIGIBLE = 0.02
 #: Share of a stage's weight in its own prediction that is taken out: all, but for rounding.

@@ -25,6 +25,7 @@ from studies.explain_papers_gap import PIN_FIT, read_run
 from studies.papers_gap_posterior import (
     ALL_SENSORS,
     FACE,
+    HYPOTHESES,
     LOADS,
     NAMES,
     NOISE,
@@ -32,7 +33,6 @@ from studies.papers_gap_posterior import (
     RUNS,
     SAMPLED_ERROR,
     SENSORS,
-    WIDENED,
     Hypothesis,
     Prior,
     Samples,
@@ -188,7 +188,7 @@ def test_a_measurement_tells_as_much_as_its_predictions_differ():
 
 
 def test_samples_of_another_seed_are_refused(tmp_path):
-    (run,) = [run for run in RUNS if run.hypothesis is WIDENED[0] and run.width == 1.0]
+    (run,) = [run for run in RUNS if run.hypothesis is HYPOTHESES[0] and run.width == 1.0]
     samples = made_up(run.hypothesis, 1e-6)
     content = {"seed": 1, "parameters": list(run.hypothesis.priors), "points": samples.points}
     content |= {"numbers": samples.numbers, "log_volume": samples.log_volume}
@@ -207,7 +207,7 @@ def made_up(hypothesis, gap):
 
 
 def test_an_order_that_hangs_on_the_errors_is_called_not_decided():
-    first, second = WIDENED[:2]
+    first, second = HYPOTHESES[:2]
 
     def runs(gap):
         return {
@@ -223,3 +223,10 @@ def test_an_order_that_hangs_on_the_errors_is_called_not_decided():
     table = papers_gap_tables.evidence_table(runs(15e-6))
     assert len(table) == 4
     assert f"| {FACE} | {len(first.priors)} | 0.0 |" in table[2]
+
+
+def test_a_size_far_out_in_its_prior_stays_finite():
+    # A walk pushes a kink against the end of the unit cube where the priors are narrow.
+    share = np.nextafter(1.0, 0.0)
+    assert 8e-3 < Prior("size", 0.0, 1e-3).value(share, 1.0) < 9e-3
+    assert Prior("size", 0.0, 1e-3).value(0.6827, 0.5) == pytest.approx(0.5e-3, rel=1e-3)

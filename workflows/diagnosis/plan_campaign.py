@@ -51,8 +51,8 @@ PLAN = json_table(
     "PlanDocument",
     "plan.json, written by plan.",
     {
-        CampaignPlan: "campaign unit gap noise_std is_measured left_wanted costs sizes pairs "
-        "additions"
+        CampaignPlan: "campaign unit gap noise_std is_measured left_wanted costs sizes hidden "
+        "pairs additions"
     },
     format=(Literal["carrierflex-plan"], "Kind of the file"),
     version=(Literal[1], "Version of the format"),
@@ -191,7 +191,7 @@ def plan_of(
     pool: CarrierPool | MountingPool
     if isinstance(problem, CarrierProblem):
         pool = carrier_pool(problem.campaign, settings.costs, settings.limits)
-        table = carrier_planned_table(problem, pool.campaign, note)
+        table = carrier_planned_table(problem, pool.campaign, settings.limits, note)
     elif isinstance(problem, MountingProblem):
         pool = mounting_pool(
             problem.records,

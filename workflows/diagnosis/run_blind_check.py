@@ -41,6 +41,7 @@ Family = Literal[
     "stage",
     "form",
     "several",
+    "model",
     "decay",
 ]
 Noise = Literal["declared", "undeclared", "half"]
@@ -89,7 +90,8 @@ def main(
     family : sequence of str
         Only these families of cases; may be repeated. All without, but "form": causes of a carrier
         or mounting in forms of no law, judged by class, and "several": three to five of these at
-        once. Of kind element only "decay", free decays, which else end a full check.
+        once, and "model": carriers off their drawing. Of kind element only "decay", free decays,
+        which else end a full check.
     noise : str
         Whether the campaigns declare the noise of their channels (kinds carrier and mounting): all,
         none, or every other one; figures of those that do not stand apart.

@@ -184,6 +184,7 @@ def plan_table(plan: CampaignPlan) -> RenderableType:
         "",
         _plan_sizes(plan),
         "",
+        *((_plan_hidden(plan), "") if plan.hidden else ()),
         _plan_pairs(plan),
         "",
         _plan_additions(plan),
@@ -204,6 +205,22 @@ def _plan_sizes(plan: CampaignPlan) -> RenderableType:
             _size_text(size.named_from),
             _size_text(size.gap_seen),
             f"{size.surviving:.0%}",
+        )
+    return table
+
+
+def _plan_hidden(plan: CampaignPlan) -> RenderableType:
+    table = titled_table(
+        "detected from, where no run has a radial load on record",
+        "cause", "parameter", "none acts", "one acts unrecorded", "with strain gauges of bending",
+    )  # fmt: skip
+    for size in plan.hidden:
+        table.add_row(
+            size.effect,
+            f"{size.parameter} [{size.unit}]",
+            _size_text(size.none),
+            _size_text(size.unrecorded),
+            _size_text(size.bending),
         )
     return table
 

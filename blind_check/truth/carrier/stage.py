@@ -6,7 +6,8 @@ the effect; what is measured is the stage with it, read with noise and by sensor
 as declared.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
@@ -90,6 +91,61 @@ def stage_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     size = int(rng.integers(N_SIZES)) + 1
     case = f"{plan.effects[0]} {size}" if len(plan.effects) == 1 else " + ".join(plan.effects)
     series, nominal = stage_readings(case)
+    campaign = series_campaign(
+        plan.name,
+        series,
+        nominal,
+        lambda gap: float(np.clip(gap / plan.ratio, _LEAST_NOISE, _MOST_NOISE)),
+        rng,
+        noise_rng(plan, repeat),
+    )
+    label = _label(plan, campaign.gap / campaign.floor, campaign.floor, campaign.rho)
+    return campaign.campaign, label
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesCampaign:
+    """Campaign of readings that stand as series, with its prediction.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The campaign.
+    gap : float
+        RMS of the true signals less the predicted ones [m].
+    floor : float
+        Standard deviation of the noise [m].
+    rho : float
+        RMS that the truth leaves of the records over that of the prediction.
+    """
+
+    campaign: Campaign
+    gap: float
+    floor: float
+    rho: float
+
+
+def series_campaign(
+    name: str,
+    series: FloatArray,
+    nominal: FloatArray,
+    floor_of_gap: Callable[[float], float],
+    rng: np.random.Generator,
+    noise_source: np.random.Generator,
+) -> SeriesCampaign:
+    """Campaign under `LOADS` of a stage's readings, predicted by those of another stage.
+
+    Parameters
+    ----------
+    name : str
+        Name of the campaign.
+    series, nominal : ndarray, shape (n_runs, n_sensors, 1 + 2 n_orders)
+        Constant, then cosine and sine amplitudes by order [m], measured and predicted.
+    floor_of_gap : callable
+        Standard deviation of the noise [m] by the RMS of the gap [m].
+    rng, noise_source : numpy.random.Generator
+        Of speed, gains and torque; of the noise.
+    """
     angles = [_angles(rng) for _ in LOADS]
     true, predicted = (
         [_signals(values[k], angle) for k, angle in enumerate(angles)]
@@ -98,13 +154,12 @@ def stage_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     gap = root_mean_square(
         np.concatenate([(a - b).ravel() for a, b in zip(true, predicted, strict=True)])
     )
-    floor = float(np.clip(gap / plan.ratio, _LEAST_NOISE, _MOST_NOISE))
+    floor = floor_of_gap(gap)
     gain = 1.0 + rng.uniform(-_GAIN, _GAIN, N_SENSORS)
     torque_error = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0)))
-    own_noise = noise_rng(plan, repeat)
     runs, left = [], []
     for k, (angle, load) in enumerate(zip(angles, LOADS, strict=True)):
-        noise = floor * coloured_noise(own_noise, true[k].shape, memory=_MEMORY)
+        noise = floor * coloured_noise(noise_source, true[k].shape, memory=_MEMORY)
         measured = gain[:, None] * true[k] + noise
         left.append((measured - true[k], measured - predicted[k]))
         declared = (load[0] * torque_error, load[1], load[2])
@@ -112,8 +167,7 @@ def stage_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     with_effect, without = (
         root_mean_square(np.concatenate([parts[i].ravel() for parts in left])) for i in (0, 1)
     )
-    label = _label(plan, gap / floor, floor, with_effect / without)
-    return _campaign(plan, runs, floor), label
+    return SeriesCampaign(_campaign(name, runs, floor), gap, floor, with_effect / without)
 
 
 def _angles(rng: np.random.Generator) -> FloatArray:
@@ -158,10 +212,10 @@ def _run(
     )
 
 
-def _campaign(plan: CasePlan, runs: list[Run], floor: float) -> Campaign:
+def _campaign(name: str, runs: list[Run], floor: float) -> Campaign:
     return Campaign(
         kind="carrier",
-        name=plan.name,
+        name=name,
         baseline=Baseline("columns", ("flexible_pins",)),
         rig=dict(RIG),
         channels=rim_channels(floor, uniform_std(_GAIN)),

@@ -17,6 +17,7 @@ from carrierflex.blind_check.labels import (
     ALIASED,
     FORM,
     FORM_FAMILIES,
+    MODEL,
     NOTHING,
     ONE_CONDITION,
     OUTSIDE,
@@ -27,6 +28,7 @@ from carrierflex.blind_check.labels import (
 )
 from carrierflex.blind_check.truth.alias_table import same_class
 from carrierflex.blind_check.truth.carrier.alias_sets import alias_sets
+from carrierflex.blind_check.truth.carrier.off_drawing import model_case
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS, drawn_form
 from carrierflex.blind_check.truth.carrier.rig import (
     N_SENSORS,
@@ -99,6 +101,8 @@ _REDRAWS = 50
 #: Largest errors of the sensors, gain and angle [rad]; every size up to them is as likely.
 _LARGEST_GAIN, _LARGEST_ANGLE = 0.03, float(np.deg2rad(0.5))
 _Gap = Callable[[CarrierState], float]
+#: Families whose signals come from tables.
+_WITH_A_TRUTH = {STAGE: stage_case, MODEL: model_case}
 
 
 def carrier_case(
@@ -124,12 +128,12 @@ def carrier_case(
     Raises
     ------
     ValueError
-        Where runs are to be added to a case of the family "stage".
+        Where runs are to be added to a case of the family "stage" or "model".
     """
-    if plan.family == STAGE:
+    if plan.family in _WITH_A_TRUTH:
         if added:
-            raise ValueError(f"family {STAGE} takes no further runs; expected another family")
-        return stage_case(plan, repeat)
+            raise ValueError(f"family {plan.family} takes no further runs; expected another family")
+        return _WITH_A_TRUTH[plan.family](plan, repeat)
     rng = case_rng(plan)
     loads: Sequence[Sequence[float]] = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(
         plan.family, _LOADS

@@ -24,6 +24,7 @@ from carrierflex.diagnosis.inference.planning.results import (
     CampaignPlan,
     CausePair,
     Costs,
+    HiddenSize,
     RankedAddition,
     VisibleSize,
 )
@@ -84,6 +85,14 @@ class PlannedTable:
     noise_std: Annotated[
         float, "Root of the mean variance of the noise, in the unit of the channels"
     ]
+    n_unrecorded: Annotated[
+        int,
+        "Columns at the end of what an unrecorded radial load would add, run by run, scaled to a "
+        "standard deviation of one; 0 where loads are on record",
+    ] = 0
+    bending_precision: Annotated[
+        float, "What strain gauges of the shaft's bending tell of each of these columns"
+    ] = 0.0
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -104,12 +113,19 @@ class PlannedTable:
         of_channel = np.array([float(name in channels) for name in self.channel_names])
         return np.asarray(of_run[self.runs] * of_channel[self.channels])
 
-    def measured(self, weights: FloatArray) -> "_MeasuredGram":
-        """Products over the parts that are measured, the regressors of the baseline taken out."""
+    def measured(self, weights: FloatArray, load_precision: float = np.inf) -> "_MeasuredGram":
+        """Products over the parts that are measured, the regressors of the baseline taken out.
+
+        And the unrecorded radial load, where its precision is finite.
+        """
         some = np.flatnonzero(weights)
         products = np.einsum("p,pij->ij", weights[some], self.gram[some])
         base = np.arange(1, 1 + self.n_base)
         products[base, base] += self.known
+        if np.isfinite(load_precision):
+            loads = np.arange(len(products) - self.n_unrecorded, len(products))
+            products[loads, loads] += load_precision
+            base = np.concatenate([base, loads])
         acts = [k for k in base.tolist() if products[k, k] > _ABSENT * np.max(products[base, base])]
         return _MeasuredGram(
             _projected(products, acts),
@@ -230,6 +246,7 @@ def campaign_plan(
         is_measured=fitted is not None,
         left_wanted=wanted,
         sizes=tuple(_visible_size(table, measured, effect) for effect in table.effects),
+        hidden=_hidden_sizes(table, table.weights(planned.minutes, planned.channels)),
         pairs=tuple(pairs),
         additions=tuple(ranked),
         costs=costs,
@@ -280,6 +297,35 @@ def _visible_size(table: PlannedTable, measured: _MeasuredGram, effect: str) -> 
         sigmas=sigmas,
         surviving=surviving,
     )
+
+
+def _hidden_sizes(table: PlannedTable, weights: FloatArray) -> tuple[HiddenSize, ...]:
+    """Smallest sizes beside a radial load that is not on record, alone and with strain gauges."""
+    if not table.n_unrecorded:
+        return ()
+    grams = [
+        table.measured(weights, precision)
+        for precision in (np.inf, 1.0, 1.0 + table.bending_precision)
+    ]
+    sizes = []
+    for effect in table.effects:
+        shown = [signature for signature in table.of(effect) if _survives(grams[0], signature)]
+        if not shown:
+            continue
+        parameter = table.parameters[effect]
+        sigmas = _visible_multiple(max(len(signature.columns) for signature in shown))
+        seen_from = [
+            sigmas * parameter.scale / np.sqrt(np.median([_energy(gram, at) for at in shown]))
+            for gram in grams
+        ]
+        sizes.append(HiddenSize(effect, parameter.name, parameter.unit, *map(float, seen_from)))
+    return tuple(sizes)
+
+
+def _energy(measured: _MeasuredGram, signature: Signature) -> float:
+    """Energy of an effect of noticeable size, of the mean direction."""
+    columns = list(signature.columns)
+    return float(measured.projected[columns, columns].sum()) / len(columns)
 
 
 def _planned_cases(

@@ -80,6 +80,24 @@ class VisibleSize:
 
 
 @dataclass(frozen=True)
+class HiddenSize:
+    """From which size a cause is seen where no run has its radial load on record."""
+
+    effect: Annotated[str, "Effect id"]
+    parameter: Annotated[str, "Its first amplitude"]
+    unit: Annotated[str, "Unit of that"]
+    none: Annotated[float, "Size from which it is seen where no radial load acts [unit]"]
+    unrecorded: Annotated[
+        float,
+        "The same beside an unrecorded load of up to the rig's limit, which tilts and warps the "
+        "housing and shifts load between the pins, run by run, by noticeable amounts [unit]",
+    ]
+    bending: Annotated[
+        float, "The same with strain gauges of the main shaft's bending moments M_y, M_z [unit]"
+    ]
+
+
+@dataclass(frozen=True)
 class CausePair:
     """How far a cause and another that is fitted in its place are apart."""
 
@@ -140,6 +158,11 @@ class CampaignPlan:
         tuple[RankedAddition, ...], "Cheapest sufficient first, then most separated for their cost"
     ]
     costs: Annotated[Costs, "What additions cost [min]"]
+    hidden: Annotated[
+        tuple[HiddenSize, ...],
+        "What an unrecorded radial load hides and strain gauges bring back; empty where a run has "
+        "its radial load on record or the rig has none",
+    ] = ()
 
     @property
     def alike(self) -> tuple[CausePair, ...]:
@@ -154,6 +177,8 @@ class CampaignPlan:
 
 #: Pairs that a sentence names.
 _MOST = 6
+#: Causes hidden by an unrecorded load that a sentence names.
+_MOST_HIDDEN = 3
 #: Angles from which two signatures share next to nothing [deg].
 _APART = 90.0
 
@@ -176,6 +201,8 @@ def first_sentences(plan: CampaignPlan) -> str:
         sentences.append(f"Not detectable with this baseline: {', '.join(unseen)}.")
     size = f"a gap of {plan.gap:.3g} floors"
     where = f"the gap of the records, {plan.gap:.3g} floors" if plan.is_measured else size
+    if plan.hidden:
+        sentences.append(_hidden_words(plan.hidden))
     if not plan.pairs:
         fit = "One cause alone fits" if plan.is_measured else "Fewer than two causes leave"
         sentences.append(f"{fit} {where}; there is nothing to distinguish.")
@@ -199,6 +226,21 @@ def first_sentences(plan: CampaignPlan) -> str:
     if plan.proposal is not None:
         sentences.append(_proposal_words(plan.proposal, len(plan.alike)))
     return " ".join(sentences)
+
+
+def _hidden_words(sizes: tuple[HiddenSize, ...]) -> str:
+    """What an unrecorded radial load hides most, and what strain gauges bring back."""
+    hidden = [size for size in sizes if size.unrecorded > 2.0 * size.none]
+    hidden.sort(key=lambda size: size.none / size.unrecorded)
+    named = "; ".join(
+        f"{plain_name(size.effect)} below {size.unrecorded:.2g} {size.unit} (with strain gauges "
+        f"of the main shaft's bending {size.bending:.2g} {size.unit})".replace(" 1)", ")")
+        for size in hidden[:_MOST_HIDDEN]
+    )
+    start = "No run has a radial load on record"
+    if not named:
+        return f"{start}; one that acts unrecorded would hide nothing."
+    return f"{start}; one that acts unrecorded would hide {named}."
 
 
 def _proposal_words(ranked: RankedAddition, n_alike: int) -> str:

@@ -139,3 +139,17 @@ def test_slow_steps_end_the_search():
     model.minimised([0.5], bounds=bounds, free=free, stop=patient)
     assert n_impatient < 10
     assert model.n_sums - n_impatient > 2 * n_impatient
+
+
+def test_a_step_that_meets_several_bounds_holds_only_those_that_it_has_to():
+    """Two columns that are nearly one: free, both run out of their bounds to opposite sides."""
+    J = np.array([[1.0, 0.99], [0.0, 0.05]])
+    target = J @ np.array([0.5, 0.0]) + np.array([0.0, 0.6])
+    sums = CostSums(float(target @ target), J.T @ J, J.T @ target, None)
+    bounds = Bounds(np.array([-1.0, -1.0]), np.array([1.0, 1.0]))
+    step = bounded_step(sums, np.zeros(2), bounds=bounds, free=FREE, damping=0.0)
+    grid = np.linspace(-1.0, 1.0, 2001)
+    x, y = np.meshgrid(grid, grid)
+    cost = sum((row[0] * x + row[1] * y - t) ** 2 for row, t in zip(J, target, strict=True))
+    place = np.unravel_index(np.argmin(cost), cost.shape)
+    assert_allclose(step, [x[place], y[place]], atol=2e-3)

@@ -1,5 +1,7 @@
 """What a campaign could see and part, asked before and after it is measured."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -60,6 +62,26 @@ def test_a_case_is_planned_and_written(tmp_path):
     assert plan.noise_std == pytest.approx(5e-6)
     assert not plan.is_measured
     assert "floors" in first_sentences(plan)
+
+
+@pytest.mark.long
+def test_a_radial_load_without_a_record_hides_the_static_tilt(tmp_path):
+    recorded = case_with(tmp_path, "")
+    text = re.sub(r"(?m)^(ntl_[yz] = )\S+", r"\g<1>0.0", recorded.read_text(encoding="utf-8"))
+    effects = ["housing_tilt", "carrier_tilt"]
+    assert plan_campaign.main(recorded, effects=effects, quiet=True).hidden == ()
+    unrecorded = tmp_path / "unrecorded.toml"
+    unrecorded.write_text(text, encoding="utf-8")
+    plan = plan_campaign.main(unrecorded, effects=effects, out=tmp_path / "out", quiet=True)
+    document = checked_document(tmp_path / "out" / "plan.json")
+    assert [size["effect"] for size in document["hidden"]] == effects
+    tilt, turning = plan.hidden
+    # 200 kN along y or along z tilt by 1e-9 rad/N in each of four runs; 4.6 standard deviations.
+    assert tilt.unrecorded == pytest.approx(4.6 * np.sqrt(2.0) * 2e-4 / 2.0, rel=0.03)
+    # Gauges that err by 1 kN m at an arm of 1.22 m know 200 kN to 0.4 %; noise adds to that.
+    assert tilt.bending == pytest.approx(tilt.unrecorded / 244.0, rel=0.1)
+    # A load that stands still does not turn with the carrier.
+    assert turning.unrecorded == pytest.approx(turning.none, rel=0.05)
 
 
 @pytest.mark.long

@@ -1,5 +1,7 @@
 """A plan on signatures whose angles have a closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,6 +21,7 @@ from carrierflex.diagnosis.inference.planning.results import (
     SENSOR,
     Addition,
     Costs,
+    first_sentences,
 )
 
 N_SAMPLES = 400.0
@@ -135,6 +138,25 @@ def test_what_the_baseline_takes_up_is_never_seen():
     assert tilt.surviving == pytest.approx(np.sqrt(0.5), rel=1e-6)
     assert plan.pairs == ()
     assert plan.proposal is None
+
+
+def test_an_unrecorded_load_hides_what_it_looks_like_and_gauges_bring_it_back():
+    # One sensor: offset and tilt, and at the end an unrecorded load that looks like the offset.
+    table = table_of([[1.0, 0.0, 1.0]], runs=[(0, 0)], channels=("s",))
+    planned = addition(MINUTES, {"run0": 1.0}, ("s",), 0.0)
+    assert plan_of_table(table, [], planned).hidden == ()
+    gauged = replace(table, n_unrecorded=1, bending_precision=99.0)
+    plan = plan_of_table(gauged, [], planned)
+    # The load is known to +-1 without gauges: of N samples N / (1 + N) of one are left.
+    (offset,) = plan.hidden
+    assert offset.effect == "offset"
+    assert offset.none == pytest.approx(plan.sizes[0].seen_from, rel=1e-9)
+    assert offset.unrecorded / offset.none == pytest.approx(np.sqrt(1.0 + N_SAMPLES), rel=1e-6)
+    expected = np.sqrt(1.0 + N_SAMPLES / 100.0)
+    assert offset.bending / offset.none == pytest.approx(expected, rel=1e-6)
+    # Sizes and pairs of the plan itself are those without it.
+    assert plan.sizes == plan_of_table(table, [], planned).sizes
+    assert "one that acts unrecorded would hide offset below" in first_sentences(plan)
 
 
 def test_causes_that_nothing_feasible_parts_ask_for_no_addition():

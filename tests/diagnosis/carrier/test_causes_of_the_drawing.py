@@ -1,0 +1,177 @@
+"""A carrier off its drawing is told as such, and nothing else is.
+
+Curves of the campaigns are those of the drawing with any pin fit, moved along their derivatives.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.baseline_check import checked_baseline
+from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.kinds import wiring_of
+from carrierflex.diagnosis.report.verdict_words import verdict_heading
+from carrierflex.fe.curve_files import PIN_FIT
+from carrierflex.fe.deflection_curves import order_amplitudes, resampled
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
+
+RADIUS, NOMINAL, FLOOR = 0.412, 360e3, 2e-6
+SENSORS = (47, 137, 227, 317)
+#: Torque over nominal, radial load along y and z [N].
+LOADS = ((0.25, 0, 0), (0.5, 0, 5e4), (0.75, 4e4, 0), (1.0, 0, -1e5), (1.0, 1e5, 3e4))
+CURVES = with_derivatives(default_curves())
+TOLERANCES = {
+    "outer_radius": 0.02,
+    "planet_clearance_radius": 0.01,
+    "plate_gap": 0.012,
+    "hub_outer_diameter": 0.02,
+    "E": 6e9,
+}
+
+
+def curve_of(w, changes, phase=0.0):
+    """Curve of a pin fit w with causes changed; `phase` turns what the changes add [rad]."""
+    free = CURVES["delta_f"]
+    axial = free.axial + w * resampled(CURVES[PIN_FIT], free.axial.size).axial
+    for cause, change in changes.items():
+        of_cause = CURVES[f"delta_f/{cause}"], CURVES[f"{PIN_FIT}/{cause}"]
+        a, b = (resampled(one, free.axial.size).axial for one in of_cause)
+        added = replace(free, axial=change * (a + w * b))
+        axial = axial + added.axial_at(free.angle - phase)
+    return replace(free, axial=axial)
+
+
+def nothing(torque, theta, v):
+    return 0.0 * theta
+
+
+def passing(torque, theta, v):
+    """The housing tilts as planets pass."""
+    return torque / NOMINAL * 8e-6 * np.sin(3.0 * theta + 0.9) * np.cos(v - 1.1)
+
+
+def campaign(curve, beside=nothing, sensors=SENSORS):
+    rng = np.random.default_rng(3)
+    channels = tuple(
+        Channel(
+            f"s{angle:03d}",
+            "axial_displacement",
+            "m",
+            noise_std=FLOOR,
+            angle=np.deg2rad(angle),
+            radius=RADIUS,
+        )
+        for angle in sensors
+    )
+    runs = []
+    for k, (level, y, z) in enumerate(LOADS):
+        time = np.arange(12 * 72 + 1) * (2.0 * np.pi / 72.0 / (1.2 + 0.3 * (k % 3)))
+        theta = (1.2 + 0.3 * (k % 3)) * time
+        torque = level * NOMINAL * (1.0 + 0.01 * np.sin(0.4 * time + k))
+        signals = {
+            channel.name: 1e-5 * k
+            + RADIUS * 3e-4 * np.sin(0.7 - channel.angle)
+            + torque / 1e3 * curve.axial_at(channel.angle - theta)
+            + beside(torque, theta, channel.angle)
+            + FLOOR * rng.standard_normal(time.size)
+            for channel in channels
+        }
+        inputs = {
+            "carrier_angle": theta,
+            "torque": torque,
+            "ntl_y": y + 0.0 * time,
+            "ntl_z": z + 0.0 * time,
+        }
+        runs.append(Run(f"R{k}", f"R{k}.csv", str(k), time, inputs, signals))
+    rig = {
+        "nominal_torque": NOMINAL,
+        "sensor_radius": RADIUS,
+        "n_planets": 3,
+        "tolerances": TOLERANCES,
+    }
+    baseline = Baseline("model", ("axial_offset", "housing_tilt", "flexible_pins"))
+    return Campaign("carrier", "twin", baseline, rig, channels, tuple(runs))
+
+
+def answer_to(measured):
+    problem = carrier_problem(measured, CURVES)
+    return diagnose(problem, campaign="twin", kind="carrier")
+
+
+def classes_of(diagnosis):
+    return diagnosis.classes.ids if diagnosis.classes is not None else ()
+
+
+@pytest.mark.parametrize(
+    "w", [0.5, *(pytest.param(end, marks=pytest.mark.long) for end in (0.0, 1.0))]
+)
+def test_a_carrier_as_drawn_agrees_whatever_its_pin_fit(w):
+    answer = answer_to(campaign(curve_of(w, {})))
+    assert answer.verdict == "at_noise_floor"
+    assert answer.attribution.parameters[PIN_FIT]["w"].value == pytest.approx(w, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("cause", "change", "w"),
+    [
+        ("outer_radius", -0.02, 0.0),
+        pytest.param("planet_clearance_radius", -0.012, 0.5, marks=pytest.mark.long),
+        pytest.param("hub_outer_diameter", -0.025, 0.0, marks=pytest.mark.long),
+        pytest.param("outer_radius", 0.025, 0.5, marks=pytest.mark.long),
+    ],
+)
+def test_a_dimension_off_the_drawing_is_told_with_its_size(cause, change, w):
+    answer = answer_to(campaign(curve_of(w, {cause: change})))
+    assert classes_of(answer) == ("model/carrier",)
+    named = {**answer.attribution.alternatives, **answer.attribution.parameters}
+    found = named[f"geometry/{cause}"]["change"]
+    assert abs(found.value - change) < 2.5 * found.std
+    assert verdict_heading(answer).startswith("The carrier differs from its drawing")
+    # What is seen whatever the dimension: by how much orders of the rim's curve are off.
+    drawn, true = curve_of(w, {}), curve_of(w, {cause: change})
+    size = [-order_amplitudes(one.axial).imag[3] for one in (drawn, true)]
+    seen = answer.attribution.parameters["model/carrier"]["order_3"]
+    expected = np.sign(size[0]) * (size[1] - size[0]) / drawn.rms
+    assert abs(seen.value - expected) < 3.0 * seen.std + 0.01
+
+
+@pytest.mark.long
+def test_four_sensors_at_right_angles_do_not_make_it_a_planet_pass():
+    """Waves of three lobes are a tilt of the housing at these sensors, but of one phase only."""
+    of_carrier = answer_to(campaign(curve_of(0.0, {"outer_radius": -0.02})))
+    of_housing = answer_to(campaign(curve_of(0.5, {}), passing))
+    assert classes_of(of_carrier) == ("model/carrier",)
+    assert classes_of(of_housing) == ("housing/planet_pass/torque",)
+
+
+@pytest.mark.long
+def test_no_fault_of_the_measurement_stands_beside_a_dimension():
+    """The linear model of these checks weighs both signals of a cause by the fitted pin fit."""
+    measured = campaign(curve_of(0.5, {"outer_radius": -0.05}))
+    problem = carrier_problem(measured, CURVES)
+    laws = ("geometry/outer_radius",)
+    check = checked_baseline(problem, measured, wiring_of(problem, measured), laws=laws)
+    assert not check.rivals
+
+
+@pytest.mark.long
+def test_waves_of_another_phase_are_no_dimension():
+    """A dimension leaves the carrier's mirror planes: it makes no cosine of the pins' angle."""
+    off = curve_of(0.3, {"outer_radius": -0.03}, phase=np.deg2rad(30.0))
+    assert "model/carrier" not in classes_of(answer_to(campaign(off, sensors=(20, 75, 140, 263))))
+
+
+@pytest.mark.long
+def test_a_cause_beyond_three_tolerances_is_not_proposed():
+    small = replace(
+        campaign(curve_of(0.0, {"outer_radius": -0.02})),
+        rig={**campaign(curve_of(0.0, {})).rig, "tolerances": {**TOLERANCES, "outer_radius": 1e-3}},
+    )
+    answer = answer_to(small)
+    named = {*answer.attribution.effects, *answer.attribution.alternatives}
+    assert "geometry/outer_radius" not in named

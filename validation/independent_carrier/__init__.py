@@ -1,0 +1,1 @@
+"""A planet carrier by CalculiX: wedges stacked along the axis, nothing shared with the chain."""
