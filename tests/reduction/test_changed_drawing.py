@@ -66,6 +66,13 @@ def test_the_change_is_what_the_derivatives_of_the_default_carrier_predict(chang
     predicted = linear_prediction(with_derivatives(default_curves()), changes, 0.7, drawing)
     # Both meshes scatter: those of the derivatives have elements of 0.03 m.
     assert predicted.off < 0.15
+    for one in predicted.orders[:2]:
+        sizes = [
+            abs(of["delta_f"].axial_order(one.order) + 0.7 * of[PIN_FIT].axial_order(one.order))
+            for of in (drawing.before, drawing.after)
+        ]
+        # Odd curves: an order changes along its own phase.
+        assert np.isclose(one.computed, sizes[1] - sizes[0], rtol=0.05)
 
 
 @pytest.mark.long

@@ -59,6 +59,8 @@ CALIBRATION_FILE = "calibration.json"
 PARAMETERS_FILE = "parameters.toml"
 BEFORE, AFTER, CAMPAIGN, CHANGE = "before", "after", "campaign", "change"
 _FORMAT, _VERSION = "carrierflex-calibration", 1
+#: Text of a file that a killed process leaves.
+_UNFINISHED = "The calibration was not finished: run it again."
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +190,7 @@ def main(
     calibration = Calibration(
         campaign=before.campaign,
         unit=before.unit,
-        text=_why_nothing(before, tuple(values)),
+        text=_UNFINISHED if known else _why_nothing(before, tuple(values)),
         before=_side(before),
         omitted=tuple(name for name in values if name not in known),
     )
