@@ -41,11 +41,13 @@ def test_curves_of_one_material_go_as_one_over_its_modulus():
     none = replace(before, axial=0.0 * before.axial, radial=0.0 * before.radial)
     curves = {"delta_f/E": slope, f"{PIN_FIT}/E": none}
     predicted = linear_prediction(curves, {"E": 0.25 * E}, 0.0, drawing)
-    assert np.isclose(predicted.off, 0.25, rtol=1e-9)
-    assert np.isclose(predicted.factor, 1.25, rtol=1e-9)
+    assert np.isclose(predicted.off, 0.25, rtol=1e-9, atol=0.0)
+    assert np.isclose(predicted.factor, 1.25, rtol=1e-9, atol=0.0)
     for order in predicted.orders:
-        assert np.isclose(order.predicted / order.computed, 1.25, rtol=1e-9)
-        assert np.isclose(order.computed, -0.2 * abs(before.axial_order(order.order)), rtol=1e-9)
+        assert np.isclose(order.predicted / order.computed, 1.25, rtol=1e-9, atol=0.0)
+        assert np.isclose(
+            order.computed, -0.2 * abs(before.axial_order(order.order)), rtol=1e-9, atol=0.0
+        )
     # Pins stay as stiff as they were.
     stiff = [drawing.before["delta_s"].rms, drawing.after["delta_s"].rms]
     assert stiff[0] / 1.25 < stiff[1] < stiff[0]
@@ -72,7 +74,7 @@ def test_the_change_is_what_the_derivatives_of_the_default_carrier_predict(chang
             for of in (drawing.before, drawing.after)
         ]
         # Odd curves: an order changes along its own phase.
-        assert np.isclose(one.computed, sizes[1] - sizes[0], rtol=0.05)
+        assert np.isclose(one.computed, sizes[1] - sizes[0], rtol=0.05, atol=0.0)
 
 
 @pytest.mark.long

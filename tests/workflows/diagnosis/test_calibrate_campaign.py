@@ -61,7 +61,7 @@ def test_a_law_that_is_put_into_the_baseline_takes_the_gap(tmp_path):
     assert result.before.verdict == "named"
     assert result.after.verdict == "at_noise_floor"
     # The prediction is of other fits of the same blocks.
-    assert np.isclose(result.after.rms, result.rms_predicted, rtol=0.05)
+    assert np.isclose(result.after.rms, result.rms_predicted, rtol=0.05, atol=0.0)
     assert result.ratio_ci95[1] < 0.1
     assert result.linear is None
     baseline = read_campaign(tmp_path / "out" / "campaign").baseline
@@ -99,7 +99,7 @@ def test_a_dimension_that_is_named_goes_into_the_drawing_and_its_curves(tmp_path
     assert abs(change.value - CHANGE) < 1.96 * change.std + 0.1 * CHANGE
     assert result.before.verdict == "named"
     assert result.after.verdict == "at_noise_floor"
-    assert np.isclose(result.after.rms, result.rms_predicted, rtol=0.02)
+    assert np.isclose(result.after.rms, result.rms_predicted, rtol=0.02, atol=0.0)
     assert 0.0 < result.linear.off < 0.15
     # Known to the noise of the records, the new curve is the true one.
     new = read_curves(out / "campaign" / "deflection_curves.csv")
@@ -142,7 +142,7 @@ def test_of_alternatives_one_is_put_in_where_it_is_taken(tmp_path, true_curve, m
     assert put_in.file == "calibration.json"
     assert put_in.calibrated == put_in.drawn + put_in.values["change"].value < put_in.drawn
     assert taken.after.verdict == "at_noise_floor"
-    assert np.isclose(taken.after.rms, taken.rms_predicted, rtol=0.02)
+    assert np.isclose(taken.after.rms, taken.rms_predicted, rtol=0.02, atol=0.0)
     assert 0.0 < taken.linear.off < 0.15
     document = checked_document(tmp_path / "out" / "calibration.json")
     assert document["put_in"][0]["calibrated"] == put_in.calibrated
