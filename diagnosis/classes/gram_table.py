@@ -91,6 +91,9 @@ class GramTable:
         power of the speed other than the first, times any function of the place.
     has_whole_conditions : bool
         Whether each fold is a condition of its own.
+    one_way : ndarray of int
+        Places of the laws' columns whose coefficient is at least zero: play softens a spring at
+        rest and never stiffens it.
     """
 
     gram: FloatArray
@@ -107,6 +110,7 @@ class GramTable:
     uncoupled_part: str = ""
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
+    one_way: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def library(self) -> dict[str, LawColumns]:

@@ -356,3 +356,15 @@ def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does()
     assert_array_equal(np.delete(kept.counts, still), np.delete(own.counts, still))
     for still in ({"v": 0.0 * v}, {"v": 0.0 * v, "a": 0.0 * v}):
         assert while_sliding(replace(own, **still), 1e-6 * speed) is None
+
+
+@pytest.mark.parametrize(("drop", "law"), [(0.8, "backlash"), (-0.8, "cubic_stiffness")])
+def test_play_is_near_a_spring_that_is_softer_at_rest_alone(drop, law):
+    """A spring that is softer beyond 0.6 mm is play of a negative stiffness, which there is not."""
+    play = displacement_campaign(
+        lambda q, v: -drop * STIFFNESS * np.clip(q, -0.6e-3, 0.6e-3), amplitudes=(1e-3, 2e-3, 4e-3)
+    )
+    (finding,) = element_problem(play).class_answer().classes
+    assert finding.id == "restoring_force"
+    assert finding.law == law
+    assert (finding.law_share > 0.95) == (law == "backlash")
