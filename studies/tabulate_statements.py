@@ -5,8 +5,9 @@
   out.
 - ``unknown``: causes that no class holds, of ten floors and more, noise declared or not; the
   verdict is not "agree within the noise".
-- ``nothing``: campaigns without a missing effect and without declared noise, whose periods, equal
-  runs or revolutions bound the floor; the verdict is "agree within the noise".
+- ``nothing``: campaigns without a missing effect and without declared noise, of which periods
+  (elements) or revolutions (carriers) bound the floor; the verdict is "agree within the noise".
+  The elements' noise is coloured, with a memory of up to 0.9 from sample to sample.
 
 Writes CASE.json for every case, which a later call takes up, and SORT.md.
 """
@@ -20,16 +21,19 @@ from typing import Literal
 
 import numpy as np
 
-from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, SINGLE, CasePlan
 from carrierflex.blind_check.truth.alias_table import OUTSIDE_NAMES
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.blind_check.truth.element.drives import MULTISINE, NOISE, SINES, SWEEPS
 from carrierflex.blind_check.truth.element.families import OUTSIDE_CAUSES
+from carrierflex.blind_check.truth.noise import coloured_noise
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.files.json_files import save_json
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fe.default_curves import default_curves
@@ -39,6 +43,8 @@ from studies.case_files import make_missing, read_case, write_table
 
 _DRIVES = (MULTISINE, NOISE, SWEEPS, SINES)
 _FRICTION = "coulomb"
+#: Step [s], samples of a period and periods of an element with nothing missing.
+_STEP, _PERIOD, _PERIODS = 5e-3, 512, 5
 _LEVEL = re.compile(r"dry friction, about (\S+) N")
 #: Share of the true friction that the level in words may be off.
 _NEAR = 0.15
@@ -108,10 +114,12 @@ def main(
     Raises
     ------
     ValueError
-        Where friction is wanted of another kind than element.
+        Where the kind has no cases of the sort.
     """
     if sort == "friction" and kind != "element":
         raise ValueError(f"--kind is {kind}; expected element: only its cases have dry friction")
+    if sort == "nothing" and kind == "mounting":
+        raise ValueError("--kind is mounting; expected element or carrier: no run of it repeats")
     folder = prepared_folder(out)
     plans = _plans(sort, kind, seed, cases)
     files = [folder / f"{sort}-{seed}-{plan.name}.json" for plan in plans]
@@ -124,18 +132,14 @@ def main(
 
 
 def _plans(sort: str, kind: str, seed: int, cases: int) -> list[CasePlan]:
-    if sort == "nothing":
-        # A third of an element's cases is of the drives that repeat; of carriers one in fifteen.
-        plans = case_plans(kind, 20 * cases, seed, (NOTHING,))
-        repeating = [plan for plan in plans if plan.drive in ("", MULTISINE, SINES)]
-        return [replace(plan, declares_noise=False) for plan in repeating[:cases]]
     least, largest = (3.0, 50.0) if sort == "friction" else (10.0, 50.0)
     ratios = np.random.default_rng(seed).permutation(np.geomspace(least, largest, cases))
-    if sort == "friction":
-        family, causes = SINGLE, (_FRICTION,)
-    else:
-        family = OUTSIDE
-        causes = OUTSIDE_CAUSES if kind == "element" else OUTSIDE_NAMES[kind]
+    if sort == "nothing":
+        drive = MULTISINE if kind == "element" else ""
+        plan = CasePlan(kind, 1, seed, NOTHING, (), 0.0, drive, declares_noise=False)
+        return [replace(plan, number=k + 1) for k in range(cases)]
+    outside = OUTSIDE_CAUSES if kind == "element" else OUTSIDE_NAMES[kind]
+    family, causes = (OUTSIDE, outside) if sort == "unknown" else (SINGLE, (_FRICTION,))
     return [
         CasePlan(
             kind,
@@ -151,9 +155,35 @@ def _plans(sort: str, kind: str, seed: int, cases: int) -> list[CasePlan]:
     ]
 
 
+def _periodic_element(plan: CasePlan) -> Campaign:
+    """Spring and damper moved by a periodic multisine at three levels, with coloured noise."""
+    rng = np.random.default_rng([plan.seed, plan.number])
+    K, C = 10.0 ** rng.uniform(3.0, 7.0), rng.uniform(0.002, 0.02)
+    time = _STEP * np.arange(float(_PERIODS * _PERIOD))
+    omega = 2.0 * np.pi / (_PERIOD * _STEP) * np.arange(1, rng.integers(15, 60), 2)
+    noise_std, memory = K * 1e-3 * 10.0 ** rng.uniform(-3.0, -1.5), rng.uniform(0.0, 0.9)
+    noise = noise_std * coloured_noise(rng, (3, time.size), memory=memory)
+    runs = []
+    for number, amplitude in enumerate((0.5e-3, 1e-3, 2e-3)):
+        phase = rng.uniform(0.0, 2.0 * np.pi, omega.size)
+        a = amplitude * np.sqrt(2.0 / omega.size) * np.exp(1j * (np.outer(time, omega) + phase))
+        q, v = a.real.sum(axis=1), (1j * omega * a).real.sum(axis=1)
+        force = K * (q + C * v) + noise[number]
+        name = f"run{number + 1}"
+        runs.append(
+            Run(name, f"{name}.csv", f"{amplitude} m", time, {"displacement": q}, {"F": force})
+        )
+    rig = {"drive": "displacement", "periodic": True, "period_samples": _PERIOD}
+    channel = Channel("F", "force", "N")
+    return Campaign("element", plan.name, Baseline("model"), rig, (channel,), tuple(runs))
+
+
 def _write_case(plan: CasePlan, path: Path) -> None:
-    campaign, label = case_campaign(plan)
-    true_level = label.parameters.get("coulomb_friction", {}).get("Fc", 0.0)
+    if (plan.kind, plan.family) == ("element", NOTHING):
+        campaign, true_level = _periodic_element(plan), 0.0
+    else:
+        campaign, label = case_campaign(plan)
+        true_level = label.parameters.get("coulomb_friction", {}).get("Fc", 0.0)
     if plan.effects == (_FRICTION,) and not true_level:
         save_json(path, Statement(_FRICTION, plan.drive, plan.ratio, ""))
         return
