@@ -94,6 +94,9 @@ class GramTable:
     base_penalty : ndarray, shape (n_base,)
         Quadratic penalty of the baseline's regressors by what is known of them beforehand; empty
         where nothing is.
+    one_way : ndarray of int
+        Places of the laws' columns whose coefficient is at least zero: play softens a spring at
+        rest and never stiffens it.
     """
 
     gram: FloatArray
@@ -111,6 +114,7 @@ class GramTable:
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
     base_penalty: FloatArray = field(default_factory=lambda: np.empty(0))
+    one_way: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def library(self) -> dict[str, LawColumns]:

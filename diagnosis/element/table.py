@@ -295,6 +295,7 @@ def _gram_table(
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,
         products=_PRODUCT_GROUPS,
+        one_way=np.concatenate([np.empty(0, dtype=np.int64), *laws.get("backlash", ())]),
     )
 
 
