@@ -5,6 +5,8 @@ Chunks of steps, what is kept, the energy balance, and what happens when it runs
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numba
 import numpy as np
@@ -120,6 +122,10 @@ class StageDivergedError(RuntimeError):
         self.time = time
         self.coordinate = coordinate
         self.settled = settled
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What another process makes it of."""
+        return partial(StageDivergedError, settled=self.settled), (self.time, self.coordinate)
 
 
 def steady_drive(model: StageModel, load: SteadyLoad) -> Drive:
