@@ -29,6 +29,7 @@ BENCHMARKS = (
     "mounting_batch_and_record",
     "stage_speed",
     "stage_load_cases",
+    "main_job_stages",
     "main_job_in_time",
     "stage_against_exudyn",
     "carrier_identification_speed",

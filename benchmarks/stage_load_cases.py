@@ -26,14 +26,14 @@ from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.workflows.executors import SerialExecutor, other_processes
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
-QUICK = {"cases": 40, "duration": 2.0, "size": 0.08}
+QUICK = {"cases": 40, "duration": 1.0, "size": 0.08}
 
 EFFICIENCY = Quantity("efficiency on two cores", larger_is_better=True)
 DIFFERENCE = Quantity("largest difference over the largest RMS")
 _STEP = 1e-3
 
 
-def ratios(cases: int = 1000, duration: float = 5.0, size: float = 0.045) -> Iterator[Ratio]:
+def ratios(cases: int = 1000, duration: float = 2.0, size: float = 0.06) -> Iterator[Ratio]:
     """Efficiency of two processes by both clocks, their memory, and whether the results agree.
 
     Parameters
