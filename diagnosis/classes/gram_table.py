@@ -1,6 +1,6 @@
 """One table for all classes: products of target, baseline, class and law columns by block."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -203,16 +203,22 @@ def discrepancy_shift(table: GramTable, J: FloatArray, *, independent_samples: f
 class TableRows:
     """Rows of a table along one run, and where they stand: target and baseline, groups, laws."""
 
-    def __init__(self, target: FloatArray, base: FloatArray) -> None:
-        """First rows: the target, shape (1, ...), and the regressors of the baseline."""
-        self.rows = [target, base]
+    def __init__(
+        self,
+        target: FloatArray,
+        base: FloatArray,
+        filtered: Callable[[FloatArray], FloatArray] = lambda rows: rows,
+    ) -> None:
+        """First rows: the target, shape (1, ...), and the regressors of the baseline.
+
+        What `filtered` makes of them is held, and of all rows that are added.
+        """
+        self._filtered = filtered
+        self.rows = [filtered(target), filtered(base)]
+        #: Regressors of the baseline.
+        self.n_base = len(base)
         self.groups: dict[str, ColumnGroup] = {}
         self.laws: dict[str, tuple[IntArray, ...]] = {}
-
-    @property
-    def n_base(self) -> int:
-        """Regressors of the baseline."""
-        return len(self.rows[1])
 
     def add_group(
         self, name: str, rows: FloatArray, penalty: FloatArray, *, is_nonnegative: bool = False
@@ -227,5 +233,5 @@ class TableRows:
 
     def _places(self, rows: FloatArray) -> IntArray:
         first = sum(map(len, self.rows))
-        self.rows.append(rows)
+        self.rows.append(self._filtered(rows))
         return np.arange(first, first + len(rows))

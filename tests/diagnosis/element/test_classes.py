@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+import carrierflex.diagnosis.element.table as element_table
 from carrierflex.diagnosis.classes.columns import dahl_friction, relaxing_branches, stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shapes import shape_words
@@ -20,7 +21,7 @@ from carrierflex.diagnosis.element.force_records import (
 )
 from carrierflex.diagnosis.element.motion import with_all_lines
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.element.table import _is_switched_on
+from carrierflex.diagnosis.element.table import _is_switched_on, table_of
 from carrierflex.simulation.element.law_forces import element_law
 from carrierflex.simulation.element.memory_laws import FIRST_FORCE
 from tests.diagnosis.element.element_campaigns import (
@@ -65,6 +66,18 @@ def test_a_stop_on_one_side_is_a_restoring_force_by_no_law_with_its_play_in_word
     assert "one side only" in shape.words
     assert "zero below 0." in shape.words
     assert (shape.band[:, 0] <= shape.band[:, 1]).all()
+
+
+def test_columns_of_long_runs_in_single_precision_leave_what_those_in_double_leave(monkeypatch):
+    """Their rounding is far below the noise, which is 1e-6 of the force here (squares)."""
+    problem = element_problem(displacement_campaign(lambda q, v: 3.0 * np.sign(v), n=2000))
+    table = problem.class_table
+    monkeypatch.setattr(element_table, "_LONG", 0)
+    single = table_of(problem.model, table, table.scores.constants)
+    for name in ("dissipation", "hysteresis", "restoring_force"):
+        left = [one.scores.of((name,)).total for one in (table, single)]
+        assert left[1] == pytest.approx(left[0], rel=1e-5)
+        assert left[1] != left[0]
 
 
 def test_friction_by_no_law_is_dissipation():
