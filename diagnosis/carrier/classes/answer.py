@@ -513,9 +513,10 @@ def carrier_class_answer(
 
 
 def _with_each(nearest: Sequence[Effects], causes: Sequence[str]) -> tuple[Effects, ...]:
-    """The nearest set of laws with every cause of a body in the place of its own."""
+    """Every cause of a body, alone and in the nearest set of laws in the place of its own."""
     others = [law for laws in nearest for law in laws if not body_of_effect(law)]
-    return tuple(tuple(sorted((*others, cause))) for cause in causes)
+    sets = [(cause,) for cause in causes]
+    return tuple(dict.fromkeys((*sets, *(tuple(sorted((*others, cause))) for cause in causes))))
 
 
 def _class_id(shape: str, dependences: Sequence[str], *, has_torques: bool) -> str:
