@@ -19,7 +19,7 @@ unexport PYTHONPATH PYTHONHOME
 # Where it is set, every process compiles scipy, gmsh and the tests anew: seconds each, and tests start many.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help install run test lint types tests quick long fuzz acceptance bench clean install-development docs docs-test gallery mutants
+.PHONY: help install run test lint types tests quick long fuzz acceptance bench performance clean install-development docs docs-test gallery mutants
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
@@ -30,6 +30,7 @@ help:
 	@echo "make fuzz    2000 damaged files through every reader (FUZZ_INPUTS=20000: more), one table of how they end"
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
 	@echo "             ONLY=\"mounting_speed assembly\" chooses by name or part of a name"
+	@echo "make performance   the tables of docs/performance.md from $(OUT)/bench.json"
 	@echo "make mutants   every operator and reason of the modules that decide, changed one at a time, against their tests: minutes"
 	@echo "make docs    the site with commands and Python from their docstrings, in build/site; a link into nothing fails"
 	@echo "make docs-test   runs every code block of README and the pages, the notebooks and the tutorials: minutes"
@@ -81,6 +82,9 @@ fuzz: install-development
 
 bench: install-development
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
+
+performance: install-development
+	$(BIN)/python -m benchmarks.page $(OUT)/bench.json
 
 # Needs no network and writes nothing into the repository; the exit code is 1 where a change survives.
 mutants: install-development

@@ -199,12 +199,14 @@ def _cells(row: Row) -> tuple[str, ...]:
         return f"[red]{escape(row.reason)}[/]", "[red]failed[/]"
     unit = row.quantity.unit
     note = f"\n[dim]{escape(row.note)}[/]" if row.note else ""
-    peer = row.peer if row.peer_value is None else f"{row.peer} {_number(row.peer_value, unit)}"
+    peer = (
+        row.peer if row.peer_value is None else f"{row.peer} {shown_number(row.peer_value, unit)}"
+    )
     return (
         f"{escape(row.case)}, {row.quantity.name}{note}",
-        _number(row.value, unit),
+        shown_number(row.value, unit),
         escape(peer),
-        "" if row.ratio is None else _number(row.ratio),
+        "" if row.ratio is None else shown_number(row.ratio),
         _wanted(row),
     )
 
@@ -215,7 +217,7 @@ def _wanted(row: Ratio) -> str:
     return f"{row.wanted} [green]yes[/]" if row.met else f"{row.wanted} [red]no[/]"
 
 
-def _number(value: float, unit: str = "") -> str:
+def shown_number(value: float, unit: str = "") -> str:
     """Three digits: fixed point where it is short, an exponent elsewhere."""
     text = f"{value:.3g}"
     if "e" in text and 1.0 <= abs(value) < 1e7:

@@ -28,12 +28,15 @@ BENCHMARKS = (
     "mounting_equal_error",
     "mounting_batch_and_record",
     "stage_speed",
+    "stage_load_cases",
+    "main_job_stages",
     "main_job_in_time",
     "stage_against_exudyn",
     "carrier_identification_speed",
     "bushing_identification_speed",
     "long_record_memory",
     "many_runs",
+    "long_element_records",
     "start_up",
 )
 

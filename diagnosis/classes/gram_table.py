@@ -1,6 +1,6 @@
 """One table for all classes: products of target, baseline, class and law columns by block."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -94,6 +94,9 @@ class GramTable:
     base_penalty : ndarray, shape (n_base,)
         Quadratic penalty of the baseline's regressors by what is known of them beforehand; empty
         where nothing is.
+    one_way : ndarray of int
+        Places of the laws' columns whose coefficient is at least zero: play softens a spring at
+        rest and never stiffens it.
     """
 
     gram: FloatArray
@@ -111,6 +114,7 @@ class GramTable:
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     has_whole_conditions: bool = False
     base_penalty: FloatArray = field(default_factory=lambda: np.empty(0))
+    one_way: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def library(self) -> dict[str, LawColumns]:
@@ -199,16 +203,22 @@ def discrepancy_shift(table: GramTable, J: FloatArray, *, independent_samples: f
 class TableRows:
     """Rows of a table along one run, and where they stand: target and baseline, groups, laws."""
 
-    def __init__(self, target: FloatArray, base: FloatArray) -> None:
-        """First rows: the target, shape (1, ...), and the regressors of the baseline."""
-        self.rows = [target, base]
+    def __init__(
+        self,
+        target: FloatArray,
+        base: FloatArray,
+        filtered: Callable[[FloatArray], FloatArray] = lambda rows: rows,
+    ) -> None:
+        """First rows: the target, shape (1, ...), and the regressors of the baseline.
+
+        What `filtered` makes of them is held, and of all rows that are added.
+        """
+        self._filtered = filtered
+        self.rows = [filtered(target), filtered(base)]
+        #: Regressors of the baseline.
+        self.n_base = len(base)
         self.groups: dict[str, ColumnGroup] = {}
         self.laws: dict[str, tuple[IntArray, ...]] = {}
-
-    @property
-    def n_base(self) -> int:
-        """Regressors of the baseline."""
-        return len(self.rows[1])
 
     def add_group(
         self, name: str, rows: FloatArray, penalty: FloatArray, *, is_nonnegative: bool = False
@@ -223,5 +233,5 @@ class TableRows:
 
     def _places(self, rows: FloatArray) -> IntArray:
         first = sum(map(len, self.rows))
-        self.rows.append(rows)
+        self.rows.append(self._filtered(rows))
         return np.arange(first, first + len(rows))

@@ -334,7 +334,9 @@ def _remaining_with_loop(
         loop = fitted_loop(table.records, table.weights, size, shared, is_curve=is_curve)
         groups = (*_groups_of(table, HYSTERESIS), _column(loop), *shared)
         products, _ = products_by_block(
-            table, lambda run: group_columns_along(run, groups), table.scores.constants.n_folds
+            table,
+            lambda run, filtered: group_columns_along(run, filtered, groups),
+            table.scores.constants.n_folds,
         )
         table.loops[key] = loop, products
     loop, products = table.loops[key]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -15,10 +15,13 @@ from carrierflex.simulation.effect_parameters import EffectParameter, unit_of_po
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.integration_steps import integration_substeps
 from carrierflex.simulation.element.kernels import (
+    RUNAWAY,
     driven_motion,
     element_values,
+    is_smooth,
     no_law,
     restoring_force,
+    smooth_motions,
 )
 from carrierflex.simulation.element.law_forces import ElementLaw
 from carrierflex.simulation.element.memory_laws import MemoryParts, flat_parts, joined_parts
@@ -28,6 +31,8 @@ from carrierflex.simulation.sensing import delayed
 
 #: Speed below which the sign of a measured motion is uncertain, as a share of its RMS.
 _REST_SPEED = 1e-3
+#: Motions that are integrated together: as many as processors take in one instruction.
+_TOGETHER = 8
 #: Names of a run's deflection and speed at its first sample.
 STATE_NAMES = ("q_0", "v_0")
 #: Periods run before a record that starts in the steady state.
@@ -174,19 +179,45 @@ class ElementModel(ModelInTime):
             response = self._motion(record, values, refined)
         else:
             response = self._force(record, values.flat, *values.laws)
-        if not np.isfinite(response).all():
-            return response
-        time = record.step * np.arange(response.size, dtype=np.float64)
-        if record.base is None:
-            return delayed(time, response, values.delay)
-        return delayed(time, response + record.base, values.delay) - record.base
+        return _read_late(record, response, values.delay)
+
+    def predicted_together(
+        self, record: ElementRecord, effects: Effects, sets: Sequence[FloatArray]
+    ) -> list[FloatArray] | None:
+        """Deflections that several parameter sets predict, each of shape (n,), in one pass.
+
+        None where one of them has dry friction, sliders, memory or a user's law, or where the
+        force is predicted.
+        """
+        values = [self._values(effects, theta) for theta in sets]
+        if not self.by_force or not values:
+            return None
+        if not all(
+            is_smooth(one.flat, sum(law.parameters.size for law in one.laws)) for one in values
+        ):
+            return None
+        n_sets = -(-len(values) // _TOGETHER) * _TOGETHER
+        filled = [*values, *values[:1] * (n_sets - len(values))]
+        states = np.array([self._start(record, one) for one in filled]).T.copy()
+        q, _ = smooth_motions(
+            _fine_drive(record, self.substeps),
+            states,
+            self.substeps,
+            np.array([one.flat for one in filled]).T.copy(),
+            record.step / self.substeps,
+            RUNAWAY * float(np.abs(record.motion[0]).max()),
+        )
+        motions = q[len(q) - record.drive.size :]
+        return [
+            _read_late(record, np.ascontiguousarray(motions[:, k]), one.delay)
+            for k, one in enumerate(values)
+        ]
 
     def _motion(self, record: ElementRecord, values: "_Values", refined: int) -> FloatArray:
         """Deflection under the record's force, shape (n,)."""
         substeps = self.substeps * refined
         fine = _fine_drive(record, substeps)
-        measured = (record.motion[0][0], record.motion[1][0])
-        start = np.array(values.states.get(record.name, measured))
+        start = self._start(record, values)
         limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
         first, second = values.laws
         q, _ = driven_motion(
@@ -201,6 +232,12 @@ class ElementModel(ModelInTime):
             second.parameters,
         )
         return q[q.size - record.drive.size :]
+
+    @staticmethod
+    def _start(record: ElementRecord, values: "_Values") -> FloatArray:
+        """Deflection and speed at the first sample: fitted, or as measured; shape (2,)."""
+        measured = (record.motion[0][0], record.motion[1][0])
+        return np.array(values.states.get(record.name, measured))
 
     def _force(
         self, record: ElementRecord, flat: FloatArray, first: ForceLaw, second: ForceLaw
@@ -285,6 +322,16 @@ def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, flo
 _NO_LAW = ForceLaw(no_law, np.empty(0))
 
 
+def _read_late(record: ElementRecord, response: FloatArray, delay: float) -> FloatArray:
+    """Response as the channel reads it, a delay [s] late; as it is where the motion diverges."""
+    if not np.isfinite(response).all():
+        return response
+    time = record.step * np.arange(response.size, dtype=np.float64)
+    if record.base is None:
+        return delayed(time, response, delay)
+    return delayed(time, response + record.base, delay) - record.base
+
+
 def values_by_effect(
     parameters: Sequence[Parameter], theta: FloatArray
 ) -> dict[str, dict[str, float]]:
@@ -307,10 +354,16 @@ def _simulated_names(effect: str, parameter: str) -> tuple[str, ...]:
     return known.values_of(parameter) if known else (parameter,)
 
 
-@lru_cache(maxsize=16)
+#: Drives between the samples, by the steps of a sample, as long as their record is in use.
+_FINE_DRIVES: WeakKeyDictionary[ElementRecord, dict[int, FloatArray]] = WeakKeyDictionary()
+
+
 def _fine_drive(record: ElementRecord, substeps: int) -> FloatArray:
     """Drive between the samples, before a steady state with the periods run in."""
-    drive = record.drive
-    if record.in_steady_state:
-        drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
-    return half_step_values(drive, substeps, periodic=record.in_steady_state)
+    drives = _FINE_DRIVES.setdefault(record, {})
+    if substeps not in drives:
+        drive = record.drive
+        if record.in_steady_state:
+            drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
+        drives[substeps] = half_step_values(drive, substeps, periodic=record.in_steady_state)
+    return drives[substeps]

@@ -153,6 +153,12 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             record, effects, theta, refined=refined
         )
 
+    def predicted_together(
+        self, record: ElementRecord, effects: Effects, sets: Sequence[FloatArray]
+    ) -> list[FloatArray] | None:
+        """Responses to several parameter sets that are smooth; None under others."""
+        return self.model.predicted_together(record, effects, sets)
+
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
     ) -> Sequence[FloatArray]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -91,8 +92,8 @@ _CLEAR = 3.0
 #: Passes of baseline and weight.
 _PASSES = 2
 PRESLIDING = "dahl_friction"
-#: Columns filtered together, to bound the memory.
-_CHUNK = 32
+#: Columns, and samples of all of them, that are filtered together; samples of a long run.
+_CHUNK, _CHUNK_SAMPLES, _LONG = 32, 2**20, 2**18
 #: RMS of the first quarter of a period of a drive that is switched on, over that of all of it: of a
 #: record cut from a longer one it is 0.6 at least where one sine drives it.
 _STILL = 0.1
@@ -196,7 +197,9 @@ def table_of(
     bases = runs.bases
     groups = (*group_columns(bases, _side_line(bases, runs.records)), *more)
     products, laws = products_by_block(
-        runs, lambda run: _columns_along(model, run, groups, bases.size), constants.n_folds
+        runs,
+        lambda run, filtered: _columns_along(model, run, filtered, groups, bases.size),
+        constants.n_folds,
     )
     table = _gram_table(products, laws, model)
     scores = ClassScores(table, constants)
@@ -295,6 +298,7 @@ def _gram_table(
         coupled_parts=frozenset({DISSIPATION, COUPLED_DAMPING}),
         uncoupled_part=DISSIPATION,
         products=_PRODUCT_GROUPS,
+        one_way=np.concatenate([np.empty(0, dtype=np.int64), *laws.get("backlash", ())]),
     )
 
 
@@ -321,11 +325,12 @@ def _weighted_baseline(
 def _columns_along(
     model: ElementModel,
     run: ForceRecord,
+    filtered: Callable[[FloatArray], FloatArray],
     groups: Sequence[GroupColumns[ForceRecord]],
     size: MotionSize,
 ) -> TableRows:
-    """Target, baseline, groups and laws along a run."""
-    table = group_columns_along(run, groups)
+    """Target, baseline, groups and laws along a run, filtered."""
+    table = group_columns_along(run, filtered, groups)
     for law in model.cards:
         if law not in model.contained:
             table.add_law(law, law_columns(model, run, law, size))
@@ -333,9 +338,13 @@ def _columns_along(
     return table
 
 
-def group_columns_along(run: ForceRecord, groups: Sequence[GroupColumns[ForceRecord]]) -> TableRows:
-    """Target, baseline and groups along a run, without laws."""
-    table = TableRows(run.target[None], run.base)
+def group_columns_along(
+    run: ForceRecord,
+    filtered: Callable[[FloatArray], FloatArray],
+    groups: Sequence[GroupColumns[ForceRecord]],
+) -> TableRows:
+    """Target, baseline and groups along a run, filtered, without laws."""
+    table = TableRows(run.target[None], run.base, filtered)
     for group in groups:
         columns = group.columns(run)
         table.add_group(group.id, columns, group.penalty, is_nonnegative=group.is_nonnegative)
@@ -343,30 +352,33 @@ def group_columns_along(run: ForceRecord, groups: Sequence[GroupColumns[ForceRec
 
 
 def products_by_block(
-    runs: ElementRuns, columns: Callable[[ForceRecord], TableRows], n_folds: int
+    runs: ElementRuns,
+    columns: Callable[[ForceRecord, Callable[[FloatArray], FloatArray]], TableRows],
+    n_folds: int,
 ) -> tuple[GramTable, Mapping[str, tuple[IntArray, ...]]]:
     """Table without classes of the columns of each run, and the places of the laws in it.
 
-    Target, regressors and laws are of unit energy, each group as one.
+    `columns` gives those of a run through the filter that it is called with. Target, regressors
+    and laws are of unit energy, each group as one.
     """
     n_blocks = sum(np.unique(run.block[run.counts]).size for run in runs.records)
     gram = np.empty(0)
     floors: list[float] = []
     folds: list[int] = []
     for number, (run, weight) in enumerate(zip(runs.records, runs.weights, strict=True)):
-        table = columns(run)
-        raw = np.concatenate(table.rows)
+        table = columns(run, partial(_filtered_columns, weight))
+        n_rows = sum(map(len, table.rows))
         if not gram.size:
-            gram = np.empty((n_blocks, len(raw), len(raw)))
-        rows = _filtered_columns(raw, weight)
+            gram = np.empty((n_blocks, n_rows, n_rows))
         fold = fold_of(run, number, n_folds)
         floor = weight.floor()
         for block in np.unique(run.block[run.counts]):
             chosen = run.block == block
-            inside = rows[:, chosen]
+            inside = np.concatenate([rows[:, chosen] for rows in table.rows], dtype=np.float64)
             np.matmul(inside, inside.T, out=gram[len(floors)])
             floors.append(floor * inside.shape[1])
             folds.append(int(fold[chosen][0]))
+        table.rows.clear()  # before those of the next run are made
     energy = np.diag(gram.sum(axis=0)).copy()
     for group in table.groups.values():
         energy[group.columns] = energy[group.columns].mean()
@@ -388,11 +400,17 @@ def products_by_block(
     return products, table.laws
 
 
-def _filtered_columns(raw: FloatArray, weight: NoiseWeight) -> FloatArray:
-    """Columns through the filter of their run, shape (n_columns, n)."""
-    return np.concatenate(
-        [weight.filtered(raw[k : k + _CHUNK]) for k in range(0, len(raw), _CHUNK)]
-    )
+def _filtered_columns(weight: NoiseWeight, raw: FloatArray) -> FloatArray:
+    """Columns through the filter of their run, shape (n_columns, n).
+
+    Those of a long run in single precision: its rounding is white, and 1e-15 of a column's energy.
+    """
+    n = raw.shape[-1]
+    rows = np.empty(raw.shape, np.float32 if n > _LONG else np.float64)
+    chunk = max(1, min(_CHUNK, _CHUNK_SAMPLES // n))
+    for first in range(0, len(raw), chunk):
+        rows[first : first + chunk] = weight.filtered(raw[first : first + chunk])
+    return rows
 
 
 def _with_starting_states(

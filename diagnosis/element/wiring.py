@@ -36,19 +36,29 @@ _BETTER = 0.5
 
 @dataclass(frozen=True, eq=False)
 class _Spectra:
-    """Products of one run's spectra, the size of its force taken as one; n frequencies."""
+    """Products of one run's spectra, the size of its force taken as one; lines 1 to n_lines.
 
+    `n` samples make the spectra; `cross` has shape (n_lines, 3).
+    """
+
+    n: int
     omega: FloatArray
     gram: FloatArray
     cross: ComplexArray
 
-    def phases(self, delays: FloatArray) -> ComplexArray:
-        """Factors of late responses, shape (n_delays, n)."""
-        return np.exp(-1j * np.outer(delays, self.omega))
+    def late(self, delay: float) -> FloatArray:
+        """Products with the force where the response was late by a delay [s], shape (1, 3)."""
+        return np.asarray((np.exp(-1j * delay * self.omega) @ self.cross).real)[None]
 
-    def delayed(self, phases: ComplexArray) -> FloatArray:
-        """Products with the force where the response was late, shape (n_delays, 3)."""
-        return np.asarray((phases @ self.cross).real)
+    def late_by_steps(self) -> FloatArray:
+        """The same for delays of whole steps, as many as are tried, shape (n_delays, 3).
+
+        The sums over the lines are then one inverse transform.
+        """
+        lines = np.zeros((len(self.cross) + 1, 3), dtype=np.complex128)
+        lines[1:] = self.cross
+        sums = np.fft.irfft(lines, self.n, axis=0)[np.arange(_MOST_STEPS, -_MOST_STEPS - 1, -1)]
+        return np.asarray(0.5 * self.n * sums)
 
 
 def element_clocks(records: Sequence[ElementRecord], *, by_force: bool) -> tuple[ClockDrift, ...]:
@@ -68,7 +78,8 @@ def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Ite
     """Delay that all runs share."""
     steps = np.arange(-_MOST_STEPS * _PER_STEP, _MOST_STEPS * _PER_STEP + 1) / _PER_STEP
     delays = float(np.median([record.step for record in records])) * steps
-    cross = np.sum([run.delayed(run.phases(delays)) for run in spectra], axis=0)
+    late = [np.concatenate([run.late(delay) for delay in delays]) for run in spectra]
+    cross = np.sum(late, axis=0)
     squares = _squares(np.sum([run.gram for run in spectra], axis=0), cross, len(spectra))
     best = int(np.argmin(squares))
     is_inner = best not in (0, squares.size - 1)
@@ -84,7 +95,7 @@ def _drift(
     if len(records) < 2:
         return
     gram = np.sum([run.gram for run in spectra], axis=0)
-    products = [run.delayed(run.phases(np.zeros(1))) for run in spectra]
+    products = [run.late(0.0) for run in spectra]
     cross = np.sum(products, axis=0)
     on_time = float(_squares(gram, cross, len(spectra))[0])
     drifts = []
@@ -111,14 +122,14 @@ class _LateRun:
         """Growth of the delay and delay in the middle [s], and the square that they leave."""
         steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1, dtype=np.float64)
         step = self.record.step
-        phases = self._spectra(0.0).phases(step * steps)
-        table = np.array([self._squares(self._spectra(g), phases) for g in step * steps])
+        runs = (self._spectra(growth) for growth in step * steps)
+        table = np.array([self._squares(run, run.late_by_steps()) for run in runs])
         g, d = np.unravel_index(int(np.argmin(table)), table.shape)
 
         def square(pair: FloatArray) -> float:
             """Square with a growth and a delay in steps of time."""
             run = self._spectra(step * pair[0])
-            return float(self._squares(run, run.phases(step * pair[1:]))[0])
+            return float(self._squares(run, run.late(step * pair[1]))[0])
 
         guess = np.array([steps[g], steps[d]])
         fine = minimize(square, guess, method="Nelder-Mead", options=_FINE)
@@ -132,9 +143,9 @@ class _LateRun:
         response = np.interp(time + growth * along, time, self.record.response)
         return _spectra(self.record, response, self.by_force)
 
-    def _squares(self, run: _Spectra, phases: ComplexArray) -> FloatArray:
-        """Squares that all runs leave with some delays of this one."""
-        return _squares(self.gram + run.gram, self.cross + run.delayed(phases), self.n_runs)
+    def _squares(self, run: _Spectra, late: FloatArray) -> FloatArray:
+        """Squares that all runs leave with the products of this one at some delays."""
+        return _squares(self.gram + run.gram, self.cross + late, self.n_runs)
 
 
 def _spectra(record: ElementRecord, response: FloatArray, by_force: bool) -> _Spectra:
@@ -153,7 +164,7 @@ def _spectra(record: ElementRecord, response: FloatArray, by_force: bool) -> _Sp
         # The force is late: it turns the other way than the motion.
         cross = np.conj(cross)
     gram = np.asarray((np.conj(columns).T @ columns).real, dtype=np.float64)
-    return _Spectra(omega, gram, cross)
+    return _Spectra(response.size, omega, gram, cross)
 
 
 def _squares(gram: FloatArray, cross: FloatArray, n_runs: int) -> FloatArray:

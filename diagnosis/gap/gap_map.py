@@ -10,6 +10,7 @@ amplitudes to its samples: white noise of variance s² leaves ``s² times amplit
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Annotated, overload
 
 import numpy as np
@@ -17,6 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import false_discovery_control
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
+
+IntArray = NDArray[np.int64]
 
 #: A cell counts as beyond chance where its adjusted p-value is below this: one false cell in a
 #: hundred at most among those that are shown.
@@ -95,15 +98,20 @@ def band_amplitudes(n: int, step: float, edges_hz: FloatArray) -> FloatArray:
     edges_hz : ndarray, shape (n_bands + 1,)
         Ends of the bands [Hz].
     """
+    amplitudes, ends = _lines_by_band(n, step, edges_hz)
+    line = np.arange(amplitudes.size)
+    return amplitudes * ((line >= ends[:-1, None]) & (line < ends[1:, None]))
+
+
+def _lines_by_band(n: int, step: float, edges_hz: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Real amplitudes of every line, and the first line of every band and one beyond the last."""
     frequency = np.fft.rfftfreq(n, step)
     amplitudes = np.full(frequency.size, 2.0)
     amplitudes[0] = 1.0
     if n % 2 == 0:
         amplitudes[-1] = 1.0
-    band = np.searchsorted(edges_hz, frequency, side="right") - 1
-    band = np.clip(band, 0, edges_hz.size - 2)
-    is_in_band = band == np.arange(edges_hz.size - 1)[:, None]
-    return is_in_band * amplitudes
+    inner = np.searchsorted(frequency, edges_hz[1:-1])
+    return amplitudes, np.concatenate([[0], inner, [frequency.size]])
 
 
 def block_powers(
@@ -135,9 +143,11 @@ def block_powers(
         if not np.isfinite(values).all():
             powers.append(np.full((values.shape[1], edges_hz.size - 1), np.inf))
             continue
-        amplitudes = band_amplitudes(len(values), step, edges_hz)
-        square = np.abs(np.fft.rfft(values, axis=0)) ** 2 / len(values)
-        powers.append((amplitudes @ square).T)
+        amplitudes, ends = _lines_by_band(len(values), step, edges_hz)
+        spectrum = np.fft.rfft(values, axis=0)
+        square = amplitudes[:, None] * (spectrum.real**2 + spectrum.imag**2) / len(values)
+        by_band = [square[first:end].sum(axis=0) for first, end in pairwise(ends)]
+        powers.append(np.array(by_band).T)
     return np.array(powers)
 
 
@@ -153,7 +163,8 @@ def block_counts(
     for number in range(int(block.max()) + 1):
         span = _span(block == number)
         is_counted = is_measured[span] & (block[span] == number)[:, None]
-        amplitudes = band_amplitudes(len(is_counted), step, edges_hz).sum(axis=1)
+        lines, ends = _lines_by_band(len(is_counted), step, edges_hz)
+        amplitudes = np.array([lines[first:end].sum() for first, end in pairwise(ends)])
         counts.append(np.multiply.outer(is_counted.mean(axis=0), amplitudes))
     return np.array(counts)
 
@@ -163,8 +174,6 @@ def _span(is_inside: BoolArray) -> slice:
     samples = np.flatnonzero(is_inside)
     return slice(int(samples[0]), int(samples[-1]) + 1)
 
-
-IntArray = NDArray[np.int64]
 
 #: Columns of a map's values.
 _COHERENT = 2

@@ -181,6 +181,8 @@ class DifferencedResiduals(Generic[R]):
         Step of the differences, relative to a parameter.
     n_threads : int
         Threads; one does without.
+    residuals : callable
+        Residuals of a record at several parameter sets in one pass; None where no pass does it.
     """
 
     records: Sequence[R]
@@ -188,6 +190,9 @@ class DifferencedResiduals(Generic[R]):
     parameters: Sequence[Parameter]
     relative_step: float
     n_threads: int
+    residuals: Callable[[R, Sequence[FloatArray]], Sequence[FloatArray] | None] = (
+        lambda record, sets: None
+    )
 
     def chosen(
         self, theta: FloatArray, chosen: BoolArray
@@ -231,24 +236,30 @@ class DifferencedResiduals(Generic[R]):
             yield residual, self._derivatives(record, theta, residual)
 
     def _derivatives(self, record: R, theta: FloatArray, residual: FloatArray) -> FloatArray:
-        """Change of the prediction by every parameter, shape (p, *residual.shape)."""
-        rows = self._in_threads(lambda k: self._derivative(record, theta, residual, k), theta.size)
-        return np.array(rows)
+        """Change of the prediction by every parameter, shape (p, *residual.shape).
 
-    def _derivative(self, record: R, theta: FloatArray, residual: FloatArray, k: int) -> FloatArray:
-        """Change of the prediction by parameter k; zero where the changed motion diverges."""
+        Zero where the changed motion diverges.
+        """
+        rows = np.zeros((theta.size, *residual.shape))
+        moving = [k for k, at in enumerate(self.parameters) if at.run in (None, record.name)]
+        steps = [self._step(theta, k) for k in moving]
+        sets = [
+            theta + step * (np.arange(theta.size) == k)
+            for k, step in zip(moving, steps, strict=True)
+        ]
+        changed = self.residuals(record, sets)
+        if changed is None:
+            changed = self._in_threads(lambda j: self.residual(record, sets[j]), len(sets))
+        for k, step, other in zip(moving, steps, changed, strict=True):
+            if np.isfinite(other).all():
+                rows[k] = (residual - other) / step
+        return rows
+
+    def _step(self, theta: FloatArray, k: int) -> float:
+        """Difference of parameter k, within its bounds."""
         parameter = self.parameters[k]
-        if parameter.run is not None and parameter.run != record.name:
-            return np.zeros(residual.shape)
         step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
-        if theta[k] + step > parameter.upper:
-            step = -step
-        changed_theta = theta.copy()
-        changed_theta[k] += step
-        changed = self.residual(record, changed_theta)
-        if not np.isfinite(changed).all():
-            return np.zeros(residual.shape)
-        return (residual - changed) / step
+        return float(-step if theta[k] + step > parameter.upper else step)
 
     def _in_threads(self, work: Callable[[int], FloatArray], count: int) -> list[FloatArray]:
         """Results for every number; the compiled motion runs without the interpreter's lock."""
@@ -473,21 +484,31 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         """Residuals of a set of effects as a function of its parameters."""
         predicted = self.simulator(effects)
 
-        def residual(record: T, theta: FloatArray) -> FloatArray:
+        def remaining(record: T, response: FloatArray) -> FloatArray:
             """Measured less predicted; zero where nothing was measured."""
-            response = predicted(record, theta, 1)
             if not np.isfinite(response).all():  # the motion diverged
                 return np.where(record.is_measured, np.inf, 0.0)
             return np.where(record.is_measured, record.measured - response, 0.0)
 
+        def residuals(record: T, sets: Sequence[FloatArray]) -> list[FloatArray] | None:
+            responses = self.predicted_together(record, effects, sets)
+            return responses and [remaining(record, response) for response in responses]
+
         n_samples = sum(record.measured.size for record in self.records)
         return DifferencedResiduals(
             self.records,
-            residual,
+            lambda record, theta: remaining(record, predicted(record, theta, 1)),
             self.parameters(effects),
             relative_step=self.difference,
             n_threads=(os.cpu_count() or 1) if n_samples >= _THREADED else 1,
+            residuals=residuals,
         )
+
+    def predicted_together(
+        self, record: T, effects: Effects, sets: Sequence[FloatArray]
+    ) -> list[FloatArray] | None:
+        """Responses of a record to several parameter sets in one pass; None where no pass does."""
+        return None
 
 
 def _by_channel(signals: NDArray[Any]) -> NDArray[Any]:

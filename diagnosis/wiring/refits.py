@@ -13,6 +13,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment, minimize, minimize_scalar
+from scipy.signal import fftconvolve
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import Effects
@@ -345,15 +346,51 @@ def _delay(record: PredictedRecord, rows: NDArray[np.int64]) -> tuple[float, flo
     measured = record.measured[inside]
     if first == last or not inside.size:
         return 0.0, 0.0
-    squares = np.array([_missed(measured, record.predicted[inside - lag]) for lag in lags.tolist()])
-    best = int(np.argmin(squares))
-    if best in (0, squares.size - 1) or not np.isfinite(squares).all():
+    predicted = record.predicted[inside[0] - largest : inside[-1] + largest + 1]
+
+    def missed(lag: int) -> float:
+        """Square that the prediction, moved by a lag, misses."""
+        return _missed(measured, record.predicted[inside - lag])
+
+    best = int(lags[np.argmin(_missed_by_lag(measured, predicted))])
+    # The transforms round at the size of the whole signal: the last lags are compared as they are.
+    while abs(best) < largest:
+        before, here, after = (missed(best + side) for side in (-1, 0, 1))
+        if here <= min(before, after):
+            break
+        best += -1 if before < after else 1
+    else:
         return 0.0, 0.0
-    before, here, after = squares[best - 1 : best + 2]
     curvature = float(before - 2.0 * here + after)
     if curvature <= 0.0:
         return 0.0, 0.0
-    return float(lags[best]) + 0.5 * float(before - after) / curvature, curvature
+    return best + 0.5 * float(before - after) / curvature, curvature
+
+
+def _missed_by_lag(measured: FloatArray, predicted: FloatArray) -> FloatArray:
+    """Squares that a prediction, longer by the largest lag at both ends, misses at every lag.
+
+    Offsets of the channels are left out. Shape (n_lags,), the most negative lag first; sums over
+    the samples are correlations, so that all lags together cost n log n.
+    """
+
+    def summed(of_measured: FloatArray, of_predicted: FloatArray) -> FloatArray:
+        """Sum of the products at every lag, shape (n_lags, n_channels)."""
+        sums = fftconvolve(of_predicted, of_measured[::-1], mode="valid", axes=0)
+        return np.asarray(sums[::-1])
+
+    w, m = _centred(measured)
+    v, p = _centred(predicted)
+    square = summed(m**2, v) - 2.0 * summed(m, p) + summed(w, p**2)
+    offset = summed(m, v) - summed(w, p)
+    return np.asarray((square - offset**2 / np.maximum(summed(w, v), 1.0)).sum(axis=1))
+
+
+def _centred(signals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Ones where signals are known, and the signals there about their mean; zeros elsewhere."""
+    known = np.isfinite(signals)
+    mean = np.where(known, signals, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    return known.astype(np.float64), np.where(known, signals - mean, 0.0)
 
 
 def _missed(measured: FloatArray, predicted: FloatArray) -> float:

@@ -41,7 +41,9 @@ def neighbour_noise(values: FloatArray) -> float:
 def quantisation_step(values: FloatArray) -> float:
     """Step of a quantised signal, zero where it has none.
 
-    Distinct values whose distances are all whole multiples of the smallest one.
+    Distinct values whose distances are all whole multiples of the smallest one. A ramp or triangle
+    that moves by the same distance from sample to sample stands on such levels too, and shows no
+    step.
     """
     distinct = np.unique(values[np.isfinite(values)])
     if distinct.size < 3:
@@ -53,7 +55,12 @@ def quantisation_step(values: FloatArray) -> float:
         return 0.0
     step = float(distance.min())
     multiple = distance / step
-    return step if np.abs(multiple - np.round(multiple)).max() < 0.05 else 0.0
+    if np.abs(multiple - np.round(multiple)).max() >= 0.05:
+        return 0.0
+    change = np.diff(values) / step
+    same, by_one_step = np.abs(np.diff(change)), np.abs(np.abs(change[1:]) - 1.0)
+    is_straight = np.nanmedian(np.maximum(same, by_one_step)) < 0.05
+    return 0.0 if is_straight else step
 
 
 def moving(run: Run) -> BoolArray:

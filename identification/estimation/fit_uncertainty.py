@@ -27,8 +27,8 @@ class FitUncertainty:
     Parameters
     ----------
     covariance : ndarray, shape (p, p)
-        In the square of the parameters' units; infinite variance for what the data cannot see, zero
-        for parameters that sit on a bound.
+        In the square of the parameters' units; infinite variance for what the data cannot see. A
+        parameter that sits on a bound has the variance that it would have without the bound.
     confidence_factor : float
         Half width of a 95 % interval in standard deviations.
     n_blocks : int
@@ -60,7 +60,8 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
     Delete-one-block jackknife in one step: without the time block b the solution moves by ``d_b =
     (A - A_b)^-1 g_b`` with ``A = J.T J``, ``A_b = J_b.T J_b`` and the gradient ``g_b = J_b.T r_b``;
     ``C = (B - 1) / B sum_b d_b d_b.T``. A block that alone decides a parameter counts for what it
-    is.
+    is. Blocks that are alike add up: C grows by ``1 + 2 r`` with r the correlation of the moves
+    from one block to the next, over all directions.
 
     Parameters
     ----------
@@ -89,36 +90,41 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
         raise ValueError(
             f"{numbers.size} blocks of residuals; expected at least 3 for an error estimate"
         )
-    inside = np.array([name not in fit.at_bound for name in fit.names])
     length = np.linalg.norm(fit.jacobian, axis=0)
-    used = inside & (length > 0.0)
+    used = length > 0.0
     J = fit.jacobian[:, used] / length[used]
-    _, sizes, directions = np.linalg.svd(J, full_matrices=False)
+    left, sizes, directions = np.linalg.svd(J, full_matrices=False)
     determined = sizes > _UNSEEN * sizes.max(initial=0.0)
-    # Coordinates in which A is the identity.
-    whitened = directions[determined].T / sizes[determined]
-    moves = _without_each_block(J @ whitened, fit.residuals, block, numbers.size) @ whitened.T
+    # Coordinates in which A is the identity; at a bound the residuals would fall along them.
+    X = left[:, determined]
+    moves = _without_each_block(X, fit.residuals - X @ (X.T @ fit.residuals), block)
+    moves *= np.sqrt(1.0 + 2.0 * _memory(moves))
+    moves = moves @ (directions[determined].T / sizes[determined]).T
     covariance = np.zeros((len(fit.free), len(fit.free)))
     unit = fit.scale[used] / length[used]
     covariance[np.ix_(used, used)] = (
-        (1.0 - 1.0 / numbers.size) * np.outer(unit, unit) * (moves.T @ moves)
+        (1.0 - 1.0 / len(moves)) * np.outer(unit, unit) * (moves.T @ moves)
     )
-    blind = _blind(used, inside, directions[~determined])
+    unseen = directions[~determined]
+    groups = _inseparable(unseen, unseen / length[used])
+    blind = ~used
+    blind[np.flatnonzero(used)] |= groups.any(axis=0)
     covariance[blind, :] = covariance[:, blind] = 0.0
     covariance[blind, blind] = np.inf
-    words = _in_words(fit, used, inside, directions[~determined] * unit)
     return FitUncertainty(
-        covariance, float(student_t.ppf(0.975, numbers.size - 1)), numbers.size, words
+        covariance,
+        float(student_t.ppf(0.975, numbers.size - 1)),
+        numbers.size,
+        _in_words(fit, used, groups),
     )
 
 
-def _without_each_block(
-    X: Array, residuals: Array, block: NDArray[np.int64], n_blocks: int
-) -> Array:
+def _without_each_block(X: Array, residuals: Array, block: NDArray[np.int64]) -> Array:
     """Move of the solution where one block is left out, shape (n_blocks, p).
 
     For a design with ``X.T X = 1``.
     """
+    n_blocks = int(block.max()) + 1
     gradients = np.zeros((n_blocks, X.shape[1]))
     np.add.at(gradients, block, X * residuals[:, None])
     order = np.argsort(block, kind="stable")
@@ -130,6 +136,15 @@ def _without_each_block(
         # the block's own.
         moves[b] = np.linalg.lstsq(np.eye(X.shape[1]) - X_b.T @ X_b, gradients[b], rcond=1e-9)[0]
     return moves
+
+
+def _memory(moves: Array) -> float:
+    """Correlation of neighbouring blocks' moves over all directions; zero where negative."""
+    errors = moves - moves.mean(axis=0)
+    square = float(np.square(errors).sum())
+    # About their mean n independent errors have the correlation -1 / n.
+    r = float((errors[1:] * errors[:-1]).sum()) / square if square > 0.0 else 0.0
+    return max(r + 1.0 / len(moves), 0.0)
 
 
 def profile_likelihood(
@@ -189,21 +204,24 @@ class _WithFixed:
         return self.residuals(np.insert(others, self.index, self.value))
 
 
-def _blind(used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array) -> NDArray[np.bool_]:
-    """Parameters without influence, and those that take part in an unseen direction."""
-    blind = inside & ~used
-    blind[np.flatnonzero(used)] |= np.square(unseen).sum(axis=0) > _NEGLIGIBLE**2
-    return blind
+def _inseparable(unseen: Array, in_scales: Array) -> NDArray[np.bool_]:
+    """Parameters that take part in each unseen direction, shape (n_unseen, n_used).
+
+    By their share of the signals, or of a motion in the parameters' scales.
+    """
+    motion = np.abs(in_scales)
+    return (np.abs(unseen) > _NEGLIGIBLE) | (
+        motion > _NEGLIGIBLE * motion.max(axis=1, keepdims=True, initial=0.0)
+    )
 
 
 def _in_words(
-    fit: NonlinearFit, used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array
+    fit: NonlinearFit, used: NDArray[np.bool_], groups: NDArray[np.bool_]
 ) -> tuple[str, ...]:
     names = np.array(fit.names)
-    sentences = [f"{name} has no influence on these signals" for name in names[inside & ~used]]
-    for direction in unseen:
-        share = np.abs(direction / fit.scale[used])
-        members = names[used][share > _NEGLIGIBLE * share.max()]
+    sentences = [f"{name} has no influence on these signals" for name in names[~used]]
+    for group in groups:
+        members = names[used][group]
         if members.size == 1:
             sentences.append(f"{members[0]} has hardly any influence on these signals")
         else:

@@ -1,8 +1,9 @@
 """Bounded nonlinear least squares for models that are simulated, with counted model runs.
 
-The search is the trust-region reflective one of scipy, which steps away from bounds; the sums-based
-one of :mod:`carrierflex.identification.estimation.gauss_newton` takes half the model runs on the
-520 s record of the mounting, but stops 3e-4 above it with linear bushings and does not leave the
+The search is the trust-region reflective one of scipy, which steps away from bounds; one that uses
+up its iterations beside several bounds is ended by dog-leg steps along them. The sums-based one of
+:mod:`carrierflex.identification.estimation.gauss_newton` takes half the model runs on the 520 s
+record of the mounting, but stops 3e-4 above it with linear bushings and does not leave the
 nonlinear bushings' solution, on whose bounds the hydro-dynamic fit starts.
 """
 
@@ -26,7 +27,10 @@ Residuals = Callable[[Array], Array]
 _STEP = 1e-4
 #: Relative change of cost and parameters at which the search ends.
 _TOLERANCE = 1e-8
-_MOST_ITERATIONS = 60
+#: Iterations of each search at most.
+_MOST_ITERATIONS = 30
+#: How scipy says that a search used them up.
+_OUT_OF_ITERATIONS = 0
 #: A parameter this close to a bound, as a share of the distance of its bounds or of its scale, sits
 #: on it.
 _AT_BOUND = 1e-6
@@ -137,17 +141,24 @@ def _bounded_fit(
     # The search itself wants to begin inside; a start on the bound stays reachable as the better of
     # both ends.
     margin = 1e-3 * np.minimum(upper - lower, scale)
-    search = least_squares(
-        lambda z: counted(z * scale),
-        np.clip(inside, lower + margin, upper - margin) / scale,
-        jac=derivatives,
-        bounds=(lower / scale, upper / scale),
-        xtol=tolerance,
-        ftol=tolerance,
-        gtol=None,
-        max_nfev=_MOST_ITERATIONS,
-        x_scale="jac",
-    )
+    start_inside = np.clip(inside, lower + margin, upper - margin) / scale
+    # Close to several bounds the steps of the first search become too short to arrive.
+    for method in ("trf", "dogbox"):
+        search = least_squares(
+            lambda z: counted(z * scale),
+            start_inside,
+            jac=derivatives,
+            bounds=(lower / scale, upper / scale),
+            method=method,
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=None,
+            max_nfev=_MOST_ITERATIONS,
+            x_scale="jac",
+        )
+        if search.status != _OUT_OF_ITERATIONS:
+            break
+        start_inside = search.x
     values = _on_bounds(search.x * scale, lower, upper, scale)
     fit = _at(counted, free, values)
     given = float(np.square(counted(inside)).sum())

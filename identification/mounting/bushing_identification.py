@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 _BLOCK_SECONDS = 10.0
 _FEWEST_BLOCKS = 24
 #: Starts that are searched from: the simpler model's solution and the best of the others.
-_SEARCHED_STARTS = 3
+_SEARCHED_STARTS = 4
 #: Points of a likelihood profile.
 _PROFILE_POINTS = 9
 
@@ -88,9 +88,12 @@ class BushingEstimate:
 
     @property
     def ci95(self) -> Array:
-        """Ends of the 95 % intervals, shape (p, 2)."""
+        """Ends of the 95 % intervals within the bounds of the search, shape (p, 2)."""
         half = self.uncertainty.confidence_factor * self.uncertainty.std
-        return np.column_stack([self.fit.values - half, self.fit.values + half])
+        lower, upper = np.array([(one.lower, one.upper) for one in self.fit.free]).T
+        ends = np.column_stack([self.fit.values - half, self.fit.values + half])
+        inside = np.clip(ends, lower[:, None], upper[:, None])
+        return np.where(np.isfinite(ends), inside, ends)
 
     @property
     def undetermined(self) -> tuple[str, ...]:
@@ -270,7 +273,8 @@ def bootstrapped(
     covariance = _bootstrap_covariance(
         residuals, estimate.fit, blocks, n_samples=n_samples, rng=rng, executor=executor
     )
-    return replace(estimate, uncertainty=replace(estimate.uncertainty, covariance=covariance))
+    refitted = replace(estimate.uncertainty, covariance=covariance)
+    return replace(estimate, uncertainty=_without_shown_slip(residuals, estimate.fit, refitted))
 
 
 def profiled(
@@ -328,7 +332,9 @@ def _fitted(
 def _estimate(
     campaign: Campaign, residuals: MountingResiduals, fit: NonlinearFit, seconds: float
 ) -> BushingEstimate:
-    uncertainty = fit_uncertainty(fit, residuals.blocks(_block_seconds(residuals)))
+    uncertainty = _without_shown_slip(
+        residuals, fit, fit_uncertainty(fit, residuals.blocks(_block_seconds(residuals)))
+    )
     begin = perf_counter()
     plain = MountingResiduals(
         residuals.rig,
@@ -344,6 +350,38 @@ def _estimate(
     return BushingEstimate(
         residuals.model, fit, uncertainty, rms, by_run, seconds, simulation_seconds
     )
+
+
+def _without_shown_slip(
+    residuals: MountingResiduals, fit: NonlinearFit, uncertainty: FitUncertainty
+) -> FitUncertainty:
+    """Errors of K1, Kp and Fy are infinite where a slider that never slips, or none, does as well.
+
+    The first is a spring beside K1: the records then determine the sum alone.
+    """
+    names = list(fit.names)
+    if "Kp" not in names:
+        return uncertainty
+    K1, Kp = names.index("K1"), names.index("Kp")
+    stiffness = np.array([fit.values[K1], fit.values[K1] + fit.values[Kp]])
+    costs = []
+    for spring in stiffness:
+        values = fit.values.copy()
+        values[[K1, Kp]] = spring, 0.0
+        costs.append(float(np.square(residuals(values)).sum()))
+    noise_square = fit.cost / (residuals.counted().sum() - len(names))
+    if min(costs) - fit.cost > uncertainty.confidence_factor**2 * noise_square:
+        return uncertainty
+    covariance = uncertainty.covariance.copy()
+    mixed = [K1, Kp, names.index("Fy")]
+    covariance[mixed, :] = covariance[:, mixed] = 0.0
+    covariance[mixed, mixed] = np.inf
+    text = (
+        "K1, Kp and Fy cannot be separated: these records do not show that the elasto-plastic "
+        f"branch slips; as a spring it is within K1 + Kp = {stiffness[np.argmin(costs)]:.4g} N/m"
+    )
+    others = tuple(one for one in uncertainty.undetermined if one != text)
+    return replace(uncertainty, covariance=covariance, undetermined=(text, *others))
 
 
 def _rms(
@@ -436,11 +474,15 @@ def _guesses(
     guesses = [{"K1": share * K1, "K3": (1.0 - share) * scale["K3"]} for share in (0.7, 1.3)]
     if "Kp" not in model.names:
         return guesses
+
+    def slider(yielding: float) -> dict[str, float]:
+        return {"K1": 0.6 * K1, "Kp": 0.4 * K1, "Fy": yielding * scale["Fy"]}
+
     for tau in (0.1, 1.0):
-        for yielding in (0.1, 0.4):
-            hysteresis = {"k": K1, "c": tau * K1, "Kp": 0.4 * K1, "Fy": yielding * scale["Fy"]}
-            guesses.append({"K1": 0.6 * K1, **hysteresis})
-    return guesses
+        guesses += [{**slider(share), "k": K1, "c": tau * K1} for share in (0.1, 0.4)]
+    # A slider that never slips, and the fluid branch in place of the damper.
+    C0 = base["C0"]
+    return [*guesses, {**slider(2.0), "C0": 0.1 * C0, "k": 3.0 * K1, "c": 0.9 * C0}]
 
 
 def _thinned(residuals: MountingResiduals) -> MountingResiduals:

@@ -5,6 +5,8 @@ Chunks of steps, what is kept, the energy balance, and what happens when it runs
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numba
 import numpy as np
@@ -41,10 +43,10 @@ _RUN_AWAY = 1e3
 Drive = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-#: Change of the channels' motion over a step that ends Newton's method [m]: 1e-9 of a loaded mesh's
-#: approach.
+#: Error of the channels' motion over a step that ends Newton's method [m]: 1e-9 of a loaded mesh's
+#: approach. Where changes shrink by a factor, that over one less it of the last change is left.
 _CONVERGED = 1e-13
-#: The same for a step of Newton's method, which leaves less than a thousandth of it.
+#: Change with which a step by Newton's matrix of that place ends: it leaves less than a thousandth.
 _CONVERGED_NEWTON = 1e-9
 #: Share of the largest motion over a step that rounding may leave; matters where a run is about to
 #: run away.
@@ -53,12 +55,9 @@ _MOST_ITERATIONS = 60
 #: Newton's steps are halved from here on: whoever has not arrived by now goes to and fro between
 #: pieces of a contact law.
 _HALVED_FROM = 16
-#: Plain iterations before Newton's: in steady contact the forces beyond the linear part are a few
-#: per cent of it.
-_PLAIN = 8
-#: Rollers coming into contact change the tangent at once; plain iterations would cost more than
-#: they save.
-_PLAIN_ROLLERS = 2
+#: Change over that of the iteration before from which Newton's matrix is made anew: in steady
+#: contact that of an earlier step takes all but a few per cent of the error.
+_SLOW = 0.05
 #: First channels: the carrier angle, then the flanks.
 _FLANKS = 1
 #: Channels of the housing's motion; unequal bearings follow with two each.
@@ -120,6 +119,10 @@ class StageDivergedError(RuntimeError):
         self.time = time
         self.coordinate = coordinate
         self.settled = settled
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What another process makes it of."""
+        return partial(StageDivergedError, settled=self.settled), (self.time, self.coordinate)
 
 
 def steady_drive(model: StageModel, load: SteadyLoad) -> Drive:
@@ -331,21 +334,43 @@ def _turning_tangent(
     k: StepMatrices, angle: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stiffness and damping of mount and unequal bearings beyond the linear part, carrier frame."""
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.eye(len(k.K_fixed))
-    J = np.zeros_like(R)
-    for pair in range(len(R) // 2 - 1):
-        # y and z of the housing's translation and rotation, then of each bearing.
-        y = (1, 4)[pair] if pair < 2 else _HOUSING + 2 * (pair - 2)
-        z = y + 1
-        R[y, y] = c
-        R[y, z] = -s
-        R[z, y] = s
-        R[z, z] = c
-        J[y, z], J[z, y] = -1.0, 1.0
-    damping = R.T @ k.C_fixed @ R
+    stiffness, damping = _turned(k.K_fixed, angle), _turned(k.C_fixed, angle)
     # The velocity in the fixed frame, seen from the carrier's: x' + Omega J x.
-    return R.T @ k.K_fixed @ R - k.K_mean + k.speed * (damping @ J), damping - k.C_mean
+    K_turned = stiffness - k.K_mean
+    for pair in range(_n_pairs(k.K_fixed)):
+        y, z = _pair(pair)
+        K_turned[:, y] += k.speed * damping[:, z]
+        K_turned[:, z] -= k.speed * damping[:, y]
+    return K_turned, damping - k.C_mean
+
+
+@numba.njit(cache=True)
+def _turned(fixed: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """``R.T fixed R`` with R from the carrier's frame into the fixed one, which turns y and z."""
+    c, s = np.cos(angle), np.sin(angle)
+    turned = fixed.copy()
+    for pair in range(_n_pairs(fixed)):
+        y, z = _pair(pair)
+        for j in range(len(fixed)):
+            at_y, at_z = turned[y, j], turned[z, j]
+            turned[y, j], turned[z, j] = c * at_y + s * at_z, c * at_z - s * at_y
+        for i in range(len(fixed)):
+            at_y, at_z = turned[i, y], turned[i, z]
+            turned[i, y], turned[i, z] = c * at_y + s * at_z, c * at_z - s * at_y
+    return turned
+
+
+@numba.njit(cache=True)
+def _n_pairs(fixed: NDArray[np.float64]) -> int:
+    """Pairs of y and z among the turning channels: two of the housing, one a bearing."""
+    return len(fixed) // 2 - 1
+
+
+@numba.njit(cache=True)
+def _pair(pair: int) -> tuple[int, int]:
+    """Y and z of the housing's translation and rotation, then of each bearing."""
+    y = (1, 4)[pair] if pair < 2 else _HOUSING + 2 * (pair - 2)
+    return y, y + 1
 
 
 @numba.njit(cache=True)
@@ -501,8 +526,13 @@ def _solve_channels(
     delta: NDArray[np.float64],
     old_k: NDArray[np.float64],
     force: NDArray[np.float64],
+    inverse: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Mid-step velocities of the channels, and the meshes' new stiffness."""
+    """Mid-step velocities of the channels, and the meshes' new stiffness.
+
+    `inverse` is that of Newton's matrix where it was last made, and is changed where it is made
+    anew.
+    """
     m = len(s_free)
     s = s_free + k.W @ force
     change = np.zeros(m)
@@ -513,33 +543,41 @@ def _solve_channels(
     K_turned, C_turned = _turning_tangent(k, angle + 0.5 * k.h * s_free[0])
     mount = 0.5 * k.h * K_turned + C_turned
     tangent[channel, channel] = -mount
+    turned_force = K_turned @ delta[channel]
     new_k, old_energy = old_k, _roller_energies(k, delta)
-    plain = _PLAIN if len(old_energy) == 0 else _PLAIN_ROLLERS
+    largest = np.inf
     rounding = _ROUNDING * k.h * np.abs(s).max()
     for iteration in range(_MOST_ITERATIONS):
         mid_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + 0.5 * k.h * s[0]))
         new_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + k.h * s[0]))
         _flanks(k, s, delta, (old_k, mid_k, new_k), force, tangent)
-        force[channel] = -(mount @ s[channel]) - K_turned @ delta[channel]
+        force[channel] = -(mount @ s[channel]) - turned_force
         _clearances(k, s, delta, force, tangent)
         # A call costs more than the loop over nothing in it.
         if len(old_energy):
             _rollers(k, s, delta, old_energy, force, tangent)
         if len(k.splines):
             _splines(k, s, delta, force, tangent)
-        change, enough = s - s_free - k.W @ force, _CONVERGED
-        if iteration >= plain:
-            change[:] = np.linalg.solve(_newton_matrix(k, tangent), change)
+        residual = s - s_free - k.W @ force
+        change = inverse @ residual
+        slow = np.abs(change).max() / largest
+        enough = _CONVERGED
+        if slow > 0.0:
+            enough = min(_CONVERGED * (1.0 / slow - 1.0), _CONVERGED_NEWTON)
+        if iteration >= _HALVED_FROM or slow > _SLOW:
+            inverse[:] = np.linalg.inv(_newton_matrix(k, tangent))
+            change[:] = inverse @ residual
             if iteration >= _HALVED_FROM and np.abs(change).max() * k.h > _CONVERGED_NEWTON:
                 change *= 0.5
-            # Forces of the new velocities but for a second-order rest, and in balance with them to
-            # rounding.
-            force -= tangent @ change
             enough = _CONVERGED_NEWTON
+        # Forces of the new velocities but for a second-order rest, and in balance with them to
+        # rounding.
+        force -= tangent @ change
+        largest = np.abs(change).max()
         s = s - change
         if not np.isfinite(change).all():
             return s, new_k, int(np.argmin(np.isfinite(change)))
-        if np.abs(change).max() * k.h <= enough + rounding:
+        if largest * k.h <= enough + rounding:
             return s, new_k, -1
     return s, new_k, int(np.argmax(np.abs(change)))
 
@@ -563,6 +601,7 @@ def _advance(
     a = np.ones(len(k.P))
     force = np.zeros(len(delta))
     before = np.zeros(len(delta))
+    inverse = np.eye(len(delta))
     turning = slice(_FLANKS + len(k.gaps), _FLANKS + len(k.gaps) + len(k.K_fixed))
     stiffness = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * delta[0])
     for step in range(len(drive)):
@@ -574,7 +613,7 @@ def _advance(
         a[5] = c * drive[step, 3] - s_ * drive[step, 2]
         free_w = k.A_inverse @ ((2.0 / k.h) * v - k.stiffness * q + a @ k.P)
         force, before = 2.0 * force - before, force
-        s, stiffness, unsettled = _solve_channels(k, k.B @ free_w, delta, stiffness, force)
+        s, stiffness, unsettled = _solve_channels(k, k.B @ free_w, delta, stiffness, force, inverse)
         w = free_w + force @ k.A_inverse_B
         if unsettled >= 0 or not np.isfinite(w).all():
             return (

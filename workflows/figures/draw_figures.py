@@ -114,6 +114,7 @@ def _numbers(shared: SharedRuns, needed: Sequence[str]) -> dict[str, object]:
     """What the papers print in tables beside the figures that were drawn, from the same runs."""
     from carrierflex.workflows.figures.mounting_figures import accuracy
     from carrierflex.workflows.figures.shared_runs import LABELS
+    from carrierflex.workflows.identification.identify_bushings import fitted_parameters
 
     numbers: dict[str, object] = {}
     if "stage" in needed:
@@ -128,7 +129,7 @@ def _numbers(shared: SharedRuns, needed: Sequence[str]) -> dict[str, object]:
             for model, label in LABELS.items()
         }
         numbers["table 3 of 2011, SI"] = {
-            label: dict(zip(estimate.fit.names, estimate.fit.values, strict=True))
+            label: fitted_parameters(estimate)
             for model, label in LABELS.items()
             for estimate in [shared.mounting.estimates[model]]
         }

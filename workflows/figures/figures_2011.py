@@ -236,7 +236,8 @@ FIGURES_2011 = (
         "--model hydrodynamic_bushing</code>, each simulated with what was found.",
         "The test's bushings are those of table 3 (nonlinear), so the linear model must be the "
         "worst here; in the paper the hydro-dynamic one is, which shows a search that had not "
-        "converged: it contains the nonlinear one.",
+        "converged: it contains the nonlinear one. The intervals of the constants in "
+        "figures.json do not include what no model knows: true constants may lie outside them.",
         roll_of_three_models, ("mounting",),
     ),
     PaperFigure(

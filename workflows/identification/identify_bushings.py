@@ -224,10 +224,10 @@ def _document(measured: Campaign, result: BushingIdentification) -> dict[str, An
         "campaign": measured.name,
         "model": next(iter(last.values())).model.name,
         "software": software_name(),
-        "shared": {} if joint is None else _parameters(joint),
+        "shared": {} if joint is None else fitted_parameters(joint),
         "runs": {
             run.name: {
-                "parameters": {} if joint else _parameters(last[run.name]),
+                "parameters": {} if joint else fitted_parameters(last[run.name]),
                 "rms": _run_rms(joint or last[run.name], run.name),
                 "rms_by_channel": (joint or last[run.name]).rms_by_run[run.name],
             }
@@ -276,7 +276,7 @@ def benchmark_rows(
                 "simulation_seconds": estimate.simulation_seconds,
                 "accuracy": estimate.fit.cost / estimates[0].fit.cost,
                 "rms": estimate.rms,
-                "parameters": _parameters(estimate),
+                "parameters": fitted_parameters(estimate),
                 "model_runs": estimate.fit.model_runs,
                 "seconds": estimate.seconds,
                 "complex_model_runs": search.evaluations if search else None,
@@ -287,8 +287,8 @@ def benchmark_rows(
     return rows
 
 
-def _parameters(estimate: BushingEstimate) -> dict[str, Any]:
-    """Value, error and unit by published name."""
+def fitted_parameters(estimate: BushingEstimate) -> dict[str, Any]:
+    """Value, standard deviation, 95 % interval and unit by published name, SI units."""
     return {
         name: {
             "value": estimate.fit.values[k],

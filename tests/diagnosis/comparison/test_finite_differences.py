@@ -22,6 +22,7 @@ class Record:
 
     phase: float
 
+    name = "R"
     block = np.repeat([-1, 0, 1, -1], 10)
     n_blocks = 2
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+import carrierflex.diagnosis.element.table as element_table
 from carrierflex.diagnosis.classes.columns import dahl_friction, relaxing_branches, stops
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NO_CLASS, NOTHING
 from carrierflex.diagnosis.classes.shapes import shape_words
@@ -19,7 +21,7 @@ from carrierflex.diagnosis.element.force_records import (
 )
 from carrierflex.diagnosis.element.motion import with_all_lines
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.element.table import _is_switched_on
+from carrierflex.diagnosis.element.table import _is_switched_on, table_of
 from carrierflex.simulation.element.law_forces import element_law
 from carrierflex.simulation.element.memory_laws import FIRST_FORCE
 from tests.diagnosis.element.element_campaigns import (
@@ -64,6 +66,18 @@ def test_a_stop_on_one_side_is_a_restoring_force_by_no_law_with_its_play_in_word
     assert "one side only" in shape.words
     assert "zero below 0." in shape.words
     assert (shape.band[:, 0] <= shape.band[:, 1]).all()
+
+
+def test_columns_of_long_runs_in_single_precision_leave_what_those_in_double_leave(monkeypatch):
+    """Their rounding is far below the noise, which is 1e-6 of the force here (squares)."""
+    problem = element_problem(displacement_campaign(lambda q, v: 3.0 * np.sign(v), n=2000))
+    table = problem.class_table
+    monkeypatch.setattr(element_table, "_LONG", 0)
+    single = table_of(problem.model, table, table.scores.constants)
+    for name in ("dissipation", "hysteresis", "restoring_force"):
+        left = [one.scores.of((name,)).total for one in (table, single)]
+        assert left[1] == pytest.approx(left[0], rel=1e-5)
+        assert left[1] != left[0]
 
 
 def test_friction_by_no_law_is_dissipation():
@@ -356,3 +370,46 @@ def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does()
     assert_array_equal(np.delete(kept.counts, still), np.delete(own.counts, still))
     for still in ({"v": 0.0 * v}, {"v": 0.0 * v, "a": 0.0 * v}):
         assert while_sliding(replace(own, **still), 1e-6 * speed) is None
+
+
+@pytest.mark.parametrize(("drop", "law"), [(0.8, "backlash"), (-0.8, "cubic_stiffness")])
+def test_play_is_near_a_spring_that_is_softer_at_rest_alone(drop, law):
+    """A spring that is softer beyond 0.6 mm is play of a negative stiffness, which there is not."""
+    play = displacement_campaign(
+        lambda q, v: -drop * STIFFNESS * np.clip(q, -0.6e-3, 0.6e-3), amplitudes=(1e-3, 2e-3, 4e-3)
+    )
+    (finding,) = element_problem(play).class_answer().classes
+    assert finding.id == "restoring_force"
+    assert finding.law == law
+    assert (finding.law_share > 0.95) == (law == "backlash")
+
+
+def bristles(run):
+    """Force of LuGre's bristles: 5 N sliding, 8 N at rest, stiff within 0.04 mm."""
+    fine = np.linspace(run.time[0], run.time[-1], 40 * run.time.size)
+    q = CubicSpline(run.time, run.inputs["displacement"])
+    v, step, z = q(fine, 1), fine[1] - fine[0], 0.0
+    force = np.empty(fine.size)
+    for k, speed in enumerate(v):
+        length = (5.0 + 3.0 * np.exp(-((speed / 0.005) ** 2))) / 2e5
+        rate = speed - abs(speed) / length * z
+        z = (z + step * speed) / (1.0 + step * abs(speed) / length)
+        force[k] = 2e5 * z + 20.0 * rate
+    return np.interp(run.time, fine, force)
+
+
+def stribeck(run):
+    q = CubicSpline(run.time, run.inputs["displacement"])
+    v = q(run.time, 1)
+    return np.sign(v) * (5.0 + 3.0 * np.exp(-((v / 0.01) ** 2)))
+
+
+@pytest.mark.parametrize("friction", [bristles, stribeck])
+def test_friction_that_falls_with_speed_is_no_force_surface(friction):
+    plain = displacement_campaign(no_law, n=2000)
+    runs = tuple(
+        replace(run, signals={"F": run.signals["F"] + friction(run)}) for run in plain.runs
+    )
+    found = answer(replace(plain, runs=runs))
+    assert found.ids == ("dissipation",)
+    assert found.classes[0].shape.words.startswith("dry friction")

@@ -16,6 +16,7 @@ from carrierflex.simulation.element.kernels import (
     element_values,
     no_law,
     restoring_force,
+    smooth_motions,
 )
 
 NONE = np.empty(0)
@@ -86,6 +87,25 @@ def test_motion_follows_the_law(case):
     )
     # A corner in the law (gap) costs the fourth order; everything else is far below.
     assert_allclose(q, reference.y[0], atol=(2e-4 if case == "gap" else 2e-6) * np.abs(q).max())
+
+
+def test_motions_of_several_parameter_sets_together_are_those_of_each_alone():
+    step, substeps, n = 2e-3, 4, 300
+    time = step / (2 * substeps) * np.arange(2 * n * substeps + 1)
+    fine = 6.0 * np.cos(2.0 * np.pi * 9.0 * time)
+    sets = [flat(**values) for values, _ in SMOOTH.values()]
+    sets += [flat(k=2e3, tau=0.03), flat(K1=-STIFFNESS)]  # the last runs away
+    starts = 1e-4 * np.arange(2.0 * len(sets)).reshape(2, -1)
+    h = step / substeps
+    q, v = smooth_motions(fine, starts, substeps, np.array(sets).T.copy(), h, 1e3)
+    assert np.isfinite(q[:, :-1]).all()
+    assert not np.isfinite(q[-1, -1])
+    for k, p in enumerate(sets):
+        alone = driven_motion(
+            fine, starts[:, k].copy(), substeps, p, np.array([h, 1.0]), no_law, no_law, NONE, NONE
+        )
+        assert_allclose(q[:, k], alone[0], rtol=1e-12)
+        assert_allclose(v[:, k], alone[1], rtol=1e-12)
 
 
 def test_error_falls_with_the_fourth_power_of_the_step():

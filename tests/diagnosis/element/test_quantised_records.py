@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.element.noise import carried_noise
 from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.identification.campaign_check.sample_statistics import quantisation_step
 from tests.diagnosis.element import test_drives
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
@@ -17,6 +18,16 @@ from tests.diagnosis.element.element_campaigns import (
     displacement_campaign,
     force_campaign,
 )
+
+
+def test_a_triangle_stands_on_levels_and_is_not_rounded():
+    """Its levels made a floor of 0.43 N for 0.05 N, and dry friction "agree within the noise"."""
+    ramp = 1e-5 * np.abs((np.arange(4000) + 50) % 200 - 100.0)
+    rng = np.random.default_rng(0)
+    assert quantisation_step(ramp) == 0.0
+    assert quantisation_step(in_steps(0.7 * ramp, 1e-5)) == pytest.approx(1e-5)
+    assert quantisation_step(in_steps(rng.standard_normal(4000), 1.0)) == pytest.approx(1.0)
+    assert quantisation_step(in_steps(ramp + 5e-6 * rng.standard_normal(4000), 1e-5)) > 0.0
 
 
 def rounded(campaign, *, drive=0.0, channel=0.0):

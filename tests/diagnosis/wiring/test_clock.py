@@ -9,6 +9,8 @@ from scipy.interpolate import CubicSpline
 from carrierflex.diagnosis.wiring.refits import (
     ClockDrift,
     PredictedRecord,
+    _missed,
+    _missed_by_lag,
     drifting_clocks,
     refitted_clock,
     without_delay,
@@ -104,3 +106,17 @@ def test_a_guess_that_does_not_explain_the_gap_is_sought_by_refits(campaign):
     assert clock.delay == pytest.approx(0.05, rel=0.03)
     assert square < 1e-3 * left(late)
     assert refitted_clock(late, guess, left, np.inf) == (guess, left(without_delay(late, 0.07)))
+
+
+def test_squares_of_all_lags_by_transforms_are_those_of_each_lag():
+    rng = np.random.default_rng(0)
+    predicted = 100.0 + np.cumsum(rng.standard_normal((600, 2)), axis=0)
+    measured = np.roll(predicted, 3, axis=0) + 0.01 * rng.standard_normal((600, 2))
+    measured[200:230, 0] = np.nan
+    largest = 50
+    inside = np.arange(largest, 600 - largest)
+    each = [_missed(measured[inside], predicted[inside - lag]) for lag in range(-50, 51)]
+    np.testing.assert_allclose(
+        _missed_by_lag(measured[inside], predicted), each, atol=1e-12 * max(each)
+    )
+    assert np.argmin(each) == largest + 3

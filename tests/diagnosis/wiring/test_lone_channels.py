@@ -57,6 +57,13 @@ def ac_coupled(run):
     return values - slow
 
 
+def filtered(run):
+    """Low-pass of first order, 0.15 s."""
+    share = np.median(np.diff(run.time)) / (0.15 + np.median(np.diff(run.time)))
+    values = run.signals["s137"]
+    return lfilter([share], [1.0, share - 1.0], values, zi=[(1.0 - share) * values[0]])[0]
+
+
 FAULTS = {
     "polarity": lambda run: -run.signals["s137"],
     "dead_channel": lambda run: 0.02 * run.signals["s137"],
@@ -64,7 +71,30 @@ FAULTS = {
     "crosstalk": lambda run: run.signals["s137"] + 0.1 * run.signals["s227"],
     "sensor_on_ground": lambda run: run.signals["s137"] + 8e-11 * run.inputs["torque"],
     "ac_coupled": ac_coupled,
+    "filtered_channel": filtered,
 }
+
+
+@pytest.mark.long
+def test_an_ac_coupled_channel_of_a_mounting_is_named():
+    """Its diagnosis alone has a map of the bushings and one of the loads, half each."""
+    plans = case_plans("mounting", 60, 311)
+    campaign, _ = case_campaign(next(plan for plan in plans if plan.family == NOTHING))
+
+    def slow(run):
+        share = np.median(np.diff(run.time)) / 8.0
+        values = run.signals["ssz"]
+        return (
+            values - lfilter([share], [1.0, share - 1.0], values, zi=[(1 - share) * values[0]])[0]
+        )
+
+    check = examined(with_signal(campaign, "ssz", slow), None).baseline(None, ())
+    (share,) = [
+        share
+        for rival, share in check.rivals
+        if (rival.id, rival.about) == ("wiring/ac_coupled", "ssz")
+    ]
+    assert share > 0.9
 
 
 @pytest.mark.long

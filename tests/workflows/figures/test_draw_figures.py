@@ -206,3 +206,7 @@ def test_all_figures_are_drawn(tmp_path):
     accuracy = numbers["table 2 of 2011, accuracy"]
     # Each model contains the one before it.
     assert accuracy["HD-b"] == 1.0 <= accuracy["NLin"] <= accuracy["Lin"]
+    for constants in numbers["table 3 of 2011, SI"].values():
+        for name, entry in constants.items():
+            low, high = entry["ci95"]
+            assert low is None or low <= entry["value"] <= high, name
