@@ -28,7 +28,7 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import read_document, save_json
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.toml_files import toml_document
-from carrierflex.files.versions import software_name
+from carrierflex.files.versions import software_name, versions
 from carrierflex.files.whole_files import whole_file
 from carrierflex.files.whole_folders import whole_folder
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
@@ -123,6 +123,10 @@ CALIBRATION = json_table(
     format=(Literal["carrierflex-calibration"], "Kind of the file"),
     version=(Literal[1], "Version of the format"),
     software=(str, "Name and version of this software"),
+    parameters=(str | None, "File of --parameters; null: the default carrier"),
+    take=(str | None, "Effect of --take"),
+    size=(float, "Element edge length of the deflection curves [m]"),
+    versions=(Mapping[str, str], "Versions of the software"),
 )
 
 
@@ -178,6 +182,7 @@ def main(
     header = read_campaign_header(campaign)
     _refuse(header, stage, campaign, out)
     prepared_folder(out)
+    inputs = {"parameters": parameters, "take": take, "size": size}
 
     def diagnosed(folder: Path, name: str) -> Diagnosis:
         return diagnose_campaign.main(
@@ -197,7 +202,7 @@ def main(
     for name in (AFTER, CAMPAIGN, CHANGE):
         shutil.rmtree(out / name, ignore_errors=True)
     (out / PARAMETERS_FILE).unlink(missing_ok=True)
-    _write(calibration, out)
+    _write(calibration, inputs, out)
     if not known:
         return calibration
     changes = {
@@ -226,7 +231,7 @@ def main(
     )
     if after.reduction is not None:
         calibration = _compared(calibration, after, out)
-    _write(calibration, out)
+    _write(calibration, inputs, out)
     return calibration
 
 
@@ -444,6 +449,6 @@ def _compared(calibration: Calibration, after: Diagnosis, out: Path) -> Calibrat
     return replace(calibration, text=text, ratio=change.ratio, ratio_ci95=change.ratio_ci95)
 
 
-def _write(calibration: Calibration, out: Path) -> None:
-    content = json_content(CALIBRATION, calibration, software=software_name())
-    save_json(out / CALIBRATION_FILE, content)
+def _write(calibration: Calibration, inputs: Mapping[str, object], out: Path) -> None:
+    written = {"software": software_name(), "versions": versions(), **inputs}
+    save_json(out / CALIBRATION_FILE, json_content(CALIBRATION, calibration, **written))
