@@ -183,7 +183,10 @@ def published_values(
     words = gains.words if gains else LOADS_AS_READ
     misreading = problem.misreading(fit.effects, fit.theta)
     if misreading is not None:
-        moves = np.concatenate([_misread_moves(fit, misreading.scores), _prior_moves(fit)])
+        of_model = problem.model_moves(fit.effects, fit.theta)
+        moves = np.concatenate(
+            [_misread_moves(fit, misreading.scores), _prior_moves(fit), of_model]
+        )
         values = _named_values(fit, few_blocks=True, moves=moves)
         return PublishedValues(values, errors_words(misreading.errors), ())
     shift = problem.discrepancy_shift(fit.effects, fit.theta)

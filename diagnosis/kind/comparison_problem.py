@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -233,6 +235,13 @@ class ComparisonProblem(ABC):
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading | None:
         """What the declared errors of channels and inputs do to a fit."""
         return None
+
+    def model_moves(self, effects: Effects, theta: FloatArray) -> FloatArray:
+        """Moves of the parameters by errors of the model itself, one standard deviation each.
+
+        Shape (n_errors, p); none of a model that is taken as exact.
+        """
+        return np.zeros((0, theta.size))
 
     def discrepancy_shift(self, effects: Effects, theta: FloatArray) -> FloatArray | None:
         """Shift of the parameters of a fit beside a discrepancy of no known form, shape (p,)."""
