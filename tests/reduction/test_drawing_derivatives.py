@@ -21,6 +21,7 @@ from carrierflex.reduction.drawing_derivatives import drawn_curves
 from carrierflex.reduction.pin_fit import PinFitFamily
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
+pytestmark = pytest.mark.long
 STAGE = StageParameters()
 SIZE = 0.1
 STEP = 1e-4
@@ -65,7 +66,6 @@ def test_a_rigid_fit_is_that_of_the_pin_fit_study_but_for_the_shaft_face(half, c
     assert curves[PIN_FIT].axial_order(6) == pytest.approx(order_6, rel=0.15)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("dimension", ["outer_radius", "centre_distance"])
 def test_a_dimension_meets_differences_of_the_same_mesh_moved(half, curves, dimension):
     name = f"carrier.{dimension}"

@@ -130,6 +130,7 @@ def test_planets_that_pass_make_orders_three_and_six_alone():
     assert others.max() < 1e-6 * order[3].min()
 
 
+@pytest.mark.long
 def test_the_page_shows_the_table():
     page = (Path(__file__).parents[2] / "docs" / "papers_gap.md").read_text(encoding="utf-8")
     rows = [ring_row(case) for case in CASES]
