@@ -7,7 +7,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -58,10 +58,8 @@ def write_curves(path: Path, curves: Mapping[str, DeflectionCurve]) -> None:
             writer.writerow([f"{value:.12g}" for value in row])
 
 
-def read_curves(
-    path: Path, *, radius: float = _PAPER_RADIUS, required: Collection[str] = tuple(UNIT_LOADS)
-) -> dict[str, DeflectionCurve]:
-    """Read curves by name; radial columns that are absent count as zero.
+def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, DeflectionCurve]:
+    """Read the four curves by name; radial columns that are absent count as zero.
 
     Parameters
     ----------
@@ -69,8 +67,6 @@ def read_curves(
         File with the columns of :func:`write_curves`, angles equally spaced over one turn from 0.
     radius : float
         Radius of the material circle [m].
-    required : collection of str
-        Curves without which the file is refused.
 
     Raises
     ------
@@ -78,10 +74,33 @@ def read_curves(
         Where a column is missing or unknown, a value is not a finite number, or the angles are not
         equally spaced.
     """
+    columns = _checked_columns(path, UNIT_LOADS)
+    return {name: _curve(name, columns, radius) for name in UNIT_LOADS}
+
+
+def read_derivatives(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, DeflectionCurve]:
+    """Read `PIN_FIT` and the derivatives by name; nothing of a file that has none.
+
+    Parameters and errors as of :func:`read_curves`, but that the four curves may be missing.
+    """
+    columns = _checked_columns(path, ())
+    names = [name for name in columns if name == PIN_FIT or _DERIVATIVE.fullmatch(name)]
+    return {name: _curve(name, columns, radius) for name in names if not name.endswith(_RADIAL)}
+
+
+def _curve(name: str, columns: Mapping[str, np.ndarray], radius: float) -> DeflectionCurve:
+    axial = columns[name]
+    radial = columns.get(name + _RADIAL, np.zeros_like(axial))
+    unit_load = UNIT_LOADS.get(name, UNIT_LOADS["delta_f"])
+    return DeflectionCurve(name, radius, unit_load, axial, radial)
+
+
+def _checked_columns(path: Path, required: Iterable[str]) -> dict[str, np.ndarray]:
+    """Columns of a file over one turn; refused without those that are required."""
     columns = _read_columns(path)
-    names = [name for name in columns if name != "theta_deg" and not name.endswith(_RADIAL)]
+    names = [name.removesuffix(_RADIAL) for name in columns]
     known = {"theta_deg", *UNIT_LOADS, PIN_FIT, *filter(_DERIVATIVE.fullmatch, names)}
-    unknown = [name for name in columns if name.removesuffix(_RADIAL) not in known]
+    unknown = [column for column, name in zip(columns, names, strict=True) if name not in known]
     missing = [name for name in ("theta_deg", *required) if name not in columns]
     if unknown or missing:
         what = f"unknown column {shown(unknown[0])}" if unknown else f"no column {missing[0]!r}"
@@ -96,16 +115,7 @@ def read_curves(
             f"{path}: theta_deg is not one turn in equal steps from 0; expected 0, "
             f"{expected[1]:.4g}, ... deg"
         )
-    return {
-        name: DeflectionCurve(
-            name,
-            radius,
-            UNIT_LOADS.get(name, UNIT_LOADS["delta_f"]),
-            columns[name],
-            columns.get(name + _RADIAL, np.zeros_like(columns[name])),
-        )
-        for name in names
-    }
+    return columns
 
 
 def causes_of(curves: Iterable[str]) -> tuple[str, ...]:

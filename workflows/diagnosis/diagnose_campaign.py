@@ -19,7 +19,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from carrierflex.fe.curve_files import causes_of, read_curves
+from carrierflex.fe.curve_files import causes_of, read_curves, read_derivatives
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import versions
@@ -291,12 +291,13 @@ def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCur
 
 def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:
     """Deflection curves that the rig of a carrier campaign in `folder` states."""
-    curves = default_curves()
-    if "deflection_curves" in rig:
-        curves = read_curves(folder / rig["deflection_curves"])
-    if TOLERANCES in rig:
-        curves = with_derivatives(curves)
-        _refuse_unknown_causes(rig[TOLERANCES], causes_of(curves))
+    path = folder / rig["deflection_curves"] if "deflection_curves" in rig else None
+    curves = read_curves(path) if path else default_curves()
+    if TOLERANCES not in rig:
+        return curves
+    derivatives = read_derivatives(path) if path else {}
+    curves = {**curves, **derivatives} if derivatives else with_derivatives(curves)
+    _refuse_unknown_causes(rig[TOLERANCES], causes_of(curves))
     return curves
 
 

@@ -7,7 +7,7 @@ computes it again.
 from collections.abc import Mapping
 from importlib.resources import as_file, files
 
-from carrierflex.fe.curve_files import PIN_FIT, read_curves
+from carrierflex.fe.curve_files import read_curves, read_derivatives
 from carrierflex.fe.deflection_curves import DeflectionCurve
 
 #: Difference of RMS up to which curves are the default carrier's on another mesh.
@@ -21,20 +21,18 @@ def default_curves() -> dict[str, DeflectionCurve]:
 
 
 def with_derivatives(curves: Mapping[str, DeflectionCurve]) -> dict[str, DeflectionCurve]:
-    """Curves with what their drawing allows: pin fit, and derivatives by dimensions and material.
+    """Curves with what the default carrier's drawing allows: pin fit, derivatives by its causes.
 
     Parameters
     ----------
     curves : mapping of str to DeflectionCurve
-        Of ``carrierflex curves``, with ``--derivatives`` or without.
+        Curves of the default carrier, by any mesh.
 
     Raises
     ------
     ValueError
-        Where the curves have no derivatives and are not those of the default carrier.
+        Where they are not those of the default carrier.
     """
-    if PIN_FIT in curves:
-        return dict(curves)
     nominal, given = default_curves()["delta_f"], curves["delta_f"]
     ratio = given.rms / nominal.rms
     if abs(ratio - 1.0) > _SAME_CARRIER:
@@ -45,4 +43,4 @@ def with_derivatives(curves: Mapping[str, DeflectionCurve]) -> dict[str, Deflect
         )
     path_of = files("carrierflex.workflows") / "data" / "default_curve_derivatives.csv"
     with as_file(path_of) as path:
-        return {**curves, **read_curves(path, required=(PIN_FIT,))}
+        return {**curves, **read_derivatives(path)}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.inference.results import NamedValue
-from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.curve_files import read_curves, read_derivatives
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
 from carrierflex.identification.campaign.campaign_kinds import CARRIER
@@ -102,7 +102,8 @@ def test_a_dimension_that_is_named_goes_into_the_drawing_and_its_curves(tmp_path
     assert np.isclose(result.after.rms, result.rms_predicted, rtol=0.02, atol=0.0)
     assert 0.0 < result.linear.off < 0.15
     # Known to the noise of the records, the new curve is the true one.
-    new = read_curves(out / "campaign" / "deflection_curves.csv")
+    path = out / "campaign" / "deflection_curves.csv"
+    new = {**read_curves(path), **read_derivatives(path)}
     old = default_curves()["delta_f"]
     gap = [np.std(curve.axial - true_curve.axial) for curve in (old, new["delta_f"])]
     assert gap[1] < 0.1 * gap[0]

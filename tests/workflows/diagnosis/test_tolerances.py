@@ -4,11 +4,12 @@ import re
 
 import pytest
 
-from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.fe.curve_files import read_curves, read_derivatives, write_curves
 from carrierflex.fe.deflection_curves import resampled
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
-from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
+from carrierflex.workflows.fe import compute_curves
+from carrierflex.workflows.view3d.curve_scene import curve_scene
 from tests.diagnosis.carrier.test_causes_of_the_drawing import CURVES, campaign, curve_of
 
 
@@ -40,9 +41,20 @@ def test_a_tolerance_is_positive(folder):
 
 
 def test_curves_and_derivatives_stand_in_one_file(tmp_path):
-    all_curves = with_derivatives(default_curves())
-    thin = {name: resampled(curve, 120) for name, curve in all_curves.items()}
-    write_curves(tmp_path / "curves.csv", thin)
-    read = read_curves(tmp_path / "curves.csv")
-    assert set(read) == set(all_curves)
-    assert read["pin_fit/E"].axial == pytest.approx(all_curves["pin_fit/E"].axial, rel=1e-6)
+    thin = {name: resampled(curve, 120) for name, curve in CURVES.items()}
+    path = tmp_path / "curves.csv"
+    write_curves(path, thin)
+    curves, derivatives = read_curves(path), read_derivatives(path)
+    read = {**curves, **derivatives}
+    assert set(read) == set(CURVES)
+    assert not set(curves) & set(derivatives)
+    assert read["pin_fit/E"].axial == pytest.approx(CURVES["pin_fit/E"].axial, rel=1e-6)
+
+
+def test_commands_that_show_the_four_curves_do_not_meet_the_derivatives(tmp_path):
+    """Of other units, and under no load of their own."""
+    curves = compute_curves.main(out=tmp_path, size=0.1, derivatives=True, cache=False, quiet=True)
+    assert set(curves) == {"delta_s", "delta_f", "g_s", "g_f"}
+    path = tmp_path / "deflection_curves.csv"
+    assert "pin_fit/outer_radius" in read_derivatives(path)
+    assert len(curve_scene(read_curves(path), "rim").entries) == len(curves)
