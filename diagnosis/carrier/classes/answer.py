@@ -198,20 +198,19 @@ def carrier_class_table(
         {name: group.weights for name, group in classes.groups.items()},
     )
     groups = rows.groups
+    # Unit energies, each group scaled as one; causes of a body have units of their own.
+    energy = np.diag(gram.sum(axis=0)).copy()
+    for group in groups.values():
+        energy[group.columns] = energy[group.columns].max()
+    unit = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    variance = float(floor.sum() / records.counts.sum())
+    penalty = _known_of_base(model, rows, base, unit, variance)
+    groups |= _groups_of_model(model, rows, unit)
     class_groups = {
         name: members
         for name, members in _groups_of_classes(model, has_torques=has_torques).items()
         if set(members) <= set(groups)
     }
-    # Unit energies, each group scaled as one; causes have units of their own.
-    energy = np.diag(gram.sum(axis=0)).copy()
-    for name, group in groups.items():
-        if not name.startswith(f"{_MODEL}:"):
-            energy[group.columns] = energy[group.columns].max()
-    unit = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
-    variance = float(floor.sum() / records.counts.sum())
-    penalty = _known_of_base(model, rows, base, unit, variance)
-    groups |= _groups_of_model(model, rows, unit)
     # In place: the products of all blocks are the table's alone.
     gram *= np.outer(unit, unit)
     laws = _laws(rows, model)
@@ -265,17 +264,14 @@ def _groups_of_model(
     model: CarrierModel, rows: "_TableRows", unit: FloatArray
 ) -> dict[str, ColumnGroup]:
     """Causes of every body, each penalised by its change over its tolerance."""
+    owners = np.array(rows.effects.owners)
+    bodies = np.array([body_of_effect(owner) for owner in rows.effects.owners])
     groups = {}
-    for name, group in rows.groups.items():
-        if not name.startswith(f"{_MODEL}:"):
-            continue
-        first = 1 + rows.effects.n_base
-        numbers = [
-            int(np.flatnonzero(rows.of_row[first:] == column)[0]) for column in group.columns
-        ]
-        std = [model.effects[rows.effects.owners[k]].parameters[0].scale for k in numbers]
-        weight = (unit[group.columns] / np.array(std)) ** 2
-        groups[name] = replace(group, penalty=np.diag(weight / weight.mean()))
+    for body in dict.fromkeys(filter(None, bodies.tolist())):
+        columns = rows.of_row[1 + rows.effects.n_base + np.flatnonzero(bodies == body)]
+        std = [model.effects[owner].parameters[0].scale for owner in owners[bodies == body]]
+        weight = (unit[columns] / np.array(std)) ** 2
+        groups[f"{_MODEL}:{body}"] = ColumnGroup(columns, np.diag(weight / weight.mean()))
     return groups
 
 
@@ -352,10 +348,6 @@ class _TableRows:
             columns = self.of_row[1 + self.effects.n_base + np.flatnonzero(owners == law)]
             if columns.size:
                 groups[f"{name}:{NONE}"] = ColumnGroup(columns, np.eye(columns.size))
-        bodies = np.array([body_of_effect(owner) for owner in self.effects.owners])
-        for body in dict.fromkeys(filter(None, bodies.tolist())):
-            columns = self.of_row[1 + self.effects.n_base + np.flatnonzero(bodies == body)]
-            groups[f"{_MODEL}:{body}"] = ColumnGroup(columns, np.eye(columns.size))
         return groups
 
 
@@ -430,9 +422,7 @@ def _laws(rows: _TableRows, model: CarrierModel) -> dict[str, tuple[LawColumns, 
     laws: dict[str, tuple[LawColumns, ...]] = {}
     for law, by_variant in variants.items():
         columns = tuple(map(np.array, by_variant.values()))
-        shape = model.class_of_measured.get(law, CLASS_OF_LAW.get(law, ""))
-        if body := body_of_effect(law):
-            shape = f"{_MODEL}/{body}"
+        shape = _model_class(law) or model.class_of_measured.get(law, CLASS_OF_LAW.get(law, ""))
         of_law = LawColumns(law, columns, len(model.effects[law].parameters))
         laws[shape] = (*laws.get(shape, ()), of_law)
     return laws
@@ -452,9 +442,15 @@ def _groups_of_classes(model: CarrierModel, *, has_torques: bool) -> dict[str, t
     for effect, name in _SENSOR_EFFECTS.items():
         if effect not in model.contained:
             groups[f"{name}/{NONE}"] = (f"{name}:{NONE}",)
-    for body in dict.fromkeys(filter(None, map(body_of_effect, model.effects))):
-        groups[f"{_MODEL}/{body}"] = (f"{_MODEL}:{body}",)
+    for name in filter(None, map(_model_class, model.effects)):
+        groups[name] = (f"{_MODEL}:{way_of(name)}",)
     return groups
+
+
+def _model_class(law: str) -> str:
+    """Class of a cause of the drawing, the body that it is of; empty of another law."""
+    body = body_of_effect(law)
+    return f"{_MODEL}/{body}" if body else ""
 
 
 def carrier_class_answer(
@@ -501,14 +497,13 @@ def carrier_class_answer(
     tried = [law for law in by_run if not absent.intersection(holding[law])]
     with_values = [tuple(sorted((*others, law))) for law in tried for others in ((), *laws[:1])]
     # What a tolerance allows no product knows: every cause of a body is fitted within its own.
-    of_model = [law for law in candidates if f"{_MODEL}/{body_of_effect(law)}" in shown]
-    with_causes = _with_each(laws[:1], of_model)
+    of_model = [law for law in candidates if _model_class(law) in shown]
     return replace(
         answer,
         classes_of_law=_classes_of_laws(classes_of_law, has_torques=not is_open),
         same_scores=True,
         law_sets=(*laws, *with_values),
-        causes=with_causes,
+        causes=_with_each(laws[:1], of_model),
     )
 
 
@@ -533,7 +528,7 @@ def _classes_of_laws(
     """Classes that hold each law, first the one that follows the loads as the law does."""
     ordered = {}
     for law, classes in classes_of_law.items():
-        first = f"{_MODEL}/{body_of_effect(law)}"
+        first = _model_class(law)
         if law in _LAWS:
             shape, follows = _LAWS[law]
             is_sensor = shape == OFFSET or law in _SENSOR_EFFECTS
