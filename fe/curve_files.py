@@ -11,8 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve, resampled
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import shown
 from carrierflex.files.whole_files import whole_file
@@ -116,6 +117,27 @@ def _checked_columns(path: Path, required: Iterable[str]) -> dict[str, np.ndarra
             f"{expected[1]:.4g}, ... deg"
         )
     return columns
+
+
+def axial_of_fit(
+    curves: Mapping[str, DeflectionCurve], w: float, n: int, *, cause: str = ""
+) -> NDArray[np.float64]:
+    """Axial curve ``delta_f + w d`` at n angles, shape (n,) [m per kN m].
+
+    Parameters
+    ----------
+    curves : mapping of str to DeflectionCurve
+        With `PIN_FIT`.
+    w : float
+        Share of a rigid pin fit, from 0 to 1.
+    n : int
+        Angles.
+    cause : str
+        By which the curve is derived; itself without one.
+    """
+    suffix = f"/{cause}" if cause else ""
+    free, by_fit = (resampled(curves[f"{name}{suffix}"], n) for name in ("delta_f", PIN_FIT))
+    return np.asarray(free.axial + w * by_fit.axial)
 
 
 def causes_of(curves: Iterable[str]) -> tuple[str, ...]:

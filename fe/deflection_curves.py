@@ -163,6 +163,14 @@ def resampled(curve: DeflectionCurve, n: int) -> DeflectionCurve:
     return replace(curve, axial=axial, radial=radial)
 
 
+def amplitudes_along(
+    axial: NDArray[np.float64], nominal: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Amplitude of every order of a curve along that of a nominal one, in its phase."""
+    phase = np.exp(-1j * np.angle(order_amplitudes(nominal)))
+    return np.asarray((order_amplitudes(axial) * phase).real)
+
+
 def order_amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Complex amplitude of every order of equally spaced samples of one turn.
 

@@ -11,22 +11,16 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carrierflex.fe.curve_files import PIN_FIT
-from carrierflex.fe.deflection_curves import DeflectionCurve, order_amplitudes, resampled
-from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.curve_files import axial_of_fit
+from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along, resampled
+from carrierflex.fe.materials import BODY_MATERIALS, MATERIAL_CAUSES, Material
 from carrierflex.geometry.parameter_files import StageParameters
 
 if TYPE_CHECKING:
     from carrierflex.geometry.tet_mesh import TetMesh
 
-#: Body and constant of each cause that is of a material.
-MATERIAL_CAUSES = {"E": ("carrier", "E"), "nu": ("carrier", "nu"), "pin_E": ("pins", "E")}
-#: Multiples of the number of planets whose orders are compared.
-_MULTIPLES = (1, 2, 3)
 Curves = Mapping[str, DeflectionCurve]
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,26 +184,22 @@ def linear_prediction(
     drawing : ChangedDrawing
         Curves before and after.
     """
-    n = drawing.before["delta_f"].axial.size
-
-    def joined(of: Curves, suffix: str = "") -> FloatArray:
-        free, by_fit = (resampled(of[f"{name}{suffix}"], n) for name in ("delta_f", PIN_FIT))
-        return np.asarray(free.axial + w * by_fit.axial)
-
-    before = joined(drawing.before)
-    computed = joined(drawing.after) - before
-    predicted = np.sum([change * joined(curves, f"/{p}") for p, change in changes.items()], axis=0)
+    nominal = drawing.before["delta_f"]
+    n = nominal.axial.size
+    before = axial_of_fit(drawing.before, w, n)
+    computed = axial_of_fit(drawing.after, w, n) - before
+    predicted = np.sum(
+        [change * axial_of_fit(curves, w, n, cause=p) for p, change in changes.items()], axis=0
+    )
     square = float(computed @ computed)
     error = predicted - computed
-    phase = np.exp(-1j * np.angle(order_amplitudes(before)))
-    along = [(order_amplitudes(values) * phase).real for values in (predicted, computed)]
-    step = drawing.stage.carrier.n_planets
+    along = [amplitudes_along(values, before) for values in (predicted, computed)]
     is_changed = square > 0.0
     return LinearPrediction(
         float(np.sqrt(error @ error / square)) if is_changed else float("nan"),
         float(predicted @ computed / square) if is_changed else float("nan"),
         tuple(
             OrderChange(order, *(float(values[order]) for values in along))
-            for order in (step * k for k in _MULTIPLES)
+            for order in nominal.main_orders(drawing.stage.carrier.n_planets)
         ),
     )

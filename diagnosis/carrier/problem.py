@@ -56,8 +56,8 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.gap.findings import OffOrderMotion
 from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
-from carrierflex.fe.curve_files import PIN_FIT
-from carrierflex.fe.deflection_curves import DeflectionCurve, order_amplitudes, resampled
+from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
+from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES, KnownValue
 from carrierflex.identification.campaign.records import Run
@@ -163,7 +163,7 @@ class CarrierProblem(ComparisonProblem):
     ) -> Mapping[str, Mapping[str, tuple[float, float]]]:
         """By how much each order of the rim under torque is larger than drawn, of its RMS.
 
-        ``c_n = sum_p change_p (d c_n(delta_f)/dp + w d c_n(d)/dp)`` along the drawn curve's phase.
+        ``c_n = sum_p change_p (d c_n(delta_f)/dp + w d c_n(d)/dp)`` in the drawn curve's phase.
         """
         parameters = self.parameters(effects)
         changes = [k for k, p in enumerate(parameters) if body_of_effect(p.effect)]
@@ -171,20 +171,14 @@ class CarrierProblem(ComparisonProblem):
             return {}
         curves = self.model.source.rig.curves
         w = next((theta[k] for k, p in enumerate(parameters) if p.effect == PIN_FIT), 0.0)
-        step = int(self.campaign.rig["n_planets"])
-        orders = [step * k for k in (1, 2, 3)]
-
-        def amplitudes(suffix: str) -> FloatArray:
-            """Of the sines of the axial curve, shape (n_orders,)."""
-            free = curves[f"delta_f{suffix}"]
-            by_fit = resampled(curves[f"{PIN_FIT}{suffix}"], free.axial.size)
-            return -order_amplitudes(free.axial + w * by_fit.axial).imag[orders]
-
-        drawn = amplitudes("")
-        rms = float(np.sqrt(0.5 * (drawn**2).sum()))
+        n = curves["delta_f"].axial.size
+        orders = list(curves["delta_f"].main_orders(int(self.campaign.rig["n_planets"])))
+        drawn = axial_of_fit(curves, w, n)
         causes = [parameters[k].effect.partition("/")[2] for k in changes]
-        J = np.array([amplitudes(f"/{cause}") for cause in causes]).T / rms
-        larger = np.sign(drawn) * (J @ theta[changes])
+        derivatives = [axial_of_fit(curves, w, n, cause=cause) for cause in causes]
+        J = np.array([amplitudes_along(one, drawn)[orders] for one in derivatives]).T
+        J /= np.sqrt(np.mean(drawn**2))
+        larger = J @ theta[changes]
         std = np.sqrt(np.diag(J @ covariance[np.ix_(changes, changes)] @ J.T))
         body = body_of_effect(parameters[changes[0]].effect)
         rows = zip(orders, larger.tolist(), std.tolist(), strict=True)

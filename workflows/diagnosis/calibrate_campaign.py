@@ -25,6 +25,7 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.fe.curve_files import PIN_FIT, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.materials import MATERIAL_CAUSES
 from carrierflex.files.json_files import read_document, save_json
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.toml_files import toml_document
@@ -39,7 +40,6 @@ from carrierflex.identification.campaign.declarations import TOLERANCES, KnownVa
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.reduction.changed_drawing import (
-    MATERIAL_CAUSES,
     ChangedDrawing,
     LinearPrediction,
     causes_in,

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.curve_files import PIN_FIT
 from carrierflex.fe.deflection_curves import DeflectionCurve, resampled
+from carrierflex.fe.materials import CONSTANT_UNITS, MATERIAL_CAUSES
 from carrierflex.simulation.carrier import kinematics
 from carrierflex.simulation.carrier.effect import Effect, others
 from carrierflex.simulation.carrier.effects.alike import AT_PLANET_ORDERS, STEPS_OF_TORQUE
@@ -32,14 +33,12 @@ ALLOWED_BY_DRAWING = (PIN_FIT, BOND, CURVE_ERROR)
 _MULTIPLES = (1, 2, 3, 4, 5)
 #: Standard deviations within which a change lies, and an error of the curve: beyond, it is a cause.
 _FARTHEST, _MOST_ERROR = 3.0, 2.0
-#: Units of the material constants; dimensions are in metres.
-_MATERIAL = {"E": "Pa", "nu": "1", "pin_E": "Pa"}
 FloatArray = NDArray[np.float64]
 
 
 def effect_of_cause(cause: str) -> str:
     """Effect id of a cause: ``geometry/outer_radius``, ``material/E``."""
-    return f"{'material' if cause in _MATERIAL else 'geometry'}/{cause}"
+    return f"{'material' if cause in MATERIAL_CAUSES else 'geometry'}/{cause}"
 
 
 def body_of_effect(effect: str) -> str:
@@ -47,7 +46,7 @@ def body_of_effect(effect: str) -> str:
     table, _, cause = effect.partition("/")
     if table not in ("geometry", "material") or not cause:
         return ""
-    return "pins" if cause.startswith("pin_E") else "carrier"
+    return MATERIAL_CAUSES[cause][0] if cause in MATERIAL_CAUSES else "carrier"
 
 
 def pin_fit_effect(curves: Mapping[str, DeflectionCurve]) -> Effect:
@@ -122,7 +121,7 @@ def drawing_effects(
 
 def _of_cause(name: str, curves: Mapping[str, DeflectionCurve], std: float) -> Effect:
     farthest = _FARTHEST * std
-    unit = _MATERIAL.get(name, "m")
+    unit = CONSTANT_UNITS[MATERIAL_CAUSES[name][1]] if name in MATERIAL_CAUSES else "m"
     return Effect(
         effect_of_cause(name),
         equation="change (d delta_f/dp + w d d/dp)(v - theta) T/T_unit",
