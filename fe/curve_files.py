@@ -24,6 +24,12 @@ UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}
 PIN_FIT = "pin_fit"
 #: Derivatives of ``delta_f`` and of what a rigid pin fit adds, by a dimension or material constant.
 _DERIVATIVE = re.compile(rf"(?:delta_f|{PIN_FIT})/[A-Za-z]\w*")
+#: Body, constant and unit of each cause that is of a material; the others are dimensions [m].
+MATERIAL_CAUSES = {
+    "E": ("carrier", "E", "Pa"),
+    "nu": ("carrier", "nu", "1"),
+    "pin_E": ("pins", "E", "Pa"),
+}
 _RADIAL = "_radial"
 _MOST_ROWS = 100_000
 _MOST_BYTES = 20_000_000

@@ -73,10 +73,6 @@ STEEL = Material("steel", E=210e9, nu=0.3, rho=7850.0)
 #: Material of each body of :mod:`carrierflex.geometry.carrier_mesh` and
 #: :mod:`carrierflex.geometry.main_shaft_mesh`.
 BODY_MATERIALS = {"carrier": CAST_IRON, "pins": STEEL, "main_shaft": STEEL}
-#: Units of the constants of a material.
-CONSTANT_UNITS = {"E": "Pa", "nu": "1", "rho": "kg/m^3"}
-#: Body and constant of each cause of another deflection that is of a material.
-MATERIAL_CAUSES = {"E": ("carrier", "E"), "nu": ("carrier", "nu"), "pin_E": ("pins", "E")}
 
 
 def material_of(materials: Mapping[str, Material], body: str) -> Material:

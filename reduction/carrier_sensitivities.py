@@ -34,7 +34,7 @@ from carrierflex.fe.half_sector_sensors import (
     whole_body_sensors,
 )
 from carrierflex.fe.load_cases import bonded_pin_load, gear_forces
-from carrierflex.fe.materials import BODY_MATERIALS, CONSTANT_UNITS, Material, material_of
+from carrierflex.fe.materials import BODY_MATERIALS, Material, material_of
 from carrierflex.fe.shape_extension import extended_velocity
 from carrierflex.fe.structural_model import (
     carrier_pilot_points,
@@ -67,6 +67,8 @@ from carrierflex.reduction.sensitivities import (
 )
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
+#: Constants of a material and their units.
+_CONSTANTS = {"E": "Pa", "nu": "1", "rho": "kg/m^3"}
 #: Change of a named surface that tables show [m].
 _OFFSET = 1e-3
 #: Change of any other cause that tables show, as a share of its value.
@@ -483,7 +485,7 @@ def _with_materials(
             np.zeros_like(loads),
         )
         for body in matrices.mesh.bodies
-        for name, unit in CONSTANT_UNITS.items()
+        for name, unit in _CONSTANTS.items()
     ]
     return CarrierProblem(clamped, radius, loads, (*shapes, *materials))
 

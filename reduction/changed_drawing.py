@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from carrierflex.fe.curve_files import axial_of_fit
+from carrierflex.fe.curve_files import MATERIAL_CAUSES, axial_of_fit
 from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along, resampled
-from carrierflex.fe.materials import BODY_MATERIALS, MATERIAL_CAUSES, Material
+from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.geometry.parameter_files import StageParameters
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def causes_in(
     }
     constants = {
         cause: float(getattr(materials[body], constant))
-        for cause, (body, constant) in MATERIAL_CAUSES.items()
+        for cause, (body, constant, _) in MATERIAL_CAUSES.items()
     }
     return values | constants
 
@@ -112,7 +112,7 @@ def changed_drawing(
     for name, change in dimensions.items():
         changed = with_step(changed, name, change)
     changed_materials = dict(BODY_MATERIALS)
-    for cause, (body, constant) in MATERIAL_CAUSES.items():
+    for cause, (body, constant, _) in MATERIAL_CAUSES.items():
         if cause in changes:
             of_body = changed_materials[body]
             value = getattr(of_body, constant) + changes[cause]

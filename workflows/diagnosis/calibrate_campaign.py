@@ -23,9 +23,8 @@ from carrierflex.diagnosis.inference.results import (
     Interval,
     NamedValue,
 )
-from carrierflex.fe.curve_files import PIN_FIT, write_curves
+from carrierflex.fe.curve_files import MATERIAL_CAUSES, PIN_FIT, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.fe.materials import MATERIAL_CAUSES
 from carrierflex.files.json_files import read_document, save_json
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.toml_files import toml_document

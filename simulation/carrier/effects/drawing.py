@@ -16,9 +16,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.curve_files import PIN_FIT
+from carrierflex.fe.curve_files import MATERIAL_CAUSES, PIN_FIT
 from carrierflex.fe.deflection_curves import DeflectionCurve, resampled
-from carrierflex.fe.materials import CONSTANT_UNITS, MATERIAL_CAUSES
 from carrierflex.simulation.carrier import kinematics
 from carrierflex.simulation.carrier.effect import Effect, others
 from carrierflex.simulation.carrier.effects.alike import AT_PLANET_ORDERS, STEPS_OF_TORQUE
@@ -121,7 +120,7 @@ def drawing_effects(
 
 def _of_cause(name: str, curves: Mapping[str, DeflectionCurve], std: float) -> Effect:
     farthest = _FARTHEST * std
-    unit = CONSTANT_UNITS[MATERIAL_CAUSES[name][1]] if name in MATERIAL_CAUSES else "m"
+    unit = MATERIAL_CAUSES[name][2] if name in MATERIAL_CAUSES else "m"
     return Effect(
         effect_of_cause(name),
         equation="change (d delta_f/dp + w d d/dp)(v - theta) T/T_unit",
