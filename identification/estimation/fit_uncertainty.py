@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
 from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
+from carrierflex.identification.estimation.resampling import growth_by_memory
 
 Array = NDArray[np.float64]
 
@@ -98,7 +99,7 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
     # Coordinates in which A is the identity; at a bound the residuals would fall along them.
     X = left[:, determined]
     moves = _without_each_block(X, fit.residuals - X @ (X.T @ fit.residuals), block)
-    moves *= np.sqrt(1.0 + 2.0 * _memory(moves))
+    moves *= growth_by_memory([moves[:, :, None]])
     moves = moves @ (directions[determined].T / sizes[determined]).T
     covariance = np.zeros((len(fit.free), len(fit.free)))
     unit = fit.scale[used] / length[used]
@@ -136,15 +137,6 @@ def _without_each_block(X: Array, residuals: Array, block: NDArray[np.int64]) ->
         # the block's own.
         moves[b] = np.linalg.lstsq(np.eye(X.shape[1]) - X_b.T @ X_b, gradients[b], rcond=1e-9)[0]
     return moves
-
-
-def _memory(moves: Array) -> float:
-    """Correlation of neighbouring blocks' moves over all directions; zero where negative."""
-    errors = moves - moves.mean(axis=0)
-    square = float(np.square(errors).sum())
-    # About their mean n independent errors have the correlation -1 / n.
-    r = float((errors[1:] * errors[:-1]).sum()) / square if square > 0.0 else 0.0
-    return max(r + 1.0 / len(moves), 0.0)
 
 
 def profile_likelihood(

@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.stats import t as student_t
 
 from carrierflex.identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.estimation.resampling import growth_by_memory
 from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT, column_lengths
 
 #: The jackknife needs a scatter of revolutions; with fewer the classical estimate takes its place.
@@ -232,30 +233,15 @@ def _jackknife(
         scatter = moves - moves.mean(axis=0)
         share = (run.n_revolutions - 1) / run.n_revolutions
         covariance += share * along.T @ (scatter.T @ scatter) @ along
+    errors = (
+        (run.right_side - run.matrix @ unknowns[where])
+        @ (basis[where] / eigenvalues)
+        @ basis[where].T
+        for run, where in zip(equations, positions, strict=True)
+    )
     growth = np.ones(unknowns.size)
-    growth[positions] = _growth_by_memory(equations, positions, basis, eigenvalues, unknowns)
+    growth[positions] = growth_by_memory(errors)
     return np.outer(growth, growth) * (basis @ covariance @ basis.T)
-
-
-def _growth_by_memory(
-    equations: Sequence[NormalEquations],
-    positions: NDArray[np.int64],
-    basis: NDArray[np.float64],
-    eigenvalues: NDArray[np.float64],
-    unknowns: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """``sqrt(1 + 2 r)`` of every coefficient, shape (p,); 1 where r is negative."""
-    products, squares = np.zeros((2, positions.shape[1]))
-    for run, where in zip(equations, positions, strict=True):
-        gradients = run.right_side - run.matrix @ unknowns[where]
-        errors = gradients @ (basis[where] / eigenvalues) @ basis[where].T
-        errors -= errors.mean(axis=0)
-        products += (errors[1:] * errors[:-1]).sum(axis=(0, 1))
-        squares += np.square(errors).sum(axis=(0, 1))
-    # About their mean n independent errors have the correlation -1 / n.
-    bias = float(np.mean([1.0 / run.n_revolutions for run in equations]))
-    r = np.divide(products, squares, out=np.zeros_like(squares), where=squares > 0.0)
-    return np.sqrt(1.0 + 2.0 * np.maximum(r + bias, 0.0))
 
 
 def _classical(

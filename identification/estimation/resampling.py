@@ -1,9 +1,9 @@
-"""Bootstrap draws: how often each block of a record is drawn in a sample.
+"""Bootstrap draws: how often each block of a record is drawn in a sample; memory of blocks.
 
 A sample is a row of counts, so that sums by block give a draw by one product.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,3 +87,25 @@ def two_level_counts(groups: Sequence[str], *, n_samples: int, rng: np.random.Ge
         equal = np.full(members.size, 1.0 / members.size)
         counts[:, members] = rng.multinomial(times[:, number] * members.size, equal)
     return counts
+
+
+def growth_by_memory(errors: Iterable[Array]) -> Array:
+    """Growth ``sqrt(1 + 2 r)`` of the scatter of means of neighbours that are alike, shape (p,).
+
+    r is the correlation of errors from one neighbour to the next, taken as no less than zero.
+
+    Parameters
+    ----------
+    errors : iterable of ndarray, shape (n, m, p)
+        Of each record m errors of p quantities at its n neighbours.
+    """
+    products, squares, biases = [], [], []
+    for of_record in errors:
+        about_mean = of_record - of_record.mean(axis=0)
+        products.append((about_mean[1:] * about_mean[:-1]).sum(axis=(0, 1)))
+        squares.append(np.square(about_mean).sum(axis=(0, 1)))
+        # About their mean n independent errors have the correlation -1 / n.
+        biases.append(1.0 / len(of_record))
+    product, square = np.sum(products, axis=0), np.sum(squares, axis=0)
+    r = np.divide(product, square, out=np.zeros_like(square), where=square > 0.0)
+    return np.asarray(np.sqrt(1.0 + 2.0 * np.maximum(r + np.mean(biases), 0.0)))
