@@ -1,0 +1,45 @@
+"""The site stays small: pages in the navigation, words, and no picture that nothing shows."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.docs
+
+DOCS = Path(__file__).parents[2] / "docs"
+NAVIGATION = (DOCS.parent / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
+#: Of the navigation without reference and decisions; of all pages but decisions.
+MOST_PAGES, MOST_WORDS = 22, 50_000
+
+
+def pages(navigation):
+    return re.findall(r": ([\w/]+\.md)$", navigation, re.MULTILINE)
+
+
+def written_pages():
+    return sorted(path for path in DOCS.rglob("*.md") if path.parent.name != "decisions")
+
+
+def test_the_navigation_is_short_and_holds_every_page():
+    guide, _, reference = NAVIGATION.partition("  - Reference:\n")
+    assert 15 < len(pages(guide)) <= MOST_PAGES
+    # Pages whose sections or pictures follow from the source, and the list of decisions.
+    assert len(pages(reference)) == 6
+    missing = {path.relative_to(DOCS).as_posix() for path in written_pages()} - {
+        *pages(NAVIGATION)
+    }
+    assert missing == {"reliability.md"}  # linked from validation.md
+
+
+def test_the_pages_are_short():
+    words = {path.name: len(path.read_text(encoding="utf-8").split()) for path in written_pages()}
+    assert sum(words.values()) <= MOST_WORDS, words
+
+
+def test_every_picture_is_shown():
+    shown = {DOCS.parent / "README.md", *DOCS.rglob("*.md")}
+    text = "".join(path.read_text(encoding="utf-8") for path in shown)
+    pictures = [path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.png")]
+    assert len(pictures) > 20
+    assert not [picture for picture in pictures if picture not in text]
