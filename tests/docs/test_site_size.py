@@ -1,4 +1,4 @@
-"""The site stays small: pages in the navigation, words, and no picture that nothing shows."""
+"""The site: few pages and words, no picture that nothing shows, nothing asked of the network."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,9 @@ import pytest
 pytestmark = pytest.mark.docs
 
 DOCS = Path(__file__).parents[2] / "docs"
-NAVIGATION = (DOCS.parent / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
+SETTINGS, _, NAVIGATION = (
+    (DOCS.parent / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")
+)
 #: Of the navigation without reference and decisions; of all pages but decisions.
 MOST_PAGES, MOST_WORDS = 22, 50_000
 
@@ -26,9 +28,7 @@ def test_the_navigation_is_short_and_holds_every_page():
     assert 15 < len(pages(guide)) <= MOST_PAGES
     # Pages whose sections or pictures follow from the source, and the list of decisions.
     assert len(pages(reference)) == 6
-    missing = {path.relative_to(DOCS).as_posix() for path in written_pages()} - {
-        *pages(NAVIGATION)
-    }
+    missing = {path.relative_to(DOCS).as_posix() for path in written_pages()} - {*pages(NAVIGATION)}
     assert missing == {"reliability.md"}  # linked from validation.md
 
 
@@ -43,3 +43,11 @@ def test_every_picture_is_shown():
     pictures = [path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.png")]
     assert len(pictures) > 20
     assert not [picture for picture in pictures if picture not in text]
+
+
+def test_search_from_disk_asks_nothing_of_the_network():
+    # Without a polyfill of this name the plugin offline has one fetched from unpkg.com.
+    assert "\n  - offline" in SETTINGS
+    (script,) = re.findall(r"polyfills: \[(.*iframe-worker.*)\]", SETTINGS)
+    assert "http" not in script
+    assert (DOCS / script).is_file()
