@@ -21,6 +21,7 @@ _OPTIONAL_PACKAGES = {
     "openfast-io": "OpenFAST's binary output",
     "ansys-mapdl-reader": "Ansys .full files",
     "exudyn": "tests of exported bodies",
+    "control": "state spaces as objects of python-control",
     "distributed": "--scheduler",
 }
 
