@@ -116,7 +116,7 @@ def main(
     weights = (1.0,) * (first + len(what.runs)) + (0.0,)
     stages = Stages(len(weights), quiet, weights, timed_from=first)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        body = _body(what, size)
+        body = case_body(what, size)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
     if linearised is not None:
         with stages.stage(f"writing {linearised}"):
@@ -148,7 +148,8 @@ def main(
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
 
 
-def _body(what: StageCase, size: float) -> StageBody:
+def case_body(what: StageCase, size: float) -> StageBody:
+    """Elastic body of a case: its files, or the default's by finite elements of `size` [m]."""
     if what.bodies:
         body = stage_body_of_files(
             what.bodies,
