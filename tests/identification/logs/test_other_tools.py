@@ -1,5 +1,6 @@
 """Files that other programs or libraries wrote, and two written by hand after their description."""
 
+import re
 import struct
 import warnings
 
@@ -153,6 +154,30 @@ def test_files_of_other_libraries_become_a_campaign_with_their_units(name, tmp_p
     (measured,) = run.signals.values()
     assert_allclose(run.inputs["force"], FORCE, rtol=1e-10)
     assert_allclose(measured, 1e-3 * TRAVEL, rtol=1e-10)
+
+
+def test_a_prediction_of_openfast_is_the_baseline_of_a_measurement(tmp_path):
+    measured, predicted = write_workbook(tmp_path), write_openfast(tmp_path)
+    guess = new_campaign(kind="element", from_=[measured], drive="force", out=tmp_path / "map.toml")
+    (channel,) = re.findall(r'name = "(measured_\w+)"', guess.text)
+    columns = f"""
+[simulated]
+time = {{ column = "Time", unit = "s" }}
+
+[[simulated.channels]]
+channel = "{channel}"
+column = "Disp"
+unit = "mm"
+"""
+    guess.path.write_text(guess.text + columns, encoding="utf-8")
+    imported = import_records(
+        [measured], map_=guess.path, simulated=[predicted], out=tmp_path / "campaign"
+    ).imported
+    assert imported.campaign.baseline.source == "columns"
+    assert abs(imported.shifts["run"].seconds) < 1e-6  # the same signal
+    inner = slice(5, -5)  # a shift of rounding has no sample before the first
+    predictions = imported.campaign.runs[0].predictions[channel]
+    assert_allclose(predictions[inner], 1e-3 * TRAVEL[inner], rtol=1e-5, atol=1e-9)
 
 
 def test_a_universal_file_written_by_hand_after_the_published_format(tmp_path):
