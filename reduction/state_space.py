@@ -1,9 +1,9 @@
 """A linear model as ``ẋ = A x + B u``, ``y = C x + D u``, every signal with its name and unit.
 
-A model of second order goes into its modes, ``q̈ + ΦᵀDΦ q̇ + ω² q = Φᵀ F u`` and ``y = R Φ q``, with
-the states ``ω_k q_k`` and ``q̇_k`` (without stiffness ``q_k`` in s⁻¹). All states then have one unit, A
-is skew but for the damping, motions without stiffness are exact integrators, and a mode is left out
-by its two rows and columns.
+A model of second order goes into its modes, ``q̈ + ΦᵀDΦ q̇ + ω² q = Φᵀ F u`` and ``y = R Φ q``,
+with the states ``ω_k q_k`` and ``q̇_k`` (without stiffness ``q_k`` in s⁻¹). All states have one
+unit, A is skew but for the damping, motions without stiffness are exact integrators, and a mode is
+left out by its two rows and columns.
 """
 
 from collections.abc import Mapping
