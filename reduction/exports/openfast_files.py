@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from carrierflex.files.whole_files import whole_file
 from carrierflex.reduction.exports.ordered_body import FRAME, UNITS
 from carrierflex.reduction.modes.dense_modes import dense_modes
-from carrierflex.reduction.reduced_model import FREE_MOTIONS, ReducedModel
+from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import constrained_solution
 
 Array = NDArray[np.float64]
@@ -41,6 +41,8 @@ Form = Literal["current", "flex5"]
 
 #: Standard acceleration of gravity [m/s²], along -z; OpenFAST's default.
 GRAVITY = 9.80665
+#: Stiffness over that of the interface with all else held, below which it is rounding.
+_FREE = 1e-9
 #: OpenFAST reads lines of loads into a text of this length.
 _LONGEST_LINE = 4096
 #: Seconds for which the load of `flex5` lasts; OpenFAST interpolates between its two rows.
@@ -102,7 +104,7 @@ def superelement(model: ReducedModel, pilot: str | None = None) -> Superelement:
     name = next(iter(model.pilots)) if pilot is None else pilot
     p = model.coordinates_of(name)
     f = np.setdiff1d(np.arange(model.n_coordinates), p)
-    n_free = int(model.provenance.get(FREE_MOTIONS, "6"))
+    n_free = model.n_free_motions
     if n_free not in (0, 6):
         raise ValueError(
             f"{model.name}: {n_free} of its rigid motions are free; expected all six or none: hold "
@@ -126,8 +128,16 @@ def superelement(model: ReducedModel, pilot: str | None = None) -> Superelement:
     T[f, 6:] = V
     M_r = T.T @ M @ T
     M_r[6:, 6:] = np.eye(len(f))
-    # What a free body has there is rounding, and OpenFAST takes it for a fault.
-    K_pp = np.zeros((6, 6)) if n_free == 6 else K[p] @ T_p
+    K_pp = K[p] @ T_p
+    if n_free == 6:
+        size = np.sqrt(K.diagonal()[p])
+        if (np.abs(K_pp) > _FREE * np.outer(size, size)).any():
+            raise ValueError(
+                f"{model.name}: its rigid motions meet a stiffness, and are free by its record; "
+                "expected none: reduce again, or state free_rigid_motions in its provenance"
+            )
+        # What a free body has there is rounding, and OpenFAST takes it for a fault.
+        K_pp = np.zeros((6, 6))
     others = [own for own in model.pilots if own != name]
     rows = [_translations(model, own) @ T for own in others]
     is_free = n_free == 6

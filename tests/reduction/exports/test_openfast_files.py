@@ -186,6 +186,8 @@ def test_a_held_body_has_its_stiffness_at_the_interface(pin_reduction):
     rows = model.coordinates_of("pin_1_upwind")
     K[rows, rows] += [1e8, 1e8, 2e8, 1e6, 1e6, 3e6]
     held = replace(model, K=K, provenance={**model.provenance, FREE_MOTIONS: "0"})
+    with pytest.raises(ValueError, match="meet a stiffness, and are free by its record"):
+        superelement(replace(model, K=K), PILOT)
     own = superelement(held, PILOT)
     place = 6 * list(held.pilots).index(PILOT)
     compliance = pilot_compliance(held, ())[place : place + 6, place : place + 6]
