@@ -87,7 +87,7 @@ def _full_body(size: float) -> FullBody:
     body = GroundedBody(structure.K, structure.points, structure.rigid_points)
     reference = craig_bampton(structure, 80, body=body)
     rng = np.random.default_rng(0)
-    omega = full_free_modes(structure, body, N_FREQUENCIES, rng=rng).omega
+    omega = full_free_modes(structure.M, body, N_FREQUENCIES, rng=rng).omega
     return FullBody(structure, body, omega, full_response(structure, reference))
 
 

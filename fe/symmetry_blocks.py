@@ -110,6 +110,11 @@ class SymmetryBlock:
             d, self.T.shape[0] // d, z.shape[1]
         )
 
+    def unknowns(self, partners: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Unknowns z (n, c) whose :meth:`partners` are `partners`, shape (d, n_half, c)."""
+        stacked = partners.reshape(self.T.shape[0], partners.shape[2])
+        return np.asarray(self.T.T @ stacked) / np.sqrt(self.representation.share)
+
 
 def half_sector(
     name: str,

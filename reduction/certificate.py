@@ -1,6 +1,6 @@
 """The reduction certificate: what was checked of a reduced body, wanted beside reached."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,16 +16,19 @@ from carrierflex.reduction.cyclic_symmetry import (
     modal_asymmetry_ppm,
     unlike_response,
 )
-from carrierflex.reduction.dynamic_stiffness import full_response, response_error
+from carrierflex.reduction.dynamic_stiffness import (
+    FullResponse,
+    full_response,
+    response_error,
+)
 from carrierflex.reduction.free_interface import FreeInterfaceReduction
 from carrierflex.reduction.free_modes import (
-    FreeModes,
     frequency_errors,
     full_free_modes,
     group_mac,
     reduced_free_modes,
 )
-from carrierflex.reduction.held_structure import HeldStructure
+from carrierflex.reduction.held_structure import Grounded, HeldStructure
 from carrierflex.reduction.modes.mode_rules import CUT_OFF_SHARE, FREE_CUT_OFF_SHARE
 from carrierflex.reduction.reduced_model import FREE_MOTIONS, ReducedModel
 from carrierflex.reduction.reduced_static import pilot_compliance
@@ -61,6 +64,7 @@ _LIMITS = {
 FREE_MESH = ("symmetry_order", "1")
 #: Singular value of pilots' rigid motions over the largest below which one is not held.
 _HELD = 1e-8
+_SIX = 6
 
 
 @dataclass(frozen=True)
@@ -145,11 +149,15 @@ def certify(
     if cut_off_hz is None:
         cut_off_hz = fixed_interface_cut_off(reduction.modes.omega)
     note("static compliance", 0.0)
-    checks = _compliance_checks(structure, reduction)
+    checks = compliance_checks(compliance_errors(structure, reduction))
     note("free modes", _COMPLIANCE_SHARE)
-    checks += _free_mode_checks(structure, reduction, cut_off_hz, seed)
+    checks += _free_modes_of_body(structure, reduction, cut_off_hz, seed)
     if cut_off_hz:
-        checks += _response_checks(structure, reduction, cut_off_hz, note)
+
+        def note_term(share: float) -> None:
+            note("frequency response", _RESPONSE_FROM + (1.0 - _RESPONSE_FROM) * share)
+
+        checks += response_checks(full_response(structure, reduction, note=note_term), cut_off_hz)
     return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model, cut_off_hz)))
 
 
@@ -191,8 +199,8 @@ def certify_free_interface(
     if cut_off_hz is None:
         cut_off_hz = FREE_CUT_OFF_SHARE * float(kept[-1]) / (2.0 * np.pi) if len(kept) else 0.0
     checks = [
-        *_compliance_checks(structure, reduction),
-        *_free_mode_checks(structure, reduction, cut_off_hz, seed),
+        *compliance_checks(compliance_errors(structure, reduction)),
+        *_free_modes_of_body(structure, reduction, cut_off_hz, seed),
     ]
     return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model, cut_off_hz)))
 
@@ -274,7 +282,9 @@ def compliance_errors(
         answer = reduction.body.displacement(G.T.toarray())
     exact = G @ answer
     names = [pilot.name for pilot in reference]
-    return _by_pilot(pilot_compliance(reduction.model, names) - exact, exact, others)
+    return _by_pilot(
+        pilot_compliance(reduction.model, names) - exact, exact, numbered_coordinates(others)
+    )
 
 
 def compliance_errors_by_fields(
@@ -282,12 +292,8 @@ def compliance_errors_by_fields(
 ) -> dict[str, float]:
     """The errors of :func:`compliance_errors` without a factor of the full body.
 
-    The constraint modes Ψ of any reduction are put into the full body's equations:
-
-        K_full = (G Ψ)ᵀ K_bb + K_bb G Ψ - Ψᵀ K Ψ
-
-    is its stiffness at the pilots but for the square of the error of Ψ, every field being its own
-    adjoint; with the compliance C of the reduced body the error is ``C (K_full - K_bb) C``.
+    With the stiffness of :func:`stiffness_of_fields` and the compliance C of the reduced body the
+    error is ``C (K_full - K_bb) C``.
 
     Parameters
     ----------
@@ -297,28 +303,67 @@ def compliance_errors_by_fields(
         Its reduction, the pilots' coordinates first.
     Psi : ndarray, shape (n_dofs, m)
         Constraint modes of the reduction at the nodes of the full body.
+    """
+    G = sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots]))
+    m = Psi.shape[1]
+    return compliance_errors_of_stiffness(
+        model, stiffness_of_fields(structure.K, G, Psi, model.K[:m, :m])
+    )
+
+
+def stiffness_of_fields(
+    K: sp.csr_array, G: sp.csr_array, Psi: NDArray[np.float64], K_bb: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Stiffness of the full body at its pilots, from the constraint modes of any reduction.
+
+    They are put into the full body's equations,
+
+        K_full = (G Ψ)ᵀ K_bb + K_bb G Ψ - Ψᵀ K Ψ,
+
+    right but for the square of the error of Ψ, every field being its own adjoint.
+
+    Parameters
+    ----------
+    K : csr_array, shape (n, n)
+        Stiffness of the full body, or of a block of it.
+    G : csr_array, shape (m, n)
+        Its pilots.
+    Psi : ndarray, shape (n, m)
+        Constraint modes.
+    K_bb : ndarray, shape (m, m)
+        Stiffness that the reduction has.
 
     References
     ----------
     Pierce and Giles (2000), SIAM Review 42(2), 247-264, equation 2.6.
     """
-    reference, others = _holding_pilots(structure)
-    m, first = Psi.shape[1], sum(len(pilot.components) for pilot in reference)
-    K_bb = model.K[:m, :m]
-    moved = sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots])) @ Psi
-    K_full = moved.T @ K_bb + K_bb @ moved - Psi.T @ (structure.K @ Psi)
-    C = pilot_compliance(model, [pilot.name for pilot in reference])
-    return _by_pilot(C @ (K_full - K_bb)[first:, first:] @ C, C, others)
+    moved = G @ Psi
+    return np.asarray(moved.T @ K_bb + K_bb @ moved - Psi.T @ (K @ Psi))
+
+
+def compliance_errors_of_stiffness(
+    model: ReducedModel, K_full: NDArray[np.float64]
+) -> dict[str, float]:
+    """The errors of :func:`compliance_errors` from the full body's stiffness at its pilots.
+
+    All pilots have six coordinates; K_full has the shape (6 p, 6 p).
+    """
+    reference, *others = model.pilots
+    C = pilot_compliance(model, [reference])
+    difference = (K_full - model.K[: len(K_full), : len(K_full)])[_SIX:, _SIX:]
+    rows = {name: np.arange(_SIX * i, _SIX * i + _SIX) for i, name in enumerate(others)}
+    return _by_pilot(C @ difference @ C, C, rows)
 
 
 def _by_pilot(
-    difference: NDArray[np.float64], compliance: NDArray[np.float64], pilots: Sequence[Pilot]
+    difference: NDArray[np.float64],
+    compliance: NDArray[np.float64],
+    rows: Mapping[str, NDArray[np.int64]],
 ) -> dict[str, float]:
     """Largest entry of every pilot over the geometric mean of its two diagonal entries."""
     diagonal = compliance.diagonal()
     relative = np.abs(difference) / np.sqrt(np.outer(diagonal, diagonal))
-    rows = numbered_coordinates(pilots)
-    return {name: float(relative[own].max()) for name, own in rows.items()}
+    return {name: float(relative[of_pilot].max()) for name, of_pilot in rows.items()}
 
 
 def _holding_pilots(structure: StructuralModel) -> tuple[tuple[Pilot, ...], tuple[Pilot, ...]]:
@@ -338,71 +383,126 @@ def _holding_pilots(structure: StructuralModel) -> tuple[tuple[Pilot, ...], tupl
     )
 
 
-def _compliance_checks(
-    structure: StructuralModel, reduction: Reduction | FreeInterfaceReduction
-) -> list[Check]:
+def compliance_checks(errors: Mapping[str, float]) -> list[Check]:
+    """Lines of the certificate on the errors of :func:`compliance_errors`."""
     limit = _LIMITS["static compliance"]
-    errors = compliance_errors(structure, reduction)
     return [
         _below(f"static compliance at {pilot}", error, limit) for pilot, error in errors.items()
     ]
 
 
-def _free_mode_checks(
+def _free_modes_of_body(
     structure: StructuralModel,
     reduction: Reduction | FreeInterfaceReduction,
     cut_off_hz: float,
     seed: int,
 ) -> list[Check]:
-    full = _free_modes_beyond(structure, reduction, cut_off_hz, seed)
-    n_rigid = reduction.body.rigid_modes.shape[1]
-    reduced = reduced_free_modes(
-        reduction.model, reduction.basis, 2 * len(full.omega), n_rigid=n_rigid
+    model = reduction.model
+    errors = free_mode_errors(
+        structure.M, reduction.body, (model.K, model.M), reduction.basis, cut_off_hz, seed=seed
     )
+    return free_mode_checks(errors, cut_off_hz)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeModeErrors:
+    """How well a reduction has the free modes of the full body, or of a block of it.
+
+    Parameters
+    ----------
+    omega : ndarray, shape (k,)
+        Angular frequencies of the full body [rad/s], ascending, the last beyond the cut-off.
+    errors : ndarray, shape (k,)
+        Relative errors of the reduced ones.
+    mac : ndarray, shape (k,)
+        Modal assurance, as :func:`carrierflex.reduction.free_modes.group_mac` has it.
+    """
+
+    omega: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    mac: NDArray[np.float64]
+
+    @classmethod
+    def together(cls, blocks: Sequence["FreeModeErrors"]) -> "FreeModeErrors":
+        """Those of all blocks of a body."""
+        order = np.argsort(np.concatenate([block.omega for block in blocks]), kind="stable")
+        return cls(
+            np.concatenate([block.omega for block in blocks])[order],
+            np.concatenate([block.errors for block in blocks])[order],
+            np.concatenate([block.mac for block in blocks])[order],
+        )
+
+    def repeated(self, times: int) -> "FreeModeErrors":
+        """Each mode so many times: the partners of a pair."""
+        return FreeModeErrors(
+            np.repeat(self.omega, times), np.repeat(self.errors, times), np.repeat(self.mac, times)
+        )
+
+
+def free_mode_errors(
+    M: sp.csr_array,
+    body: Grounded,
+    reduced_matrices: tuple[NDArray[np.float64], NDArray[np.float64]],
+    basis: NDArray[np.float64],
+    cut_off_hz: float,
+    *,
+    n_modes: int = _FREE_MODES,
+    seed: int = 0,
+) -> FreeModeErrors:
+    """Free modes of a full problem up to the cut-off, and the errors of the reduced ones.
+
+    Parameters
+    ----------
+    M : csr_array, shape (n, n)
+        Mass matrix [kg] of the full body, or of a block of it.
+    body : Grounded
+        Its factor.
+    reduced_matrices : tuple of ndarray
+        K and M of its reduction.
+    basis : ndarray, shape (n, k)
+        Fields of the reduced coordinates.
+    cut_off_hz : float
+        Frequency that the last mode is beyond.
+    n_modes : int
+        Modes computed at first.
+    seed : int
+        Seed of the starting block.
+    """
+    while True:
+        full = full_free_modes(M, body, n_modes, rng=np.random.default_rng(seed))
+        # A small body may have no more of them.
+        if len(full.omega) < n_modes or full.omega[-1] >= 2.0 * np.pi * cut_off_hz:
+            break
+        n_modes *= 2
+    n_rigid = body.rigid_modes.shape[1]
+    reduced = reduced_free_modes(*reduced_matrices, basis, 2 * len(full.omega), n_rigid=n_rigid)
     errors = np.abs(frequency_errors(full, reduced))
-    n = int(np.count_nonzero(full.omega < 2.0 * np.pi * cut_off_hz))
-    if not len(errors):
+    k = len(errors)
+    return FreeModeErrors(full.omega[:k], errors, group_mac(M, full, reduced)[:k])
+
+
+def free_mode_checks(modes: FreeModeErrors, cut_off_hz: float) -> list[Check]:
+    """Lines of the certificate on the free modes below the cut-off [Hz]."""
+    n = int(np.count_nonzero(modes.omega < 2.0 * np.pi * cut_off_hz))
+    if not len(modes.errors):
         return [Check("free frequencies: the body has none", "reported", 0.0, True)]
     if n == 0:
-        first = full.omega[0] / (2.0 * np.pi)
+        first = modes.omega[0] / (2.0 * np.pi)
         name = f"free frequencies: none below the cut-off; error of the first, {first:.0f} Hz"
-        return [Check(name, "reported", float(errors[0]), True)]
-    mac = float(group_mac(structure, full, reduced)[:n].min())
+        return [Check(name, "reported", float(modes.errors[0]), True)]
+    mac = float(modes.mac[:n].min())
     return [
         _below(
-            f"free frequencies, {n} below the cut-off", errors[:n].max(), _LIMITS["free frequency"]
+            f"free frequencies, {n} below the cut-off",
+            modes.errors[:n].max(),
+            _LIMITS["free frequency"],
         ),
         Check(f"MAC of these {n} modes", f"> {_LIMITS['MAC']:g}", mac, mac > _LIMITS["MAC"]),
     ]
 
 
-def _free_modes_beyond(
-    structure: StructuralModel,
-    reduction: Reduction | FreeInterfaceReduction,
-    cut_off_hz: float,
-    seed: int,
-) -> FreeModes:
-    """Free modes of the full body, the last of them beyond the cut-off."""
-    n_modes = _FREE_MODES
-    while True:
-        rng = np.random.default_rng(seed)
-        full = full_free_modes(structure, reduction.body, n_modes, rng=rng)
-        # A small body may have no more of them.
-        if len(full.omega) < n_modes or full.omega[-1] >= 2.0 * np.pi * cut_off_hz:
-            return full
-        n_modes *= 2
-
-
-def _response_checks(
-    structure: StructuralModel,
-    reduction: Reduction,
-    cut_off_hz: float,
-    note: Callable[[str, float], None],
-) -> list[Check]:
-    def note_term(share: float) -> None:
-        note("frequency response", _RESPONSE_FROM + (1.0 - _RESPONSE_FROM) * share)
-
-    response = full_response(structure, reduction, note=note_term)
+def response_checks(response: FullResponse, cut_off_hz: float) -> list[Check]:
+    """Lines of the certificate on the frequency response up to the cut-off [Hz]."""
     band = 2.0 * np.pi * np.linspace(0.05, 1.0, 20) * cut_off_hz
     errors = np.array(
         [response_error(response, float(omega), len(response.omega)) for omega in band]
@@ -414,7 +514,7 @@ def _response_checks(
             _LIMITS["response"],
         )
     ]
-    if structure.sensors:
+    if len(response.sensors_static):
         checks.append(
             _below(
                 "frequency response at the sensors up to the cut-off",

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import Reduction
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.held_structure import HeldStructure
 
 #: Loss factor η of the comparison: twice the 2 % of critical damping that the bodies have.
@@ -126,12 +127,51 @@ def full_response(
     note : callable
         Told before each solve what share of them is done.
     """
-    fixed_interface = HeldStructure(reduction.body, structure.pilots)
-    modes, M = reduction.modes, structure.M
-    m = reduction.Psi.shape[1]
-    F = M @ reduction.Psi
-    L = modes.Phi.T @ F
     rows = structure.sensors.rows if structure.sensors else sp.csr_array((0, structure.n_dofs))
+    m = reduction.Psi.shape[1]
+    return response_of_fields(
+        HeldStructure(reduction.body, structure.pilots),
+        structure.M,
+        reduction.Psi,
+        reduction.model.K[:m, :m],
+        reduction.modes,
+        rows,
+        note=note,
+    )
+
+
+def response_of_fields(
+    fixed_interface: HeldStructure,
+    M: sp.csr_array,
+    Psi: NDArray[np.float64],
+    K_bb: NDArray[np.float64],
+    modes: FixedInterfaceModes,
+    rows: sp.csr_array,
+    *,
+    note: Callable[[float], None] = lambda share: None,
+) -> FullResponse:
+    """The same from the fields of the reduction: of a body, or of a block of a symmetric one.
+
+    Parameters
+    ----------
+    fixed_interface : HeldStructure
+        The problem with its pilots held, m coordinates, n unknowns.
+    M : csr_array, shape (n, n)
+        Its mass matrix [kg].
+    Psi : ndarray, shape (n, m)
+        Constraint modes.
+    K_bb : ndarray, shape (m, m)
+        Their stiffness.
+    modes : FixedInterfaceModes
+        Fixed-interface modes kept.
+    rows : csr_array, shape (n_sensors, n)
+        Sensor readings.
+    note : callable
+        Told before each solve what share of them is done.
+    """
+    m = Psi.shape[1]
+    F = M @ Psi
+    L = modes.Phi.T @ F
     moments, sensor_moments = [], []
     force = F - M @ (modes.Phi @ L)
     for term in range(_TERMS):
@@ -143,12 +183,12 @@ def full_response(
         sensor_moments.append(rows @ X)
         force = M @ X
     return FullResponse(
-        K_bb=reduction.model.K[:m, :m],
-        M_bb=reduction.Psi.T @ F,
+        K_bb=K_bb,
+        M_bb=Psi.T @ F,
         omega=modes.omega,
         L=L,
         moments=np.array(moments),
-        sensors_static=rows @ reduction.Psi,
+        sensors_static=rows @ Psi,
         sensors_modal=rows @ modes.Phi,
         sensor_moments=np.array(sensor_moments),
     )

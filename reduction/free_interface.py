@@ -166,7 +166,7 @@ def _kept_free_modes(
     """Lowest elastic modes of the free body that a rule keeps: whole groups of equal frequency."""
 
     def lowest_modes(n_modes: int) -> FreeModes:
-        return full_free_modes(structure, body, n_modes, rng=rng)
+        return full_free_modes(structure.M, body, n_modes, rng=rng)
 
     modes, count = modes_by_rule(rule, lowest_modes, structure.n_dofs)
     return FreeModes(modes.Phi[:, :count], modes.omega[:count])

@@ -4,12 +4,12 @@ By number, by the frequency up to which it is used, by cut-off frequency, or by 
 response.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.reduction.dynamic_stiffness import full_response, modes_needed
+from carrierflex.reduction.dynamic_stiffness import FullResponse, full_response, modes_needed
 from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.modes.mode_rules import (
     CUT_OFF_SHARE,
@@ -27,17 +27,22 @@ DEFAULT_FREQUENCY = 750.0
 _MOST_MODES = 320
 
 
-def chosen_modes(
-    structure: StructuralModel, body: Grounded, options: Mapping[str, Any]
-) -> ModeRule:
+#: Frequency response of a body, full and reduced to the modes of a rule.
+ResponseOfRule = Callable[[ModeRule], FullResponse]
+
+
+def response_of_body(structure: StructuralModel, body: Grounded) -> ResponseOfRule:
+    """Response of a body to the modes of a rule; `body`, its factor, serves every rule."""
+    return lambda rule: full_response(structure, craig_bampton(structure, rule, body=body))
+
+
+def chosen_modes(response_of: ResponseOfRule, options: Mapping[str, Any]) -> ModeRule:
     """Rule for the number of modes by what the options ask for.
 
     Parameters
     ----------
-    structure : StructuralModel
-        The body.
-    body : Grounded
-        The same, to be factorised once for the count and the reduction.
+    response_of : callable
+        Response of the body by a rule, asked where the response counts.
     options : mapping
         As :func:`rule_of_options` takes them, or ``frf_tolerance`` with ``frf_up_to`` [Hz].
 
@@ -48,7 +53,7 @@ def chosen_modes(
     """
     if options.get("frf_tolerance") is not None:
         return modes_for_response(
-            structure, body, float(options["frf_up_to"]), float(options["frf_tolerance"])
+            response_of, float(options["frf_up_to"]), float(options["frf_tolerance"])
         )
     return rule_of_options(options)
 
@@ -93,16 +98,14 @@ def _frequency_of_use(options: Mapping[str, Any]) -> float:
 
 
 def modes_for_response(
-    structure: StructuralModel, body: Grounded, frequency_hz: float, tolerance: float
+    response_of: ResponseOfRule, frequency_hz: float, tolerance: float
 ) -> ModeRule:
     """Fewest modes whose frequency response at pilots and sensors is met up to a frequency.
 
     Parameters
     ----------
-    structure : StructuralModel
-        The body.
-    body : Grounded
-        Its factor.
+    response_of : callable
+        Response of the body by a rule.
     frequency_hz : float
         End of the band [Hz].
     tolerance : float
@@ -127,12 +130,11 @@ def modes_for_response(
     # The series of the left-out modes converges from twice the band's end on.
     tried: ModeRule = Below(2.0 * frequency_hz)
     while True:
-        reduction = craig_bampton(structure, tried, body=body)
+        response = response_of(tried)
         try:
-            needed = modes_needed(full_response(structure, reduction), frequency_hz, tolerance)
-            return AtLeast(needed)
+            return AtLeast(modes_needed(response, frequency_hz, tolerance))
         except ValueError:
-            n_modes = max(10, 2 * len(reduction.modes.omega))
+            n_modes = max(10, 2 * len(response.omega))
             if n_modes > _MOST_MODES:
                 raise
             tried = AtLeast(n_modes)

@@ -4,16 +4,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 import scipy.spatial
 from numpy.typing import NDArray
 
 from carrierflex.fe.dense_threads import one_dense_thread
 from carrierflex.fe.half_sector_sensors import HalfSectorSensors
-from carrierflex.fe.symmetry_blocks import HalfSector, symmetry_block
+from carrierflex.fe.symmetry_blocks import HalfSector, SymmetryBlock, symmetry_block
 from carrierflex.geometry.dihedral_group import IrreducibleRepresentation
 from carrierflex.reduction.craig_bampton import MODAL_DAMPING_RATIO, coordinate_labels
 from carrierflex.reduction.ffrf_data import FfrfData, ffrf_data
-from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
 from carrierflex.reduction.held_structure import GroundedBlock, HeldStructure
 from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule, rule_of
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
@@ -25,18 +26,45 @@ _SPARE_MODES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class _SymmetricBasis:
-    """Craig-Bampton basis of a body with dihedral symmetry, held on its half sector."""
+class SymmetricBasis:
+    """Craig-Bampton basis of a body with dihedral symmetry, held on its half sector.
+
+    Behind the pilots' columns of T stand the modes' partners, `kinds` in the order of the modes.
+    """
 
     half: HalfSector
     K_bb: NDArray[np.float64]
     omega: NDArray[np.float64]
     T: NDArray[np.float64]
     motions: NDArray[np.float64]
+    kinds: tuple[IrreducibleRepresentation, ...]
+
+    def mode_columns(self, kind: IrreducibleRepresentation) -> NDArray[np.int64]:
+        """Columns of T of the modes that follow `kind`, shape (k, d)."""
+        ends = np.cumsum([len(self.K_bb), *(each.dimension for each in self.kinds)])
+        first = [end for end, each in zip(ends, self.kinds, strict=False) if each is kind]
+        return np.array(first, dtype=np.int64)[:, None] + np.arange(kind.dimension)
+
+    def on_block(self, block: SymmetryBlock) -> tuple[NDArray[np.float64], FixedInterfaceModes]:
+        """Constraint modes and kept modes of a block, as its unknowns."""
+        m, columns = len(self.K_bb), self.mode_columns(block.representation)
+        Psi = block.unknowns(self.T[:, :m] @ block.pilot_coordinates)
+        Phi = block.unknowns(self.T[:, columns.T].transpose(1, 0, 2))
+        return Psi, FixedInterfaceModes(Phi, self.omega[columns[:, 0] - m])
 
     def on_image(self, number: int, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn `rows` (..., m + k), read from the half sector, into those of its image."""
         return np.asarray(rows @ self.motions[number].T)
+
+    def on_images(
+        self, images: NDArray[np.int64], rows: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Turn rows (n, m + k), read from the half sector, each into that of its own image."""
+        turned = np.empty_like(rows)
+        for number in np.unique(images):
+            on_image = images == number
+            turned[on_image] = self.on_image(int(number), rows[on_image])
+        return turned
 
     def inertia_invariants(self) -> FfrfData:
         """Inertia invariants of the whole body: those of all images of the half sector."""
@@ -86,10 +114,13 @@ class SymmetricReduction:
         What simulation works with.
     basis : SymmetricBasis
         Basis on the half sector.
+    sensors : HalfSectorSensors
+        Sensors of the whole body; may be none.
     """
 
     model: ReducedModel
-    basis: _SymmetricBasis
+    basis: SymmetricBasis
+    sensors: HalfSectorSensors
 
 
 @one_dense_thread()
@@ -131,6 +162,10 @@ def symmetric_craig_bampton(
     SingularMatrixError, AccuracyError, ValueError
         From the factorisations and the eigenvalue problems.
     """
+    if sensors is None:
+        sensors = HalfSectorSensors(
+            (), sp.csr_array((0, half.structure.n_dofs)), np.zeros(0, dtype=np.int64)
+        )
     basis = _symmetric_basis(half, kept, seed=seed)
     m, n = len(basis.K_bb), basis.T.shape[1]
     ffrf = basis.inertia_invariants()
@@ -148,21 +183,13 @@ def symmetric_craig_bampton(
         labels=coordinate_labels(names, omega),
         pilots=dict(half.pilots),
         pilot_coordinates={name: np.arange(6 * i, 6 * i + 6) for i, name in enumerate(names)},
-        sensor_names=sensors.names if sensors else (),
-        sensor_rows=_sensor_rows(basis, sensors) if sensors else np.zeros((0, n)),
+        sensor_names=sensors.names,
+        sensor_rows=basis.on_images(sensors.images, sensors.rows @ basis.T),
         mass_properties=_mass_properties(ffrf),
         provenance=dict(provenance or {}),
         ffrf=ffrf,
     )
-    return SymmetricReduction(model, basis)
-
-
-def _sensor_rows(basis: _SymmetricBasis, sensors: HalfSectorSensors) -> NDArray[np.float64]:
-    rows = sensors.rows @ basis.T
-    for number in np.unique(sensors.images):
-        on_image = sensors.images == number
-        rows[on_image] = basis.on_image(int(number), rows[on_image])
-    return np.asarray(rows)
+    return SymmetricReduction(model, basis, sensors)
 
 
 def _mass_properties(ffrf: FfrfData) -> MassProperties:
@@ -190,7 +217,7 @@ class _SolvedBody:
     omega: NDArray[np.float64]
 
 
-def _symmetric_basis(half: HalfSector, kept: int | ModeRule, *, seed: int = 0) -> _SymmetricBasis:
+def _symmetric_basis(half: HalfSector, kept: int | ModeRule, *, seed: int = 0) -> SymmetricBasis:
     """Craig-Bampton basis of a body with dihedral symmetry."""
 
     def lowest_modes(n_modes: int) -> _SolvedBody:
@@ -208,13 +235,14 @@ def _symmetric_basis(half: HalfSector, kept: int | ModeRule, *, seed: int = 0) -
             K_bb += X @ part.K_bb @ X.T
     T_modes = [solved[b].Phi[:, :, i].T for b, i in chosen]
     kinds = [solved[b].kind for b, _ in chosen]
-    return _SymmetricBasis(
+    return SymmetricBasis(
         half=half,
         K_bb=(K_bb + K_bb.T) / 2.0,
         omega=np.array(
             [solved[b].omega[i] for b, i in chosen for _ in range(solved[b].kind.dimension)]
         ),
         T=np.concatenate([T_pilots, *T_modes], axis=1),
+        kinds=tuple(kinds),
         motions=np.array(
             [
                 scipy.linalg.block_diag(Q, *(kind.matrices[number] for kind in kinds))

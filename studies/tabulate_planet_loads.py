@@ -41,6 +41,7 @@ from carrierflex.identification.carrier.planet_loads import (
     measured_turn,
 )
 from carrierflex.reduction.mode_count import rule_of_options
+from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.hidden_stages import (
@@ -61,7 +62,7 @@ from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import NotConvergedError
 from carrierflex.workflows.outputs import prepared_folder, save_table
 from carrierflex.workflows.progress import Stages
-from carrierflex.workflows.reduction.half_sector_bodies import reduced_by_symmetry
+from carrierflex.workflows.reduction.half_sector_bodies import half_sector_body
 from carrierflex.workflows.simulation.stage_bodies import reduced_pin
 from studies.case_files import make_missing, read_case, write_table
 
@@ -107,7 +108,8 @@ class LoadsRow:
 def reduced_bodies(size: float) -> Bodies:
     """Default carrier and pin by elements of `size` [m]; the carrier from its half sector."""
     rule, stage = rule_of_options({}), read_parameters(None)
-    reduction, _ = reduced_by_symmetry("flexible_carrier", stage, size, rule, cut_off_hz=None)
+    half, sensors = half_sector_body("flexible_carrier", stage, size)
+    reduction = symmetric_craig_bampton(half, rule, sensors=sensors)
     return Bodies(reduction.model, reduced_pin(size), StageData(gear=GearData()))
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.tet_mesh import (
     TetMesh,
@@ -73,9 +72,7 @@ class BodyShapes:
         return self.T @ q
 
 
-def body_shapes(
-    mesh: GivenMesh, structure: StructuralModel, basis: NDArray[np.float64]
-) -> BodyShapes:
+def body_shapes(mesh: GivenMesh, fields: NDArray[np.float64]) -> BodyShapes:
     """Boundary of a mesh and a basis on it.
 
     The quadratic elements' corner nodes are kept, their mid-side nodes are not: a fourth of the
@@ -85,21 +82,18 @@ def body_shapes(
     ----------
     mesh : TetMesh or NamedSolids
         Mesh of the body.
-    structure : StructuralModel
-        Its finite elements.
-    basis : ndarray, shape (n_dofs, n_coordinates)
-        Displacement field of every reduced coordinate.
+    fields : ndarray, shape (3 n_nodes, n_coordinates)
+        Displacement of all nodes for one unit of every reduced coordinate.
     """
     facets = boundary_facets(mesh.tets) if isinstance(mesh, TetMesh) else mesh.boundary()
     corners, facet_of = corner_triangles(facets)
     nodes, triangles = np.unique(corners, return_inverse=True)
     triangles = triangles.reshape(corners.shape)
     rows = (3 * nodes[:, None] + np.arange(3)).ravel()
-    fields = structure.nodal_displacement(basis)[rows]
     return BodyShapes(
         points=mesh.points[nodes],
         triangles=triangles,
         surface_names=tuple(mesh.surfaces),
         surface_of=surface_of_facets(facets, mesh.surfaces)[facet_of],
-        T=fields.reshape(len(nodes), 3, -1),
+        T=fields[rows].reshape(len(nodes), 3, -1),
     )

@@ -21,7 +21,7 @@ from carrierflex.reduction.interface_mass import (
     has_fixed_interface_modes,
     rigid_motion_of_interface,
 )
-from carrierflex.reduction.mode_count import chosen_modes, modes_for_response
+from carrierflex.reduction.mode_count import chosen_modes, modes_for_response, response_of_body
 from carrierflex.reduction.modes.dense_modes import dense_modes
 from carrierflex.reduction.modes.mode_rules import AtLeast
 from carrierflex.reduction.orthonormal_form import orthonormal_form
@@ -204,17 +204,18 @@ def test_weight_of_a_free_interface_body_is_its_mass_times_rigid_motion_too():
 def test_fewest_modes_for_a_response_are_enough_and_one_fewer_is_not():
     body = GroundedBody(STRUCTURE.K, STRUCTURE.points)
     band, tolerance = 3000.0, 0.02
-    rule = modes_for_response(STRUCTURE, body, band, tolerance)
+    response_of = response_of_body(STRUCTURE, body)
+    rule = modes_for_response(response_of, band, tolerance)
     n = rule.n_modes
     response = full_response(STRUCTURE, craig_bampton(STRUCTURE, 24, body=body))
     omegas = 2.0 * np.pi * band * np.linspace(0.05, 1.0, 20)
     assert max(response_error(response, omega, n)[0] for omega in omegas) <= tolerance
     assert max(response_error(response, omega, n - 1)[0] for omega in omegas) > tolerance
     options = {"frf_tolerance": tolerance, "frf_up_to": band}
-    assert chosen_modes(STRUCTURE, body, options) == rule
-    assert chosen_modes(STRUCTURE, body, {"modes": 3}) == AtLeast(3)
+    assert chosen_modes(response_of, options) == rule
+    assert chosen_modes(response_of, {"modes": 3}) == AtLeast(3)
     with pytest.raises(ValueError, match="expected a positive tolerance and a positive frequency"):
-        modes_for_response(STRUCTURE, body, band, 0.0)
+        modes_for_response(response_of, band, 0.0)
 
 
 def test_the_body_file_holds_the_orthonormal_form_and_the_effective_masses(tmp_path):

@@ -18,11 +18,13 @@ from carrierflex.fe.structural_model import (
 from carrierflex.fe.symmetry_blocks import half_sector, symmetry_block
 from carrierflex.geometry.dihedral_group import dihedral_group
 from carrierflex.reduction.certificate import (
+    certify,
     compliance_errors,
     compliance_errors_by_fields,
     inner_checks,
 )
 from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.symmetric_certificate import certify_by_blocks
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
 #: Wanted of the two paths; they reach 1e-12, the rounding of two different factorisations.
@@ -214,3 +216,41 @@ def test_a_pilot_without_a_surface_is_refused(flexible_half, carrier):
         half_sector(
             "carrier", flexible_half, {name: points[name] for name in names}, dihedral_group(3)
         )
+
+
+def certificate_figures(certificate):
+    return {check.name: check.reached for check in certificate.checks if check.reached > 1e-6}
+
+
+def test_the_certificate_by_blocks_is_that_of_the_whole_body(paths):
+    structure, whole, _, symmetric = paths
+    expected, reached = certify(structure, whole), certify_by_blocks(symmetric)
+    assert [check.name for check in reached.checks] == [check.name for check in expected.checks]
+    assert_allclose(reached.cut_off_hz, expected.cut_off_hz, rtol=1e-9)
+    found, wanted = certificate_figures(reached), certificate_figures(expected)
+    assert found.keys() == wanted.keys()
+    assert len(wanted) >= 3
+    for name, figure in wanted.items():
+        assert_allclose(found[name], figure, rtol=1e-5, err_msg=name)
+
+
+def failed(certificate):
+    return {check.name.split(",")[0] for check in certificate.checks if not check.met}
+
+
+def test_each_damage_fails_its_line_of_the_certificate_by_blocks(paths):
+    *_, symmetric = paths
+    m = len(symmetric.basis.K_bb)
+    model = symmetric.model
+    assert failed(certify_by_blocks(symmetric)) == set()
+    K = model.K.copy()
+    K[:m, :m] *= 1.001
+    stiffer = replace(symmetric, model=replace(model, K=K))
+    assert "static compliance at downwind_seat" in failed(certify_by_blocks(stiffer))
+    M = model.M.copy()
+    M[:m, m:] *= 0.5
+    M[m:, :m] *= 0.5
+    uncoupled = replace(symmetric, model=replace(model, M=M))
+    # Beyond the first elastic frequency of either carrier.
+    beyond = certify_by_blocks(uncoupled, cut_off_hz=1100.0)
+    assert "free frequencies" in failed(beyond)

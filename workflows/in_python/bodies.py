@@ -16,11 +16,12 @@ from carrierflex.reduction.certificate import Certificate, certify
 from carrierflex.reduction.craig_bampton import craig_bampton, freedom_record
 from carrierflex.reduction.held_structure import Grounded, grounded
 from carrierflex.reduction.mechanisms import sound_grounding
-from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
+from carrierflex.reduction.mode_count import chosen_modes, response_of_body, wanted_frequency
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.workflows.fe.bodies import body_name, body_structure
 from carrierflex.workflows.in_python.curves import stage_of
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
+from carrierflex.workflows.reduction.half_sector_bodies import certified_half_sector
 from carrierflex.workflows.reduction.reduce_matrices import MatrixFiles
 
 if TYPE_CHECKING:
@@ -123,8 +124,14 @@ def reduced_body(
     """
     options = _options_of_modes(up_to, modes)
     stage = stage_of(parameters)
-    _, structure = body_structure(body_name(body, variant), stage, size)
+    name = body_name(body, variant)
     inputs = {"parameters": stage, "size": size, "body": body, "variant": variant}
+    if body == "carrier":
+        reduction, checks = certified_half_sector(name, stage, size, options)
+        omega = reduction.basis.omega
+        record = provenance(**inputs, modes=len(omega), by_symmetry=True)
+        return Body(replace(reduction.model, provenance=record), checks, omega)
+    _, structure = body_structure(name, stage, size)
     return _certified(structure, grounded(structure), inputs, options)
 
 
@@ -177,7 +184,8 @@ def _certified(
     inputs: Mapping[str, object],
     options: Mapping[str, Any],
 ) -> Body:
-    reduction = craig_bampton(structure, chosen_modes(structure, body, options), body=body)
+    rule = chosen_modes(response_of_body(structure, body), options)
+    reduction = craig_bampton(structure, rule, body=body)
     record = provenance(**inputs, modes=len(reduction.modes.omega)) | freedom_record(structure)
     reduction = replace(reduction, model=replace(reduction.model, provenance=record))
     checks = certify(structure, reduction, cut_off_hz=wanted_frequency(options))

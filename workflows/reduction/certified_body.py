@@ -13,7 +13,7 @@ from carrierflex.reduction.certificate import Certificate, certify, certify_free
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import Grounded
-from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
+from carrierflex.reduction.mode_count import chosen_modes, response_of_body, wanted_frequency
 from carrierflex.reduction.residual_vectors import body_loads
 from carrierflex.reduction.shapes.body_shapes import body_shapes
 from carrierflex.workflows.progress import Stages
@@ -58,7 +58,8 @@ def write_certified_body(
     """
     certificate: Callable[[], Certificate]
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
-        rule, cut_off_hz = chosen_modes(structure, grounded, options), wanted_frequency(options)
+        rule = chosen_modes(response_of_body(structure, grounded), options)
+        cut_off_hz = wanted_frequency(options)
         if options["interface"] == "free":
             free = free_interface_reduction(structure, rule, body=grounded)
             model = replace(free.model, provenance=record(len(free.modes.omega)))
@@ -77,5 +78,7 @@ def write_certified_body(
     with stages.stage("certificate"):
         checks = certificate()
     with stages.stage(f"writing {out}"):
-        shapes = None if drawn_on is None else body_shapes(drawn_on, structure, basis)
+        shapes = None
+        if drawn_on is not None:
+            shapes = body_shapes(drawn_on, structure.nodal_displacement(basis))
         write_body(model, out, checks, shapes)

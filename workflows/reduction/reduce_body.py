@@ -50,7 +50,7 @@ def main(
     mesh: Path | None = None,
     length_unit: Literal["m", "mm", "inch"] = "m",
     assembly: Literal["compiled", "scikit-fem"] = "compiled",
-    by_symmetry: bool = False,
+    symmetry: bool = True,
     shapes: bool = False,
     preview: bool = False,
     cache: bool = True,
@@ -125,10 +125,10 @@ def main(
     assembly
         Who makes K and M; compiled: element loops of this program; scikit-fem: its forms, the same
         matrices some fifty times slower.
-    by_symmetry
-        Compute the parametric carrier's body from its half sector: the same numbers several times
-        faster and in a third of the memory, but with the inner checks of the certificate only,
-        since the whole body to compare with is never made.
+    symmetry
+        Compute the parametric carrier from its half sector where coupling, interface and assembly
+        are the defaults and no residual vectors are kept: the same numbers, certificate included,
+        several times faster and in a third of the memory. --no-symmetry: from the whole mesh.
     shapes
         Keep in the file what carrierflex view needs: the body's surface and every coordinate's
         displacement on it, 12 bytes a surface corner and coordinate (5 MB for the default
@@ -157,10 +157,10 @@ def main(
         "up_to": up_to, "modes": modes,
         "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
         "residual_vectors": residual_vectors, "assembly": assembly, "shapes": shapes,
+        "symmetry": symmetry,
     }  # fmt: skip
     _refuse_contradictions(out, options)
     refuse_foreign(out, "carrierflex-body")
-    options["by_symmetry"] = by_symmetry
     if matrices is not None:
         is_mesh = mesh is not None and stiffness is None
         given = {
@@ -195,7 +195,7 @@ def _kept_or_computed(
 
     def compute() -> None:
         tell(lambda: _cost(stage, size, files, options), quiet=quiet)
-        if options["by_symmetry"]:
+        if _by_symmetry(files, options):
             _reduce_by_symmetry(out, stage, size, options, quiet=quiet)
         else:
             _reduce(out, stage, size, files, options, quiet=quiet)
@@ -217,15 +217,22 @@ def _cost(
     from carrierflex.workflows.fe.bodies import body_name
     from carrierflex.workflows.fe.cost_preview import reduction_cost
 
-    name, by_symmetry = body_name(options["body"], options["variant"]), options["by_symmetry"]
+    name, by_symmetry = (
+        body_name(options["body"], options["variant"]),
+        _by_symmetry(files, options),
+    )
     return reduction_cost(
         name, stage, size, n_modes=options["modes"], files=files, by_symmetry=by_symmetry
     )
 
 
-def _refuse_other_bodies(files: CarrierFiles, options: Mapping[str, Any]) -> None:
-    from carrierflex.workflows.reduction.half_sector_bodies import refuse_whole_body_options
+def _by_symmetry(files: CarrierFiles, options: Mapping[str, Any]) -> bool:
+    from carrierflex.workflows.reduction.half_sector_bodies import serves_half_sector
 
+    return serves_half_sector(options, files_given=files.given)
+
+
+def _refuse_other_bodies(files: CarrierFiles, options: Mapping[str, Any]) -> None:
     body = options["body"]
     if body is None:
         raise ValueError(
@@ -237,8 +244,6 @@ def _refuse_other_bodies(files: CarrierFiles, options: Mapping[str, Any]) -> Non
             f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold "
             "the carrier"
         )
-    if options["by_symmetry"]:
-        refuse_whole_body_options(options, files_given=files.given)
 
 
 def _refuse_contradictions(out: Path, options: Mapping[str, Any]) -> None:
@@ -312,19 +317,21 @@ def _reduce_by_symmetry(
     out: Path, stage: StageParameters, size: float, options: Mapping[str, Any], *, quiet: bool
 ) -> None:
     from carrierflex.reduction.body_files import write_body
-    from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
-    from carrierflex.workflows.fe.bodies import body_name
-    from carrierflex.workflows.reduction.half_sector_bodies import reduced_by_symmetry
+    from carrierflex.reduction.shapes.body_shapes import body_shapes
+    from carrierflex.workflows.fe.bodies import body_mesh, body_name
+    from carrierflex.workflows.reduction.certified_body import REDUCTION_WEIGHTS
+    from carrierflex.workflows.reduction.half_sector_bodies import certified_half_sector
 
     name = body_name(options["body"], options["variant"])
-    stages = Stages(2, quiet)
-    with stages.stage(f"reduction of the half sector, elements of {size:.4g} m"):
-        reduction, certificate = reduced_by_symmetry(
-            name, stage, size, rule_of_options(options), cut_off_hz=wanted_frequency(options)
-        )
+    stages = Stages(4, quiet, REDUCTION_WEIGHTS, timed_from=1)
+    reduction, certificate = certified_half_sector(name, stage, size, options, stages=stages)
     record = _record(stage, size, options, len(reduction.basis.omega), by_symmetry=True)
     with stages.stage(f"writing {out}"):
-        write_body(replace(reduction.model, provenance=record), out, certificate)
+        shapes = None
+        if options["shapes"]:
+            mesh = body_mesh(name, stage, size)
+            shapes = body_shapes(mesh, reduction.basis.whole_body(mesh.points))
+        write_body(replace(reduction.model, provenance=record), out, certificate, shapes)
 
 
 def _record(

@@ -133,7 +133,7 @@ MESH_OPTIONS: Mapping[str, object] = {
     "surfaces": None,
     "mesh": None,
     "assembly": "compiled",
-    "by_symmetry": False,
+    "symmetry": True,
     "shapes": False,
     "preview": False,
 }

@@ -11,7 +11,7 @@ from carrierflex.reduction.shapes.body_shapes import UNNAMED, BodyShapes, body_s
 
 @pytest.fixture(scope="module")
 def shapes(flexible_mesh, flexible_structure, flexible_reduction):
-    return body_shapes(flexible_mesh, flexible_structure, flexible_reduction.basis)
+    return body_shapes(flexible_mesh, flexible_reduction.basis)
 
 
 @pytest.fixture

@@ -76,7 +76,7 @@ def test_a_body_of_an_earlier_version_is_checked_for_what_it_was_not_then(body, 
 
 def test_modes_follow_from_the_frequency_of_use(tmp_path):
     model = reduce_body.main(
-        body="carrier", out=tmp_path / "a.h5", up_to=450.0, size=0.1, by_symmetry=True, quiet=True
+        body="carrier", out=tmp_path / "a.h5", up_to=450.0, size=0.1, quiet=True
     )
     hz = np.sqrt(model.K.diagonal()[6 * len(model.pilots) :]) / (2.0 * np.pi)
     assert 4 < len(hz) < 12
@@ -151,11 +151,6 @@ def test_a_free_interface_body_is_certified_and_holds_its_free_modes(body, tmp_p
             ValueError, match="--interface free keeps modes by number or frequency at distributing"
         ):
             reduce_body.main(body="pin", interface="free", out=path, quiet=True, **more)
-    with pytest.raises(
-        ValueError,
-        match="--by-symmetry works on the half sector, --interface free needs the whole body",
-    ):
-        reduce_body.main(body="carrier", interface="free", by_symmetry=True, out=path, quiet=True)
 
 
 def test_equal_node_weights_are_another_distributing_coupling(tmp_path):

@@ -13,8 +13,8 @@ from carrierflex.reduction.body_files import read_body
 pytestmark = pytest.mark.long
 
 BODIES = {
-    "whole": {"body": "carrier", "modes": 12},
-    "half_sector": {"body": "carrier", "modes": 12, "by_symmetry": True},
+    "whole": {"body": "carrier", "modes": 12, "symmetry": False},
+    "half_sector": {"body": "carrier", "modes": 12},
     "pin": {"body": "pin", "modes": 8},
 }
 SCRIPT = """

@@ -27,7 +27,7 @@ def body_page(tmp_path_factory, flexible_mesh, flexible_structure, flexible_redu
     pytest.importorskip("k3d")
     record = provenance(parameters=read_parameters(None), size=0.06, modes=11)
     model = replace(flexible_reduction.model, provenance=record)
-    shapes = body_shapes(flexible_mesh, flexible_structure, flexible_reduction.basis)
+    shapes = body_shapes(flexible_mesh, flexible_reduction.basis)
     path = tmp_path_factory.mktemp("body") / "body.html"
     return write_view(body_scene(model, shapes), path)
 

@@ -23,7 +23,7 @@ from carrierflex.workflows.view3d.scene import feature_edges
 
 @pytest.fixture(scope="module")
 def shapes(flexible_mesh, flexible_structure, flexible_reduction):
-    return body_shapes(flexible_mesh, flexible_structure, flexible_reduction.basis)
+    return body_shapes(flexible_mesh, flexible_reduction.basis)
 
 
 @pytest.fixture(scope="module")

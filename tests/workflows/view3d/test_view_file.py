@@ -91,9 +91,7 @@ def test_a_name_from_a_file_cannot_become_markup(command, tmp_path, curves):
     assert "<script>alert" not in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
-def test_shapes_need_the_whole_body_and_a_mesh(command):
-    ended = command("reduce", "--body", "carrier", "--by-symmetry", "--shapes", "--out", "c.h5")
-    assert "works on the half sector, --shapes needs the whole body" in ended.stderr
+def test_shapes_need_a_mesh(command):
     matrices = ("--stiffness", "k.mtx", "--mass", "m.mtx", "--interfaces", "i.toml")
     ended = command("reduce", *matrices, "--shapes", "--out", "c.h5")
     assert "--shapes is given together with --stiffness" in ended.stderr
