@@ -15,13 +15,13 @@ _OPTIONAL_PACKAGES = {
     "mkl": "faster factorisation",
     "k3d": "view --html",
     "nptdms": "TDMS files of loggers",
-    "pyuff": "universal files (UFF)",
+    "pyuff": "UFF files",
     "asammdf": "MDF files",
     "python-calamine": "Excel workbooks",
     "openfast-io": "OpenFAST's binary output",
     "ansys-mapdl-reader": "Ansys .full files",
     "exudyn": "tests of exported bodies",
-    "control": "state spaces as objects of python-control",
+    "control": "to_control of state spaces",
     "distributed": "--scheduler",
 }
 

@@ -1,9 +1,9 @@
 """A linear model as ``ẋ = A x + B u``, ``y = C x + D u``, every signal with its name and unit.
 
-A model of second order goes into its modes, ``q̈ + ΦᵀDΦ q̇ + ω² q = Φᵀ F u`` and ``y = R Φ q``, with
-the states ``ω_k q_k`` and ``q̇_k`` (without stiffness ``q_k`` in s⁻¹). A is then as large as the
-highest frequency and nearly skew, and its low eigenvalues keep their digits; in displacements and
-velocities it is as large as the square of that and loses them.
+A model of second order goes into its modes, ``q̈ + ΦᵀDΦ q̇ + ω² q = Φᵀ F u`` and ``y = R Φ q``,
+with the states ``ω_k q_k`` and ``q̇_k`` (without stiffness ``q_k`` in s⁻¹). All states have one
+unit, A is skew but for the damping, motions without stiffness are exact integrators, and a mode is
+left out by its two rows and columns.
 """
 
 from collections.abc import Mapping
@@ -14,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.reduction.modes.dense_modes import dense_modes
-from carrierflex.reduction.reduced_model import FREE_MOTIONS, ReducedModel
+from carrierflex.reduction.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 
 #: Units of a pilot's force and moment.
 _LOAD_UNITS = ("N", "N", "N", "N m", "N m", "N m")
+#: Squared frequency over the largest, below which a motion meets no more than rounding.
+_FREE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -194,7 +196,7 @@ def body_state_space(model: ReducedModel) -> StateSpace:
     Raises
     ------
     ValueError
-        Where a motion has stiffness and no mass.
+        Where a motion has stiffness and no mass, or more motions are held than recorded.
     """
     components = {
         int(row): component
@@ -209,8 +211,16 @@ def body_state_space(model: ReducedModel) -> StateSpace:
             "no mass, which are no states; expected mass in every coordinate: leave the pilots' "
             "components without mass out of the interfaces and reduce again"
         )
+    n_free = model.n_free_motions
+    held = np.abs(omega_squared[:n_free]) > _FREE * omega_squared[-1]
+    if held.any():
+        raise ValueError(
+            f"{model.name}: {n_free - int(held.sum())} motions meet no stiffness, and {n_free} are "
+            "free by its record; expected as many: reduce again, or state free_rigid_motions in "
+            "its provenance"
+        )
     # What nothing holds has a frequency of rounding.
-    omega_squared[: int(model.provenance.get(FREE_MOTIONS, "6"))] = 0.0
+    omega_squared[:n_free] = 0.0
     names, units = zip(
         *(model.labels[row].removesuffix("]").rsplit(" [", 1) for row in rows), strict=True
     )

@@ -302,8 +302,8 @@ def _refuse_unstored(path: Path) -> None:
 
     References
     ----------
-    OpenFAST, modules/nwtc-library/src/ModMesh and matlab-toolbox ReadFASTbinary.m: INT(2) format,
-    of format 4 INT(2) length of a name, INT(4) channels, INT(4) time steps.
+    ReadFASTbinary.m of OpenFAST's MATLAB toolbox: INT(2) format, of format 4 INT(2) length of a
+    name, INT(4) channels, INT(4) time steps.
     """
     with path.open("rb") as file:
         head = file.read(12)

@@ -117,6 +117,13 @@ def test_a_motion_without_mass_is_refused(pin_reduction):
         body_state_space(replace(pin_reduction.model, M=M))
 
 
+def test_a_body_that_is_held_and_recorded_as_free_is_refused(pin_reduction):
+    K = pin_reduction.model.K.copy()
+    K[0, 0] += 1e6
+    with pytest.raises(ValueError, match="5 motions meet no stiffness, and 6 are free by"):
+        body_state_space(replace(pin_reduction.model, K=K))
+
+
 @pytest.mark.parametrize("suffix", [".mat", ".npz"])
 def test_files_hold_matrices_names_and_units(suffix, tmp_path, pin_reduction):
     system = body_state_space(pin_reduction.model)

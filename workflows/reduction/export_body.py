@@ -14,6 +14,7 @@ from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
+    from carrierflex.reduction.exports.openfast_files import Form
     from carrierflex.reduction.reduced_model import ReducedModel
     from carrierflex.reduction.state_space import StateSpace
 
@@ -39,7 +40,17 @@ class ExportedBody:
 def main(
     body: Path,
     *,
-    format: Literal["op4", "dmig", "mbdyn", "sid", "exudyn", "simscape", "statespace"],
+    format: Literal[
+        "op4",
+        "dmig",
+        "mbdyn",
+        "sid",
+        "exudyn",
+        "simscape",
+        "openfast",
+        "openfast-flex5",
+        "statespace",
+    ],
     out: Path,
     pilot: str | None = None,
     run: str | None = None,
@@ -59,13 +70,15 @@ def main(
         bulk data, ten digits; mbdyn: modal data with inertia invariants (.fem); sid: standard input
         data (SID_FEM); simscape: .mat; exudyn: FEMinterface (.hdf5), which needs the finite
         elements: they are made again from the inputs that the body file records, and the result is
-        compared with the file; statespace: A, B, C, D with names and units (.mat or .npz).
+        compared with the file; openfast: superelement of ExtPtfm (.dat, with _SE.dat and _Conn.dat
+        beside it); openfast-flex5: its form before OpenFAST's pull request 3210; statespace: A, B,
+        C, D with names and units (.mat or .npz).
     out
         File to write; files that another program wrote, and those of another export, are not
         replaced.
     pilot
-        Pilot that the floating frame follows (mbdyn, sid, exudyn); the first of the body by
-        default.
+        Pilot that the floating frame follows (mbdyn, sid, exudyn), or the superelement's interface
+        (openfast); the first of the body by default.
     run
         Run of a case of kind mounting at whose largest torque it is linearised (statespace); the
         first of the case by default.
@@ -90,10 +103,10 @@ def main(
     from carrierflex.reduction.body_files import read_body
 
     model = read_body(body)
-    if pilot is not None and format not in ("mbdyn", "sid", "exudyn"):
+    if pilot is not None and format in ("op4", "dmig", "simscape"):
         raise ValueError(
-            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid or exudyn "
-            "only"
+            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid, exudyn "
+            "or openfast only"
         )
     if pilot is not None and pilot not in model.pilots:
         raise ValueError(
@@ -155,6 +168,13 @@ def _refuse_to_replace(format: str, out: Path) -> None:
     from carrierflex.files.whole_files import refuse_foreign
     from carrierflex.reduction.exports.ordered_body import UNITS
 
+    if format in _OPENFAST_FORMS:
+        from carrierflex.reduction.exports.openfast_files import openfast_files
+
+        refuse_foreign(out, UNITS, "EXTPTFM")
+        for partner in openfast_files(out, _OPENFAST_FORMS[format])[1:]:
+            refuse_foreign(partner, UNITS)
+        return
     if format != "op4":
         refuse_foreign(out, UNITS, *(["K2GG = KAAX"] if format == "dmig" else []))
         return
@@ -209,6 +229,21 @@ def _simscape(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody
     return ExportedBody((out,), {"grounding of the stiffness [m or rad]": grounding(model)})
 
 
+def _openfast(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    return _superelement(model, out, pilot, "current")
+
+
+def _openfast_flex5(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    return _superelement(model, out, pilot, "flex5")
+
+
+def _superelement(model: ReducedModel, out: Path, pilot: str | None, form: Form) -> ExportedBody:
+    from carrierflex.reduction.exports.openfast_files import checks, superelement, write_openfast
+
+    body = superelement(model, pilot)
+    return ExportedBody(write_openfast(body, out, form), checks(body))
+
+
 def _exudyn(model: ReducedModel, out: Path, pilot: str | None, *, beside: Path) -> ExportedBody:
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.exports.exudyn_files import write_exudyn
@@ -232,4 +267,7 @@ _WRITERS: dict[str, Callable[[ReducedModel, Path, str | None], ExportedBody]] = 
     "mbdyn": _mbdyn,
     "sid": _sid,
     "simscape": _simscape,
+    "openfast": _openfast,
+    "openfast-flex5": _openfast_flex5,
 }
+_OPENFAST_FORMS: dict[str, Form] = {"openfast": "current", "openfast-flex5": "flex5"}

@@ -19,13 +19,13 @@ from carrierflex.workflows.simulation.simulate_stage import case_body
 
 
 def case_state_space(
-    case: Path, run: str | None = None, *, size: float = DEFAULT_SIZE
+    case: Path | str, run: str | None = None, *, size: float = DEFAULT_SIZE
 ) -> StateSpace:
     """State space of a case of kind mounting or of a stage case.
 
     Parameters
     ----------
-    case : Path
+    case : path
         Case file (TOML), or the name of a bundled case.
     run : str, optional
         Mounting: run at whose largest torque it is linearised; the first by default.
@@ -37,7 +37,9 @@ def case_state_space(
     ValueError
         Where the case is of another kind or has no such run.
     """
-    path = shipped_case(str(case)) if not case.suffix and not case.exists() else case
+    path = Path(case)
+    if not path.suffix and not path.exists():
+        path = shipped_case(str(case))
     document = toml_document(path, CARRIER_CASE)
     if document.get("format") == STAGE_FORMAT:
         if run is not None:

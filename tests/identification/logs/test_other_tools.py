@@ -1,20 +1,21 @@
 """Files that other programs or libraries wrote, and two written by hand after their description."""
 
+import re
 import struct
+import warnings
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.io import savemat
+from scipy.io.matlab import MatlabOpaque
 
-from carrierflex.identification.logs.log_files import read_log
+from carrierflex.identification.logs.log_files import _mat_objects, read_log
 from carrierflex.identification.logs.log_formats import LOG_FORMATS
 from carrierflex.identification.logs.log_table import table_with
 from carrierflex.workflows.identification.import_records import main as import_records
 from carrierflex.workflows.identification.new_campaign import main as new_campaign
-
-#: pyuff leaves the files open that it writes.
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 TIME = 0.01 * np.arange(400)
 FORCE = 1e3 * np.sin(5.0 * TIME) + 1.0 / 3.0
@@ -58,25 +59,36 @@ def universal_set(pyuff, values, **facts):
     return pyuff.prepare_58(data=values, x=TIME[: values.size], **(known | facts))
 
 
-def write_universal(folder, **first):
+def write_sets(path, *sets):
+    """Write data sets with pyuff, which leaves the file open of a binary one."""
     pyuff = pytest.importorskip("pyuff")
-    path = folder / "run.uff"
     file = pyuff.UFF(str(path))
-    facts = {"ordinate_spec_data_type": 8, "ordinate_axis_units_lab": "mm"} | first
-    file.write_sets(universal_set(pyuff, TRAVEL, rsp_node=2, binary=0, **facts), "add")
-    facts = {"ordinate_spec_data_type": 13, "ordinate_axis_units_lab": "N"}
-    file.write_sets(universal_set(pyuff, FORCE, rsp_node=1, binary=1, **facts), "add")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        for own in sets:
+            file.write_sets(own, "add")
     return path
 
 
-def write_mdf(folder):
+def write_universal(folder, **first):
+    pyuff = pytest.importorskip("pyuff")
+    travel = {"ordinate_spec_data_type": 8, "ordinate_axis_units_lab": "mm"} | first
+    force = {"ordinate_spec_data_type": 13, "ordinate_axis_units_lab": "N"}
+    return write_sets(
+        folder / "run.uff",
+        universal_set(pyuff, TRAVEL, rsp_node=2, binary=0, **travel),
+        universal_set(pyuff, FORCE, rsp_node=1, binary=1, **force),
+    )
+
+
+def write_mdf(folder, version="4.10", suffix=".mf4"):
     asammdf = pytest.importorskip("asammdf")
-    with asammdf.MDF(version="4.10") as file:
+    with asammdf.MDF(version=version) as file:
         force = asammdf.Signal(FORCE, TIME, name="Force", unit="N")
         travel = asammdf.Signal(TRAVEL, TIME, name="Displacement", unit="mm")
         file.append([force, travel])
         file.append([asammdf.Signal(FORCE[::4], TIME[::4], name="Temperature", unit="degC")])
-        return file.save(folder / "run.mf4", compression=2)
+        return file.save(folder / f"run{suffix}", compression=2 if suffix == ".mf4" else 0)
 
 
 def write_workbook(folder):
@@ -125,6 +137,7 @@ def write_openfast(folder):
 WRITERS = {
     "uff": write_universal,
     "mdf": write_mdf,
+    "mdf 3": lambda folder: write_mdf(folder, "3.30", ".mdf"),
     "excel": write_workbook,
     "openfast": write_openfast,
 }
@@ -141,6 +154,30 @@ def test_files_of_other_libraries_become_a_campaign_with_their_units(name, tmp_p
     (measured,) = run.signals.values()
     assert_allclose(run.inputs["force"], FORCE, rtol=1e-10)
     assert_allclose(measured, 1e-3 * TRAVEL, rtol=1e-10)
+
+
+def test_a_prediction_of_openfast_is_the_baseline_of_a_measurement(tmp_path):
+    measured, predicted = write_workbook(tmp_path), write_openfast(tmp_path)
+    guess = new_campaign(kind="element", from_=[measured], drive="force", out=tmp_path / "map.toml")
+    (channel,) = re.findall(r'name = "(measured_\w+)"', guess.text)
+    columns = f"""
+[simulated]
+time = {{ column = "Time", unit = "s" }}
+
+[[simulated.channels]]
+channel = "{channel}"
+column = "Disp"
+unit = "mm"
+"""
+    guess.path.write_text(guess.text + columns, encoding="utf-8")
+    imported = import_records(
+        [measured], map_=guess.path, simulated=[predicted], out=tmp_path / "campaign"
+    ).imported
+    assert imported.campaign.baseline.source == "columns"
+    assert abs(imported.shifts["run"].seconds) < 1e-6  # the same signal
+    inner = slice(5, -5)  # a shift of rounding has no sample before the first
+    predictions = imported.campaign.runs[0].predictions[channel]
+    assert_allclose(predictions[inner], 1e-3 * TRAVEL[inner], rtol=1e-5, atol=1e-9)
 
 
 def test_a_universal_file_written_by_hand_after_the_published_format(tmp_path):
@@ -168,8 +205,20 @@ def test_uneven_universal_records_bring_their_time(tmp_path):
 def test_universal_frequency_responses_are_no_records(tmp_path):
     pyuff = pytest.importorskip("pyuff")
     data = universal_set(pyuff, TRAVEL + 1j * FORCE, rsp_node=1, func_type=4)
-    pyuff.UFF(str(tmp_path / "a.uff")).write_sets(data, "add")
+    write_sets(tmp_path / "a.uff", data)
     with pytest.raises(ValueError, match=r"a\.uff: .*frequency responses; expected .*export the"):
+        read_log(tmp_path / "a.uff")
+
+
+def test_universal_mode_shapes_are_no_records(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    shape = np.array([1.0, 0.5])
+    data = pyuff.prepare_55(
+        model_type=1, analysis_type=2, data_ch=2, spec_data_type=8, load_case=0, mode_n=1,
+        freq=12.0, node_nums=np.array([1, 2]), r1=shape, r2=shape, r3=shape,
+    )  # fmt: skip
+    write_sets(tmp_path / "a.uff", data)
+    with pytest.raises(ValueError, match=r"of data sets \[55\]; expected data set 58"):
         read_log(tmp_path / "a.uff")
 
 
@@ -233,6 +282,29 @@ def test_simulinks_structure_with_time_has_its_labels_as_names(tmp_path):
     savemat(tmp_path / "a.mat", content)
     (table,) = read_log(tmp_path / "a.mat")
     assert table.names == ("time", "F", "s")
+
+
+def test_objects_of_matlab_are_named_with_what_to_do(tmp_path):
+    with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
+        file["x"] = TRAVEL
+        # As MATLAB 7.3 writes an object: a reference into a subsystem of its own.
+        file["ts"] = np.arange(6, dtype=np.uint32).reshape(1, 6)
+        file["ts"].attrs["MATLAB_class"] = np.bytes_("timeseries")
+        file["ts"].attrs["MATLAB_object_decode"] = 3
+    (table,) = read_log(tmp_path / "a.mat")
+    assert table.names == ("x",)
+    assert "'ts' is a MATLAB object of class timeseries, which is not read" in table.notes[0]
+    assert "s.data = ts.Data; save('run.mat', '-struct', 's')" in table.notes[0]
+    with h5py.File(tmp_path / "a.mat", "r+") as file:
+        del file["x"]
+    with pytest.raises(ValueError, match=r"a\.mat: no list of numbers; 'ts' is a MATLAB object"):
+        read_log(tmp_path / "a.mat")
+
+
+def test_objects_of_a_mat_5_file_are_known_by_scipys_class():
+    row = np.zeros(1, dtype=[("s0", "O"), ("s1", "O"), ("s2", "O"), ("arr", "O")])
+    row[0] = (b"ts", b"MCOS", b"timeseries", np.zeros(6))
+    assert _mat_objects({None: row.view(MatlabOpaque), "x": TRAVEL}) == {"ts": "timeseries"}
 
 
 @pytest.mark.parametrize(

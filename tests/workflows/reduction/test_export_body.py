@@ -23,6 +23,8 @@ SUFFIX = {
     "sid": "SID_FEM",
     "exudyn": "hdf5",
     "simscape": "mat",
+    "openfast": "dat",
+    "openfast-flex5": "dat",
     "statespace": "npz",
 }
 
