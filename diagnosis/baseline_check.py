@@ -17,6 +17,7 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     CLASS_NAMED,
+    FLOOR_UNKNOWN,
     NAMED_WITH_REMAINDER,
     NAMING,
     NONE_OF_THESE,
@@ -247,7 +248,9 @@ def with_findings(
     diagnosis = replace(diagnosis, warnings=tuple(ranked))
     reduction = diagnosis.reduction
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
-    if reduction is None or not (is_named or diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)):
+    is_open = diagnosis.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR)
+    is_open = is_open or diagnosis.reason_id == FLOOR_UNKNOWN
+    if reduction is None or not (is_named or is_open):
         return diagnosis
     rivals = [
         (rival, share)

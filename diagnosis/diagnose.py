@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
@@ -103,10 +104,11 @@ def diagnose(
         predictive=tuple(law for law, card in problem.cards.items() if len(card.parameters) == 1),
     )
     judged = _with_lines(judged, problem)
-    judged = _with_earned_all_clear(
+    judged = _with_unknown_floor(
         judged,
         problem,
         float(fits.score(()).square.sum()),
+        most=limits.most_coloured,
         floor_is_measured=floor_is_measured,
     )
     before, after = fits.score(()).fit, fits.score(selection.accepted).fit
@@ -179,16 +181,20 @@ def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
     return Verdict(joint.verdict, joint.reason, effects, joint.answer, joint.reduction)
 
 
-def _with_earned_all_clear(
+def _with_unknown_floor(
     judged: Verdict,
     problem: ComparisonProblem,
     gap_square: float,
     *,
+    most: float,
     floor_is_measured: bool,
 ) -> Verdict:
-    """Verdict; no agreement within a noise that is not known, or is a large part of the signal.
+    """Verdict; neither agreement nor an unknown cause where noise of unknown size may be the gap.
 
-    `gap_square` is the sum of squares that the baseline leaves of held-out records.
+    Agreement asks for a noise that is known, or a small part of the signal. A gap of which the
+    classes explain less than half has an unknown cause only where it is larger than noise may be:
+    `most` times the estimated mean square. `gap_square` is the sum of squares that the baseline
+    leaves of held-out records.
     """
     unexplained = gap_square / problem.signal_square
     is_unknown = bool(problem.unknown_floor)
@@ -197,15 +203,20 @@ def _with_earned_all_clear(
         is_unknown = is_unknown and unexplained > _NOTABLE
     else:
         is_unknown = is_unknown or unexplained > _MOST_UNEXPLAINED
-    if judged.verdict != AT_NOISE_FLOOR or not is_unknown:
+    if judged.verdict == NONE_OF_THESE:
+        far, answer = judged.reduction, judged.answer
+        is_learnt = answer is not None and answer.learnable >= ClassConstants().leading_share
+        is_above = floor_is_measured or far.rms_before**2 > most * far.noise_floor**2
+        is_unknown = not is_learnt and not is_above
+    if judged.verdict not in (AT_NOISE_FLOOR, NONE_OF_THESE) or not is_unknown:
         return judged
     why = problem.unknown_floor or "the noise was taken from the spectrum, not from what repeats"
     return replace(
         judged,
         verdict=NOT_DIAGNOSABLE,
         reason_id=FLOOR_UNKNOWN,
-        reason=f"the baseline leaves {unexplained:.1%} of the signal (mean square), and whether "
-        f"that is noise is not known: {why}",
+        reason=f"the baseline leaves {100.0 * unexplained:.2g} % of the signal (mean square), and "
+        f"whether that is noise is not known: {why}",
         experiment="declare noise_std of the channel from a record at rest, or record equal runs "
         "or periods that repeat: what repeats and is not explained is no noise",
     )

@@ -15,8 +15,13 @@ _OPTIONAL_PACKAGES = {
     "mkl": "faster factorisation",
     "k3d": "view --html",
     "nptdms": "TDMS files of loggers",
+    "pyuff": "UFF files",
+    "asammdf": "MDF files",
+    "python-calamine": "Excel workbooks",
+    "openfast-io": "OpenFAST's binary output",
     "ansys-mapdl-reader": "Ansys .full files",
     "exudyn": "tests of exported bodies",
+    "control": "to_control of state spaces",
     "distributed": "--scheduler",
 }
 

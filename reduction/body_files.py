@@ -34,7 +34,13 @@ from carrierflex.reduction.rigid_body_checks import (
     rigid_mass_properties,
 )
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
-from carrierflex.reduction.shapes.shape_parts import fill_shapes, shapes_of
+from carrierflex.reduction.shapes.body_stresses import BodyStresses
+from carrierflex.reduction.shapes.shape_parts import (
+    fill_shapes,
+    fill_stresses,
+    shapes_of,
+    stresses_of,
+)
 
 T = TypeVar("T")
 
@@ -90,6 +96,7 @@ def write_body(
     path: Path,
     certificate: Certificate | None = None,
     shapes: BodyShapes | None = None,
+    stresses: BodyStresses | None = None,
 ) -> None:
     """Write a reduced body; an interrupted write leaves the old file or none.
 
@@ -103,6 +110,8 @@ def write_body(
         What was checked of it against the full body.
     shapes : BodyShapes, optional
         What its coordinates look like.
+    stresses : BodyStresses, optional
+        Stress on its surface by coordinate.
 
     Raises
     ------
@@ -115,6 +124,8 @@ def write_body(
             _fill_certificate(file.create_group("certificate"), certificate)
         if shapes is not None:
             fill_shapes(file.create_group("shapes"), shapes)
+        if stresses is not None:
+            fill_stresses(file.create_group("stresses"), stresses)
     skip_trial(path)
 
 
@@ -189,6 +200,14 @@ def read_shapes(path: Path) -> BodyShapes | None:
     Errors as in :func:`read_body`.
     """
     return _read(path, _shapes)
+
+
+def read_stresses(path: Path) -> BodyStresses | None:
+    """Read the stress rows of a body, None where the file does not hold them.
+
+    Errors as in :func:`read_body`.
+    """
+    return _read(path, _stresses)
 
 
 def _read(path: Path, part: Callable[[h5py.File], T]) -> T:
@@ -292,6 +311,12 @@ def _shapes(file: h5py.File) -> BodyShapes | None:
     if "shapes" not in file:
         return None
     return shapes_of(file["shapes"], length(file, "labels", _MOST_COORDINATES))
+
+
+def _stresses(file: h5py.File) -> BodyStresses | None:
+    if "stresses" not in file:
+        return None
+    return stresses_of(file["stresses"], length(file, "labels", _MOST_COORDINATES))
 
 
 def _certificate(file: h5py.File) -> Certificate | None:

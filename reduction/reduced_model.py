@@ -141,6 +141,11 @@ class ReducedModel:
         return tuple(self.pilot_components.get(pilot, range(len(PILOT_COORDINATES))))
 
     @property
+    def n_free_motions(self) -> int:
+        """How many rigid motions nothing holds, as its provenance says; six by default."""
+        return int(self.provenance.get(FREE_MOTIONS, "6"))
+
+    @property
     def pilot_rows(self) -> NDArray[np.int64]:
         """Rows of all pilots' coordinates, pilot by pilot."""
         none = np.zeros(0, dtype=np.int64)

@@ -23,12 +23,14 @@ PACKAGES = (
     "blind_check",
 )
 COMMANDS = ROOT / "workflows" / "shell" / "commands.py"
+LOG_FORMATS = ROOT / "identification" / "logs" / "log_formats.py"
+EXPORT_FORMATS = ROOT / "reduction" / "exports" / "export_formats.py"
 IN_PYTHON = ROOT / "carrierflex" / "__init__.py"
 
 
 def on_files(files: Files, *, config: Any) -> Files:
     """Add the pages that follow from the source."""
-    pages = {"decisions/index.md": decisions_page(), "reference/theory.md": theory_page()}
+    pages = {"decisions/index.md": decisions_page(), "reference/tools.md": tools_page()}
     for place, text in pages.items():
         files.append(File.generated(config, place, content=text))
     return files
@@ -40,6 +42,7 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
         "commands.md": every_command,
         "python.md": every_name,
         "performance.md": every_comparison,
+        "glossary.md": theory,
     }
     section = sections.get(page.file.src_uri)
     return markdown if section is None else f"{markdown}\n\n{section()}"
@@ -67,6 +70,67 @@ def every_command() -> str:
             "",
         ]
     return "\n".join(lines)
+
+
+def tools_page() -> str:
+    """Which tool, which command: the lists of formats that are read and written."""
+    lines = [
+        "# Which tool, which command",
+        "",
+        "## Records of loggers, test systems and simulators",
+        "",
+        "`carrierflex new-campaign --kind KIND --from FILES --out map.toml`, then "
+        "`carrierflex import FILES --map map.toml --out campaign` ([import](../import.md)); "
+        "another simulator's prediction: `--simulated FILES`.",
+        "",
+        "| tool | file | what is taken | install | files of the tests by |",
+        "|---|---|---|---|---|",
+        "| loggers, spreadsheets, OpenFAST (`.out`) | text, any other suffix | every dialect | - | "
+        "twelve loggers of the tests |",
+    ]
+    for suffixes, _, tools, taken, checked, *extra in _entries(LOG_FORMATS, "LOG_FORMATS"):
+        names = ", ".join(f"`{suffix}`" for suffix in suffixes)
+        install = f"`pip install 'carrierflex[{extra[0]}]'`" if extra else "-"
+        lines.append(f"| {tools} | {names} | {taken} | {install} | {checked} |")
+    lines += ["", "Not read:", "", "| file | why | what to do |", "|---|---|---|"]
+    lines += [f"| {what} | {why} | {do} |" for what, why, do in _entries(LOG_FORMATS, "NOT_READ")]
+    lines += [
+        "",
+        "## Bodies and linear models",
+        "",
+        "`carrierflex export BODY.h5 --format FORMAT --out FILE` ([exports](../exports.md)); the "
+        "linear mounting as a unit of FMI 2.0: `carrierflex export-fmu` "
+        "([co-simulation](../mounting_model.md#co-simulation)).",
+        "",
+        "| tool | format | files | read back by |",
+        "|---|---|---|---|",
+    ]
+    for name, tools, files, checked in _entries(EXPORT_FORMATS, "EXPORT_FORMATS"):
+        lines.append(f"| {tools} | `{name}` | {files} | {checked} |")
+    lines += [
+        "",
+        "Matrices of finite element programs go in by `carrierflex reduce --stiffness` "
+        "([matrices](../matrices.md)), solids by `carrierflex cad-surfaces` ([CAD](../cad.md)).",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _entries(path: Path, name: str) -> list[Any]:
+    """Arguments of every entry of a list in a module, or the entries themselves."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    (value,) = (
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name
+    )
+    assert isinstance(value, ast.Tuple)
+    return [
+        [ast.literal_eval(argument) for argument in entry.args]
+        if isinstance(entry, ast.Call)
+        else ast.literal_eval(entry)
+        for entry in value.elts
+    ]
 
 
 def every_name() -> str:
@@ -118,15 +182,15 @@ def every_comparison() -> str:
     )
 
 
-def theory_page() -> str:
+def theory() -> str:
     """What each module computes and where it comes from: modules whose docstrings name sources."""
     lines = [
-        "# Theory and its sources",
+        "## Theory and its sources",
         "",
         "Docstrings of the modules have equations and signs; these modules name their sources.",
     ]
     for package in PACKAGES:
-        lines += ["", f"## {package}", ""]
+        lines += ["", f"### {package}", ""]
         for path in sorted((ROOT / package).rglob("*.py")):
             tree = ast.parse(path.read_text(encoding="utf-8"))
             sources = sorted(set(_sources(tree)))

@@ -31,6 +31,7 @@ from carrierflex.diagnosis.comparison.known_physics import DeclaredGains
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord, noise_of_steps, run_in_use
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import pass_gain, with_gain
 from carrierflex.simulation.element.drives import BY_FORCE, FREE_DECAY
@@ -50,8 +51,6 @@ _BELOW_NYQUIST = 0.99
 _FEWEST = 16
 #: RMS of a force error that is allowed everywhere, over the RMS of the force.
 _FORCE_ERROR = 0.003
-#: Scatter over the plateau of the spectrum that no colour of a sensor's noise makes (squares).
-_COLOURED = 9.0
 #: Periods of the band's end by which records are continued before filtering.
 _REACH = 20.0
 
@@ -82,7 +81,7 @@ def scatter_is_noise(records: Sequence[ElementRecord], variance: FloatArray) -> 
     and lies where the motion is.
     """
     plateau = float(np.mean([_plateau(record) for record in records]))
-    return float(np.mean(variance)) <= _COLOURED * plateau
+    return float(np.mean(variance)) <= Thresholds().most_coloured * plateau
 
 
 def _scatter_over_periods(record: ElementRecord) -> float | None:

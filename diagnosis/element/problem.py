@@ -47,6 +47,7 @@ from carrierflex.diagnosis.element.signatures import (
 from carrierflex.diagnosis.element.table import ElementTable, element_table
 from carrierflex.diagnosis.element.wiring import element_clocks, element_rivals
 from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_of
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime, edges_of_bands_hz
 from carrierflex.diagnosis.wiring.refits import WiringChecks
@@ -65,9 +66,6 @@ _BANDS = 16
 #: what all records show: where one block goes further than the others, any less leaves there the
 #: square of a spline's swing.
 _LIMITS = ClassConstants(ridges=(*ClassConstants().ridges, 1.0))
-#: Square that the best class leaves, over the plateau's, above which the plateau is not the noise:
-#: an RMS of three, which no colour of a sensor's noise makes.
-_BELIEVABLE = 9.0
 _UNKNOWN_FLOOR = (
     "the plateau of the spectrum lies far below what no class can learn, as after a low-pass filter"
 )
@@ -412,7 +410,7 @@ def _believable_noise(
     scores, floor = table.scores, float(table.table.floor.sum())
     classes = [scores.of((name,)).total for name in table.table.classes]
     least = min(scores.ceiling().total, *classes)
-    if least <= _BELIEVABLE * floor:
+    if least <= Thresholds().most_coloured * floor:
         return noise, "", table
     # After a low-pass filter the plateau of the spectrum is what the filter let through.
     return np.asarray(noise * least / max(floor, 1e-300)), _FLOOR_NOTE, None

@@ -19,6 +19,9 @@ class Thresholds:
         with declared noise stay below 1.05; noise known to 5 % adds another 10 %.
     floor_ratio_estimated : float
         The same where the floor itself is estimated from the record.
+    most_coloured : float
+        Mean square over that of white noise as dense as the top of the spectrum that noise may
+        have: an RMS of three, which no colour of a sensor's noise exceeds.
     explained : float
         An effect belongs to a set only where it explains this share of the gap left without it: a
         smaller share is a remainder, not a cause.
@@ -70,6 +73,7 @@ class Thresholds:
 
     floor_ratio: float = 1.15
     floor_ratio_estimated: float = 1.5
+    most_coloured: float = 9.0
     explained: float = 0.5
     material: float = 0.01
     stands_out: float = 2.0

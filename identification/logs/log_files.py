@@ -1,10 +1,9 @@
 """Files of loggers by their suffix."""
 
-import logging
 import struct
 import zlib
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,20 @@ from carrierflex.files.hdf5_datasets import PartError, samples
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.identification.campaign.document_files import LARGEST_FILE
 from carrierflex.identification.campaign.run_files import check_cells
-from carrierflex.identification.logs.log_table import LogTable
+from carrierflex.identification.logs.log_formats import FORMAT_OF_SUFFIX, format_of
+from carrierflex.identification.logs.log_table import (
+    MOST_NUMBERS,
+    LogTable,
+    NamedColumn,
+    table_of_parts,
+)
+from carrierflex.identification.logs.optional_readers import (
+    mdf_log,
+    openfast_log,
+    tdms_log,
+    uff_log,
+    workbook_log,
+)
 from carrierflex.identification.logs.text_logs import text_log
 
 _HDF5_MARK = b"\x89HDF\r\n\x1a\n"
@@ -27,16 +39,14 @@ _HDF5_MARK = b"\x89HDF\r\n\x1a\n"
 _HDF5_PLACES = (0, 512, 1024, 2048)
 
 
-#: Numbers of one file: 4 GB of them; columns that a matrix may hold; parts of a file.
-_MOST_NUMBERS = 500_000_000
+#: Columns that a matrix may hold; parts of a file.
 _MOST_COLUMNS = 64
 _MOST_PARTS = 10_000
-_MOST_BYTES = 8 * _MOST_NUMBERS
+_MOST_BYTES = 8 * MOST_NUMBERS
 #: Tag of a compressed element in a MAT 5 file, whose header has 128 bytes.
 _COMPRESSED = 15
 _MAT_HEADER = 128
 _BLOCK = 1 << 20
-_Named = tuple[str, NDArray[np.generic], str]
 
 
 def _parquet_log(path: Path) -> tuple[LogTable, ...]:
@@ -72,7 +82,8 @@ def _hdf5_log(path: Path) -> tuple[LogTable, ...]:
     """Tables of an HDF5 file (a MAT 7.3 file is one): datasets of one length belong together."""
     try:
         with h5py.File(path, "r") as file:
-            return _by_length(path, _named(path, _hdf5_columns(file)))
+            objects = _hdf5_objects(file)
+            return _by_length(path, _named(path, _hdf5_columns(file, objects)), objects)
     except PartError as error:
         raise ValueError(f"{path}: {error}") from error
     except (OSError, RuntimeError, KeyError, TypeError, UnicodeError) as error:
@@ -80,17 +91,34 @@ def _hdf5_log(path: Path) -> tuple[LogTable, ...]:
         raise ValueError(f"{path}: not an HDF5 file: {' '.join(str(error).split())}") from error
 
 
-def _hdf5_columns(file: h5py.File) -> Iterator[_Named]:
+def _hdf5_members(file: h5py.File) -> list[str]:
+    """Datasets; what the file keeps for itself (MATLAB's references) begins with #."""
     members: list[str] = []
     # It goes to each object once, and to none by a link out of the file.
     file.visit(members.append)
-    for name in members:
-        # What the file keeps for itself (MATLAB's references) begins with #.
-        if isinstance(file[name], h5py.Dataset) and not name.startswith("#"):
+    return [
+        name
+        for name in members
+        if isinstance(file[name], h5py.Dataset) and not name.startswith("#")
+    ]
+
+
+def _hdf5_objects(file: h5py.File) -> dict[str, str]:
+    """Classes of MATLAB's objects by their names: their datasets hold no samples."""
+    return {
+        name: _text_of(file[name].attrs.get("MATLAB_class", b"object"))
+        for name in _hdf5_members(file)
+        if "MATLAB_object_decode" in file[name].attrs
+    }
+
+
+def _hdf5_columns(file: h5py.File, objects: Mapping[str, str]) -> Iterator[NamedColumn]:
+    for name in _hdf5_members(file):
+        if name not in objects:
             yield from _dataset_columns(file, name, file[name])
 
 
-def _dataset_columns(group: h5py.Group, name: str, part: h5py.Dataset) -> Iterator[_Named]:
+def _dataset_columns(group: h5py.Group, name: str, part: h5py.Dataset) -> Iterator[NamedColumn]:
     path = part.name.strip("/")
     unit = _text_of(part.attrs.get("unit", part.attrs.get("units", "")))
     if part.dtype.names:
@@ -108,96 +136,14 @@ def _text_of(value: Any) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _tdms_log(path: Path) -> tuple[LogTable, ...]:
-    """Tables of a TDMS file: channels of one length and clock belong together."""
-    try:
-        from nptdms import TdmsFile
-    except ImportError as error:
-        raise ValueError(
-            f"{path}: TDMS files need the package nptdms; install it with pip install "
-            "'carrierflex[tdms]', or export the file as CSV"
-        ) from error
-    size = path.stat().st_size
-    try:
-        # It leaves a file open that it refuses: this one is closed here.
-        with _without_logs(), path.open("rb") as stream, TdmsFile.open(stream) as file:
-            channels = [channel for group in file.groups() for channel in group.channels()]
-            stated = sum(len(channel) for channel in channels)
-            # A sample takes a byte at least, and none is packed.
-            if stated > min(size, _MOST_NUMBERS):
-                raise ValueError(f"{stated} samples in {size} bytes; expected what is stored")
-            return _tdms_tables(path, channels)
-    except (
-        ValueError,
-        KeyError,
-        TypeError,
-        OSError,
-        AttributeError,
-        IndexError,
-        EOFError,
-        struct.error,
-        ArithmeticError,
-        RuntimeError,
-        MemoryError,
-    ) as error:
-        # An error of the library may come without a word.
-        why = " ".join(str(error).split()) or "damaged"
-        raise ValueError(f"{path}: not a TDMS file: {why}") from error
-
-
-@contextmanager
-def _without_logs() -> Iterator[None]:
-    """Keep a library's own log from the terminal: what is wrong is told in one line."""
-    before = logging.root.manager.disable
-    logging.disable(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        logging.disable(before)
-
-
-def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:
-    clocks: dict[tuple[int, float, float], list[_Named]] = {}
-    for channel in channels:
-        facts = channel.properties
-        step = float(facts.get("wf_increment", 0.0) or 0.0)
-        start = float(facts.get("wf_start_offset", 0.0) or 0.0)
-        values = np.asarray(channel[:])
-        if values.dtype.kind == "M":
-            values = (values - values[0]) / np.timedelta64(1, "s")
-        if values.dtype.kind in "fiub" and values.size:
-            unit = _text_of(facts.get("unit_string", ""))
-            name = f"{channel.group_name}/{channel.name}"
-            clocks.setdefault((values.size, step, start), []).append((name, values, unit))
-    if not clocks:
-        raise ValueError("no channel of numbers")
-    return tuple(
-        _table(path, parts, step=step or None, start=start)
-        for (_, step, start), parts in clocks.items()
-    )
-
-
-def _table(
-    path: Path, parts: list[_Named], *, step: float | None = None, start: float = 0.0
-) -> LogTable:
-    short = _short_names([name for name, _, _ in parts])
-    return LogTable(
-        path.name,
-        {short[name]: np.asarray(values, dtype=np.float64) for name, values, _ in parts},
-        {short[name]: unit for name, _, unit in parts if unit},
-        step=step,
-        start=start,
-    )
-
-
-def _named(path: Path, parts: Iterable[_Named]) -> list[_Named]:
+def _named(path: Path, parts: Iterable[NamedColumn]) -> list[NamedColumn]:
     """Vectors of all parts; a matrix gives one for each of its columns."""
-    columns: list[_Named] = []
+    columns: list[NamedColumn] = []
     total = 0
     for name, values, unit in parts:
         total += values.size
-        if total > _MOST_NUMBERS or len(columns) > _MOST_PARTS:
-            raise ValueError(f"{path}: more than {_MOST_NUMBERS} numbers; expected less")
+        if total > MOST_NUMBERS or len(columns) > _MOST_PARTS:
+            raise ValueError(f"{path}: more than {MOST_NUMBERS} numbers; expected less")
         vectors = values.reshape(-1) if 1 in values.shape or values.ndim == 1 else values
         if vectors.ndim == 1:
             columns.append((name, vectors, unit))
@@ -209,42 +155,35 @@ def _named(path: Path, parts: Iterable[_Named]) -> list[_Named]:
     return [column for column in columns if column[1].size > 1]
 
 
-def _by_length(path: Path, columns: list[_Named]) -> tuple[LogTable, ...]:
+def _by_length(
+    path: Path, columns: list[NamedColumn], objects: Mapping[str, str]
+) -> tuple[LogTable, ...]:
+    left_out = tuple(
+        f"'{name}' is a MATLAB object of class {kind}, which is not read: in MATLAB, s.time = "
+        f"{name}.Time; s.data = {name}.Data; save('run.mat', '-struct', 's')"
+        for name, kind in objects.items()
+    )
     lengths = dict.fromkeys(values.size for _, values, _ in columns)
     tables = tuple(
-        _table(path, [part for part in columns if part[1].size == length]) for length in lengths
+        table_of_parts(path, [part for part in columns if part[1].size == length])
+        for length in lengths
     )
     if not tables:
-        raise ValueError(f"{path}: no list of numbers; expected columns of samples")
-    return tables
+        what = "; ".join(left_out) or "expected columns of samples"
+        raise ValueError(f"{path}: no list of numbers; {what}")
+    return (replace(tables[0], notes=left_out), *tables[1:])
 
 
-def _short_names(names: list[str]) -> dict[str, str]:
-    """Last part of every path where it stands once in the table, else the whole path."""
-    last = [name.rpartition("/")[2] for name in names]
-    return {
-        name: short if last.count(short) == 1 else name
-        for name, short in zip(names, last, strict=True)
-    }
-
-
-#: Kinds whose libraries a damaged file can bring down or keep for ever: a process of their own.
 _SECONDS = 10  # of processor time, for a small file
-_IN_CHILD = {
-    ".h5": "an HDF5 file",
-    ".hdf5": "an HDF5 file",
-    ".mat": "a MAT file",
-    ".tdms": "a TDMS file",
-}
 
 
 def read_log(path: Path) -> tuple[LogTable, ...]:
-    """Tables of a logger's file.
+    """Tables of a logger's or a simulator's file.
 
     Parameters
     ----------
     path : Path
-        ``.parquet``, ``.h5``, ``.hdf5``, ``.mat`` (5 and 7.3) or ``.tdms``; anything else is text.
+        A format of `log_formats` by its suffix; anything else is text.
 
     Returns
     -------
@@ -256,29 +195,30 @@ def read_log(path: Path) -> tuple[LogTable, ...]:
     FileNotFoundError
         Where there is no such file.
     ValueError
-        Where it is not what its suffix says; the message names it.
+        Where it is not what its suffix says, or the package that reads it is not installed; the
+        message names the file.
     """
-    suffix = path.suffix.lower()
-    if suffix == ".parquet":
+    own = format_of(path)
+    if own is None:
+        return (text_log(path)[0],)
+    if path.suffix.lower() == ".parquet":
         return _parquet_log(path)
-    if suffix in _IN_CHILD:
-        size = check_plain_file(path, _IN_CHILD[suffix], LARGEST_FILE)
-        seconds = _SECONDS + size // 500_000
-        return in_child(_limited_log, path, size, seconds, about=path, what="the reader")
-    table, _ = text_log(path)
-    return (table,)
+    # A damaged file can bring these libraries down or keep them for ever: a process of their own.
+    size = check_plain_file(path, own.words, LARGEST_FILE)
+    seconds = _SECONDS + size // 500_000
+    return in_child(_limited_log, path, size, seconds, about=path, what="the reader")
 
 
 def _limited_log(path: Path, size: int, seconds: int) -> tuple[LogTable, ...]:
     with limited(seconds, 500_000_000 + 100 * size):
-        if path.suffix.lower() == ".tdms":
-            return _tdms_log(path)
-        return _mat5_log(path) if not _is_hdf5(path) else _hdf5_log(path)
+        return _READERS[path.suffix.lower()](path)
+
+
+def _mat_log(path: Path) -> tuple[LogTable, ...]:
+    return _hdf5_log(path) if _is_hdf5(path) else _mat5_log(path)
 
 
 def _is_hdf5(path: Path) -> bool:
-    if path.suffix.lower() != ".mat":
-        return True
     with path.open("rb") as file:
         head = file.read(_HDF5_PLACES[-1] + len(_HDF5_MARK))
     return any(head[place:].startswith(_HDF5_MARK) for place in _HDF5_PLACES)
@@ -286,7 +226,7 @@ def _is_hdf5(path: Path) -> bool:
 
 def words_of(path: Path) -> str:
     """How a file was understood, for the comments of a map."""
-    if path.suffix.lower() in (*_IN_CHILD, ".parquet"):
+    if format_of(path) is not None:
         return path.suffix[1:].upper()
     return text_log(path)[1].words
 
@@ -307,7 +247,7 @@ def _mat5_log(path: Path) -> tuple[LogTable, ...]:
             f"{path}: not a complete MAT file ({reason}); expected variables as MATLAB's save "
             "writes them: save it again, or export it as CSV"
         ) from error
-    return _by_length(path, _named(path, _mat_parts("", content)))
+    return _by_length(path, _named(path, _mat_parts("", content)), _mat_objects(content))
 
 
 def _refuse_bomb(path: Path) -> None:
@@ -339,10 +279,46 @@ def _unpacked_bytes(packed: bytes, most: int) -> int:
     return count
 
 
-def _mat_parts(before: str, value: Any, deep: int = 0) -> Iterator[_Named]:
+def _mat_objects(content: Mapping[str, Any]) -> dict[str, str]:
+    """Classes of MATLAB's objects by their names; scipy has all of them under the key None."""
+    from scipy.io.matlab import MatlabOpaque
+
+    return {
+        row["s0"].decode("utf-8", "replace"): row["s2"].decode("utf-8", "replace")
+        for value in content.values()
+        if isinstance(value, MatlabOpaque)
+        for row in value.ravel()
+        if isinstance(row["s0"], bytes) and isinstance(row["s2"], bytes)
+    }
+
+
+def _mat_parts(before: str, value: Any, deep: int = 0) -> Iterator[NamedColumn]:
     if isinstance(value, dict) and deep < 8:
         for name, part in value.items():
-            if not name.startswith("__"):
+            if name is not None and not name.startswith("__"):
                 yield from _mat_parts(f"{before}/{name}" if before else name, part, deep + 1)
+    elif isinstance(value, list) and deep < 8:
+        # Structures in a row, as Simulink's `signals`: `values` is called after its label.
+        for number, part in enumerate(value, start=1):
+            if isinstance(part, dict):
+                label = part.get("label")
+                name = label if isinstance(label, str) and label else f"{before} {number}"
+                yield from _mat_parts(name, part.get("values", part), deep + 1)
     elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and value.ndim in (1, 2):
         yield before, value, ""
+
+
+_READERS: dict[str, Callable[[Path], tuple[LogTable, ...]]] = {
+    ".h5": _hdf5_log,
+    ".hdf5": _hdf5_log,
+    ".mat": _mat_log,
+    ".tdms": tdms_log,
+    ".uff": uff_log,
+    ".unv": uff_log,
+    ".mf4": mdf_log,
+    ".mdf": mdf_log,
+    ".xlsx": workbook_log,
+    ".xlsm": workbook_log,
+    ".outb": openfast_log,
+}
+assert {".parquet", *_READERS} == set(FORMAT_OF_SUFFIX)

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,10 @@ from numpy.typing import NDArray
 from carrierflex.files.shown_values import shortened
 
 FloatArray = NDArray[np.float64]
+#: Name, values and unit of a column.
+NamedColumn = tuple[str, NDArray[np.generic], str]
+#: Numbers of one file: 4 GB of them.
+MOST_NUMBERS = 500_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +59,39 @@ class LogTable:
             *(c.size for c in self.columns.values()),
         ]
         return sizes[0] if sizes else 0
+
+
+def table_of_parts(
+    path: Path, parts: Sequence[NamedColumn], *, step: float | None = None, start: float = 0.0
+) -> LogTable:
+    """Table of columns; of a name with a path, the last member where it occurs once.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    parts : sequence of (name, ndarray, unit)
+        Columns of one length.
+    step, start : float, optional
+        Clock of the file [s], as of :class:`LogTable`.
+    """
+    short = _short_names([name for name, _, _ in parts])
+    return LogTable(
+        path.name,
+        {short[name]: np.asarray(values, dtype=np.float64) for name, values, _ in parts},
+        {short[name]: unit for name, _, unit in parts if unit},
+        step=step,
+        start=start,
+    )
+
+
+def _short_names(names: Sequence[str]) -> dict[str, str]:
+    """Last member of every path where it occurs once in the table, else the path."""
+    last = [name.rpartition("/")[2] for name in names]
+    return {
+        name: short if last.count(short) == 1 else name
+        for name, short in zip(names, last, strict=True)
+    }
 
 
 def run_tables(files: Sequence[Sequence[LogTable]], time: str | None) -> list[LogTable]:

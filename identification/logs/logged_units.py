@@ -10,6 +10,8 @@ _SPELLINGS = {
     "nm": "N*m",
     "knm": "kN*m",
     "mnm": "MN*m",
+    "n-m": "N*m",
+    "kn-m": "kN*m",
     "°": "deg",
     "grad": "deg",
     "degrees": "deg",

@@ -27,13 +27,14 @@ LARGEST_TEXT = 2 * 1024**3
 _MOST_COLUMNS = 4_000
 #: What files that are no text begin with, and what to do with them.
 _NO_TEXT = {
-    b"PK\x03\x04": "an Excel workbook or another zip archive; expected text: save the sheet as "
-    "CSV, or unpack the archive",
-    b"\xd0\xcf\x11\xe0": "an Excel workbook (.xls); expected text: save the sheet as CSV",
+    b"PK\x03\x04": "an Excel workbook or another zip archive; expected the suffix .xlsx, or text: "
+    "unpack the archive",
+    b"\xd0\xcf\x11\xe0": "an Excel workbook (.xls); expected text or .xlsx: save it so",
     b"\x1f\x8b": "packed by gzip; expected text: unpack it",
     b"PAR1": "a Parquet file; expected the suffix .parquet",
     b"TDSm": "a TDMS file of LabVIEW; expected the suffix .tdms",
     b"\x89HDF": "an HDF5 file; expected the suffix .h5",
+    b"MDF     ": "an MDF file; expected the suffix .mf4 or .mdf",
 }
 #: A universal file begins with its separator and the number of a data set: 58 for records.
 _UNIVERSAL = re.compile(rb"\s*-1[ \t]*\r?\n[ \t]*(\d+)b?\b[^\r\n]*\r?\n")
@@ -65,14 +66,29 @@ def text_log(path: Path) -> tuple[LogTable, Dialect]:
     if universal := _UNIVERSAL.match(content):
         number = universal[1].decode("ascii")
         raise ValueError(
-            f"{path}: a universal file (UFF) of data set {number}; expected a table of samples: "
-            "export the records as CSV, MAT or HDF5"
+            f"{path}: a universal file (UFF) of data set {number}; expected the suffix .uff or "
+            ".unv, or a table of samples"
         )
     encoding = encoding_of(content[:HEAD])
     try:
         text = content.decode(encoding)
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: byte {error.start} is no text in {encoding}") from error
+    return text_table(text, path, encoding)
+
+
+def text_table(text: str, path: Path, encoding: str) -> tuple[LogTable, Dialect]:
+    """Table of a text, and its dialect; errors as of :func:`text_log`.
+
+    Parameters
+    ----------
+    text : str
+        Content of the file, or of a sheet of it.
+    path : Path
+        File, for messages.
+    encoding : str
+        Of the file, for the dialect.
+    """
     head = text[:HEAD]
     # The last line may be cut, by this limit or by the end of the logger's battery.
     whole = head[: head.rfind("\n") + 1] or head

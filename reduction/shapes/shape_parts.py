@@ -1,10 +1,12 @@
-"""The group ``shapes`` of a body file."""
+"""The groups ``shapes`` and ``stresses`` of a body file."""
 
 import h5py
 import numpy as np
 
+from carrierflex.fe.stress_recovery import COMPONENTS
 from carrierflex.files.hdf5_datasets import PartError, length, names, number_attribute, numbers
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
+from carrierflex.reduction.shapes.body_stresses import BodyStresses
 
 #: Version of the group; a reader refuses newer ones.
 VERSION = 1
@@ -35,9 +37,7 @@ def shapes_of(group: h5py.Group, n_coordinates: int) -> BodyShapes:
     PartError
         Where the group is of a newer version, or its parts are not what they should be.
     """
-    version = int(number_attribute(group, "version"))
-    if version > VERSION:
-        raise PartError(f"shapes are of version {version}; expected {VERSION}: update carrierflex")
+    _refuse_newer(group, "shapes")
     n, k = (_rows(group, name) for name in ("points", "triangles"))
     length(group, "surface_names", _MOST_POINTS)
     try:
@@ -52,13 +52,55 @@ def shapes_of(group: h5py.Group, n_coordinates: int) -> BodyShapes:
         raise PartError(f"shapes: {error}") from error
 
 
+def fill_stresses(group: h5py.Group, stresses: BodyStresses) -> None:
+    """Write stress rows with single precision: seven digits of a stress."""
+    group.attrs.update(
+        version=VERSION,
+        meaning="corner nodes of the body's boundary [m], triangles, number of the named surface "
+        "of each node (-1: none), nodes at re-entrant edges, and S[node, component, coordinate], "
+        f"the stress {', '.join(COMPONENTS)} [Pa] for one unit of each coordinate",
+    )
+    group["points"] = stresses.points
+    group["triangles"] = stresses.triangles.astype(np.int32)
+    group.create_dataset(
+        "surface_names", data=list(stresses.surface_names), dtype=h5py.string_dtype()
+    )
+    group["surface_of"] = stresses.surface_of.astype(np.int32)
+    group["singular"] = stresses.singular
+    group["S"] = stresses.S.astype(np.float32)
+
+
+def stresses_of(group: h5py.Group, n_coordinates: int) -> BodyStresses:
+    """Read stress rows of a body with so many coordinates; errors as :func:`shapes_of`."""
+    _refuse_newer(group, "stresses")
+    n, k = (_rows(group, name) for name in ("points", "triangles"))
+    length(group, "surface_names", _MOST_POINTS)
+    try:
+        return BodyStresses(
+            points=numbers(group, "points", (n, 3)),
+            triangles=numbers(group, "triangles", (k, 3), "iu").astype(np.int64),
+            surface_names=names(group, "surface_names"),
+            surface_of=numbers(group, "surface_of", (n,), "iu").astype(np.int64),
+            singular=numbers(group, "singular", (n,), "b").astype(bool),
+            S=numbers(group, "S", (n, len(COMPONENTS), n_coordinates)),
+        )
+    except ValueError as error:
+        raise PartError(f"stresses: {error}") from error
+
+
+def _refuse_newer(group: h5py.Group, name: str) -> None:
+    version = int(number_attribute(group, "version"))
+    if version > VERSION:
+        raise PartError(f"{name} are of version {version}; expected {VERSION}: update carrierflex")
+
+
 def _rows(group: h5py.Group, name: str) -> int:
     """Rows of a table, looked at before anything of it is read."""
     part = group.get(name)
     rows = part.shape[0] if isinstance(part, h5py.Dataset) and part.ndim == 2 else 0
     if not 0 < rows <= _MOST_POINTS:
         raise PartError(
-            f"shapes/{name} is no table of 1 to {_MOST_POINTS} rows; expected one a "
-            f"{name.removesuffix('s')}"
+            f"{str(group.name).strip('/')}/{name} is no table of 1 to {_MOST_POINTS} rows; "
+            f"expected one a {name.removesuffix('s')}"
         )
     return int(rows)

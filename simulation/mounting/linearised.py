@@ -13,12 +13,14 @@ holds it, so that the reader sees how little it does. Roll stands apart from it,
 this model depends on speed or angle of the shaft.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
+from carrierflex.reduction.state_space import Signals, StateSpace
 from carrierflex.simulation.mounting.equations import Block, mounting_blocks
 from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, check_parameters
 from carrierflex.simulation.mounting.parameters import INDEX
@@ -201,6 +203,72 @@ def frequency_response(
     return np.asarray(
         response * gains[:, None] * np.exp(-s * parameters[INDEX["delay"]])[:, None, None]
     )
+
+
+def mounting_state_space(
+    rig: MountingRig, parameters: ParameterArray, loads: Array, name: str = "mounting"
+) -> StateSpace:
+    """The mounting about the rest under constant loads: changes of load in, of the sensors out.
+
+    Parameters
+    ----------
+    rig, parameters, loads
+        As for :func:`mounting_modes`.
+    name : str
+        Of the model.
+
+    Returns
+    -------
+    StateSpace
+        Inputs torque, ntl_y, ntl_z; outputs the six sensors with their gains. States are the
+        coordinates, their velocities and the deflections of the fluid branches.
+
+    Raises
+    ------
+    ValueError
+        Where the sensors have a delay, which no model of finite order has, or a load or a parameter
+        is refused.
+    ArithmeticError
+        Where the bushings find no equilibrium.
+    """
+    if parameters[INDEX["delay"]] != 0.0:
+        raise ValueError(
+            f"{name}: the sensors have a delay of {parameters[INDEX['delay']]:g} s, which A, B, C, "
+            "D cannot hold; expected delay = 0 in [truth] of a copy of the case, and the delay in "
+            "the other program"
+        )
+    blocks = _linearised_blocks(rig, parameters, loads)
+    A, B = zip(*(block.state_matrices()[:2] for block in blocks), strict=True)
+    gains = np.array([parameters[INDEX[f"gain_{sensor}"]] for sensor in SENSORS])
+    C = np.hstack(
+        [
+            np.pad(block.output, ((0, 0), (0, len(a) - len(block.names))))
+            for block, a in zip(blocks, A, strict=True)
+        ]
+    )
+    states = [state for block in blocks for state in _block_states(block)]
+    return StateSpace(
+        name,
+        scipy.linalg.block_diag(*A),
+        np.vstack(B),
+        gains[:, None] * C,
+        np.zeros((len(SENSORS), 3)),
+        Signals(*zip(*states, strict=True)),
+        Signals(("torque", "ntl_y", "ntl_z"), ("N m", "N", "N")),
+        Signals(SENSORS, ("m",) * len(SENSORS)),
+        dict(zip(("torque [N m]", "ntl_y [N]", "ntl_z [N]"), loads.tolist(), strict=True)),
+    )
+
+
+def _block_states(block: Block) -> Iterator[tuple[str, str]]:
+    """Name and unit of every state of a block."""
+    units = ["rad" if name.startswith("theta") else "m" for name in block.names]
+    yield from zip(block.names, units, strict=True)
+    yield from ((f"d{name}/dt", f"{u}/s") for name, u in zip(block.names, units, strict=True))
+    n_elements = len(block.weights)
+    for number in range(len(block.state_matrices()[0]) - 2 * len(block.names)):
+        element = f"of element {number % n_elements + 1} along {block.names[0]}"
+        yield (f"fluid {element}", "m") if number < n_elements else (f"fluid rate {element}", "m/s")
 
 
 def campbell_diagram(

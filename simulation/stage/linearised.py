@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.reduction.state_space import Signals, StateSpace, modal_state_space
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.modal_form import ModalStage, modal_stage
 from carrierflex.simulation.stage.stage_body import StageBody
@@ -98,6 +99,42 @@ def frequency_response(
     w = 2.0 * np.pi * frequency_hz
     return np.array(
         [r @ np.linalg.solve(np.diag(stage.omega**2 - x * x) + 1j * x * stage.D, f) for x in w]
+    )
+
+
+def stage_state_space(
+    stage: ModalStage, readings: NDArray[np.float64], sensors: Sequence[str], name: str = "stage"
+) -> StateSpace:
+    """The stage in the carrier frame: changes of load in, readings of the rim out.
+
+    Parameters
+    ----------
+    stage : ModalStage
+        The stage at its speed.
+    readings : ndarray, shape (p, n)
+        Rows of the sensors [m] in the coordinates c.
+    sensors : sequence of str
+        Their names.
+    name : str
+        Of the model.
+
+    Returns
+    -------
+    StateSpace
+        Inputs torque, ntl_y, ntl_z of the carrier frame; the drive turns freely. Meshes are in
+        contact with their mean stiffness, Coriolis forces and generator in the damping.
+    """
+    loads = stage.model.loads
+    force = np.column_stack([loads.torque, loads.radial_y, loads.radial_z])
+    return modal_state_space(
+        name,
+        stage.omega,
+        stage.D,
+        stage.Phi.T @ force,
+        readings @ stage.Phi,
+        inputs=Signals(("torque", "ntl_y", "ntl_z"), ("N m", "N", "N")),
+        outputs=Signals(tuple(sensors), ("m",) * len(sensors)),
+        operating_point={"speed [rad/s]": stage.model.speed},
     )
 
 

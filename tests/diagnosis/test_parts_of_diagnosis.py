@@ -246,5 +246,26 @@ def test_agreement_is_said_of_a_noise_that_is_known_and_small(
         return
     assert (diagnosis.verdict, diagnosis.reason_id) == (NOT_DIAGNOSABLE, FLOOR_UNKNOWN)
     share = 6 * 16 / signal_square
-    assert diagnosis.reason.startswith(f"the baseline leaves {share:.1%} of the signal")
+    assert diagnosis.reason.startswith(f"the baseline leaves {100 * share:.2g} % of the signal")
     assert "declare noise_std" in diagnosis.attribution.discriminating_experiment
+
+
+@pytest.mark.parametrize(
+    ("cause", "measured", "learnable", "is_open"),
+    [
+        # A mean square of 5 floors may be noise with a memory, one of 10 is none.
+        (2.0, False, 0.4, True),
+        (3.0, False, 0.4, False),
+        (2.0, True, 0.4, False),
+        # Classes together explain more than half of it: noise is not learnt.
+        (2.0, False, 0.6, False),
+    ],
+)
+def test_a_gap_that_noise_of_unknown_size_may_be_is_of_no_unknown_cause(
+    cause, measured, learnable, is_open
+):
+    answer = replace(no_class(), share=0.4, learnable=learnable)
+    problem = with_answers(linear_problem({"outside": cause}), class_answer=answer)
+    diagnosis = found(problem, floor_is_measured=measured)
+    expected = (NOT_DIAGNOSABLE, FLOOR_UNKNOWN) if is_open else (NONE_OF_THESE, "")
+    assert (diagnosis.verdict, diagnosis.reason_id) == expected

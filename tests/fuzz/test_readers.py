@@ -4,6 +4,7 @@
 the same number are the same.
 """
 
+import importlib.util
 import io
 import os
 import resource
@@ -63,6 +64,12 @@ from tests.fuzz.counts import COUNTS
 from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
 from tests.fuzz.mutations import damaged, damaged_hdf5
 from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
+from tests.identification.logs.test_other_tools import (
+    write_mdf,
+    write_openfast,
+    write_universal,
+    write_workbook,
+)
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 from tests.simulation.test_law_files import LAWS
@@ -123,11 +130,13 @@ def _logs(folder: Path) -> dict[str, Target]:
         file["t"], file["x"] = values, values**2
     with TdmsWriter(folder / "log.tdms") as writer:
         writer.write_segment([ChannelObject("g", "x", values, {"wf_increment": 0.1})])
+    others = [write(folder).name for write in (write_universal, write_workbook, write_openfast)]
+    others += [write_mdf(folder).name] if importlib.util.find_spec("asammdf") else []
     guess = map_guess("element", [folder / "log.csv"], "force")
     (folder / "map.toml").write_text(map_text(guess, "# a map"), encoding="utf-8")
     targets = {
         f"log {name}": Target({name: (folder / name).read_bytes()}, name, _log_reader(name))
-        for name in ("log.csv", "log.mat", "log.h5", "log.tdms")
+        for name in ("log.csv", "log.mat", "log.h5", "log.tdms", *others)
     }
     return targets | {
         "map": Target(
@@ -218,7 +227,12 @@ TEXTS = [
     *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     *("mesh .msh", "mesh of hexahedra .inp"),
-    *("map", "log log.csv", "log log.mat", "log log.h5", "log log.tdms"),
+    *("map", "log log.csv", "log log.mat", "log log.h5", "log log.tdms", "log run.uff"),
+    *(
+        "log run.xlsx",
+        "log run.outb",
+        *["log run.mf4"][: bool(importlib.util.find_spec("asammdf"))],
+    ),
     *MATRIX_READERS,
     "body .h5 bytes",
 ]

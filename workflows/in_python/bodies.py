@@ -27,6 +27,8 @@ from carrierflex.workflows.reduction.reduce_matrices import MatrixFiles
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    from carrierflex.reduction.state_space import StateSpace
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Body:
@@ -56,6 +58,15 @@ class Body:
         """Write the body file (.h5) that ``export`` and ``simulate`` read; the file's path."""
         write_body(self.model, Path(path), self.certificate)
         return Path(path)
+
+    def state_space(self) -> "StateSpace":
+        """A, B, C, D with names and units: loads at the pilots in, pilots and sensors out.
+
+        ``state_space().to_control()`` is an object of python-control.
+        """
+        from carrierflex.reduction.state_space import body_state_space
+
+        return body_state_space(self.model)
 
     def _rows(self) -> list[tuple[str, str]]:
         first, last = self.omega[[0, -1]] / (2.0 * np.pi) if self.omega.size else (0.0, 0.0)

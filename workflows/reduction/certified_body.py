@@ -6,8 +6,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from carrierflex.fe.materials import Material
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh
+from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
 from carrierflex.reduction.craig_bampton import craig_bampton
@@ -16,6 +18,7 @@ from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.mode_count import chosen_modes, response_of_body, wanted_frequency
 from carrierflex.reduction.residual_vectors import body_loads
 from carrierflex.reduction.shapes.body_shapes import body_shapes
+from carrierflex.reduction.shapes.body_stresses import body_stresses
 from carrierflex.workflows.progress import Stages
 
 #: Time of finite elements, reduction, certificate and file of the default carrier, measured.
@@ -31,6 +34,7 @@ def write_certified_body(
     stages: Stages,
     record: Callable[[int], dict[str, str]],
     drawn_on: GivenMesh | None = None,
+    stressed: tuple[TetMesh, Mapping[str, Material]] | None = None,
 ) -> None:
     """Reduce a body, certify it and write it.
 
@@ -50,6 +54,8 @@ def write_certified_body(
         Provenance of a body with a number of modes.
     drawn_on : TetMesh or NamedSolids, optional
         Mesh whose boundary and shapes the file keeps.
+    stressed : tuple of TetMesh and mapping, optional
+        Mesh and materials by which the file keeps the stress on the boundary.
 
     Raises
     ------
@@ -81,4 +87,8 @@ def write_certified_body(
         shapes = None
         if drawn_on is not None:
             shapes = body_shapes(drawn_on, structure.nodal_displacement(basis))
-        write_body(model, out, checks, shapes)
+        stresses = None
+        if stressed is not None:
+            mesh, materials = stressed
+            stresses = body_stresses(mesh, structure.nodal_displacement(basis), materials)
+        write_body(model, out, checks, shapes, stresses)

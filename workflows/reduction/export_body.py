@@ -1,6 +1,6 @@
-"""How another multibody code gets a body.
+"""How another program gets a body, or a linearised mounting or stage.
 
-Writes a body file in that code's own format, with what it measured.
+Writes a file in that program's own format, with what was measured on the way.
 """
 
 from __future__ import annotations
@@ -14,7 +14,16 @@ from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
+    from carrierflex.reduction.exports.openfast_files import Form
     from carrierflex.reduction.reduced_model import ReducedModel
+    from carrierflex.reduction.state_space import StateSpace
+
+
+#: Frame of a mounting's and a stage's loads and sensors.
+_CASE_FRAME = (
+    "x downwind along the rotation axis, z up, right-handed; a stage in the frame of its carrier "
+    "at carrier angle 0"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,31 +40,48 @@ class ExportedBody:
 def main(
     body: Path,
     *,
-    format: Literal["op4", "dmig", "mbdyn", "sid", "exudyn", "simscape"],
+    format: Literal[
+        "op4",
+        "dmig",
+        "mbdyn",
+        "sid",
+        "exudyn",
+        "simscape",
+        "openfast",
+        "openfast-flex5",
+        "statespace",
+    ],
     out: Path,
     pilot: str | None = None,
+    run: str | None = None,
     quiet: bool = False,
 ) -> ExportedBody:
-    """Write a reduced body for another multibody code.
+    """Write a reduced body for another program, or the state space of a body or a case.
 
     SI units, body frame, pilots first, as every header states.
 
     Parameters
     ----------
     body
-        Body file (.h5) that carrierflex reduce wrote.
+        Body file (.h5) that carrierflex reduce or join wrote; with statespace also a case of kind
+        mounting or a stage case (TOML, or the name of a bundled one), which is linearised.
     format
         op4: Nastran external superelement (.op4, with .asm, .pch and .txt beside it); dmig: Nastran
         bulk data, ten digits; mbdyn: modal data with inertia invariants (.fem); sid: standard input
         data (SID_FEM); simscape: .mat; exudyn: FEMinterface (.hdf5), which needs the finite
         elements: they are made again from the inputs that the body file records, and the result is
-        compared with the file.
+        compared with the file; openfast: superelement of ExtPtfm (.dat, with _SE.dat and _Conn.dat
+        beside it); openfast-flex5: its form before OpenFAST's pull request 3210; statespace: A, B,
+        C, D with names and units (.mat or .npz).
     out
         File to write; files that another program wrote, and those of another export, are not
         replaced.
     pilot
-        Pilot that the floating frame follows (mbdyn, sid, exudyn); the first of the body by
-        default.
+        Pilot that the floating frame follows (mbdyn, sid, exudyn), or the superelement's interface
+        (openfast); the first of the body by default.
+    run
+        Run of a case of kind mounting at whose largest torque it is linearised (statespace); the
+        first of the case by default.
     quiet
         Show no progress.
 
@@ -64,13 +90,23 @@ def main(
     ExportedBody
         Files and figures measured.
     """
+    if format == "statespace":
+        return _state_space(body, out, pilot, run, Stages(1, quiet))
+    if run is not None:
+        raise ValueError(f"--run is given, but {format} writes a body; expected it with statespace")
+    if body.suffix == ".toml":
+        raise ValueError(
+            f"{body}: a case, and {format} writes a body; expected a body file (.h5) of "
+            "carrierflex reduce, or --format statespace"
+        )
+
     from carrierflex.reduction.body_files import read_body
 
     model = read_body(body)
-    if pilot is not None and format not in ("mbdyn", "sid", "exudyn"):
+    if pilot is not None and format in ("op4", "dmig", "simscape"):
         raise ValueError(
-            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid or exudyn "
-            "only"
+            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid, exudyn "
+            "or openfast only"
         )
     if pilot is not None and pilot not in model.pilots:
         raise ValueError(
@@ -88,11 +124,57 @@ def main(
         return _WRITERS[format](model, out, pilot)
 
 
+def _state_space(
+    source: Path, out: Path, pilot: str | None, run: str | None, stages: Stages
+) -> ExportedBody:
+    from carrierflex.files.whole_files import refuse_foreign
+    from carrierflex.reduction.exports.ordered_body import FRAME, UNITS
+    from carrierflex.reduction.exports.state_space_files import refuse_suffix, write_state_space
+
+    refuse_suffix(out)
+    if pilot is not None:
+        raise ValueError("--pilot is given, but statespace holds no pilot; leave it out")
+    is_body = source.suffix == ".h5"
+    if is_body and run is not None:
+        raise ValueError(
+            f"--run is {run!r} and {source} is a body, which is linear; expected --run with a case "
+            "of kind mounting"
+        )
+    prepared_folder(out.parent)
+    refuse_foreign(out, UNITS)
+    with stages.stage(f"state space of {source}, writing {out}"):
+        system = _body_system(source) if is_body else _case_system(source, run)
+        write_state_space(system, out, frame=FRAME if is_body else _CASE_FRAME)
+    sizes = {"states": system.states, "inputs": system.inputs, "outputs": system.outputs}
+    figures = {name: float(len(signals.names)) for name, signals in sizes.items()}
+    return ExportedBody((out,), figures | dict(system.operating_point))
+
+
+def _body_system(body: Path) -> StateSpace:
+    from carrierflex.reduction.body_files import read_body
+    from carrierflex.reduction.state_space import body_state_space
+
+    return body_state_space(read_body(body))
+
+
+def _case_system(case: Path, run: str | None) -> StateSpace:
+    from carrierflex.workflows.simulation.linearised_case import case_state_space
+
+    return case_state_space(case, run)
+
+
 def _refuse_to_replace(format: str, out: Path) -> None:
     """Refuse where an export would replace files of others, or of another export."""
     from carrierflex.files.whole_files import refuse_foreign
     from carrierflex.reduction.exports.ordered_body import UNITS
 
+    if format in _OPENFAST_FORMS:
+        from carrierflex.reduction.exports.openfast_files import openfast_files
+
+        refuse_foreign(out, UNITS, "EXTPTFM")
+        for partner in openfast_files(out, _OPENFAST_FORMS[format])[1:]:
+            refuse_foreign(partner, UNITS)
+        return
     if format != "op4":
         refuse_foreign(out, UNITS, *(["K2GG = KAAX"] if format == "dmig" else []))
         return
@@ -147,6 +229,21 @@ def _simscape(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody
     return ExportedBody((out,), {"grounding of the stiffness [m or rad]": grounding(model)})
 
 
+def _openfast(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    return _superelement(model, out, pilot, "current")
+
+
+def _openfast_flex5(model: ReducedModel, out: Path, pilot: str | None) -> ExportedBody:
+    return _superelement(model, out, pilot, "flex5")
+
+
+def _superelement(model: ReducedModel, out: Path, pilot: str | None, form: Form) -> ExportedBody:
+    from carrierflex.reduction.exports.openfast_files import checks, superelement, write_openfast
+
+    body = superelement(model, pilot)
+    return ExportedBody(write_openfast(body, out, form), checks(body))
+
+
 def _exudyn(model: ReducedModel, out: Path, pilot: str | None, *, beside: Path) -> ExportedBody:
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.exports.exudyn_files import write_exudyn
@@ -170,4 +267,7 @@ _WRITERS: dict[str, Callable[[ReducedModel, Path, str | None], ExportedBody]] = 
     "mbdyn": _mbdyn,
     "sid": _sid,
     "simscape": _simscape,
+    "openfast": _openfast,
+    "openfast-flex5": _openfast_flex5,
 }
+_OPENFAST_FORMS: dict[str, Form] = {"openfast": "current", "openfast-flex5": "flex5"}

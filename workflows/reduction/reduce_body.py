@@ -20,8 +20,10 @@ from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.fe.assembly import Assembly
+    from carrierflex.fe.materials import Material
     from carrierflex.fe.structural_model import StructuralModel
     from carrierflex.geometry.given_meshes.named_solids import GivenMesh
+    from carrierflex.geometry.tet_mesh import TetMesh
     from carrierflex.reduction.reduced_model import ReducedModel
     from carrierflex.workflows.fe.cost_preview import CostPreview
     from carrierflex.workflows.geometry.carrier_files import CarrierFiles
@@ -52,6 +54,7 @@ def main(
     assembly: Literal["compiled", "scikit-fem"] = "compiled",
     symmetry: bool = True,
     shapes: bool = False,
+    stresses: bool = False,
     preview: bool = False,
     cache: bool = True,
     quiet: bool = False,
@@ -133,6 +136,10 @@ def main(
         Keep in the file what carrierflex view needs: the body's surface and every coordinate's
         displacement on it, 12 bytes a surface corner and coordinate (5 MB for the default
         carrier, 18 MB at 0.015 m).
+    stresses
+        Keep in the file the stress at the corner nodes of the body's surface for one unit of every
+        coordinate, which carrierflex simulate --stress needs: 24 bytes a node and coordinate (10 MB
+        for the default carrier); tetrahedra only.
     preview
         Only show what the work will cost.
     cache
@@ -157,7 +164,7 @@ def main(
         "up_to": up_to, "modes": modes,
         "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
         "residual_vectors": residual_vectors, "assembly": assembly, "shapes": shapes,
-        "symmetry": symmetry,
+        "symmetry": symmetry, "stresses": stresses,
     }  # fmt: skip
     _refuse_contradictions(out, options)
     refuse_foreign(out, "carrierflex-body")
@@ -310,7 +317,20 @@ def _reduce(
         stages=stages,
         record=record,
         drawn_on=mesh if options["shapes"] else None,
+        stressed=_stressed(mesh, files) if options["stresses"] else None,
     )
+
+
+def _stressed(mesh: GivenMesh, files: CarrierFiles) -> tuple[TetMesh, Mapping[str, Material]]:
+    from carrierflex.fe.materials import BODY_MATERIALS
+    from carrierflex.geometry.tet_mesh import TetMesh
+
+    if not isinstance(mesh, TetMesh):
+        raise ValueError(
+            "--stresses is given, the mesh has other elements than quadratic tetrahedra; expected "
+            "a mesh of tetrahedra: mesh the body anew, or leave the option out"
+        )
+    return mesh, files.materials() if files.given else BODY_MATERIALS
 
 
 def _reduce_by_symmetry(
@@ -318,6 +338,7 @@ def _reduce_by_symmetry(
 ) -> None:
     from carrierflex.reduction.body_files import write_body
     from carrierflex.reduction.shapes.body_shapes import body_shapes
+    from carrierflex.reduction.shapes.body_stresses import body_stresses
     from carrierflex.workflows.fe.bodies import body_mesh, body_name
     from carrierflex.workflows.reduction.certified_body import REDUCTION_WEIGHTS
     from carrierflex.workflows.reduction.half_sector_bodies import certified_half_sector
@@ -327,11 +348,14 @@ def _reduce_by_symmetry(
     reduction, certificate = certified_half_sector(name, stage, size, options, stages=stages)
     record = _record(stage, size, options, len(reduction.basis.omega), by_symmetry=True)
     with stages.stage(f"writing {out}"):
-        shapes = None
-        if options["shapes"]:
+        shapes = stress_rows = None
+        if options["shapes"] or options["stresses"]:
             mesh = body_mesh(name, stage, size)
-            shapes = body_shapes(mesh, reduction.basis.whole_body(mesh.points))
-        write_body(replace(reduction.model, provenance=record), out, certificate, shapes)
+            fields = reduction.basis.whole_body(mesh.points)
+            shapes = body_shapes(mesh, fields) if options["shapes"] else None
+            stress_rows = body_stresses(mesh, fields) if options["stresses"] else None
+        model = replace(reduction.model, provenance=record)
+        write_body(model, out, certificate, shapes, stress_rows)
 
 
 def _record(

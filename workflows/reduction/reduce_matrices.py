@@ -135,6 +135,7 @@ MESH_OPTIONS: Mapping[str, object] = {
     "assembly": "compiled",
     "symmetry": True,
     "shapes": False,
+    "stresses": False,
     "preview": False,
 }
 _CHOICES = ("interface", "residual_vectors")

@@ -46,7 +46,7 @@ COMMANDS = {
         "Derive curves, reduced matrices and frequencies by every dimension, material and "
         "stiffness.", "sensitivities.json"),
     "export": Command("reduction.export_body", "tables:export_table",
-        "Write a reduced body for another multibody code."),
+        "Write a reduced body for another program, or the state space of a body or a case."),
     "certificate": Command("reduction.check_certificate", "tables:certificate_table",
         "Show the reduction certificate of a body file; the exit code is 1 where a check fails."),
     "simulate": Command("simulation.simulate_load_case", "simulation_tables:campaign_table",

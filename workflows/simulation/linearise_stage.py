@@ -90,13 +90,25 @@ def main(case: StageCase, model: StageModel, *, out: Path) -> None:
     save_json(out / "linearised.json", content)
 
 
+def rim_readings(case: StageCase, model: StageModel) -> NDArray[np.float64]:
+    """Rows of the sensors in the coordinates c at carrier angle 0, shape (n_sensors, n)."""
+    reader = rim_reader(model)
+    series = [
+        reader.axial if sensor.quantity == AXIAL else reader.radial for sensor in case.sensors
+    ]
+    return np.array(
+        [
+            np.real(np.exp(1j * reader.orders * sensor.angle) @ own)
+            for sensor, own in zip(case.sensors, series, strict=True)
+        ]
+    )
+
+
 def rim_response(case: StageCase, modal: ModalStage) -> NDArray[np.complex128]:
     """Rim per load under each sensor at carrier angle 0, shape (n_frequencies, n_sensors, 3)."""
-    reader, loads = rim_reader(modal.model), modal.model.loads
+    loads = modal.model.loads
     response = np.zeros((len(_FREQUENCIES_HZ), len(case.sensors), 3), dtype=np.complex128)
-    for row, sensor in enumerate(case.sensors):
-        series = reader.axial if sensor.quantity == AXIAL else reader.radial
-        reading = np.real(np.exp(1j * reader.orders * sensor.angle) @ series)
+    for row, reading in enumerate(rim_readings(case, modal.model)):
         for column, force in enumerate((loads.torque, loads.radial_y, loads.radial_z)):
             response[:, row, column] = frequency_response(modal, _FREQUENCIES_HZ, force, reading)
     return response

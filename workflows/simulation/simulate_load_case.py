@@ -43,6 +43,7 @@ def main(
     law: list[Path] | None = None,
     linearised: Path | None = None,
     loads: Path | None = None,
+    stress: Path | None = None,
     energy_balance: bool = False,
     parquet: bool = False,
     variants: Path | None = None,
@@ -73,6 +74,10 @@ def main(
         Stage: folder for the loads of teeth, pins and bearings, the shares of the planets, the
         speeds of the shafts, the generator's torque and the energies: <run>_loads.csv and
         <run>_loads.png a run.
+    stress : Path, optional
+        Stage whose [bodies] carrier is of carrierflex reduce --stresses: folder for the carrier's
+        stress: <run>_stress.csv with the hotspot of every surface, <run>_cycles.csv with its
+        rainflow cycles, <run>_stress.png; 8 bytes a coordinate and sample are held in memory.
     energy_balance : bool
         Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more
         than 0.1 % of the work is left over, which a smaller step of the case cures.
@@ -114,8 +119,9 @@ def main(
         and document.get("format") != STAGE_FORMAT
     ):
         raise ValueError(f"--linearised is for mountings and stages; {case.name} is neither")
-    if loads is not None and document.get("format") != STAGE_FORMAT:
-        raise ValueError(f"--loads is for stages; {case.name} is none")
+    for name, folder in (("loads", loads), ("stress", stress)):
+        if folder is not None and document.get("format") != STAGE_FORMAT:
+            raise ValueError(f"--{name} is for stages; {case.name} is none")
     is_carrier = document.get("kind") != "mounting" and document.get("format") != STAGE_FORMAT
     if law and not is_carrier:
         raise ValueError(f"--law is for cases of the carrier; {case.name} is none")
@@ -134,7 +140,13 @@ def main(
 
     if document.get("format") == STAGE_FORMAT:
         return simulate_stage.main(
-            case, out=out, curves=curves, linearised=linearised, loads=loads, quiet=quiet
+            case,
+            out=out,
+            curves=curves,
+            linearised=linearised,
+            loads=loads,
+            stress=stress,
+            quiet=quiet,
         )
     if is_carrier:
         return simulate_carrier.main(case, out=out, curves=curves, law=law, quiet=quiet)

@@ -10,7 +10,7 @@ weight and pin errors.
 """
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -30,6 +30,8 @@ from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.growing_runs import GrowingRuns, growing_runs
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
+from carrierflex.reduction.body_files import read_stresses
+from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.simulation.record_size import MOST_IN_A_FILE, refuse_size, refuse_steps
 from carrierflex.simulation.stage.response import (
     StageDivergedError,
@@ -40,11 +42,13 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
+from carrierflex.simulation.stage.stress import stress_reader
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import linearise_stage
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body, stage_body_of_files
 from carrierflex.workflows.simulation.stage_loads import with_loads
+from carrierflex.workflows.simulation.stage_stress import with_stress
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +74,7 @@ def main(
     curves: Path | None = None,
     linearised: Path | None = None,
     loads: Path | None = None,
+    stress: Path | None = None,
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> SimulatedStage:
@@ -87,6 +92,9 @@ def main(
         Folder for modes, frequency response and Campbell diagram.
     loads : Path, optional
         Folder for loads, speeds and energies: ``<run>_loads.csv`` and ``<run>_loads.png`` a run.
+    stress : Path, optional
+        Folder for the carrier's stress, as :mod:`carrierflex.workflows.simulation.stage_stress`
+        writes it.
     size : float
         Element edge length [m] of carrier and pins.
     quiet : bool
@@ -108,6 +116,10 @@ def main(
         what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step
     )
     prepare_campaign_folder(out)
+    stresses = None
+    if stress is not None:
+        stresses = carrier_stresses(case, what.bodies)
+        prepared_folder(stress)
     if loads is not None:
         prepared_folder(loads)
     curve_set = _curves(curves)
@@ -116,7 +128,7 @@ def main(
     weights = (1.0,) * (first + len(what.runs)) + (0.0,)
     stages = Stages(len(weights), quiet, weights, timed_from=first)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        body = _body(what, size)
+        body = case_body(what, size, stresses)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
     if linearised is not None:
         with stages.stage(f"writing {linearised}"):
@@ -127,7 +139,13 @@ def main(
         for run in what.runs:
             with stages.stage(f"{run.name}, {what.duration:g} s"):
                 try:
-                    imbalance[run.name] = _grown(model, what, run, rng, growing, loads, stages.note)
+                    pieces = _pieces(model, what, run, rng)
+                    if loads is not None:
+                        pieces = with_loads(pieces, loads, run.name, model)
+                    if stress is not None and stresses is not None:
+                        reader = stress_reader(model)
+                        pieces = with_stress(pieces, stress, run.name, reader, stresses)
+                    imbalance[run.name] = _grown(pieces, what, run, growing, stages.note)
                 except (StageDivergedError, KeyboardInterrupt) as error:
                     stopped = _stopped(run, growing, error)
             if stopped is not None:
@@ -148,7 +166,32 @@ def main(
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
 
 
-def _body(what: StageCase, size: float) -> StageBody:
+def carrier_stresses(case: Path, bodies: Mapping[str, Path]) -> BodyStresses:
+    """Stress rows of a case's carrier file.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such file, or it has none.
+    """
+    if "carrier" not in bodies:
+        raise ValueError(
+            f"{case}: --stress is given, [bodies] names no carrier; expected carrier = a body file "
+            "of carrierflex reduce --body carrier --stresses"
+        )
+    stresses = read_stresses(bodies["carrier"])
+    if stresses is None:
+        raise ValueError(
+            f"{bodies['carrier']}: the body has no stress rows; reduce it again with --stresses"
+        )
+    return stresses
+
+
+def case_body(what: StageCase, size: float, stresses: BodyStresses | None = None) -> StageBody:
+    """Elastic body of a case: its files, or the default's by finite elements of `size` [m].
+
+    `stresses` are rows of its carrier file that the body is to read too.
+    """
     if what.bodies:
         body = stage_body_of_files(
             what.bodies,
@@ -156,6 +199,7 @@ def _body(what: StageCase, size: float) -> StageBody:
             size,
             gear=what.data.gear,
             main_shaft=what.main_shaft,
+            stresses=stresses,
         )
     else:
         body = default_stage_body(what.pin_fit_stiffness, size, main_shaft=what.main_shaft)
@@ -174,18 +218,10 @@ def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
     return default_curves() if curves is None else read_curves(curves)
 
 
-def _grown(
-    model: StageModel,
-    what: StageCase,
-    run: StageRun,
-    rng: np.random.Generator,
-    growing: GrowingRuns,
-    loads: Path | None,
-    note: Callable[[str, float], None],
-) -> float:
-    """Write a run as it comes; the energy that its balance leaves over, over the work done."""
-    imbalance, work = 0.0, 1.0  # J: a run without torque does no work
-    pieces = simulate_stage(
+def _pieces(
+    model: StageModel, what: StageCase, run: StageRun, rng: np.random.Generator
+) -> Iterator[StageResponse]:
+    return simulate_stage(
         model,
         run.load,
         what.sensors,
@@ -196,7 +232,18 @@ def _grown(
         rng=rng,
         rest_angle=what.rest_angle,
     )
-    for piece in pieces if loads is None else with_loads(pieces, loads, run.name, model):
+
+
+def _grown(
+    pieces: Iterable[StageResponse],
+    what: StageCase,
+    run: StageRun,
+    growing: GrowingRuns,
+    note: Callable[[str, float], None],
+) -> float:
+    """Write a run as it comes; the energy that its balance leaves over, over the work done."""
+    imbalance, work = 0.0, 1.0  # J: a run without torque does no work
+    for piece in pieces:
         growing.append(stage_run_record(run, [piece]))
         reached = float(piece.record.time[-1])
         note(f"{reached:.1f} s", reached / what.duration)

@@ -14,6 +14,7 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.mode_count import rule_of_options
 from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.simulation.stage.stage_body import (
     ShaftData,
     StageBody,
@@ -23,6 +24,7 @@ from carrierflex.simulation.stage.stage_body import (
     refuse_missing_pilots,
     refuse_unfit_carrier,
 )
+from carrierflex.simulation.stage.stress import with_stress_rows
 from carrierflex.workflows.fe.bodies import body_structure
 
 #: Stiffness of a carrier that counts as rigid, over the real one: its deflection falls below a
@@ -114,6 +116,7 @@ def stage_body_of_files(
     *,
     gear: GearData,
     main_shaft: str = "beam",
+    stresses: BodyStresses | None = None,
 ) -> StageBody:
     """Body of a stage in which files stand for some of carrier, pin and main shaft.
 
@@ -130,6 +133,8 @@ def stage_body_of_files(
         Gears whose centre distance the carrier's pins have to stand at.
     main_shaft : str
         Default main shaft, as in :func:`default_stage_body`.
+    stresses : BodyStresses, optional
+        Stress rows of the carrier's file, to be read like its sensors.
 
     Raises
     ------
@@ -139,6 +144,8 @@ def stage_body_of_files(
     """
     read = {name: _checked(name, path, gear) for name, path in files.items()}
     carrier = read.get("carrier")
+    if carrier is not None and stresses is not None:
+        carrier = with_stress_rows(carrier, stresses)
     if carrier is not None and holds_pins(carrier):
         if "pin" in read:
             raise ValueError(

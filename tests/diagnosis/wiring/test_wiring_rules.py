@@ -12,9 +12,11 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     CLASS_NAMED,
+    FLOOR_UNKNOWN,
     NAMED,
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
+    NOT_DIAGNOSABLE,
     Attribution,
     GapReduction,
 )
@@ -363,6 +365,10 @@ def test_findings_of_records_and_baseline_are_told_with_every_verdict():
         assert told_with.reason.split("; otherwise ")[-1] == "why"
         assert [warning.check for warning in told_with.warnings] == ["unit", "bound"]
         assert told_with.reason_id == "wiring/torque_sign"
+    # Nor is it the noise whose size is not known.
+    floor_unknown = replace(named(NOT_DIAGNOSABLE), reason_id=FLOOR_UNKNOWN)
+    told_with = with_findings(floor_unknown, (), baseline)
+    assert (told_with.verdict, told_with.reason_id) == (NONE_OF_THESE, "wiring/torque_sign")
     at_floor = with_findings(named(AT_NOISE_FLOOR), (), BaselineCheck((finding("bound"),), ()))
     assert at_floor.verdict == AT_NOISE_FLOOR
     most_first = BaselineCheck((finding("bound"), finding("wiring")), ())

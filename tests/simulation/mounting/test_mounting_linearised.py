@@ -12,6 +12,7 @@ from carrierflex.simulation.mounting.linearised import (
     campbell_diagram,
     frequency_response,
     mounting_modes,
+    mounting_state_space,
 )
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.parameters import INDEX
@@ -225,3 +226,30 @@ def test_operating_points_and_frequencies_that_make_no_sense_are_refused():
     wrong[INDEX["K1"]] = -1.0
     with pytest.raises(ValueError, match="parameter K1 is -1 N/m"):
         mounting_modes(RIG, wrong, np.zeros(3))
+
+
+@pytest.mark.parametrize("name", ["linear", "nonlinear", "hydro-dynamic"])
+def test_the_state_space_has_the_roots_and_the_response_of_the_model(name):
+    parameters = parameter_array(RIG, BUSHINGS[name])
+    parameters[INDEX["gain_ssz"]] = 1.07
+    loads = np.array([200e3, 10e3, -50e3])
+    system = mounting_state_space(RIG, parameters, loads)
+    roots = mounting_modes(RIG, parameters, loads).roots
+    found = np.linalg.eigvals(system.A)
+    for root in roots:
+        assert np.abs(found - root).min() < 1e-10 * abs(root)
+    assert len(found) == sum(1 if root.imag == 0.0 else 2 for root in roots)
+    hz = np.geomspace(0.1, 100.0, 7)
+    expected = frequency_response(RIG, parameters, loads, hz)
+    H = system.frequency_response(hz)
+    assert_allclose(H, expected, rtol=1e-8, atol=1e-12 * np.abs(expected).max())
+    assert system.outputs.names == SENSORS
+    assert system.inputs.units == ("N m", "N", "N")
+    assert len(set(system.states.names)) == len(system.A)
+
+
+def test_a_delay_of_the_sensors_is_refused_as_a_state_space():
+    parameters = parameter_array(RIG)
+    parameters[INDEX["delay"]] = 0.004
+    with pytest.raises(ValueError, match=r"delay of 0\.004 s.*expected delay = 0 in \[truth\]"):
+        mounting_state_space(RIG, parameters, LOADED)

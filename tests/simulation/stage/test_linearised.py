@@ -11,6 +11,7 @@ from carrierflex.simulation.stage.linearised import (
     campbell_diagram,
     frequency_response,
     linearised_modes,
+    stage_state_space,
 )
 from carrierflex.simulation.stage.modal_form import modal_stage
 from carrierflex.simulation.stage.stage_data import ChainData, MountingData, StageData
@@ -92,3 +93,21 @@ def test_campbell_diagram_finds_where_the_mesh_meets_a_mode(stage_body):
     for speed in crossings:
         frequencies = [np.interp(speed, speeds, mode) for mode in diagram.frequency_hz.T]
         assert np.abs(np.array(frequencies) - 99 * speed / (2.0 * np.pi)).min() < 1e-6
+
+
+def test_the_state_space_has_the_modes_and_the_response_of_the_stage(modal):
+    rng = np.random.default_rng(3)
+    readings = rng.standard_normal((2, len(modal.omega)))
+    system = stage_state_space(modal, readings, ("a", "b"))
+    modes = linearised_modes(modal)
+    found = np.linalg.eigvals(system.A)
+    found = np.sort(found.imag[found.imag > 2.0 * np.pi * 1e-3])
+    assert_allclose(found, 2.0 * np.pi * modes.frequency_hz, rtol=1e-10)
+    hz = np.array([0.5, 3.0, 40.0, 700.0])
+    H = system.frequency_response(hz)
+    loads = modal.model.loads
+    for row, reading in enumerate(readings):
+        for column, force in enumerate((loads.torque, loads.radial_y, loads.radial_z)):
+            expected = frequency_response(modal, hz, force, reading)
+            assert_allclose(H[:, row, column], expected, rtol=1e-8)
+    assert system.operating_point == {"speed [rad/s]": SPEED}

@@ -5,10 +5,15 @@ What cannot be written says so in one line and leaves nothing.
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from carrierflex.reduction.body_files import BodyFileError, read_body, write_body
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.linearised import mounting_modes
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
 
 SUFFIX = {
@@ -18,6 +23,9 @@ SUFFIX = {
     "sid": "SID_FEM",
     "exudyn": "hdf5",
     "simscape": "mat",
+    "openfast": "dat",
+    "openfast-flex5": "dat",
+    "statespace": "npz",
 }
 
 
@@ -103,6 +111,18 @@ def test_the_held_pilot_is_a_choice(tmp_path, body):
             r"pin\.h5: pin has no pilot 'hub'; expected one of pin_1_upwind, pin_1",
         ),
         ({"format": "op4", "out": "pin.dat"}, r"pin\.dat: suffix '\.dat'; expected \.op4"),
+        (
+            {"format": "statespace", "out": "pin.csv"},
+            r"pin\.csv: suffix '\.csv'; expected \.mat or \.npz",
+        ),
+        (
+            {"format": "statespace", "out": "pin.mat", "run": "LC1"},
+            r"--run is 'LC1' and .*pin\.h5 is a body, which is linear; expected --run with a case",
+        ),
+        (
+            {"format": "op4", "out": "pin.op4", "run": "LC1"},
+            "--run is given, but op4 writes a body; expected it with statespace",
+        ),
         ({"format": "simscape", "out": "pin.m"}, r"pin\.m: suffix '\.m'; expected \.mat"),
         ({"format": "exudyn", "out": "pin.h5"}, r"pin\.h5: suffix '\.h5'; expected \.hdf5"),
     ],
@@ -190,3 +210,36 @@ def test_floating_frame_formats_need_the_invariants(tmp_path, body):
                 tmp_path / "pin.h5", format=format, out=tmp_path / "pin.out", quiet=True
             )
     assert [file.name for file in tmp_path.iterdir()] == ["pin.h5"]
+
+
+def test_a_mounting_is_written_about_the_largest_torque_of_a_run(tmp_path):
+    out = tmp_path / "mounting.npz"
+    result = export_body.main(Path("mounting_2011"), format="statespace", out=out, quiet=True)
+    assert result.figures["torque [N m]"] == pytest.approx(81.6e3, rel=1e-4)
+    found = np.load(out)
+    assert list(found["output_names"]) == ["ssx", "spx", "ssz", "spz", "spy", "sbx"]
+    case = read_mounting_case(shipped_case("mounting_2011"))
+    roots = mounting_modes(case.rig, case.truth, found["operating_point_values"]).roots
+    distance = np.abs(np.linalg.eigvals(found["A"])[:, None] - roots).min(axis=0)
+    assert (distance < 1e-10 * np.abs(roots)).all()
+
+
+@pytest.mark.parametrize(
+    ("case", "choices", "message"),
+    [
+        ("mounting_2011", {"run": "x"}, "no run 'x'; expected one of load_case"),
+        ("carrier_lc1_to_lc4", {}, "holds no equations of motion; expected a body file"),
+        ("stage_lc1", {"run": "LC1"}, "a stage is linearised at the speed of its case"),
+        ("stage_lc1", {"pilot": "hub"}, "--pilot is given, but statespace holds no pilot"),
+    ],
+)
+def test_cases_without_a_state_space_are_refused(tmp_path, case, choices, message):
+    out = tmp_path / "a.mat"
+    with pytest.raises(ValueError, match=message):
+        export_body.main(Path(case), format="statespace", out=out, quiet=True, **choices)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_case_is_no_body(tmp_path):
+    with pytest.raises(ValueError, match=r"a\.toml: a case, .* or --format statespace"):
+        export_body.main(tmp_path / "a.toml", format="op4", out=tmp_path / "a.op4", quiet=True)

@@ -1,9 +1,15 @@
 """carrierflex reduce: the body file of the whole carrier, computed from a sixth of it."""
 
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.reduction.body_files import read_body, read_certificate, read_shapes
+from carrierflex.reduction.body_files import (
+    read_body,
+    read_certificate,
+    read_shapes,
+    read_stresses,
+)
 from carrierflex.workflows.reduction.half_sector_bodies import serves_half_sector
 from carrierflex.workflows.reduction.reduce_body import main
 
@@ -22,7 +28,8 @@ _DEFAULTS = {
 @pytest.mark.long
 @pytest.mark.parametrize("more", [{"modes": 9}, {"frf_tolerance": 0.1, "frf_up_to": 600.0}])
 def test_the_body_file_holds_what_the_whole_carrier_gives(more, tmp_path):
-    arguments = {"body": "carrier", "size": SIZE, "shapes": True, "cache": False, "quiet": True}
+    arguments = {"body": "carrier", "size": SIZE, "cache": False, "quiet": True}
+    arguments |= {"shapes": True, "stresses": True}
     main(out=tmp_path / "sixth.h5", **arguments, **more)
     main(out=tmp_path / "whole.h5", symmetry=False, **arguments, **more)
     sixth, full = read_body(tmp_path / "sixth.h5"), read_body(tmp_path / "whole.h5")
@@ -35,6 +42,9 @@ def test_the_body_file_holds_what_the_whole_carrier_gives(more, tmp_path):
     m = 6 * len(full.pilots)
     # Files keep them in single precision.
     assert_allclose(shapes.T[:, :, :m], expected.T[:, :, :m], rtol=0.0, atol=1e-6)
+    stresses, expected = (read_stresses(tmp_path / name).S for name in ("sixth.h5", "whole.h5"))
+    size = np.abs(expected[:, :, :m]).max(axis=(0, 1))
+    assert_allclose(stresses[:, :, :m] / size, expected[:, :, :m] / size, rtol=0.0, atol=1e-6)
     certificate, of_whole = (read_certificate(tmp_path / name) for name in ("sixth.h5", "whole.h5"))
     assert certificate.met
     for check, other in zip(certificate.checks, of_whole.checks, strict=True):

@@ -5,6 +5,7 @@ import tracemalloc
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
 
@@ -12,6 +13,7 @@ from carrierflex.fe.curve_files import write_curves
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.reduction.shapes.body_stresses import body_stresses
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage import response
 from carrierflex.simulation.stage.quasi_static import rest_readings
@@ -327,3 +329,42 @@ def test_loads_are_for_stages_alone(tmp_path):
         ValueError, match=r"--loads is for stages; carrier_lc1_to_lc4\.toml is none"
     ):
         main(shipped_case(), out=tmp_path / "campaign", loads=tmp_path / "loads")
+
+
+def test_stress_of_a_carrier_file_stands_beside_the_record(
+    tmp_path, curves, flexible_mesh, flexible_reduction
+):
+    write_body(
+        flexible_reduction.model,
+        tmp_path / "carrier.h5",
+        stresses=body_stresses(flexible_mesh, flexible_reduction.basis),
+    )
+    bodies = ("[rig]", '[bodies]\ncarrier = "carrier.h5"\n\n[rig]')
+    case = short_case(tmp_path, bodies)
+    folder = tmp_path / "stress"
+    main(case, out=tmp_path / "campaign", curves=curves, stress=folder, quiet=True)
+    names = {"LC1_stress.csv", "LC1_cycles.csv", "LC1_stress.png"}
+    assert {path.name for path in folder.iterdir()} == names
+    peaks = pd.read_csv(folder / "LC1_stress.csv").set_index("surface")
+    # Torsion of the hub with the torque: tau = T r / J, von Mises sqrt(3) tau.
+    outer, inner = 0.230, 0.160
+    tau = 360e3 * outer / (np.pi / 2.0 * (outer**4 - inner**4))
+    seat = peaks.loc["upwind_seat", "largest von Mises stress [Pa]"]
+    assert 1.0 < seat / (np.sqrt(3.0) * tau) < 3.0
+    # Bending by weight and rotor load turns once a revolution: two cycles in 5.5 s at 22.1 rpm.
+    cycles = pd.read_csv(folder / "LC1_cycles.csv")
+    large = cycles[cycles["surface"] == "upwind_seat"]
+    large = large[large["range from [Pa]"] > 0.5 * peaks.loc["upwind_seat", "range [Pa]"]]
+    assert 1.0 <= large["cycles"].sum() <= 3.0
+
+
+def test_stress_needs_a_carrier_file_that_keeps_it(tmp_path, flexible_reduction):
+    with pytest.raises(ValueError, match=r"--stress is given, \[bodies\] names no carrier"):
+        main(short_case(tmp_path), out=tmp_path / "campaign", stress=tmp_path / "stress")
+    write_body(flexible_reduction.model, tmp_path / "carrier.h5")
+    bodies = ("[rig]", '[bodies]\ncarrier = "carrier.h5"\n\n[rig]')
+    with pytest.raises(ValueError, match="has no stress rows; reduce it again with --stresses"):
+        main(short_case(tmp_path, bodies), out=tmp_path / "campaign", stress=tmp_path / "stress")
+    assert not (tmp_path / "stress").exists()
+    with pytest.raises(ValueError, match="--stress is for stages; carrier_lc1_to_lc4"):
+        main(shipped_case(), out=tmp_path / "campaign", stress=tmp_path / "stress")

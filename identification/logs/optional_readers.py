@@ -1,0 +1,332 @@
+"""Files that a package of an extra reads.
+
+TDMS, universal files, MDF, Excel workbooks, OpenFAST's binary output. These libraries meet damage
+with errors of every class, and some with a crash: all of them are called in the limited child.
+"""
+
+import datetime
+import logging
+import re
+import struct
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carrierflex.identification.logs.log_formats import format_of
+from carrierflex.identification.logs.log_table import (
+    MOST_NUMBERS,
+    LogTable,
+    NamedColumn,
+    table_of_parts,
+)
+from carrierflex.identification.logs.logged_units import dimension_of, factor_to
+from carrierflex.identification.logs.text_logs import text_table
+
+#: Column of time in files whose groups have a clock of their own.
+TIME = "time"
+#: Function types of data set 58: general, time response; its specific data types of abscissae.
+_GENERAL, _TIME_RESPONSE, _OVER_TIME = 0, 1, 17
+_REAL = (2, 4)
+_FUNCTIONS = {
+    2: "auto spectra",
+    3: "cross spectra",
+    4: "frequency responses",
+    6: "coherences",
+    9: "power spectral densities",
+    12: "spectra",
+}
+#: Words of data set 58 for what an ordinate is.
+_ORDINATES = {
+    2: "stress",
+    3: "strain",
+    5: "temperature",
+    8: "displacement",
+    9: "force",
+    11: "velocity",
+    12: "acceleration",
+    13: "force",
+    15: "pressure",
+    19: "speed",
+}
+_DIRECTIONS = ("", "X", "Y", "Z", "RX", "RY", "RZ")
+
+
+def library(path: Path) -> Any:
+    """Module that reads a file, imported.
+
+    Raises
+    ------
+    ValueError
+        Where it is not installed; the message names the extra.
+    """
+    own = format_of(path)
+    assert own is not None
+    try:
+        return import_module(own.module)
+    except ImportError as error:
+        package = own.module.partition(".")[0].replace("_", "-")
+        raise ValueError(
+            f"{path}: {own.words} needs the package {package}; install it with pip install "
+            f"'carrierflex[{own.extra}]', or export the file as CSV"
+        ) from error
+
+
+@contextmanager
+def _library_errors(path: Path) -> Iterator[None]:
+    """Turn whatever a library raises into one line that names the file; its log is not shown."""
+    own = format_of(path)
+    assert own is not None
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:
+        # An error of a library may come without a word.
+        why = " ".join(str(error).split()) or "damaged"
+        raise ValueError(f"{path}: not {own.words}: {why}; export it again, or as CSV") from error
+    finally:
+        logging.disable(before)
+
+
+def tdms_log(path: Path) -> tuple[LogTable, ...]:
+    """Tables of a TDMS file: channels of one length and clock belong together."""
+    nptdms = library(path)
+    size = path.stat().st_size
+    # The library leaves a file open that it refuses: this one is closed here.
+    with _library_errors(path), path.open("rb") as stream, nptdms.TdmsFile.open(stream) as file:
+        channels = [channel for group in file.groups() for channel in group.channels()]
+        stated = sum(len(channel) for channel in channels)
+        # A sample takes a byte at least, and none is packed.
+        if stated > min(size, MOST_NUMBERS):
+            raise ValueError(f"{stated} samples in {size} bytes; expected what is stored")
+        return _tdms_tables(path, channels)
+
+
+def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:
+    clocks: dict[tuple[int, float, float], list[NamedColumn]] = {}
+    for channel in channels:
+        facts = channel.properties
+        step = float(facts.get("wf_increment", 0.0) or 0.0)
+        start = float(facts.get("wf_start_offset", 0.0) or 0.0)
+        values = np.asarray(channel[:])
+        if values.dtype.kind == "M":
+            values = (values - values[0]) / np.timedelta64(1, "s")
+        if values.dtype.kind in "fiub" and values.size:
+            unit = facts.get("unit_string", "")
+            name = f"{channel.group_name}/{channel.name}"
+            part = (name, values, unit if isinstance(unit, str) else "")
+            clocks.setdefault((values.size, step, start), []).append(part)
+    if not clocks:
+        raise ValueError("no channel of numbers")
+    return tuple(
+        table_of_parts(path, parts, step=step or None, start=start)
+        for (_, step, start), parts in clocks.items()
+    )
+
+
+def uff_log(path: Path) -> tuple[LogTable, ...]:
+    """Tables of a universal file: time responses of data set 58 that share a clock.
+
+    References
+    ----------
+    Universal file formats, Structural Dynamics Research Laboratory, University of Cincinnati: data
+    set 58, function at nodal degree of freedom; 58b, its binary form.
+    """
+    pyuff = library(path)
+    with _library_errors(path):
+        file = pyuff.UFF(str(path))
+        types = [int(number) for number in file.get_set_types()]
+        sets = [file.read_sets(place) for place, number in enumerate(types) if number == 58]
+    records = [own for own in sets if _is_record(own)]
+    if not records:
+        held = sorted({_FUNCTIONS.get(own["func_type"], "functions") for own in sets})
+        what = ", ".join(held) if held else f"data sets {sorted(set(types))}"
+        raise ValueError(
+            f"{path}: a universal file of {what}; expected data set 58 with time responses "
+            "(function type 1): export the records of time, not what was computed from them"
+        )
+    clocks: dict[tuple[object, ...], list[NamedColumn]] = {}
+    names = _record_names(records)
+    for own, name in zip(records, names, strict=True):
+        n = int(own["num_pts"])
+        values, instants = (np.asarray(own[key], dtype=np.float64)[:n] for key in ("data", "x"))
+        if values.size < n or instants.size < n:
+            raise ValueError(
+                f"{path}: {name} states {n} values and holds {values.size}; expected all of them: "
+                "export it again"
+            )
+        seconds = _seconds(own["abscissa_axis_units_lab"])
+        unit = _label(own["ordinate_axis_units_lab"])
+        even = own["abscissa_spacing"] == 1
+        clock = (own["abscissa_inc"], own["abscissa_min"]) if even else (instants.tobytes(),)
+        parts = clocks.setdefault((n, seconds, *clock), [])
+        if not even and not parts:
+            parts.append((TIME, instants * seconds, "s"))
+        parts.append((name, values, unit))
+    return tuple(_uff_table(path, key, parts) for key, parts in clocks.items())
+
+
+def _uff_table(path: Path, clock: tuple[Any, ...], parts: list[NamedColumn]) -> LogTable:
+    _, seconds, *even = clock
+    if len(even) == 1:
+        return table_of_parts(path, parts)
+    step, start = even
+    return table_of_parts(path, parts, step=step * seconds or None, start=start * seconds)
+
+
+def _is_record(own: Mapping[str, Any]) -> bool:
+    over_time = own["abscissa_spec_data_type"] == _OVER_TIME
+    kinds = own["func_type"] == _TIME_RESPONSE or (own["func_type"] == _GENERAL and over_time)
+    return bool(kinds and own["ord_data_type"] in _REAL)
+
+
+def _record_names(records: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Names of records: the first line where it differs, else quantity, node and direction."""
+    lines = [" ".join(_label(own["id1"]).split()) for own in records]
+    if all(lines) and len(set(lines)) == len(lines):
+        return lines
+    names = []
+    for own in records:
+        direction = int(own["rsp_dir"])
+        sign = "-" if direction < 0 else "+"
+        axis = _DIRECTIONS[abs(direction)] if abs(direction) < len(_DIRECTIONS) else ""
+        quantity = _ORDINATES.get(own["ordinate_spec_data_type"], "signal")
+        names.append(f"{quantity} {own['rsp_node']}{sign + axis if axis else ''}")
+    return _different(names)
+
+
+def _label(text: object) -> str:
+    """A label; empty where it says that there is none."""
+    words = str(text).strip()
+    return "" if words.upper() == "NONE" else words
+
+
+def _seconds(unit: object) -> float:
+    """Seconds of the abscissa's unit; 1 where its label is no unit of time."""
+    label = _label(unit)
+    return factor_to(label, "s") if dimension_of(label) == dimension_of("s") else 1.0
+
+
+def mdf_log(path: Path) -> tuple[LogTable, ...]:
+    """Tables of an MDF file: every channel group over its master channel."""
+    asammdf = library(path)
+    groups: dict[int, list[Any]] = {}
+    with _library_errors(path), asammdf.MDF(path) as file:
+        stated = sum(int(group.channel_group.cycles_nr) for group in file.groups)
+        if stated > MOST_NUMBERS:
+            raise ValueError(f"{stated} samples; expected at most {MOST_NUMBERS}")
+        for signal in file.iter_channels(skip_master=True):
+            if signal.samples.dtype.kind in "fiub" and signal.samples.ndim == 1:
+                groups.setdefault(signal.group_index, []).append(signal)
+    counts = Counter(signal.name for signals in groups.values() for signal in signals)
+    tables = []
+    for number, signals in groups.items():
+        time = np.asarray(signals[0].timestamps, dtype=np.float64)
+        if time.size < 2:
+            continue
+        called = [
+            signal.name if counts[signal.name] == 1 else f"{signal.name} (group {number + 1})"
+            for signal in signals
+        ]
+        parts = [
+            (name, signal.samples, signal.unit or "")
+            for name, signal in zip(_different([TIME, *called])[1:], signals, strict=True)
+        ]
+        tables.append(table_of_parts(path, [(TIME, time, "s"), *parts]))
+    if not tables:
+        raise ValueError(
+            f"{path}: no channel of numbers; expected measured signals: decode the bus traffic "
+            "to signals first"
+        )
+    return tuple(tables)
+
+
+def workbook_log(path: Path) -> tuple[LogTable, ...]:
+    """Tables of an Excel workbook: the sheets that hold one, read as the text that they show."""
+    calamine = library(path)
+    with _library_errors(path):
+        book = calamine.CalamineWorkbook.from_path(str(path))
+        sheets = {name: book.get_sheet_by_name(name).to_python() for name in book.sheet_names}
+    tables, refusals = [], []
+    for name, rows in sheets.items():
+        text = "\n".join("\t".join(_cell_text(cell) for cell in row) for row in rows)
+        try:
+            tables.append(text_table(text, path, "workbook")[0])
+        except ValueError as error:
+            refusals.append(f"sheet '{name}': {str(error).removeprefix(f'{path}: ')}")
+    if not tables:
+        raise ValueError(f"{path}: no sheet holds a table of samples; {'; '.join(refusals)}")
+    return tuple(tables)
+
+
+def _cell_text(cell: object) -> str:
+    if isinstance(cell, datetime.datetime):
+        return cell.isoformat(sep=" ", timespec="microseconds")
+    if isinstance(cell, datetime.timedelta):
+        return repr(cell.total_seconds())
+    if isinstance(cell, bool):
+        return str(int(cell))
+    return re.sub(r'[\s"]+', " ", str(cell))
+
+
+def openfast_log(path: Path) -> tuple[LogTable, ...]:
+    """Table of OpenFAST's binary output: every channel over `Time`."""
+    reader = library(path)
+    _refuse_unstored(path)
+    with _library_errors(path):
+        values, facts, _ = reader.load_binary_output(str(path))
+        names = _different(
+            [name or f"channel {k}" for k, name in enumerate(facts["attribute_names"])]
+        )
+        units = facts["attribute_units"]
+    return (
+        table_of_parts(
+            path,
+            [
+                (name, values[:, k], unit)
+                for k, (name, unit) in enumerate(zip(names, units, strict=True))
+            ],
+        ),
+    )
+
+
+def _refuse_unstored(path: Path) -> None:
+    """Refuse an output that states more values than its bytes can hold, two at least for each.
+
+    References
+    ----------
+    ReadFASTbinary.m of OpenFAST's MATLAB toolbox: INT(2) format, of format 4 INT(2) length of a
+    name, INT(4) channels, INT(4) time steps.
+    """
+    with path.open("rb") as file:
+        head = file.read(12)
+    if len(head) < 12:
+        raise ValueError(f"{path}: {len(head)} bytes; expected OpenFAST's binary output")
+    (kind,) = struct.unpack_from("<h", head)
+    channels, steps = struct.unpack_from("<ii", head, 4 if kind == 4 else 2)
+    if kind not in (1, 2, 3, 4) or channels < 1 or steps < 1:
+        raise ValueError(
+            f"{path}: format {kind}, {channels} channels, {steps} time steps; expected OpenFAST's "
+            "binary output of format 1 to 4"
+        )
+    size = path.stat().st_size
+    if 2 * channels * steps > size:
+        raise ValueError(
+            f"{path}: states {channels} channels of {steps} values in {size} bytes; expected all "
+            "of them: the simulation may have been stopped, run it again"
+        )
+
+
+def _different(names: Sequence[str]) -> list[str]:
+    """Names, those that occur before with their number."""
+    result: list[str] = []
+    for number, name in enumerate(names, start=1):
+        result.append(name if name not in result else f"{name} ({number})")
+    return result

@@ -1,0 +1,46 @@
+"""The page "Which tool, which command" holds every format that is read or written."""
+
+import importlib.util
+import inspect
+import sys
+import types
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from carrierflex.identification.logs.log_files import _READERS
+from carrierflex.identification.logs.log_formats import LOG_FORMATS, NOT_READ
+from carrierflex.reduction.exports.export_formats import EXPORT_FORMATS
+from carrierflex.workflows.reduction import export_body
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def page(monkeypatch):
+    """The page, by the hook of the site without mkdocs."""
+    for name in ("mkdocs", "mkdocs.structure", "mkdocs.structure.files"):
+        module = types.ModuleType(name)
+        module.File = module.Files = object
+        monkeypatch.setitem(sys.modules, name, module)
+    spec = importlib.util.spec_from_file_location("site_pages", ROOT / "tools" / "site_pages.py")
+    site_pages = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(site_pages)
+    return site_pages.tools_page()
+
+
+def test_every_format_that_is_read_or_written_is_on_the_page(page):
+    for own in LOG_FORMATS:
+        assert all(f"`{suffix}`" in page for suffix in own.suffixes)
+        assert not own.extra or f"carrierflex[{own.extra}]" in page
+    assert all(f"| {what} | {why} | {do} |" in page for what, why, do in NOT_READ)
+    assert all(f"| {own.tools} | `{own.name}` |" in page for own in EXPORT_FORMATS)
+    rows = [line for line in page.splitlines() if line.startswith("| ")]
+    assert len(rows) == len(LOG_FORMATS) + len(NOT_READ) + len(EXPORT_FORMATS) + 1 + 3
+
+
+def test_the_lists_are_what_the_commands_know():
+    formats = inspect.signature(export_body.main, eval_str=True).parameters["format"].annotation
+    assert [own.name for own in EXPORT_FORMATS] == list(get_args(formats))
+    assert {".parquet", *_READERS} == {s for own in LOG_FORMATS for s in own.suffixes}

@@ -1,0 +1,330 @@
+"""Files that other programs or libraries wrote, and two written by hand after their description."""
+
+import re
+import struct
+import warnings
+
+import h5py
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.io import savemat
+from scipy.io.matlab import MatlabOpaque
+
+from carrierflex.identification.logs.log_files import _mat_objects, read_log
+from carrierflex.identification.logs.log_formats import LOG_FORMATS
+from carrierflex.identification.logs.log_table import table_with
+from carrierflex.workflows.identification.import_records import main as import_records
+from carrierflex.workflows.identification.new_campaign import main as new_campaign
+
+TIME = 0.01 * np.arange(400)
+FORCE = 1e3 * np.sin(5.0 * TIME) + 1.0 / 3.0
+TRAVEL = 2.0 * np.sin(5.0 * TIME - 0.1)
+
+#: Data set 58 field by field, columns counted in the published formats (SDRL, University of
+#: Cincinnati): 5(80A1) / 2(I5,I10),2(1X,10A1,I10,I4) / 3I10,3E13.5 / 4 of I10,3I5,2(1X,20A1) /
+#: single precision, even: 6E13.5.
+HAND_WRITTEN_58 = "\n".join(
+    [
+        "    -1",
+        f"{58:6d}",
+        f"{'Mount 3, axial':<80}",
+        *[f"{'NONE':<80}"] * 4,
+        f"{1:5d}{1:10d}{0:5d}{0:10d} {'NONE':<10}{7:10d}{-3:4d} {'NONE':<10}{0:10d}{0:4d}",
+        f"{2:10d}{8:10d}{1:10d}  5.00000e-01  2.50000e-01  0.00000e+00",
+        f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':<20} {'s':<20}",
+        f"{8:10d}{0:5d}{0:5d}{0:5d} {'Weg':<20} {'mm':<20}",
+        *[f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {'NONE':<20}"] * 2,
+        "  1.00000e+00 -2.50000e+00  3.25000e-02  4.00000e+00  5.00000e+00  6.00000e+00",
+        "  7.00000e+00 -8.12500e+03",
+        "    -1",
+        "",
+    ]
+)
+
+
+def universal_set(pyuff, values, **facts):
+    """A time response of data set 58 as pyuff prepares it."""
+    known = {
+        "func_type": 1,
+        "rsp_dir": 3,
+        "ref_node": 0,
+        "ref_dir": 0,
+        "abscissa_spec_data_type": 17,
+        "abscissa_axis_units_lab": "s",
+        "abscissa_spacing": 1,
+        "orddenom_spec_data_type": 0,
+        "z_axis_spec_data_type": 0,
+    }
+    return pyuff.prepare_58(data=values, x=TIME[: values.size], **(known | facts))
+
+
+def write_sets(path, *sets):
+    """Write data sets with pyuff, which leaves the file open of a binary one."""
+    pyuff = pytest.importorskip("pyuff")
+    file = pyuff.UFF(str(path))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        for own in sets:
+            file.write_sets(own, "add")
+    return path
+
+
+def write_universal(folder, **first):
+    pyuff = pytest.importorskip("pyuff")
+    travel = {"ordinate_spec_data_type": 8, "ordinate_axis_units_lab": "mm"} | first
+    force = {"ordinate_spec_data_type": 13, "ordinate_axis_units_lab": "N"}
+    return write_sets(
+        folder / "run.uff",
+        universal_set(pyuff, TRAVEL, rsp_node=2, binary=0, **travel),
+        universal_set(pyuff, FORCE, rsp_node=1, binary=1, **force),
+    )
+
+
+def write_mdf(folder, version="4.10", suffix=".mf4"):
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version=version) as file:
+        force = asammdf.Signal(FORCE, TIME, name="Force", unit="N")
+        travel = asammdf.Signal(TRAVEL, TIME, name="Displacement", unit="mm")
+        file.append([force, travel])
+        file.append([asammdf.Signal(FORCE[::4], TIME[::4], name="Temperature", unit="degC")])
+        return file.save(folder / f"run{suffix}", compression=2 if suffix == ".mf4" else 0)
+
+
+def write_workbook(folder):
+    pytest.importorskip("python_calamine")
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.title = "Info"
+    book.active.append(["Test rig", "3"])
+    sheet = book.create_sheet("Data")
+    sheet.append(["Mount 3", None, None])
+    sheet.append(["Time", "Force", "Displacement"])
+    sheet.append(["s", "N", "mm"])
+    for row in zip(TIME, FORCE, TRAVEL, strict=True):
+        sheet.append([float(value) for value in row])
+    book.save(folder / "run.xlsx")
+    return folder / "run.xlsx"
+
+
+def openfast_bytes(kind, names, units, columns, step):
+    """Binary output of OpenFAST after ReadFASTbinary.m of its MATLAB toolbox (format 2, 3, 4)."""
+    channels, steps = len(names), len(columns[0])
+    length = 12 if kind == 4 else 10
+    head = struct.pack("<h", kind) + (struct.pack("<h", length) if kind == 4 else b"")
+    head += struct.pack("<ii", channels, steps) + struct.pack("<dd", 0.0, step)
+    scale, offset = np.full(channels, 1000.0, "<f4"), np.full(channels, 2.0, "<f4")
+    if kind != 3:
+        head += scale.tobytes() + offset.tobytes()
+    words = b"by hand"
+    head += struct.pack("<i", len(words)) + words
+    for text in ("Time", *names, "(s)", *units):
+        head += text.encode().ljust(length)
+    values = np.column_stack(columns)
+    if kind == 3:
+        return head + values.astype("<f8").tobytes()
+    return head + np.rint(values * 1000.0 + 2.0).astype("<i2").tobytes()
+
+
+def write_openfast(folder):
+    pytest.importorskip("openfast_io.FAST_output_reader")
+    columns = [FORCE, TRAVEL]
+    content = openfast_bytes(3, ["Force", "Disp"], ["(N)", "(mm)"], columns, 0.01)
+    (folder / "run.outb").write_bytes(content)
+    return folder / "run.outb"
+
+
+WRITERS = {
+    "uff": write_universal,
+    "mdf": write_mdf,
+    "mdf 3": lambda folder: write_mdf(folder, "3.30", ".mdf"),
+    "excel": write_workbook,
+    "openfast": write_openfast,
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_files_of_other_libraries_become_a_campaign_with_their_units(name, tmp_path):
+    path = WRITERS[name](tmp_path)
+    guess = new_campaign(kind="element", from_=[path], drive="force", out=tmp_path / "map.toml")
+    assert not guess.open_keys
+    imported = import_records([path], map_=guess.path, out=tmp_path / "campaign").imported
+    run = imported.campaign.runs[0]
+    assert_allclose(run.time, TIME, atol=1e-12)
+    (measured,) = run.signals.values()
+    assert_allclose(run.inputs["force"], FORCE, rtol=1e-10)
+    assert_allclose(measured, 1e-3 * TRAVEL, rtol=1e-10)
+
+
+def test_a_prediction_of_openfast_is_the_baseline_of_a_measurement(tmp_path):
+    measured, predicted = write_workbook(tmp_path), write_openfast(tmp_path)
+    guess = new_campaign(kind="element", from_=[measured], drive="force", out=tmp_path / "map.toml")
+    (channel,) = re.findall(r'name = "(measured_\w+)"', guess.text)
+    columns = f"""
+[simulated]
+time = {{ column = "Time", unit = "s" }}
+
+[[simulated.channels]]
+channel = "{channel}"
+column = "Disp"
+unit = "mm"
+"""
+    guess.path.write_text(guess.text + columns, encoding="utf-8")
+    imported = import_records(
+        [measured], map_=guess.path, simulated=[predicted], out=tmp_path / "campaign"
+    ).imported
+    assert imported.campaign.baseline.source == "columns"
+    assert abs(imported.shifts["run"].seconds) < 1e-6  # the same signal
+    inner = slice(5, -5)  # a shift of rounding has no sample before the first
+    predictions = imported.campaign.runs[0].predictions[channel]
+    assert_allclose(predictions[inner], 1e-3 * TRAVEL[inner], rtol=1e-5, atol=1e-9)
+
+
+def test_a_universal_file_written_by_hand_after_the_published_format(tmp_path):
+    pytest.importorskip("pyuff")
+    (tmp_path / "a.unv").write_text(HAND_WRITTEN_58)
+    (table,) = read_log(tmp_path / "a.unv")
+    assert (table.start, table.step) == (0.5, 0.25)
+    assert table.units == {"Mount 3, axial": "mm"}
+    values = [1.0, -2.5, 0.0325, 4.0, 5.0, 6.0, 7.0, -8125.0]
+    assert_array_equal(table.columns["Mount 3, axial"], values)
+
+
+def test_names_of_universal_records_are_quantity_node_and_direction(tmp_path):
+    (table,) = read_log(write_universal(tmp_path))
+    assert table.names == ("displacement 2+Z", "force 1+Z")
+
+
+def test_uneven_universal_records_bring_their_time(tmp_path):
+    path = write_universal(tmp_path, abscissa_spacing=0, abscissa_axis_units_lab="ms")
+    tables = read_log(path)
+    uneven = table_with(tables, "displacement 2+Z")
+    assert_allclose(uneven.columns["time"], 1e-3 * TIME, rtol=1e-12)
+
+
+def test_universal_frequency_responses_are_no_records(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    data = universal_set(pyuff, TRAVEL + 1j * FORCE, rsp_node=1, func_type=4)
+    write_sets(tmp_path / "a.uff", data)
+    with pytest.raises(ValueError, match=r"a\.uff: .*frequency responses; expected .*export the"):
+        read_log(tmp_path / "a.uff")
+
+
+def test_universal_mode_shapes_are_no_records(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    shape = np.array([1.0, 0.5])
+    data = pyuff.prepare_55(
+        model_type=1, analysis_type=2, data_ch=2, spec_data_type=8, load_case=0, mode_n=1,
+        freq=12.0, node_nums=np.array([1, 2]), r1=shape, r2=shape, r3=shape,
+    )  # fmt: skip
+    write_sets(tmp_path / "a.uff", data)
+    with pytest.raises(ValueError, match=r"of data sets \[55\]; expected data set 58"):
+        read_log(tmp_path / "a.uff")
+
+
+def test_universal_records_that_were_cut_are_refused(tmp_path):
+    pytest.importorskip("pyuff")
+    (tmp_path / "a.uff").write_text(HAND_WRITTEN_58.replace("  7.00000e+00 -8.12500e+03\n", ""))
+    with pytest.raises(ValueError, match="states 8 values and holds 6"):
+        read_log(tmp_path / "a.uff")
+
+
+def test_groups_of_an_mdf_file_have_clocks_of_their_own(tmp_path):
+    fast, slow = read_log(write_mdf(tmp_path))
+    assert_allclose(fast.columns["time"], TIME, atol=1e-12)
+    assert_allclose(slow.columns["time"], TIME[::4], atol=1e-12)
+    assert slow.units["Temperature"] == "degC"
+
+
+@pytest.mark.parametrize("kind", [2, 4])
+def test_packed_openfast_output_has_values_after_the_published_scaling(kind, tmp_path):
+    pytest.importorskip("openfast_io.FAST_output_reader")
+    travel = np.array([0.25, -1.5, 3.125])
+    content = openfast_bytes(kind, ["A", "B"], ["(kN-m)", "(m)"], [travel, 2.0 * travel], 0.5)
+    (tmp_path / "a.outb").write_bytes(content)
+    (table,) = read_log(tmp_path / "a.outb")
+    # Written as round(1000 x + 2), read as (written - 2) / 1000.
+    assert_allclose(table.columns["A"], travel, rtol=1e-12)
+    assert_allclose(table.columns["Time"], [0.0, 0.5, 1.0], rtol=1e-12)
+    assert table.units == {"Time": "s", "A": "kN-m", "B": "m"}
+
+
+def test_openfast_output_of_a_stopped_run_is_refused_before_it_is_read(tmp_path):
+    pytest.importorskip("openfast_io.FAST_output_reader")
+    path = write_openfast(tmp_path)
+    path.write_bytes(path.read_bytes()[:900])
+    with pytest.raises(ValueError, match=r"run\.outb: states 2 channels of 400 values in 900"):
+        read_log(path)
+
+
+def test_text_output_of_openfast_is_a_table_of_text(tmp_path):
+    # As OpenFAST 3 and 4 write it: six lines, names, units, tabulators.
+    lines = [
+        "",
+        "Predictions were generated on 27-Nov-2026 by OpenFAST",
+        " linked with",
+        "",
+        "",
+        "",
+    ]
+    lines += ["Time      \tBldPitch1 \tRotTorq   ", "(s)       \t(deg)     \t(kN-m)    "]
+    lines += [f"{t:10.4f}\t{1.0 + t:12.5E}\t{f:12.5E}" for t, f in zip(TIME, FORCE, strict=True)]
+    (tmp_path / "run.out").write_text("\n".join(lines) + "\n")
+    (table,) = read_log(tmp_path / "run.out")
+    assert table.units == {"Time": "s", "BldPitch1": "deg", "RotTorq": "kN-m"}
+    assert_allclose(table.columns["RotTorq"], FORCE, rtol=1e-5)
+
+
+def test_simulinks_structure_with_time_has_its_labels_as_names(tmp_path):
+    signals = np.zeros(2, dtype=[("values", "O"), ("label", "O")])
+    signals[0], signals[1] = (FORCE[:, None], "F"), (TRAVEL[:, None], "s")
+    content = {"out": {"time": TIME[:, None], "signals": signals}}
+    savemat(tmp_path / "a.mat", content)
+    (table,) = read_log(tmp_path / "a.mat")
+    assert table.names == ("time", "F", "s")
+
+
+def test_objects_of_matlab_are_named_with_what_to_do(tmp_path):
+    with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
+        file["x"] = TRAVEL
+        # As MATLAB 7.3 writes an object: a reference into a subsystem of its own.
+        file["ts"] = np.arange(6, dtype=np.uint32).reshape(1, 6)
+        file["ts"].attrs["MATLAB_class"] = np.bytes_("timeseries")
+        file["ts"].attrs["MATLAB_object_decode"] = 3
+    (table,) = read_log(tmp_path / "a.mat")
+    assert table.names == ("x",)
+    assert "'ts' is a MATLAB object of class timeseries, which is not read" in table.notes[0]
+    assert "s.data = ts.Data; save('run.mat', '-struct', 's')" in table.notes[0]
+    with h5py.File(tmp_path / "a.mat", "r+") as file:
+        del file["x"]
+    with pytest.raises(ValueError, match=r"a\.mat: no list of numbers; 'ts' is a MATLAB object"):
+        read_log(tmp_path / "a.mat")
+
+
+def test_objects_of_a_mat_5_file_are_known_by_scipys_class():
+    row = np.zeros(1, dtype=[("s0", "O"), ("s1", "O"), ("s2", "O"), ("arr", "O")])
+    row[0] = (b"ts", b"MCOS", b"timeseries", np.zeros(6))
+    assert _mat_objects({None: row.view(MatlabOpaque), "x": TRAVEL}) == {"ts": "timeseries"}
+
+
+@pytest.mark.parametrize(
+    "own", [own for own in LOG_FORMATS if own.extra], ids=lambda own: own.extra
+)
+def test_without_its_package_a_format_names_the_extra(own, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, own.module, None)
+    path = tmp_path / f"a{own.suffixes[0]}"
+    path.write_bytes(b"content")
+    with pytest.raises(ValueError, match=rf"needs the package .*carrierflex\[{own.extra}\]"):
+        read_log(path)
+
+
+@pytest.mark.parametrize(
+    "own", [own for own in LOG_FORMATS if own.extra], ids=lambda own: own.extra
+)
+def test_other_bytes_under_a_suffix_are_refused_in_one_line(own, tmp_path):
+    pytest.importorskip(own.module)
+    path = tmp_path / f"a{own.suffixes[0]}"
+    path.write_bytes(bytes(range(256)) * 20)
+    with pytest.raises(ValueError, match=r"a\.") as refusal:
+        read_log(path)
+    assert "\n" not in str(refusal.value)
