@@ -11,7 +11,7 @@ COMMANDS = {
     "mesh": ("mesh", "--out", "theirs.msh", "--size", "0.3"),
     "drawing": ("parameters", "--out", "theirs.toml"),
     "view": ("view", "curves.csv", "--out", "theirs.html"),
-    "fmu": ("export-fmu", "--out", "theirs.fmu"),
+    "fmu": ("fmu", "--out", "theirs.fmu"),
     "log": ("cases", "--log-file", "theirs.parquet"),
     "log of another program": ("cases", "--log-file", "theirs.log"),
 }

@@ -37,12 +37,12 @@ COMMANDS = {
         "Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton)."),
     "join": Command("reduction.join_rotating_group", "tables:joined_table",
         "Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft."),
-    "couplings": Command("fe.compare_couplings", "tables:coupling_table",
+    "study couplings": Command("fe.compare_couplings", "tables:coupling_table",
         "Bracket pilot stiffness and deflection curves between distributing and rigid "
         "couplings.", "couplings.json"),
-    "pin-fit": Command("fe.study_pin_fit", "tables:pin_fit_table",
+    "study pin-fit": Command("fe.study_pin_fit", "tables:pin_fit_table",
         "Sweep the pin fit from simply supported to rigid.", "pin_fit.json"),
-    "sensitivities": Command("fe.study_sensitivities", "tables:sensitivity_table",
+    "study sensitivities": Command("fe.study_sensitivities", "tables:sensitivity_table",
         "Derive curves, reduced matrices and frequencies by every dimension, material and "
         "stiffness.", "sensitivities.json"),
     "export": Command("reduction.export_body", "tables:export_table",
@@ -51,17 +51,17 @@ COMMANDS = {
         "Show the reduction certificate of a body file; the exit code is 1 where a check fails."),
     "simulate": Command("simulation.simulate_load_case", "simulation_tables:campaign_table",
         "Simulate the sensors in a set of load cases and write them as a campaign folder."),
-    "table-5": Command("simulation.simulate_table_5", "simulation_tables:table_5_table",
+    "papers table-5": Command("simulation.simulate_table_5", "simulation_tables:table_5_table",
         "Simulate the eight cases of the 2012 paper's table 5; compare with a simulated "
         "reference.", "table_5.json"),
-    "order-one": Command("simulation.study_order_one", "simulation_tables:order_one_table",
+    "study order-one": Command("simulation.study_order_one", "simulation_tables:order_one_table",
         "Amplitude of order 1 at the axial sensors over the supports of carrier and "
         "housing.", "order_one.json"),
-    "torsion": Command("simulation.compute_torsion", "simulation_tables:torsion_table",
+    "study torsion": Command("simulation.compute_torsion", "simulation_tables:torsion_table",
         "Torsional stiffness of main shaft, gearbox and mounting.", "torsion.json"),
-    "export-fmu": Command("simulation.export_fmu", "simulation_tables:fmu_table",
+    "fmu": Command("simulation.export_fmu", "simulation_tables:fmu_table",
         "Export the linear mounting model as an FMI 2.0 co-simulation unit."),
-    "gear-life": Command("simulation.estimate_gear_life", "simulation_tables:gear_life_table",
+    "study gear-life": Command("simulation.estimate_gear_life", "simulation_tables:gear_life_table",
         "Contact pressure and pitting life of sun and ring mesh over the misalignment of a "
         "planet.", "gear_life.json"),
     "cases": Command("copy_cases", "import_tables:cases_table",
@@ -103,21 +103,61 @@ COMMANDS = {
     "figures": Command("figures.draw_figures", "simulation_tables:figures_table",
         "Draw the figures of the 2011 and the 2012 paper by their numbers, with an "
         "index.", "figures.json"),
-    "printed-tables": Command("identification.read_printed_tables", "tables:printed_tables_table",
+    "papers printed-tables": Command(
+        "identification.read_printed_tables", "tables:printed_tables_table",
         "Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 "
         "paper.", "printed_tables.json"),
 }
 
-#: Commands by what they are for, in the order in which a user needs them.
+#: What the first help shows, by what it is for; at most 28 names fit on one screen.
 GROUPS = {
-    "Start": ("run", "cases", "parameters", "schema", "completion"),
-    "Carrier: geometry and mesh": ("mesh", "cad", "cad-faces", "cad-surfaces"),
-    "Finite elements and reduced bodies": (
-        "curves", "reduce", "certificate", "export", "join", "couplings", "pin-fit",
-        "sensitivities",
-    ),
-    "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
-    "Measurement": ("plan", "new-campaign", "import", "check", "identify", "loads"),
-    "Diagnosis": ("diagnose", "calibrate", "compare", "view", "blind-check"),
-    "The papers of 2011 and 2012": ("figures", "table-5", "order-one", "printed-tables"),
+    "Start": ("run", "cases", "parameters"),
+    "Model": ("cad", "mesh", "curves", "reduce", "certificate", "export"),
+    "Simulate": ("simulate", "study"),
+    "Measure": ("plan", "new-campaign", "import", "check", "identify", "loads"),
+    "Diagnose": ("diagnose", "calibrate", "compare"),
+    "Show": ("view", "papers"),
 }
+
+#: Names that hold commands: the first word of "study torsion".
+HOLDERS = {
+    "study": "Study one question of the carrier or its stage over a range of inputs.",
+    "papers": "Compute what the papers of 2011 and 2012 print.",
+}
+
+#: Commands that the first help leaves out, by the command whose help shows them.
+RELATED = {
+    "cad": ("cad-faces", "cad-surfaces"),
+    "reduce": ("join",),
+    "simulate": ("fmu",),
+    "diagnose": ("blind-check",),
+    "parameters": ("schema",),
+    "run": ("completion",),
+    "papers": ("figures",),
+}
+
+#: New names of commands and options; refusals of the old ones show them.
+RENAMED = {
+    "couplings": "study couplings",
+    "pin-fit": "study pin-fit",
+    "sensitivities": "study sensitivities",
+    "order-one": "study order-one",
+    "torsion": "study torsion",
+    "gear-life": "study gear-life",
+    "table-5": "papers table-5",
+    "printed-tables": "papers printed-tables",
+    "export-fmu": "fmu",
+    "--element-size": "--size",
+    "--study-sizes": "--mesh-sizes",
+    "--mounting": "--case",
+    "--max-frequency": "--modes-below",
+    "--frf-up-to": "--up-to",
+    "--export": "--sealed-campaigns",
+    "--cases": "--only",
+}
+
+
+def command_in(words: list[str]) -> str | None:
+    """Name of the command that a line begins with; None where there is none of that name."""
+    name = " ".join(words[: 2 if words[:1] and words[0] in HOLDERS else 1])
+    return name if name in COMMANDS else None

@@ -55,7 +55,7 @@ def main(
     *,
     out: Path,
     torque: float = 360e3,
-    mounting: Path | None = None,
+    case: Path | None = None,
     rotor_inertia: float = TorsionalTrain.rotor,
     generator_inertia: float = TorsionalTrain.generator,
     housing_inertia: float = TorsionalTrain.housing_inertia,
@@ -79,7 +79,7 @@ def main(
         Folder for torsion.json, torque_sweep.csv and torque_sweep.png.
     torque
         Torque on the main shaft that the sweep reaches [N m].
-    mounting
+    case
         Case file of kind mounting whose bushings are swept (its [rig] and [truth]); linear bushings
         of table 3 without it.
     rotor_inertia
@@ -112,7 +112,7 @@ def main(
         gearbox_stiffness=gearbox_stiffness,
         bushing_stiffness=bushing_stiffness,
     )
-    rig, bushings = _mounting(mounting)
+    rig, bushings = _mounting(case)
 
     from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
     from carrierflex.simulation.stage.stage_model import stage_model

@@ -105,7 +105,7 @@ def main(
     seed: int = 2012,
     tilt: Literal["face", "joint"] = "face",
     reference: Literal["assumed", "papers_gap"] = "assumed",
-    cases: tuple[str, ...] = LOAD_CASES,
+    only: tuple[str, ...] = LOAD_CASES,
     quiet: bool = False,
 ) -> Table5:
     """Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.
@@ -126,8 +126,8 @@ def main(
     reference : str
         Where the reference comes from: a stage that no result of the paper has entered, or the case
         ``stage_papers_gap`` on rollers, fitted to tables 4 and 5.
-    cases : tuple of str
-        Load cases to simulate.
+    only : tuple of str
+        Simulate these load cases only, --only LC1 --only LC2.
     quiet : bool
         Show no progress.
 
@@ -136,11 +136,11 @@ def main(
     ValueError
         Where the duration is shorter than a revolution, or there is no such load case.
     """
-    for name in cases:
+    for name in only:
         if name not in LOAD_CASES:
-            raise ValueError(f"--cases has {name!r}; expected some of {', '.join(LOAD_CASES)}")
+            raise ValueError(f"--only has {name!r}; expected some of {', '.join(LOAD_CASES)}")
     folder, rng = prepared_folder(out), np.random.default_rng(seed)
-    chosen = {name: replace(table_5_case(name), duration=duration) for name in cases}
+    chosen = {name: replace(table_5_case(name), duration=duration) for name in only}
 
     from carrierflex.identification.carrier.carrier_identification import identify_each_run
     from carrierflex.simulation.stage.readings import ReadingEffects

@@ -40,7 +40,7 @@ def test_the_body_file_holds_what_the_whole_carrier_gives(tmp_path):
             "works on the half sector, --assembly scikit-fem needs the whole body",
         ),
         (
-            {"body": "carrier", "frf_tolerance": 0.1, "frf_up_to": 900.0},
+            {"body": "carrier", "frf_tolerance": 0.1, "up_to": 900.0},
             "--frf-tolerance 0.1 needs the whole body; leave one of them out",
         ),
     ],

@@ -50,7 +50,7 @@ def test_the_mounting_is_as_soft_as_the_gearbox_and_lowers_the_frequency(tmp_pat
 def test_given_inertias_and_bushings_decide(tmp_path):
     torsion = compute_torsion.main(
         out=tmp_path / "torsion",
-        mounting=shipped_case("mounting_2011"),
+        case=shipped_case("mounting_2011"),
         rotor_inertia=1.9e5,
         quiet=True,
     )
