@@ -192,7 +192,6 @@ def application(*, shows_related: bool = False) -> "cyclopts.App":
         # Markup of other kinds would be read by libraries that take a fifth of the time of help.
         help_format="plaintext",
         help_formatter=HelpScreen(),
-        help_epilogue=_related("run"),
         # A flag that is off has no --no- form; `called_commands` gives one to those that are on.
         default_parameter=cyclopts.Parameter(negative=()),
         suppress_keyboard_interrupt=False,

@@ -88,7 +88,7 @@ def main(
     effects: list[str] | None = None,
     quiet: bool = False,
 ) -> CampaignPlan:
-    """Show which causes a campaign can separate, and the cheapest addition that separates more.
+    """Show which causes a campaign can separate, and the cheapest addition that helps.
 
     Parameters
     ----------

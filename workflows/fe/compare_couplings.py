@@ -39,7 +39,7 @@ def main(
     length_unit: Literal["m", "mm", "inch"] = "m",
     quiet: bool = False,
 ) -> dict[str, CouplingBracket]:
-    """Bracket pilot stiffness and deflection curves between distributing and rigid couplings.
+    """Bracket stiffness and curves between distributing and rigid couplings.
 
     Writes couplings.json.
 

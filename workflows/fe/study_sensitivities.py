@@ -82,7 +82,7 @@ def main(
     length_unit: Literal["m", "mm", "inch"] = "m",
     quiet: bool = False,
 ) -> SensitivityStudy:
-    """Derive curves, reduced matrices and frequencies by every dimension, material and stiffness.
+    """Derive curves, matrices and frequencies by dimensions, materials and stiffnesses.
 
     Writes sensitivities.csv and sensitivities.json (orders and frequencies), sensitivities.png and
     sensitivities.h5 (whole curves, matrices dK and dM).

@@ -49,7 +49,7 @@ def main(
     evaluations: int = 1000,
     quiet: bool = False,
 ) -> DrawnFigures:
-    """Draw the figures of the 2011 and the 2012 paper by their numbers, with an index.
+    """Draw the figures of the papers of 2011 and 2012 by their numbers, with an index.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ def main(
     parameters: Path | None = None,
     quiet: bool = False,
 ) -> MeshQuality:
-    """Mesh the planet carrier with quadratic tetrahedra; write it with named surfaces as sets.
+    """Mesh the planet carrier with quadratic tetrahedra, its surfaces as named sets.
 
     Parameters
     ----------

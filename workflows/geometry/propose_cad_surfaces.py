@@ -34,7 +34,7 @@ def main(
     sensor_radius: float | None = None,
     bearing_width: float | None = None,
 ) -> SurfaceProposal:
-    """Recognise a STEP file's axis, pins, seats, rim and shaft face; write surfaces.toml, draw it.
+    """Recognise axis, pins, seats and rim of a STEP file; write surfaces.toml.
 
     The picture stands beside it under the same name, .png: surfaces numbered as in the list, what
     is proposed in colour. A name that several surfaces fit alike is left out, with the candidates

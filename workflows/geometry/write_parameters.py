@@ -32,7 +32,7 @@ class WrittenParameters:
 
 
 def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
-    """Write every dimension with comment, unit, source and limits, and a dimensioned drawing.
+    """Write every dimension with unit, source and limits, and a dimensioned drawing.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def main(
     drive: Drive | None = None,
     out: Path = Path("map.toml"),
 ) -> NewMap:
-    """Write a map of a logger's files, with guesses to look at: columns, units, clock, angles.
+    """Write a map of a logger's files with guesses: columns, units, clock, angles.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ def main(
     phi_plc: float = 0.0,
     theta_plc: float = 0.0,
 ) -> JoinedGroup:
-    """Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft.
+    """Join main shaft, carrier and pins to one body, the carrier tilted on the shaft.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ def main(
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> GearLife:
-    """Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.
+    """Contact pressure and pitting life of sun and ring mesh over misalignment.
 
     What misalignment a kink between main shaft and carrier makes comes from the statics of the
     whole stage, by support of carrier and housing.

@@ -108,7 +108,7 @@ def main(
     only: tuple[str, ...] = LOAD_CASES,
     quiet: bool = False,
 ) -> Table5:
-    """Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.
+    """Simulate the eight cases of the 2012 paper's table 5 beside a simulated reference.
 
     Parameters
     ----------

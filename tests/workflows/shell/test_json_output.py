@@ -18,6 +18,7 @@ QUICK = {
     "mesh --size 0.1 --out a.msh": 0,
     "cases": 0,
     "schema campaign": 0,
+    "info copied": 0,
     "completion bash": 0,
     "new-campaign --kind carrier --from campaign/LC1.csv --out map.toml": 0,
     "mesh --size 5 --out a.msh": 2,
@@ -30,6 +31,7 @@ QUICK = {
 #: Lines of some seconds; each reads what one before it has written.
 LONG = {
     "check copied": 1,
+    "doctor": 0,
     "cad --out own": 0,
     "cad-faces own/carrier.step": 0,
     "parameters --out carrier.toml": 0,
@@ -98,6 +100,7 @@ def write_copied_record(folder):
 
 def test_quick_commands_and_refusals_print_what_the_schema_says(command, tmp_path):
     write_copied_record(tmp_path / "campaign")
+    write_copied_record(tmp_path / "copied")
     for line, code in QUICK.items():
         done = command(*line.split(), "--json")
         assert done.returncode == code, (line, done.stderr)
