@@ -99,7 +99,7 @@ def main(
         [plan]: a sensor 240 min, a load case 15 min beside its length, a minute of record 1 min;
         limits 400 kN m and 200 kN.
     out : Path, optional
-        Folder for plan.json and plan.png; default: the result is only shown.
+        Folder to write: plan.json and plan.png; default: the result is only shown.
     gap : float, optional
         Gap at which causes are to be distinguished, its RMS over that of the noise [1];
         default: that of the records or of the case, else 6.

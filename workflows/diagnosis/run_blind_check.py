@@ -80,7 +80,7 @@ def main(
     Parameters
     ----------
     out : Path
-        Folder of the check; the same folder again goes on where a check was interrupted.
+        Folder to write: the check; the same folder again goes on where a check was interrupted.
     kind : sequence of str
         Kinds of campaign; may be repeated.
     cases : int

@@ -52,7 +52,7 @@ def main(
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: pin_fit.csv, pin_fit.json and two pictures.
     size
         Element edge length [m].
     points_per_decade

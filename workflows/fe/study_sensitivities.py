@@ -90,7 +90,7 @@ def main(
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: sensitivities.csv, .json, .h5 and .png.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file as in curves.
     modes

@@ -54,7 +54,7 @@ def main(
     Parameters
     ----------
     out
-        Folder for index.html, figures.json and a picture a figure (2012_figure_05.png ...).
+        Folder to write: index.html, figures.json and a picture a figure (2012_figure_05.png ...).
     paper
         Draw the figures of one paper only.
     only

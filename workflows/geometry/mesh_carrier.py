@@ -26,7 +26,7 @@ def main(
     Parameters
     ----------
     out
-        Mesh file: .msh (gmsh), .vtu (ParaView) or .inp (Abaqus, C3D10); coordinates in metres.
+        File to write: .msh (gmsh), .vtu (ParaView) or .inp (Abaqus, C3D10); coordinates in metres.
     variant
         stiff: pins bonded into the bores; flexible: no pins.
     size

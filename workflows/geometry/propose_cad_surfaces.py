@@ -45,7 +45,7 @@ def main(
     step
         STEP file with one solid, the carrier without pins and planets.
     out
-        Surfaces file to write (.toml), not there yet.
+        File to write (.toml); an existing one is not replaced. The picture has its name.
     axis
         Direction downwind, in the file's frame, where it is not to be recognised: 0 0 1.
     origin

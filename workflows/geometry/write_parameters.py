@@ -37,8 +37,8 @@ def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
     Parameters
     ----------
     out
-        File of dimensions (TOML) that --parameters of other commands takes; the drawing is a
-        PNG of the same name. An existing file is not overwritten.
+        File to write (.toml), which --parameters of other commands takes; the drawing is a PNG of
+        the same name. An existing file is not replaced.
     parameters
         TOML file whose dimensions are written in place of the defaults [m, rad].
 

@@ -50,7 +50,7 @@ def main(
     drive
         Of an element; guessed from the columns.
     out
-        Map to write (TOML); one that stands is not replaced.
+        File to write (.toml): the map; an existing one is not replaced.
 
     Returns
     -------

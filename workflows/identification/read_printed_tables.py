@@ -20,7 +20,7 @@ def main(*, out: Path) -> DerivedFacts:
     Parameters
     ----------
     out
-        Folder for printed_tables.json and printed_tables.png.
+        Folder to write: printed_tables.json and printed_tables.png.
 
     Returns
     -------

@@ -48,7 +48,7 @@ def main(
     Parameters
     ----------
     out
-        Output folder: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
+        Folder to write: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
         identification, gap, pictures, summary.json.
     size
         Element edge length [m].

@@ -30,7 +30,7 @@ def main(body: Path, *, out: Path | None = None) -> Certificate:
     body
         Body file (.h5) that carrierflex reduce wrote.
     out
-        File to write the checks to (JSON).
+        File to write (.json) with the checks; default: they are only shown.
 
     Returns
     -------

@@ -51,8 +51,7 @@ def main(
         elements: they are made again from the inputs that the body file records, and the result is
         compared with the file.
     out
-        File to write; files that another program wrote, and those of another export, are not
-        replaced.
+        File to write; its suffix is that of the format. Files of another export are not replaced.
     pilot
         Pilot that the floating frame follows (mbdyn, sid, exudyn); the first of the body by
         default.

@@ -62,8 +62,8 @@ def main(
     Parameters
     ----------
     out
-        Body file (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass properties,
-        provenance; SI units.
+        File to write (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass
+        properties, provenance; SI units.
     body
         carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft; all in the
         carrier's frame. Required unless matrices are given.

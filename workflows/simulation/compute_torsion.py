@@ -76,7 +76,7 @@ def main(
     Parameters
     ----------
     out
-        Folder for torsion.json, torque_sweep.csv and torque_sweep.png.
+        Folder to write: torsion.json, torque_sweep.csv and torque_sweep.png.
     torque
         Torque on the main shaft that the sweep reaches [N m].
     case

@@ -111,7 +111,7 @@ def main(
     Parameters
     ----------
     out
-        Folder for gear_life.json, gear_life.png, stage_meshes.csv, stage_tilts.csv and
+        Folder to write: gear_life.json, gear_life.png, stage_meshes.csv, stage_tilts.csv and
         stage_contact.png.
     torque
         Torque of the main shaft [N m], shared equally by the planets.

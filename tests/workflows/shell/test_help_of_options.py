@@ -24,7 +24,7 @@ ONE_MEANING = {
     "seed": "[Ss]eed|Of the reference's noise",
     "workers": "Processes",
     "scheduler": "Dask scheduler",
-    "out": "[Ff]older|[Ff]ile|Map|write",
+    "out": r"^ (Folder|File) to write",
     "curves": "[Dd]eflection curves",
     "torque": "[Tt]orque",
     "duration": "Length",
