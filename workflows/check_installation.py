@@ -122,9 +122,9 @@ def _equations() -> str:
 
     from carrierflex.fe.factorisation import factorise
 
-    A = sp.csr_array(sp.diags_array([2.0, -1.0, -1.0], offsets=[0, 1, -1], shape=(50, 50)))
-    factor = factorise(A)
-    b = np.ones(50)
+    n = 50
+    A = sp.csr_array(2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    factor, b = factorise(A), np.ones(n)
     error = abs(A @ factor.solve(b) - b).max()
     if error > 1e-9:
         raise ValueError(f"a solution is wrong by {error:.1e}; expected rounding errors")
@@ -138,7 +138,7 @@ def _picture() -> str:
     plotter.add_mesh(pyvista.Sphere())
     picture = plotter.screenshot(return_img=True)
     plotter.close()
-    if picture.std() == 0.0:
+    if picture is None or picture.std() == 0.0:
         raise ValueError("the picture is empty; expected a sphere")
     return f"VTK {pyvista.vtk_version_info.major}.{pyvista.vtk_version_info.minor}"
 

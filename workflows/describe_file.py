@@ -227,8 +227,8 @@ def _hdf5(path: Path) -> FileDescription:
         "certificate": "none" if certificate is None else "met" if certificate.met else "not met",
         "shapes for view": "yes" if has_shapes else "no",
     }
-    commands = ("certificate {}", "export {} --format FORMAT --out FILE")
-    commands += ("view {}",) if has_shapes else ()
+    view = ("view {}",) if has_shapes else ()
+    commands = ("certificate {}", "export {} --format FORMAT --out FILE", *view)
     written = body.provenance.get("carrierflex")
     software = f"carrierflex {written}" if written else ""
     return FileDescription(path, "reduced body", figures, software, _lines(commands, path))
@@ -335,6 +335,7 @@ def _sizes_of_vtu(path: Path) -> tuple[int, int]:
             mesh = meshio.vtu.read(path)
     except Exception as error:
         raise ValueError(f"{path}: not a mesh (.vtu): {' '.join(str(error).split())}") from error
+    assert mesh is not None
     return len(mesh.points), sum(len(block.data) for block in mesh.cells)
 
 

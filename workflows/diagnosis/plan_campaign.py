@@ -29,8 +29,8 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
-from carrierflex.simulation.mounting.case_files import MOUNTING_CASE
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.case_kinds import CARRIER_CASE, MOUNTING_CASE
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
