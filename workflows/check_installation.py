@@ -12,10 +12,13 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from carrierflex.files.child_process import in_child
 from carrierflex.files.versions import OPTIONAL_PACKAGES, software_name
+
+if TYPE_CHECKING:
+    from carrierflex.geometry.tet_mesh import TetMesh
 
 State = Literal["ok", "fail", "optional"]
 
@@ -92,7 +95,7 @@ def _numbers(version: str) -> tuple[int, ...]:
 
 def _trials() -> Iterator[Item]:
     trials: dict[str, tuple[Callable[[], str], str]] = {
-        "mesh of a box": (_mesh, "gmsh"),
+        "mesh of a pin": (_mesh, "gmsh"),
         "sparse equations": (_equations, "the solver"),
         "picture without a screen": (_picture, "VTK"),
     }
@@ -103,17 +106,15 @@ def _trials() -> Iterator[Item]:
             yield Item(name, "fail", " ".join(str(error).split()))
 
 
-def _mesh() -> str:
-    import gmsh
+def _pin() -> "TetMesh":
+    from carrierflex.geometry.carrier_mesh import pin_mesh
+    from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.model.occ.addBox(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
-    gmsh.model.occ.synchronize()
-    gmsh.model.mesh.generate(3)
-    n_nodes = len(gmsh.model.mesh.getNodes()[0])
-    gmsh.finalize()
-    return f"gmsh, {n_nodes} nodes"
+    return pin_mesh(CarrierParameters(), PinParameters(), 0.06)
+
+
+def _mesh() -> str:
+    return f"{len(_pin().points)} nodes"
 
 
 def _equations() -> str:
@@ -132,15 +133,12 @@ def _equations() -> str:
 
 
 def _picture() -> str:
-    import pyvista
+    from carrierflex.geometry.view import mesh_picture
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=[64, 64])
-    plotter.add_mesh(pyvista.Sphere())
-    picture = plotter.screenshot(return_img=True)
-    plotter.close()
-    if picture is None or picture.std() == 0.0:
-        raise ValueError("the picture is empty; expected a sphere")
-    return f"VTK {pyvista.vtk_version_info.major}.{pyvista.vtk_version_info.minor}"
+    picture = mesh_picture(_pin(), "pin")
+    if picture.std() == 0.0:
+        raise ValueError("the picture is empty; expected a mesh")
+    return f"{picture.shape[1]} x {picture.shape[0]} pixels"
 
 
 def _optional() -> Iterator[Item]:

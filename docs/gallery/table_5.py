@@ -1,6 +1,6 @@
 """Aligned and misaligned simulations beside a reference.
 
-Command: table-5, stage
+Command: papers table-5, stage
 """
 
 import sys
