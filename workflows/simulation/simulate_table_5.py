@@ -193,7 +193,7 @@ def table_5_bodies(size: float, reference_pin_fit: float = _PIN_FIT) -> Table5Bo
     )
 
     pin_fit = table_5_case("LC1").pin_fit_stiffness
-    carrier, pin = reduced_carrier_and_pin(size)
+    carrier, pin, _ = reduced_carrier_and_pin(size)
     return Table5Bodies(
         stage_body_of(carrier, pin, pin_fit),
         stage_body_of(made_rigid(carrier), pin, pin_fit),
