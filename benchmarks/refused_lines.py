@@ -35,8 +35,8 @@ _STEP = ("--step", "bad.toml")
 _COMPANIONS = {
     ("mesh", "surfaces"): _STEP,
     ("curves", "surfaces"): _STEP,
-    ("couplings", "surfaces"): _STEP,
-    ("sensitivities", "surfaces"): _STEP,
+    ("study couplings", "surfaces"): _STEP,
+    ("study sensitivities", "surfaces"): _STEP,
     ("reduce", "surfaces"): (*_STEP, "--body", "carrier"),
     ("reduce", "interfaces"): ("--stiffness", "bad.toml", "--mass", "bad.toml"),
 }
@@ -47,7 +47,7 @@ _SOUND = {("reduce", "out"): "nowhere.h5", ("simulate", "case"): "carrier_lc1_to
 def with_unknown_option() -> Iterator[list[str]]:
     """One line a command: all it asks for, and an option that it has not."""
     for name in COMMANDS:
-        yield [name, *_required(name), "--no-such-option", "1"]
+        yield [*name.split(), *_required(name), "--no-such-option", "1"]
 
 
 def with_bad_toml() -> Iterator[list[str]]:
@@ -69,7 +69,7 @@ def with_bad_toml() -> Iterator[list[str]]:
                 else:
                     words += [flag, path]
                     words += _COMPANIONS.get((name, key), ())
-                yield [name, *words]
+                yield [*name.split(), *words]
 
 
 def write_bad_files(folder: Path) -> None:

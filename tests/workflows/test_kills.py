@@ -44,7 +44,7 @@ COMMANDS = {
     "export": ["export", "pin_before.h5", "--format", "op4", "--out", "pin.op4"],
     "export simscape": ["export", "pin_before.h5", "--format", "simscape", "--out", "pin.mat"],
     "cad": ["cad", "--out", "cad"],
-    "gear-life": ["gear-life", "--out", "life"],
+    "gear-life": ["study", "gear-life", "--out", "life"],
     "blind-check": [
         "blind-check", "--kind", "element", "--cases", "2", "--out", "checked",
     ],

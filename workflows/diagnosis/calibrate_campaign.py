@@ -147,7 +147,7 @@ def main(
     campaign : Path
         Campaign folder, its baseline by this program's simulator. It stays as it is.
     out : Path
-        New folder, or that of an earlier calibration.
+        Folder to write: new, or that of an earlier calibration.
     parameters : Path, optional
         TOML file with the dimensions of the campaign's carrier as drawn [m, rad], those of the
         default carrier where it is not given. parameters.toml is the same with the named changes.

@@ -30,7 +30,7 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange:
     after : Path
         Folder of the later diagnosis, with its diagnosis.json.
     out : Path, optional
-        Folder for comparison.json and comparison.html; default: the result is only shown.
+        Folder to write: comparison.json and comparison.html; default: the result is only shown.
 
     Returns
     -------

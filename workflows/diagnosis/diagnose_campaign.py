@@ -85,7 +85,7 @@ def main(
     campaign : Path
         Campaign folder.
     out : Path
-        Folder for diagnosis.json and report.html, which need no network to be read.
+        Folder to write: diagnosis.json and report.html, which need no network to be read.
     law : list of Path, optional
         Law files (TOML) of --save-law from campaigns of the same kind, further candidates; may be
         given several times. Units of an element's law (of force and deflection, time in s) are

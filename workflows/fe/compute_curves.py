@@ -54,7 +54,7 @@ def main(
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: deflection_curves.csv, its picture, inputs.json.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
         wall (twice its volume over its surface), less where webs are thin.

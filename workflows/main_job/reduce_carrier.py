@@ -15,13 +15,14 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import gear_forces
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.reduction.certificate import compliance_errors, compliance_errors_by_fields
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
 from carrierflex.reduction.modes.mode_rules import rule_for_use
 from carrierflex.reduction.pin_fit import HELD, PinFitFamily
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
+from carrierflex.reduction.pin_joints import TABLE_4_STIFFNESS
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton

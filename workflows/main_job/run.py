@@ -40,7 +40,7 @@ def main(
     out: Path,
     size: float = DEFAULT_SIZE,
     parameters: Path | None = None,
-    study_sizes: tuple[float, ...] = check_mesh_convergence.STUDY_SIZES,
+    mesh_sizes: tuple[float, ...] = check_mesh_convergence.STUDY_SIZES,
     quiet: bool = False,
 ) -> Job:
     """Do the whole chain for one planet carrier and leave every result in one folder.
@@ -48,15 +48,15 @@ def main(
     Parameters
     ----------
     out
-        Output folder: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
+        Folder to write: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
         identification, gap, pictures, summary.json.
     size
         Element edge length [m].
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
         keeps its default. four_planets: a set that comes with the package.
-    study_sizes
-        Element edge lengths of the mesh study [m], descending.
+    mesh_sizes
+        Element edge lengths [m] of the mesh study, descending.
     quiet
         Show no progress.
 
@@ -89,7 +89,7 @@ def main(
     with stages.stage("mesh files"):
         _write_meshes(out / "meshes", variants)
     with stages.stage("mesh study on the half sector"):
-        mesh_study = check_mesh_convergence.main(stage, study_sizes, note=stages.note)
+        mesh_study = check_mesh_convergence.main(stage, mesh_sizes, note=stages.note)
     with stages.stage("reduction of both carriers and a pin"):
         reduced = _reduced_bodies(out / "bodies", stage, variants, size, stages.note)
     with stages.stage("pictures of the carriers"):

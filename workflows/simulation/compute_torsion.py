@@ -18,7 +18,7 @@ import numpy as np
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import Versions, versions
-from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
@@ -55,14 +55,17 @@ def main(
     *,
     out: Path,
     torque: float = 360e3,
-    mounting: Path | None = None,
+    case: Path | None = None,
     rotor_inertia: float = TorsionalTrain.rotor,
     generator_inertia: float = TorsionalTrain.generator,
     housing_inertia: float = TorsionalTrain.housing_inertia,
     shaft_stiffness: float = TorsionalTrain.shaft_stiffness,
     gearbox_stiffness: float = TorsionalTrain.gearbox_stiffness,
     bushing_stiffness: float = TorsionalTrain.bushing_stiffness,
-    size: float = DEFAULT_SIZE,
+    size: float | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    parameters: Path | None = None,
     quiet: bool = False,
 ) -> Torsion:
     """Torsional stiffness of main shaft, gearbox and mounting.
@@ -76,10 +79,10 @@ def main(
     Parameters
     ----------
     out
-        Folder for torsion.json, torque_sweep.csv and torque_sweep.png.
+        Folder to write: torsion.json, torque_sweep.csv and torque_sweep.png.
     torque
         Torque on the main shaft that the sweep reaches [N m].
-    mounting
+    case
         Case file of kind mounting whose bushings are swept (its [rig] and [truth]); linear bushings
         of table 3 without it.
     rotor_inertia
@@ -95,7 +98,14 @@ def main(
     bushing_stiffness
         Of the mounting about the main shaft [N m/rad].
     size
-        Element edge length of carrier and pins [m].
+        Element edge length of carrier and pins [m]; 0.03 where it is not given, of a STEP file as
+        of carrierflex curves.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+    parameters
+        TOML file with the tables [carrier], [pin], [gear]; what it leaves out keeps its default.
     quiet
         Show no progress.
 
@@ -112,21 +122,27 @@ def main(
         gearbox_stiffness=gearbox_stiffness,
         bushing_stiffness=bushing_stiffness,
     )
-    rig, bushings = _mounting(mounting)
+    rig, bushings = _mounting(case)
 
     from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
+    from carrierflex.simulation.stage.stage_data import StageData
     from carrierflex.simulation.stage.stage_model import stage_model
     from carrierflex.simulation.stage.torque_sweep import stage_sweeps
-    from carrierflex.workflows.simulation.stage_bodies import default_stage_body
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+    from carrierflex.workflows.simulation.stage_bodies import reduced_carrier_and_pin, stage_body_of
 
     # Cheap, and refuses a torque that cannot be before the folder is made.
     on_mounting = mounting_sweep(rig, bushings, torque)
+    stage, files = read_parameters(parameters), CarrierFiles(step, surfaces)
+    edge = files.element_size(size)
     prepared_folder(out)
     stages = Stages(2, quiet)
-    with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        body = default_stage_body(PAPER_STIFFNESS, size)
+    with stages.stage(f"reduced carrier and pins, elements of {edge:.3g} m"):
+        carrier, pin, gear = reduced_carrier_and_pin(edge, stage, files)
+        body = stage_body_of(carrier, pin, PAPER_STIFFNESS)
+        model = stage_model(body, StageData(gear=gear), speed=0.0)
     with stages.stage("torque sweep of the stage"):
-        sweeps = stage_sweeps(stage_model(body, speed=0.0), torque * np.linspace(0.1, 1.0, 10))
+        sweeps = stage_sweeps(model, torque * np.linspace(0.1, 1.0, 10))
     result = Torsion(
         {"main shaft": sweeps.main_shaft, "gearbox": sweeps.gearbox, "mounting": on_mounting},
         mounted_and_held_hz(train),
