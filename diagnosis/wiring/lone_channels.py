@@ -9,6 +9,9 @@ the other channels expect of it, ``y = x + sum_k c_k u_k``, one kind of fault af
 - the signal of another channel, whole or in part, ``y = x_j``, ``y = x + c x_j``;
 - loads without the machine between, ``y = x + c u``: a sensor that stands on the ground;
 - a low-pass or a high-pass filter of x, a curved characteristic ``y = g x + h x² + k x³``.
+
+A filter that all channels share is one of the inputs: a linear machine cannot tell on which side of
+it the filter is.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,6 +20,8 @@ from itertools import islice
 from typing import Annotated
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord, shared_products
@@ -55,6 +60,8 @@ _FEWEST_CHANNELS = 3
 _FEWEST_RUNS = 3
 #: Fewest runs that may differ from one another.
 _FEWEST_VARYING = 2
+#: A filter or a delay of signals along their first axis: ``(time, values) -> values``.
+_Change = Callable[[FloatArray, FloatArray], FloatArray]
 #: Standard deviation of a load over its largest value up to which it is steady.
 _STEADY = 0.1
 #: Share of the gap that must go in the linear screen: about a fit that the fault has led astray.
@@ -69,6 +76,10 @@ _NEAR = 0.1
 _WHITE = 0.8
 #: Times [s] of filters over the step, as powers of two.
 _FILTERS = range(0, 14)
+#: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
+_SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
+#: Refits of a size; numbers of a linear baseline up to which a size is sought.
+_MOST_REFITS, _MOST_NUMBERS = 10, 10**7
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,6 +211,137 @@ def lone_rivals(
             names = ", ".join(run.name for run in campaign.runs)
             text = "values of its own for every run (temperature, adjustment, wear)"
             yield WiringRival(RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
+
+
+def filtered_signals(
+    records: Iterable[LinearRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+    gap: GapSquare,
+) -> Iterator[WiringRival]:
+    """Filter of all channels, with which the baseline leaves clearly less than with a delay.
+
+    None is sought where an input is an angle: in its turning frame a filtered signal is not that of
+    a filtered load.
+
+    Parameters
+    ----------
+    records : iterable of LinearRecord
+        Runs beside the fitted baseline: filters of all sizes are compared beside it, and fitted
+        about the best.
+    campaign : Campaign
+        The campaign.
+    refitted : callable
+        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
+    gap : GapSquare
+        What the baseline leaves of all records.
+
+    Yields
+    ------
+    WiringRival
+        At most one.
+    """
+    inputs = [values for run in campaign.runs for values in run.inputs.values()]
+    is_linear = "carrier_angle" not in campaign.contract.inputs and bool(inputs)
+    runs: list[LinearRecord] = []
+    for record in records if is_linear and np.isfinite(np.concatenate(inputs)).all() else ():
+        runs.append(record)
+        if sum(run.columns.size for run in runs) > _MOST_NUMBERS:
+            return
+    if not runs:
+        return
+
+    def beside(change: _Change) -> float:
+        """Mean square with a change of the prediction, beside the fitted baseline."""
+        sums = _sums(_changed(run, change) for run in runs)
+        return np.inf if sums is None else sums.mean_square
+
+    def screened(sizes: Iterable[float], change: Callable[[float], _Change]) -> tuple[float, float]:
+        """Size that leaves least beside the fitted baseline, and what it leaves."""
+        return min(((size, beside(change(size))) for size in sizes), key=lambda pair: pair[1])
+
+    def fitted(size: float, change: Callable[[float], _Change]) -> tuple[float, float]:
+        """Size about a first one with which the refitted baseline leaves least, and that."""
+        found = minimize_scalar(
+            lambda power: refitted(_with_changed_inputs(campaign, change(size * 2.0**power))),
+            bounds=(-0.5, 0.5),
+            method="bounded",
+            options={"maxiter": _MOST_REFITS, "xatol": 1e-3},
+        )
+        return size * 2.0 ** float(found.x), float(found.fun)
+
+    step = mean_step(runs[0].time)
+    times = step * 2.0**_SHARED_FILTERS
+    n, beside_mean = screened(_MEANS, _mean_of)
+    time, beside_filter = screened(times, _low_pass_of)
+    if min(beside_mean, beside_filter) > gap.left(_SCREENED):
+        return
+    with_mean = refitted(_with_changed_inputs(campaign, _mean_of(n)))
+    time, with_filter = fitted(time, _low_pass_of)
+    square = min(with_mean, with_filter)
+    if not square <= gap.left(NEARLY_ALL):
+        return
+    _, with_delay = fitted(screened(times, _delay_of)[0], _delay_of)
+    if _SIMPLER * square >= with_delay:
+        return
+    size = f"of {time:.2g} s" if with_filter < with_mean else f"that is a mean of {n}"
+    names = ", ".join(channel.name for channel in campaign.channels)
+    text = f"{names} behind a filter {size}"
+    line = key_of("[[channels]]", campaign.channels[0].name)
+    yield WiringRival(FILTERED_CHANNEL, names, text, square, line)
+
+
+def _with_changed_inputs(campaign: Campaign, change: _Change) -> Campaign:
+    """Campaign with every input changed along its time."""
+    return replace(
+        campaign,
+        runs=tuple(
+            replace(run, inputs={k: change(run.time, v) for k, v in run.inputs.items()})
+            for run in campaign.runs
+        ),
+    )
+
+
+def _changed(record: LinearRecord, change: _Change) -> LinearRecord:
+    """Run whose prediction and slopes were changed along its time."""
+    predicted = change(record.time, record.predicted)
+    return replace(
+        record,
+        predicted=predicted,
+        residual=record.predicted + record.residual - predicted,
+        columns=np.array([change(record.time, column) for column in record.columns]),
+    )
+
+
+def _low_pass_of(seconds: float) -> _Change:
+    """First-order low-pass from the first value on."""
+
+    def change(time: FloatArray, values: FloatArray) -> FloatArray:
+        share = mean_step(time) / (seconds + mean_step(time))
+        start = (1.0 - share) * values[:1]
+        return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0])
+
+    return change
+
+
+def _mean_of(samples: float) -> _Change:
+    """Mean over the latest samples, the first value before the first."""
+    n = int(samples)
+
+    def change(time: FloatArray, values: FloatArray) -> FloatArray:
+        longer = np.concatenate([np.repeat(values[:1], n - 1, axis=0), values])
+        return np.asarray(lfilter(np.full(n, 1.0 / n), [1.0], longer, axis=0)[n - 1 :])
+
+    return change
+
+
+def _delay_of(seconds: float) -> _Change:
+    """Values of a while ago, the first value before the first."""
+
+    def change(time: FloatArray, values: FloatArray) -> FloatArray:
+        return np.asarray(CubicSpline(time, values)(np.maximum(time - seconds, time[0])))
+
+    return change
 
 
 def _loads_vary(campaign: Campaign) -> bool:
@@ -385,18 +527,10 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
     yield _Fault(CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
 
 
-def _low_passed(values: FloatArray, reading: _Reading, time: float) -> FloatArray:
+def _low_passed(values: FloatArray, reading: _Reading, seconds: float) -> FloatArray:
     """First-order low-pass of every run, from its first value on."""
-    share = reading.step / (time + reading.step)
     ends = [*reading.starts[1:], values.size]
-    return np.concatenate(
-        [
-            lfilter(
-                [share],
-                [1.0, share - 1.0],
-                values[start:end],
-                zi=np.atleast_1d((1.0 - share) * values[start : start + 1]),
-            )[0]
-            for start, end in zip(reading.starts, ends, strict=True)
-        ]
-    )
+    pieces = [values[start:end] for start, end in zip(reading.starts, ends, strict=True)]
+    change = _low_pass_of(seconds)
+    times = [reading.step * np.arange(float(one.size)) for one in pieces]
+    return np.concatenate([change(*pair) for pair in zip(times, pieces, strict=True)])
