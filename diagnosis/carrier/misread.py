@@ -55,10 +55,7 @@ _STD = {"f": 0.027, "s": 0.048}
 _UNDER_TORQUE, _OF_ONE_PIN = "delta_", "g_"
 #: Curve whose size an effect fits.
 _SIZES_OF_CURVES = {FLEXIBLE_PINS.id: "delta_f", STIFF_PINS.id: "delta_s"}
-_NO_MESH_ERROR = (
-    "the error of the deflection curves by their mesh is not included: write mesh_error.json "
-    "beside them with carrierflex curves --mesh-error"
-)
+_NO_MESH_ERROR = "the error of the curves by their mesh (curves --mesh-error) is not included"
 #: Waves below this share of the largest one of their curve move nothing.
 _NOTABLE = 0.01
 #: Samples of a run on which a change of the curves shows.
@@ -123,15 +120,13 @@ class CarrierReading:
     def _words_of_curves(self) -> str:
         """Whether intervals hold the error of the curves' size; empty where none is fitted."""
         free = [p for p in self.model.parameters(self.effects, self.choice) if p.lower < p.upper]
-        sizes = [p for p in free if p.effect in _SIZES_OF_CURVES]
-        if not sizes:
-            return ""
         curves = self.model.source.rig.curves
-        shares = {p.name: curves[_SIZES_OF_CURVES[p.effect]].mesh_error for p in sizes}
-        if not all(shares.values()):
+        sizes = [p for p in free if p.effect in _SIZES_OF_CURVES]
+        errors = {p.name: curves[_SIZES_OF_CURVES[p.effect]].mesh_error for p in sizes}
+        if not all(errors.values()):
             return _NO_MESH_ERROR
-        listed = ", ".join(f"{name} {share:.1%}" for name, share in shares.items())
-        return f"intervals hold the error of the deflection curves by their mesh ({listed})"
+        listed = ", ".join(f"{name} {share:.1%}" for name, share in errors.items())
+        return f"intervals hold the error of the curves by their mesh ({listed})" if errors else ""
 
     def _of_angles(self, errors: Sequence[DeclaredError]) -> FloatArray:
         """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""

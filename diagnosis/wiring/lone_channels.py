@@ -16,6 +16,7 @@ it the filter is.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from typing import Annotated
 
@@ -60,8 +61,8 @@ _FEWEST_CHANNELS = 3
 _FEWEST_RUNS = 3
 #: Fewest runs that may differ from one another.
 _FEWEST_VARYING = 2
-#: A filter or a delay of signals along their first axis: ``(time, values) -> values``.
-_Change = Callable[[FloatArray, FloatArray], FloatArray]
+#: A filter or a delay along the first axis: ``(size, time, values) -> values``.
+_Filter = Callable[[float, FloatArray, FloatArray], FloatArray]
 #: Standard deviation of a load over its largest value up to which it is steady.
 _STEADY = 0.1
 #: Share of the gap that must go in the linear screen: about a fit that the fault has led astray.
@@ -78,8 +79,7 @@ _WHITE = 0.8
 _FILTERS = range(0, 14)
 #: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
 _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
-#: Refits of a size; numbers of a linear baseline up to which a size is sought.
-_MOST_REFITS, _MOST_NUMBERS = 10, 10**7
+_MOST_REFITS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,129 +219,84 @@ def filtered_signals(
     refitted: Callable[[Campaign], float],
     gap: GapSquare,
 ) -> Iterator[WiringRival]:
-    """Filter of all channels, with which the baseline leaves clearly less than with a delay.
+    """Filter of all channels with which the baseline leaves clearly less than with a delay.
 
-    None is sought where an input is an angle: in its turning frame a filtered signal is not that of
-    a filtered load.
-
-    Parameters
-    ----------
-    records : iterable of LinearRecord
-        Runs beside the fitted baseline: filters of all sizes are compared beside it, and fitted
-        about the best.
-    campaign : Campaign
-        The campaign.
-    refitted : callable
-        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
-    gap : GapSquare
-        What the baseline leaves of all records.
-
-    Yields
-    ------
-    WiringRival
-        At most one.
+    `records` are those that :func:`lone_rivals` calls for, the others its arguments. None where an
+    input is an angle: in its turning frame a filtered signal is not that of a filtered load.
     """
-    inputs = [values for run in campaign.runs for values in run.inputs.values()]
-    is_linear = "carrier_angle" not in campaign.contract.inputs and bool(inputs)
-    runs: list[LinearRecord] = []
-    for record in records if is_linear and np.isfinite(np.concatenate(inputs)).all() else ():
-        runs.append(record)
-        if sum(run.columns.size for run in runs) > _MOST_NUMBERS:
-            return
-    if not runs:
+    inputs = {name for run in campaign.runs for name in run.inputs}
+    runs = list(records) if inputs and "carrier_angle" not in inputs else []
+    known = [np.isfinite(values).all() for run in campaign.runs for values in run.inputs.values()]
+    if not runs or not all(known):
         return
 
-    def beside(change: _Change) -> float:
-        """Mean square with a change of the prediction, beside the fitted baseline."""
-        sums = _sums(_changed(run, change) for run in runs)
+    def beside(kind: _Filter, size: float) -> float:
+        """Mean square beside the fitted baseline."""
+        sums = _sums(_filtered_record(run, partial(kind, size)) for run in runs)
         return np.inf if sums is None else sums.mean_square
 
-    def screened(sizes: Iterable[float], change: Callable[[float], _Change]) -> tuple[float, float]:
-        """Size that leaves least beside the fitted baseline, and what it leaves."""
-        return min(((size, beside(change(size))) for size in sizes), key=lambda pair: pair[1])
+    def refit(kind: _Filter, size: float) -> float:
+        """Mean square of the refitted baseline."""
+        changed = tuple(
+            replace(one, inputs={k: kind(size, one.time, v) for k, v in one.inputs.items()})
+            for one in campaign.runs
+        )
+        return refitted(replace(campaign, runs=changed))
 
-    def fitted(size: float, change: Callable[[float], _Change]) -> tuple[float, float]:
-        """Size about a first one with which the refitted baseline leaves least, and that."""
-        found = minimize_scalar(
-            lambda power: refitted(_with_changed_inputs(campaign, change(size * 2.0**power))),
+    def fitted(kind: _Filter, size: float) -> tuple[float, float]:
+        """Size about a first one that leaves least, and that."""
+        best = minimize_scalar(
+            lambda octaves: refit(kind, size * 2.0**octaves),
             bounds=(-0.5, 0.5),
             method="bounded",
             options={"maxiter": _MOST_REFITS, "xatol": 1e-3},
         )
-        return size * 2.0 ** float(found.x), float(found.fun)
+        return size * 2.0 ** float(best.x), float(best.fun)
 
-    step = mean_step(runs[0].time)
-    times = step * 2.0**_SHARED_FILTERS
-    n, beside_mean = screened(_MEANS, _mean_of)
-    time, beside_filter = screened(times, _low_pass_of)
-    if min(beside_mean, beside_filter) > gap.left(_SCREENED):
+    times = mean_step(runs[0].time) * 2.0**_SHARED_FILTERS
+    n = min(_MEANS, key=partial(beside, _mean))
+    time = min(times, key=partial(beside, _low_pass))
+    if min(beside(_mean, n), beside(_low_pass, time)) > gap.left(_SCREENED):
         return
-    with_mean = refitted(_with_changed_inputs(campaign, _mean_of(n)))
-    time, with_filter = fitted(time, _low_pass_of)
-    square = min(with_mean, with_filter)
+    (time, of_filter), of_mean = fitted(_low_pass, time), refit(_mean, n)
+    square = min(of_filter, of_mean)
     if not square <= gap.left(NEARLY_ALL):
         return
-    _, with_delay = fitted(screened(times, _delay_of)[0], _delay_of)
-    if _SIMPLER * square >= with_delay:
-        return
-    size = f"of {time:.2g} s" if with_filter < with_mean else f"that is a mean of {n}"
-    names = ", ".join(channel.name for channel in campaign.channels)
-    text = f"{names} behind a filter {size}"
-    line = key_of("[[channels]]", campaign.channels[0].name)
-    yield WiringRival(FILTERED_CHANNEL, names, text, square, line)
+    _, of_delay = fitted(_delay, min(times, key=partial(beside, _delay)))
+    if _SIMPLER * square < of_delay:
+        size = f"of {time:.2g} s" if of_filter < of_mean else f"that is a mean of {n}"
+        names = ", ".join(channel.name for channel in campaign.channels)
+        line = key_of("[[channels]]", campaign.channels[0].name)
+        yield WiringRival(FILTERED_CHANNEL, names, f"{names} behind a filter {size}", square, line)
 
 
-def _with_changed_inputs(campaign: Campaign, change: _Change) -> Campaign:
-    """Campaign with every input changed along its time."""
-    return replace(
-        campaign,
-        runs=tuple(
-            replace(run, inputs={k: change(run.time, v) for k, v in run.inputs.items()})
-            for run in campaign.runs
-        ),
-    )
-
-
-def _changed(record: LinearRecord, change: _Change) -> LinearRecord:
-    """Run whose prediction and slopes were changed along its time."""
+def _filtered_record(
+    record: LinearRecord, change: Callable[[FloatArray, FloatArray], FloatArray]
+) -> LinearRecord:
+    """Run with a change of its prediction and slopes."""
     predicted = change(record.time, record.predicted)
-    return replace(
-        record,
-        predicted=predicted,
-        residual=record.predicted + record.residual - predicted,
-        columns=np.array([change(record.time, column) for column in record.columns]),
-    )
+    residual = record.predicted + record.residual - predicted
+    columns = np.array([change(record.time, column) for column in record.columns])
+    return replace(record, predicted=predicted, residual=residual, columns=columns)
 
 
-def _low_pass_of(seconds: float) -> _Change:
+def _low_pass(seconds: float, time: FloatArray, values: FloatArray) -> FloatArray:
     """First-order low-pass from the first value on."""
-
-    def change(time: FloatArray, values: FloatArray) -> FloatArray:
-        share = mean_step(time) / (seconds + mean_step(time))
-        start = (1.0 - share) * values[:1]
-        return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0])
-
-    return change
+    share = mean_step(time) / (seconds + mean_step(time))
+    start = (1.0 - share) * values[:1]
+    return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0])
 
 
-def _mean_of(samples: float) -> _Change:
+def _mean(samples: float, time: FloatArray, values: FloatArray) -> FloatArray:
     """Mean over the latest samples, the first value before the first."""
     n = int(samples)
-
-    def change(time: FloatArray, values: FloatArray) -> FloatArray:
-        longer = np.concatenate([np.repeat(values[:1], n - 1, axis=0), values])
-        return np.asarray(lfilter(np.full(n, 1.0 / n), [1.0], longer, axis=0)[n - 1 :])
-
-    return change
+    longer = np.concatenate([np.repeat(values[:1], n - 1, axis=0), values])
+    return np.asarray(lfilter(np.full(n, 1.0 / n), [1.0], longer, axis=0)[n - 1 :])
 
 
-def _delay_of(seconds: float) -> _Change:
+def _delay(seconds: float, time: FloatArray, values: FloatArray) -> FloatArray:
     """Values of a while ago, the first value before the first."""
-
-    def change(time: FloatArray, values: FloatArray) -> FloatArray:
-        return np.asarray(CubicSpline(time, values)(np.maximum(time - seconds, time[0])))
-
-    return change
+    return np.asarray(CubicSpline(time, values)(np.maximum(time - seconds, time[0])))
 
 
 def _loads_vary(campaign: Campaign) -> bool:
@@ -514,9 +469,11 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         _, square = fitted(y - x, *reading.loads)
         text = "moves with the loads as a sensor that stands on the ground"
         yield _Fault(SENSOR_ON_GROUND, text, square, 3)
+    pieces = np.split(x, reading.starts[1:])
+    times = [reading.step * np.arange(float(one.size)) for one in pieces]
     for power in _FILTERS:
         time = reading.step * 2.0**power
-        slow = _low_passed(x, reading, time)
+        slow = np.concatenate([_low_pass(time, *pair) for pair in zip(times, pieces, strict=True)])
         square = float(np.sum((y - slow) ** 2))
         text = f"is filtered with a time constant of about {time:.2g} s"
         yield _Fault(FILTERED_CHANNEL, text, square, 1)
@@ -525,12 +482,3 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         yield _Fault(AC_COUPLED, text, square, 1)
     _, square = fitted(y - y.mean(), x, x**2 - np.mean(x**2), x**3 - np.mean(x**3))
     yield _Fault(CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
-
-
-def _low_passed(values: FloatArray, reading: _Reading, seconds: float) -> FloatArray:
-    """First-order low-pass of every run, from its first value on."""
-    ends = [*reading.starts[1:], values.size]
-    pieces = [values[start:end] for start, end in zip(reading.starts, ends, strict=True)]
-    change = _low_pass_of(seconds)
-    times = [reading.step * np.arange(float(one.size)) for one in pieces]
-    return np.concatenate([change(*pair) for pair in zip(times, pieces, strict=True)])

@@ -167,7 +167,7 @@ def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):
     assert tilt.std > TORQUE * tilt.value > 2.0 * before.std
     declared, of_curves = aware.gains.split("; ")
     assert declared.endswith("gains (torque 2 %, channels 1 %), angles (channels 0.229 deg)")
-    assert of_curves.endswith("deflection curves by their mesh (rho_f 5.7%)")
+    assert of_curves.endswith("of the curves by their mesh (rho_f 5.7%)")
     assert blind.gains.startswith("load-cell errors are not included")
 
 
@@ -184,7 +184,7 @@ def test_an_interval_of_the_pins_holds_the_known_error_of_the_curves_size(campai
     assert half >= 0.99 * np.hypot(0.057 * known.value, np.diff(unknown.ci95).item() / 2.0)
     assert half < 0.08 * known.value
     assert np.diff(unknown.ci95) < 0.5 * half
-    assert "mesh is not included" in published[1].gains
+    assert published[1].gains.endswith("mesh (curves --mesh-error) is not included")
 
 
 def test_a_baseline_without_parameters_has_none_that_a_misread_signal_moves(campaign):
