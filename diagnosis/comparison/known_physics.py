@@ -226,10 +226,13 @@ class Misreading:
     scores : ndarray, shape (E, p)
         ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the
         noise of a run, of the waves of a carrier's curves.
+    curves: str
+        What intervals hold of the size of a carrier's curves, in words.
     """
 
     errors: tuple[DeclaredError, ...]
     scores: FloatArray
+    curves: str = ""
 
 
 def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:

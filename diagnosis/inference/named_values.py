@@ -188,7 +188,8 @@ def published_values(
             [_misread_moves(fit, misreading.scores), _prior_moves(fit), of_model]
         )
         values = _named_values(fit, few_blocks=True, moves=moves)
-        return PublishedValues(values, errors_words(misreading.errors), ())
+        included = (errors_words(misreading.errors), misreading.curves)
+        return PublishedValues(values, "; ".join(text for text in included if text), ())
     shift = problem.discrepancy_shift(fit.effects, fit.theta)
     if shift is None:
         return PublishedValues(_named_values(fit, few_blocks=gains is not None), words, ())

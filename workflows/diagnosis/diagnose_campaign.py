@@ -31,7 +31,12 @@ from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES
 from carrierflex.identification.campaign.record_digests import record_digests
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
-from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
+from carrierflex.workflows.fe.default_curves import (
+    MESH_ERROR_FILE,
+    default_curves,
+    with_derivatives,
+    with_mesh_error,
+)
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.view3d.view import viewer_library
@@ -292,7 +297,11 @@ def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCur
 def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:
     """Deflection curves that the rig of a carrier campaign in `folder` states."""
     path = folder / rig["deflection_curves"] if "deflection_curves" in rig else None
-    curves = read_curves(path) if path else default_curves()
+    curves = (
+        with_mesh_error(read_curves(path), path.with_name(MESH_ERROR_FILE))
+        if path
+        else default_curves()
+    )
     if TOLERANCES not in rig:
         return curves
     derivatives = read_derivatives(path) if path else {}
