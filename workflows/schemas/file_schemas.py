@@ -56,6 +56,7 @@ from carrierflex.workflows.fe.compute_curves import CurveInputsDocument, MeshErr
 from carrierflex.workflows.fe.study_pin_fit import PinFitDocument
 from carrierflex.workflows.fe.study_sensitivities import SensitivitiesDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
+from carrierflex.workflows.fleet.diagnose_fleet import EntryDocument, FleetDocument
 from carrierflex.workflows.identification.documents import IdentificationDocument
 from carrierflex.workflows.identification.import_records import ImportDocument
 from carrierflex.workflows.identification.infer_loads import LoadsDocument
@@ -100,6 +101,8 @@ _RESULTS: dict[str, Any] = {
     "rim motion": RIM_MOTION,
     "comparison": COMPARISON,
     "calibration": CALIBRATION,
+    "fleet": FleetDocument,
+    "batch": EntryDocument,
     "plan": PLAN,
     "identification": IdentificationDocument,
     "loads": LoadsDocument,

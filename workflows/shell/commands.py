@@ -96,6 +96,8 @@ COMMANDS = {
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
         "Compare two diagnoses of one measurement, before and after the simulator "
         "changed.", "comparison.json"),
+    "batch": Command("fleet.diagnose_fleet", "fleet_tables:fleet_table",
+        "Diagnose all campaigns below a folder, and compare turbines and days.", "fleet.json"),
     "view": Command("view3d.view_file", "tables:view_table",
         "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
     "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
@@ -119,5 +121,6 @@ GROUPS = {
     "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
     "Measurement": ("plan", "new-campaign", "import", "check", "identify", "loads"),
     "Diagnosis": ("diagnose", "calibrate", "compare", "view", "blind-check"),
+    "Fleet": ("batch",),
     "The papers of 2011 and 2012": ("figures", "table-5", "order-one", "printed-tables"),
 }
