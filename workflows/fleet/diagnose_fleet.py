@@ -8,11 +8,12 @@ without a diagnosis, and no turbine whose interval lies away from the others wit
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -32,8 +33,8 @@ from carrierflex.workflows.outputs import prepared_folder, save_table
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
-    from carrierflex.diagnosis.fleet.sizes import CampaignRow
+    from carrierflex.diagnosis.report.fleet_sizes import CampaignRow
+    from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
 
 FORMAT = "carrierflex-fleet"
 FLEET_FILE, PAGE_FILE = "fleet.json", "fleet.html"
@@ -104,7 +105,7 @@ class _Options:
 
 
 @dataclass(frozen=True)
-class _Task:
+class Task:
     """A campaign and where its results go."""
 
     name: str
@@ -183,9 +184,10 @@ def main(
         )
     stages = Stages(2, quiet, (1.0, 0.0))
     with stages.stage(f"diagnosing {len(tasks)} campaigns below {folder}"):
-        errors = _diagnosed(tasks, options, stages, workers, scheduler)
+        work = functools.partial(_diagnose, options=options)
+        errors = diagnosed(tasks, work, stages, lambda: _processes(workers, scheduler))
 
-    from carrierflex.diagnosis.fleet.fleet import fleet_diagnosis
+    from carrierflex.workflows.fleet.fleet import fleet_diagnosis
 
     with stages.stage(f"writing {out / PAGE_FILE}"):
         fleet = fleet_diagnosis([_row(task, errors.get(task.name)) for task in tasks])
@@ -202,7 +204,7 @@ def _refuse_foreign(out: Path) -> None:
             refuse_foreign(path, f"{FLEET_FILE} beside it")
 
 
-def _tasks(folder: Path, out: Path) -> Iterator[_Task]:
+def _tasks(folder: Path, out: Path) -> Iterator[Task]:
     """Campaigns below a folder, sorted; hidden folders and the results are passed over."""
     for current, below, files in os.walk(folder):
         path = Path(current)
@@ -212,55 +214,76 @@ def _tasks(folder: Path, out: Path) -> Iterator[_Task]:
             name = path.relative_to(folder).as_posix()
             # A folder that is itself a campaign is a fleet of one.
             name = folder.name if name == "." else name
-            yield _Task(name, path, out / CAMPAIGNS / name)
+            yield Task(name, path, out / CAMPAIGNS / name)
 
 
-def _diagnosed(
-    tasks: Sequence[_Task],
-    options: _Options,
+def diagnosed(
+    tasks: Sequence[Task],
+    work: Callable[[Task], None],
     stages: Stages,
-    workers: int,
-    scheduler: str | None,
+    processes: Callable[[], AbstractContextManager[Executor]],
 ) -> dict[str, str]:
-    """Diagnose every campaign that has no finished result; what could not be written down, why."""
+    """Do the work of every campaign, whatever becomes of one of them or of its process.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        Campaigns.
+    work : callable
+        Writes the results of one; a function that other processes can import.
+    stages : Stages
+        Where progress is shown.
+    processes : callable
+        Makes the executor.
+
+    Returns
+    -------
+    dict
+        By campaign, why nothing could be written down of it.
+
+    Raises
+    ------
+    RuntimeError
+        Where processes end before they begin with a campaign.
+    """
     errors: dict[str, str] = {}
     waiting = list(tasks)
     for task in tasks:
-        if _entry(task).get("state") == "begun":
+        if entry_of(task).get("state") == "begun":
             (task.out / ENTRY_FILE).unlink()
     while waiting:
         ended: set[str] = set()
-        with _processes(workers, scheduler) as executor:
-            for task, error in _results(executor, waiting, options):
+        with processes() as executor:
+            for task, error in _results(executor, waiting, work):
                 ended.add(task.name)
                 if error is not None:
                     errors[task.name] = error
-                reason = error or _entry(task).get("error")
+                reason = error or entry_of(task).get("error")
                 if reason:
                     stages.tell(f"{task.name}: {shortened(reason, _MOST_SHOWN)}")
                 n_done = len(tasks) - len(waiting) + len(ended)
                 stages.note(f"{n_done} of {len(tasks)}", n_done / len(tasks))
         waiting = [task for task in waiting if task.name not in ended]
-        if not ended and all(_entry(task).get("state") != "begun" for task in waiting):
+        if not ended and all(entry_of(task).get("state") != "begun" for task in waiting):
             raise RuntimeError(
                 "the processes of --workers end before they diagnose a campaign; expected enough "
                 "memory to load the libraries: fewer --workers"
             )
         # A process that ended takes the others' work with it: those it may have had run alone.
-        for task in [task for task in waiting if _entry(task).get("state") == "begun"]:
+        for task in [task for task in waiting if entry_of(task).get("state") == "begun"]:
             waiting.remove(task)
             with other_processes(1) as executor:
-                if not list(_results(executor, [task], options)):
+                if not list(_results(executor, [task], work)):
                     errors[task.name] = _ENDED
                     stages.tell(f"{task.name}: {_ENDED}")
     return errors
 
 
 def _results(
-    executor: Executor, tasks: Sequence[_Task], options: _Options
-) -> Iterator[tuple[_Task, str | None]]:
+    executor: Executor, tasks: Sequence[Task], work: Callable[[Task], None]
+) -> Iterator[tuple[Task, str | None]]:
     """Campaigns as they end, with what could not be written; stops where a process is lost."""
-    futures = {executor.submit(_diagnose, task, options): task for task in tasks}
+    futures = {executor.submit(work, task): task for task in tasks}
     for future in as_completed(futures):
         error = future.exception()
         if isinstance(error, BrokenExecutor):
@@ -275,12 +298,12 @@ def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Ex
     return work_executor(workers, scheduler)
 
 
-def _diagnose(task: _Task, options: _Options) -> None:
+def _diagnose(task: Task, *, options: _Options) -> None:
     """Diagnose a campaign unless its result stands; a refusal is a result too."""
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE
 
     key = _key(task.campaign, options)
-    entry = _entry(task)
+    entry = entry_of(task)
     finished = entry.get("state") == "finished" and entry.get("error") is None
     has_pages = not options.report or (task.out / REPORT_FILE).is_file()
     if finished and entry.get("key") == key and has_pages:
@@ -327,7 +350,7 @@ def _key(campaign: Path, options: _Options) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _entry(task: _Task) -> Mapping[str, Any]:
+def entry_of(task: Task) -> Mapping[str, Any]:
     """Entry of a campaign; empty where there is none to trust."""
     try:
         entry = read_json(task.out / ENTRY_FILE, "an entry of batch")
@@ -336,10 +359,10 @@ def _entry(task: _Task) -> Mapping[str, Any]:
     return entry if isinstance(entry, dict) else {}
 
 
-def _row(task: _Task, error: str | None) -> CampaignRow:
+def _row(task: Task, error: str | None) -> CampaignRow:
     """Row of a campaign; one without a diagnosis says why."""
-    from carrierflex.diagnosis.fleet.sizes import FAILED, CampaignRow, campaign_row
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
+    from carrierflex.diagnosis.report.fleet_sizes import FAILED, CampaignRow, campaign_row
 
     turbine, recorded, kind = task.name.split("/")[0], "", ""
     try:
@@ -347,12 +370,12 @@ def _row(task: _Task, error: str | None) -> CampaignRow:
         turbine = header.turbine or turbine
         recorded = header.recorded.isoformat() if header.recorded else ""
         kind = header.contract.name
-        error = error or _entry(task)["error"]
+        error = error or entry_of(task)["error"]
         if error is None:
             document = read_diagnosis(task.out / DIAGNOSIS_FILE)
             return campaign_row(document, task.name, turbine, recorded)
     except (ValueError, KeyError, TypeError, OSError) as raised:
-        error = error or _entry(task).get("error") or _words_of(raised)
+        error = error or entry_of(task).get("error") or _words_of(raised)
     return CampaignRow(task.name, turbine, recorded, kind, FAILED, error)
 
 

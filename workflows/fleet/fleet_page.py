@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
-from carrierflex.diagnosis.fleet.sizes import GAP, RMS, CampaignRow
 from carrierflex.diagnosis.inference.results import Interval
 from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg, shortened
+from carrierflex.diagnosis.report.fleet_sizes import GAP, RMS, CampaignRow
 from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import (
     UNKNOWN,
@@ -27,6 +26,7 @@ from carrierflex.diagnosis.report.words import (
     shown_unit,
 )
 from carrierflex.files.versions import software_name
+from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,8 +2,8 @@
 
 from rich.console import Group, RenderableType
 
-from carrierflex.diagnosis.fleet.fleet import FleetDiagnosis
 from carrierflex.diagnosis.report.words import number, ratio
+from carrierflex.workflows.fleet.fleet import FleetDiagnosis
 from carrierflex.workflows.fleet.fleet_page import causes_of, fleet_sentences, shown_size, size_name
 from carrierflex.workflows.screen.titled_table import titled_table
 

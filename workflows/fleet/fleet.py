@@ -8,8 +8,8 @@ from typing import Annotated
 
 import numpy as np
 
-from carrierflex.diagnosis.fleet.sizes import CampaignRow, CauseSize
 from carrierflex.diagnosis.inference.results import Interval
+from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
 from carrierflex.identification.estimation.shrinkage import (
     FEWEST_DATES,
     FEWEST_MACHINES,

@@ -1,1 +1,0 @@
-"""Many diagnoses together: sizes by turbine and date, their common prior, trends, differences."""
