@@ -57,6 +57,7 @@ from carrierflex.workflows.fe.study_pin_fit import PinFitDocument
 from carrierflex.workflows.fe.study_sensitivities import SensitivitiesDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
 from carrierflex.workflows.fleet.diagnose_fleet import EntryDocument, FleetDocument
+from carrierflex.workflows.fleet.record_difference import DIFFERENCE
 from carrierflex.workflows.identification.documents import IdentificationDocument
 from carrierflex.workflows.identification.import_records import ImportDocument
 from carrierflex.workflows.identification.infer_loads import LoadsDocument
@@ -99,7 +100,7 @@ _DOCUMENTS: dict[str, Any] = {
 _RESULTS: dict[str, Any] = {
     "diagnosis": DIAGNOSIS,
     "rim motion": RIM_MOTION,
-    "comparison": COMPARISON,
+    "comparison": COMPARISON | DIFFERENCE,
     "calibration": CALIBRATION,
     "fleet": FleetDocument,
     "batch": EntryDocument,

@@ -1,10 +1,16 @@
-"""A fleet as sentences and a table on the screen."""
+"""A fleet, and two measurements, as sentences and tables on the screen."""
 
 from rich.console import Group, RenderableType
 
 from carrierflex.diagnosis.report.words import number, ratio
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis
 from carrierflex.workflows.fleet.fleet_page import causes_of, fleet_sentences, shown_size, size_name
+from carrierflex.workflows.fleet.record_difference import (
+    RecordDifference,
+    difference_sentence,
+    size_cells,
+    verdict_sentence,
+)
 from carrierflex.workflows.screen.titled_table import titled_table
 
 _MOST_ROWS = 20
@@ -53,3 +59,13 @@ def fleet_table(fleet: FleetDiagnosis) -> RenderableType:
         table.columns[-1].overflow = "fold"
         shown += ["", table]
     return Group(*shown)
+
+
+def difference_table(difference: RecordDifference) -> RenderableType:
+    """Sentences, then the sizes of both measurements, then what would decide."""
+    sides = (difference.first, difference.second)
+    text = "\n".join((difference_sentence(difference), *(verdict_sentence(row) for row in sides)))
+    columns = ("first", "second", "second less first, 95 %", "differs")
+    rows = [size_cells(one) for one in difference.sizes]
+    table = titled_table("sizes, 95 %", *columns, rows=rows)
+    return Group(text, "", table, "", *difference.deciding)

@@ -94,8 +94,8 @@ COMMANDS = {
         "Put what a diagnosis names into the simulation, diagnose again, and "
         "compare.", "calibration.json"),
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
-        "Compare two diagnoses of one measurement, before and after the simulator "
-        "changed.", "comparison.json"),
+        "Compare two diagnoses: before and after the simulator changed, or of two turbines or "
+        "days.", "comparison.json"),
     "batch": Command("fleet.diagnose_fleet", "fleet_tables:fleet_table",
         "Diagnose all campaigns below a folder, and compare turbines and days.", "fleet.json"),
     "view": Command("view3d.view_file", "tables:view_table",
