@@ -20,6 +20,8 @@ FAILED = "error"
 #: Parameters that are directions have no size; those of one run say nothing of a turbine.
 _DIRECTION, _OF_RUN = "theta", " of "
 _WIDTHS_OF_STD = 3.92
+#: Findings that are about the model: a carrier that is not as drawn, a prior that is contradicted.
+_OF_THE_MODEL = ("drawing", "prior")
 _DRAWS, _SEED = 400, 17
 
 
@@ -103,7 +105,11 @@ def campaign_row(
         rho=_number(far["rho"]),
         rho_ci95=_interval(far["rho_ci95"]),
         sizes=tuple(sizes),
-        faults=tuple(f"{one['about']}: {one['text']}" for one in document["warnings"]),
+        faults=tuple(
+            f"{one['about']}: {one['text']}"
+            for one in document["warnings"]
+            if one["check"] not in _OF_THE_MODEL
+        ),
     )
 
 
