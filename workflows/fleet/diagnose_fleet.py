@@ -12,6 +12,7 @@ import functools
 import hashlib
 import json
 import os
+import secrets
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
@@ -55,6 +56,7 @@ class EntryDocument(TypedDict):
     """batch.json, written by batch into every campaign's folder of results."""
 
     key: Annotated[str, "SHA-256 of the campaign's files, the options and the versions"]
+    run: Annotated[str, "Mark of the run of batch that began it"]
     state: Annotated[Literal["begun", "finished"], "Whether the diagnosis has ended"]
     error: Annotated[str | None, "Why there is no diagnosis; null where there is one"]
     seconds: Annotated[float, "Time of the diagnosis [s]"]
@@ -106,11 +108,12 @@ class _Options:
 
 @dataclass(frozen=True)
 class Task:
-    """A campaign and where its results go."""
+    """A campaign, where its results go, and a mark of the run of batch."""
 
     name: str
     campaign: Path
     out: Path
+    run: str
 
 
 def main(
@@ -206,6 +209,7 @@ def _refuse_foreign(out: Path) -> None:
 
 def _tasks(folder: Path, out: Path) -> Iterator[Task]:
     """Campaigns below a folder, sorted; hidden folders and the results are passed over."""
+    run = secrets.token_hex(8)
     for current, below, files in os.walk(folder):
         path = Path(current)
         below[:] = sorted(name for name in below if not name.startswith(".") and path / name != out)
@@ -214,7 +218,7 @@ def _tasks(folder: Path, out: Path) -> Iterator[Task]:
             name = path.relative_to(folder).as_posix()
             # A folder that is itself a campaign is a fleet of one.
             name = folder.name if name == "." else name
-            yield Task(name, path, out / CAMPAIGNS / name)
+            yield Task(name, path, out / CAMPAIGNS / name, run)
 
 
 def diagnosed(
@@ -248,9 +252,6 @@ def diagnosed(
     """
     errors: dict[str, str] = {}
     waiting = list(tasks)
-    for task in tasks:
-        if entry_of(task).get("state") == "begun":
-            (task.out / ENTRY_FILE).unlink()
     while waiting:
         ended: set[str] = set()
         with processes() as executor:
@@ -264,13 +265,14 @@ def diagnosed(
                 n_done = len(tasks) - len(waiting) + len(ended)
                 stages.note(f"{n_done} of {len(tasks)}", n_done / len(tasks))
         waiting = [task for task in waiting if task.name not in ended]
-        if not ended and all(entry_of(task).get("state") != "begun" for task in waiting):
+        suspects = [task for task in waiting if _is_begun(task)]
+        if waiting and not ended and not suspects:
             raise RuntimeError(
                 "the processes of --workers end before they diagnose a campaign; expected enough "
                 "memory to load the libraries: fewer --workers"
             )
         # A process that ended takes the others' work with it: those it may have had run alone.
-        for task in [task for task in waiting if entry_of(task).get("state") == "begun"]:
+        for task in suspects:
             waiting.remove(task)
             with other_processes(1) as executor:
                 if not list(_results(executor, [task], work)):
@@ -300,8 +302,6 @@ def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Ex
 
 def _diagnose(task: Task, *, options: _Options) -> None:
     """Diagnose a campaign unless its result stands; a refusal is a result too."""
-    from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE
-
     key = _key(task.campaign, options)
     entry = entry_of(task)
     finished = entry.get("state") == "finished" and entry.get("error") is None
@@ -309,9 +309,13 @@ def _diagnose(task: Task, *, options: _Options) -> None:
     if finished and entry.get("key") == key and has_pages:
         return
     prepared_folder(task.out)
-    for name in (DIAGNOSIS_FILE, REPORT_FILE):
-        (task.out / name).unlink(missing_ok=True)
-    begun: EntryDocument = {"key": key, "state": "begun", "error": None, "seconds": 0.0}
+    begun: EntryDocument = {
+        "key": key,
+        "run": task.run,
+        "state": "begun",
+        "error": None,
+        "seconds": 0.0,
+    }
     save_json(task.out / ENTRY_FILE, begun)
     start = time.perf_counter()
     error = None
@@ -348,6 +352,12 @@ def _key(campaign: Path, options: _Options) -> str:
                 digests[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
     content = {"files": digests, "options": options.document(), "versions": versions()}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _is_begun(task: Task) -> bool:
+    """Whether this run of batch began a campaign and did not end it."""
+    entry = entry_of(task)
+    return entry.get("state") == "begun" and entry.get("run") == task.run
 
 
 def entry_of(task: Task) -> Mapping[str, Any]:

@@ -53,6 +53,7 @@ LONG = {
     "calibrate campaign --out calibration": 0,
     "compare gap gap": 0,
     "compare gap gap --out change": 0,
+    "batch campaign --out fleet --no-report": 0,
     "printed-tables --out printed_tables": 0,
     "blind-check --kind element --cases 2 --no-keep --out check": 0,
 }
