@@ -15,6 +15,7 @@ from carrierflex.blind_check.labels import NOTHING, Label
 from carrierflex.blind_check.sealing.check import SEALS_FILE, read_seals, sealed_check, verify
 from carrierflex.blind_check.truth.fleet import FAULTS, FleetPlan, fleet_plans, write_fleet_case
 from carrierflex.diagnosis.report.fleet_sizes import GAP, CampaignRow
+from carrierflex.diagnosis.report.words import counted
 from carrierflex.files.json_files import save_text
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
@@ -69,7 +70,7 @@ def main(
     )
     verify(sealed.labels, sealed.salts, read_seals(folder / SEALS_FILE))
     lines = [
-        f"{turbines} turbines, {days} days each, seed {seed}; digest of the seals "
+        f"{turbines} turbines, {counted(days, 'day')} each, seed {seed}; digest of the seals "
         f"`{sealed.published.digest}`.",
         "",
         *_table(fleet, plans, sealed.labels),

@@ -7,8 +7,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
+from carrierflex.diagnosis.report.words import UNKNOWN, parameter_words, scaled_unit, shown_unit
 from carrierflex.identification.estimation.resampling import two_level_counts
 
 #: Cause of a size that every diagnosis has: all that the baseline leaves above the noise.
@@ -165,3 +167,34 @@ def _number(value: Any) -> float:
 
 def _interval(ends: Any) -> Interval:
     return (_number(ends[0]), _number(ends[1]))
+
+
+def size_name(cause: str, parameter: str) -> str:
+    """A size in words: ``carrier tilt: tilt of the carrier``."""
+    if cause == GAP:
+        return "gap above the noise"
+    words = "" if parameter == RMS else parameter_words(cause, parameter) or parameter
+    return f"{plain_name(cause)}: {words}" if words else f"{plain_name(cause)} (RMS)"
+
+
+def factor_of(value: float, parameter: str, unit: str) -> tuple[float, str]:
+    """Factor to an engineer's unit of a size, and that unit."""
+    factor, shown = shown_unit(parameter, unit)
+    if unit == "1":
+        return 1.0, ""
+    return (factor, shown) if shown != unit else scaled_unit(abs(value), unit)
+
+
+def shown_size(value: float, parameter: str, unit: str, std: float = math.nan) -> str:
+    """Size with its unit, and the half width of its interval: ``0.0524 ± 0.001 mrad``."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    factor, shown = factor_of(value, parameter, unit)
+    error = f" ± {1.96 * factor * std:.2g}" if math.isfinite(std) else ""
+    return f"{factor * value:.3g}{error} {shown}".strip()
+
+
+def shown_span(ends: Interval, parameter: str, unit: str) -> str:
+    """Interval with its unit: ``0.051 to 0.054 mrad``."""
+    factor, shown = factor_of(max(map(abs, ends)), parameter, unit)
+    return f"{factor * ends[0]:.3g} to {factor * ends[1]:.3g} {shown}".strip()

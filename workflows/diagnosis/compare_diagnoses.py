@@ -16,7 +16,7 @@ from carrierflex.workflows.outputs import prepared_folder
 
 if TYPE_CHECKING:
     from carrierflex.diagnosis.report.gap_change import GapChange
-    from carrierflex.workflows.fleet.record_difference import RecordDifference
+    from carrierflex.workflows.diagnosis.record_difference import RecordDifference
 
 COMPARISON_FILE = "comparison.json"
 PAGE_FILE = "comparison.html"
@@ -81,7 +81,7 @@ def compared_gaps(before: Path, after: Path, out: Path | None) -> GapChange:
 
 def _compared_records(first: Path, second: Path, out: Path | None) -> RecordDifference:
     """Difference of two measurements, written where it is asked for."""
-    from carrierflex.workflows.fleet.record_difference import (
+    from carrierflex.workflows.diagnosis.record_difference import (
         difference_document,
         difference_page,
         record_difference,

@@ -3,7 +3,6 @@
 One HTML file for a screen and paper, which asks no network.
 """
 
-import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -11,19 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.inference.results import Interval
+from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg, shortened
-from carrierflex.diagnosis.report.fleet_sizes import GAP, RMS, CampaignRow
+from carrierflex.diagnosis.report.fleet_sizes import (
+    GAP,
+    CampaignRow,
+    factor_of,
+    shown_size,
+    shown_span,
+    size_name,
+)
 from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import (
-    UNKNOWN,
     counted,
     listed,
     number,
-    parameter_words,
-    scaled_unit,
-    shown_unit,
 )
 from carrierflex.files.versions import software_name
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
@@ -119,37 +120,6 @@ def causes_of(row: CampaignRow) -> str:
     return set_name(row.causes) if row.causes else "nothing named"
 
 
-def size_name(cause: str, parameter: str) -> str:
-    """A size in words: ``carrier tilt: tilt of the carrier``."""
-    if cause == GAP:
-        return "gap above the noise"
-    words = "" if parameter == RMS else parameter_words(cause, parameter) or parameter
-    return f"{plain_name(cause)}: {words}" if words else f"{plain_name(cause)} (RMS)"
-
-
-def _factor(value: float, parameter: str, unit: str) -> tuple[float, str]:
-    """Factor to an engineer's unit of a size, and that unit."""
-    factor, shown = shown_unit(parameter, unit)
-    if unit == "1":
-        return 1.0, ""
-    return (factor, shown) if shown != unit else scaled_unit(abs(value), unit)
-
-
-def shown_size(value: float, parameter: str, unit: str, std: float = math.nan) -> str:
-    """Size with its unit, and the half width of its interval: ``0.0524 ± 0.001 mrad``."""
-    if not math.isfinite(value):
-        return UNKNOWN
-    factor, shown = _factor(value, parameter, unit)
-    error = f" ± {1.96 * factor * std:.2g}" if math.isfinite(std) else ""
-    return f"{factor * value:.3g}{error} {shown}".strip()
-
-
-def shown_span(ends: Interval, parameter: str, unit: str) -> str:
-    """Interval with its unit: ``0.051 to 0.054 mrad``."""
-    factor, shown = _factor(max(map(abs, ends)), parameter, unit)
-    return f"{factor * ends[0]:.3g} to {factor * ends[1]:.3g} {shown}".strip()
-
-
 def _figures(fleet: FleetDiagnosis, changing: Sequence[SizeTrend]) -> list[dict[str, Any]]:
     """Figures with captions; one that has nothing to show is left out."""
     drawn = []
@@ -177,7 +147,7 @@ def _ranked_figure(prior: FleetPrior) -> "Figure":
     from matplotlib.figure import Figure
 
     ranked = sorted(prior.turbines, key=lambda one: -one.shrunk)[:_MOST_DRAWN]
-    factor, unit = _factor(max(one.value for one in ranked), prior.parameter, prior.unit)
+    factor, unit = factor_of(max(one.value for one in ranked), prior.parameter, prior.unit)
     rows = np.arange(len(ranked))
     figure = Figure(figsize=(WIDTH, 1.2 + 0.17 * len(ranked)), layout="constrained")
     panel = figure.subplots()
@@ -210,7 +180,7 @@ def _trend_figure(trends: Sequence[SizeTrend]) -> "Figure":
     figure = Figure(figsize=(WIDTH, 0.5 + 1.25 * len(trends)), layout="constrained")
     panels = np.atleast_1d(figure.subplots(len(trends), 1))
     for panel, one in zip(panels, trends, strict=True):
-        factor, unit = _factor(max(map(abs, one.values)), one.parameter, one.unit)
+        factor, unit = factor_of(max(map(abs, one.values)), one.parameter, one.unit)
         days = [date.fromisoformat(day) for day in one.dates]
         values, stds = factor * np.array(one.values), factor * np.array(one.stds)
         years = np.array([(day - days[0]).days for day in days]) / 365.25

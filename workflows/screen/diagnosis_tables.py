@@ -19,8 +19,8 @@ from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.words import ratio, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
+from carrierflex.workflows.diagnosis.record_difference import RecordDifference
 from carrierflex.workflows.diagnosis.score_page import score_sections
-from carrierflex.workflows.fleet.record_difference import RecordDifference
 from carrierflex.workflows.screen.fleet_tables import difference_table
 from carrierflex.workflows.screen.titled_table import titled_table
 

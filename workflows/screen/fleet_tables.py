@@ -2,15 +2,16 @@
 
 from rich.console import Group, RenderableType
 
+from carrierflex.diagnosis.report.fleet_sizes import shown_size, size_name
 from carrierflex.diagnosis.report.words import number, ratio
-from carrierflex.workflows.fleet.fleet import FleetDiagnosis
-from carrierflex.workflows.fleet.fleet_page import causes_of, fleet_sentences, shown_size, size_name
-from carrierflex.workflows.fleet.record_difference import (
+from carrierflex.workflows.diagnosis.record_difference import (
     RecordDifference,
     difference_sentence,
     size_cells,
     verdict_sentence,
 )
+from carrierflex.workflows.fleet.fleet import FleetDiagnosis
+from carrierflex.workflows.fleet.fleet_page import causes_of, fleet_sentences
 from carrierflex.workflows.screen.titled_table import titled_table
 
 _MOST_ROWS = 20

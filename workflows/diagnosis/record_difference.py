@@ -21,13 +21,15 @@ from carrierflex.diagnosis.report.fleet_sizes import (
     CampaignRow,
     CauseSize,
     campaign_row,
+    shown_size,
+    shown_span,
+    size_name,
 )
 from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import capitalised, counted, listed, number
 from carrierflex.files.json_files import plain
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.versions import software_name
-from carrierflex.workflows.fleet.fleet_page import shown_size, shown_span, size_name
 
 #: Half width of a 95 % interval in standard deviations, and with it the distance at which nine of
 #: ten differences lie beyond it.
