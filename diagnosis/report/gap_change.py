@@ -62,19 +62,29 @@ class DiagnosisSide:
     runs: Annotated[Mapping[str, RunValidation], "Comparison error by run"]
 
 
-def read_side(folder: Path) -> DiagnosisSide:
-    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
+def digest_of_records(folder: Path) -> str:
+    """SHA-256 of the records that a diagnosis is of.
 
-    ValueError where its diagnosis.json is missing, of another format or of a newer version, holds
-    no digest of its records, made no diagnosis, or lacks a key.
+    ValueError where diagnosis.json is missing or holds no digest.
     """
     path = folder / DIAGNOSIS_FILE
-    document = read_diagnosis(path)
-    if not document.get("records"):
+    records = read_diagnosis(path).get("records")
+    if not isinstance(records, dict) or not isinstance(records.get("measured"), str):
         raise ValueError(
             f"{path}: key 'records' is missing, so that the measurement is unknown; "
             "expected the digests that diagnose writes: diagnose the campaign again"
         )
+    return str(records["measured"])
+
+
+def read_side(folder: Path) -> DiagnosisSide:
+    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
+
+    ValueError where its diagnosis.json is missing, of another format or of a newer version, made no
+    diagnosis, or lacks a key.
+    """
+    path = folder / DIAGNOSIS_FILE
+    document = read_diagnosis(path)
     if not document.get("held_out"):
         reason = shown(document.get("reason"))
         raise ValueError(f"{path}: holds no gap to compare; its reason is {reason}")

@@ -120,7 +120,7 @@ _OF_CLOSED_PINS = {
 }
 
 
-def _parameter_words(effect: str, name: str) -> str:
+def parameter_words(effect: str, name: str) -> str:
     """What a parameter is, in words: ``tilt of the carrier``."""
     if effect in _DELAYS:
         return "delay"
@@ -149,7 +149,7 @@ def _parameter_words(effect: str, name: str) -> str:
     return words
 
 
-def _shown_unit(name: str, unit: str) -> tuple[float, str]:
+def shown_unit(name: str, unit: str) -> tuple[float, str]:
     """Factor to the unit that an engineer uses for a parameter, and that unit."""
     if unit == "rad" and name.startswith(_DIRECTIONS):
         return 180.0 / math.pi, "deg"
@@ -336,9 +336,9 @@ def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
 
 
 def _parameter_row(effect: str, name: str, named: NamedValue) -> _ParameterRow:
-    factor, unit = _shown_unit(name, named.unit)
+    factor, unit = shown_unit(name, named.unit)
     value, std = with_error(factor * named.value, factor * named.std)
-    return _ParameterRow(effect, _parameter_words(effect, name), name, value, std, unit)
+    return _ParameterRow(effect, parameter_words(effect, name), name, value, std, unit)
 
 
 def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:

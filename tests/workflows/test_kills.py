@@ -38,6 +38,7 @@ COMMANDS = {
     ],
     "identify": ["identify", "campaign", "--model", "m2", "--out", "identified"],
     "diagnose": ["diagnose", "campaign", "--out", "diagnosed"],
+    "batch": ["batch", "campaign", "--out", "fleet"],
     "mesh": ["mesh", "--variant", "flexible", "--size", "0.06", "--out", "carrier.msh"],
     "curves": ["curves", "--size", "0.08", "--out", "curves"],
     "reduce": ["reduce", "--body", "pin", "--size", "0.06", "--modes", "4", "--out", "pin.h5"],
@@ -135,6 +136,8 @@ def make_work(name, folder):
     """Take away what would spare a command its work: finished cases, and the cache."""
     if name == "blind-check":
         shutil.rmtree(folder / "checked", ignore_errors=True)
+    if name == "batch":
+        shutil.rmtree(folder / "fleet", ignore_errors=True)
     if name in ("reduce", "curves"):
         shutil.rmtree(folder / "cache", ignore_errors=True)
 

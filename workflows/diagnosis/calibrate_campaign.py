@@ -441,7 +441,7 @@ def _compared(calibration: Calibration, after: Diagnosis, out: Path) -> Calibrat
     from carrierflex.diagnosis.report.gap_change import first_sentence
     from carrierflex.diagnosis.report.verdict_words import next_step, verdict_heading
 
-    change = compare_diagnoses.main(out / BEFORE, out / AFTER, out=out / CHANGE)
+    change = compare_diagnoses.compared_gaps(out / BEFORE, out / AFTER, out / CHANGE)
     text = f"{first_sentence(change)} {verdict_heading(after)}."
     if after.verdict != AT_NOISE_FLOOR:
         text += f" {next_step(after)}"

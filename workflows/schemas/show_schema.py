@@ -20,6 +20,8 @@ Name = Literal[
     "rim-motion",
     "comparison",
     "calibration",
+    "fleet",
+    "batch",
     "plan",
     "identification",
     "loads",

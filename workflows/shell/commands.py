@@ -96,8 +96,10 @@ COMMANDS = {
         "Put what a diagnosis names into the simulation, diagnose again, and "
         "compare.", "calibration.json"),
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
-        "Compare two diagnoses of one measurement, before and after the simulator "
-        "changed.", "comparison.json"),
+        "Compare two diagnoses: before and after the simulator changed, or of two turbines or "
+        "days.", "comparison.json"),
+    "batch": Command("fleet.diagnose_fleet", "fleet_tables:fleet_table",
+        "Diagnose all campaigns below a folder, and compare turbines and days.", "fleet.json"),
     "view": Command("view3d.view_file", "tables:view_table",
         "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
     "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
@@ -118,6 +120,7 @@ GROUPS = {
     "Simulate": ("simulate", "study"),
     "Measure": ("plan", "new-campaign", "import", "check", "identify", "loads"),
     "Diagnose": ("diagnose", "calibrate", "compare"),
+    "Fleet": ("batch",),
     "Show": ("view", "papers"),
 }
 

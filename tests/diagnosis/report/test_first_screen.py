@@ -12,7 +12,7 @@ from carrierflex.diagnosis.inference.results import VERDICTS, Attribution, GapRe
 from carrierflex.diagnosis.report.figures import signal_figure
 from carrierflex.diagnosis.report.machine_drawing import machine_figure
 from carrierflex.diagnosis.report.verdict_words import gists, next_step, verdict_heading, worth
-from carrierflex.diagnosis.report.words import _parameter_words, _shown_unit
+from carrierflex.diagnosis.report.words import parameter_words, shown_unit
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_BY_DRIVE, MOUNTING
 from tests.diagnosis.element.element_campaigns import displacement_campaign
@@ -40,21 +40,21 @@ def diagnosis(verdict, effects=("carrier_tilt",)):
 
 
 def test_parameters_are_told_in_words_and_engineers_units():
-    factor, unit = _shown_unit("theta_PLC", "rad")
+    factor, unit = shown_unit("theta_PLC", "rad")
     assert_allclose(factor * np.pi, 180.0)
     assert unit == "deg"
-    factor, unit = _shown_unit("s_y", "m/N")
+    factor, unit = shown_unit("s_y", "m/N")
     # 1 nm/N is 100 um at 100 kN.
     assert_allclose(factor * 1e-9, 100.0)
     assert unit == "µm per 100 kN"
-    assert _shown_unit("phi_H", "rad") == (1e3, "mrad")
-    assert _shown_unit("K3", "N/m^3") == (1.0, "N/m^3")
+    assert shown_unit("phi_H", "rad") == (1e3, "mrad")
+    assert shown_unit("K3", "N/m^3") == (1.0, "N/m^3")
 
 
 @pytest.mark.parametrize("kind", [CARRIER, MOUNTING, *ELEMENT_BY_DRIVE.values()])
 def test_every_published_parameter_has_words(kind):
     for effect, names in kind.parameters.items():
-        assert [name for name in names if not _parameter_words(effect, name)] == [], effect
+        assert [name for name in names if not parameter_words(effect, name)] == [], effect
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
