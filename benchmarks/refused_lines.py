@@ -33,7 +33,11 @@ _HEADS = {
 #: What an option is refused without, before its file is read.
 _STEP = ("--step", "bad.toml")
 _COMPANIONS = {
+    ("run", "surfaces"): _STEP,
     ("mesh", "surfaces"): _STEP,
+    ("study pin-fit", "surfaces"): _STEP,
+    ("study torsion", "surfaces"): _STEP,
+    ("study gear-life", "surfaces"): _STEP,
     ("curves", "surfaces"): _STEP,
     ("study couplings", "surfaces"): _STEP,
     ("study sensitivities", "surfaces"): _STEP,

@@ -12,7 +12,7 @@ nothing: their dimensions in the stage were derived from the printed stiffnesses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict
 
 import numpy as np
 
@@ -29,8 +29,12 @@ from carrierflex.simulation.mounting.torsional_train import (
     mounted_and_held_hz,
 )
 from carrierflex.simulation.stage.torsion_view import torque_sweep_figure
+from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 #: What the 2011 paper prints: stiffness [N m/rad] by member, first frequency by mounting (in Hz;
 #: printed as rad/s).
@@ -147,7 +151,7 @@ def main(
         {"main shaft": sweeps.main_shaft, "gearbox": sweeps.gearbox, "mounting": on_mounting},
         mounted_and_held_hz(train),
     )
-    _write(result, train, out)
+    _write(result, train, edge, files, out)
     return result
 
 
@@ -158,7 +162,9 @@ def _mounting(case: Path | None) -> tuple[MountingRig, np.ndarray]:
     return what.rig, what.truth
 
 
-def _write(result: Torsion, train: TorsionalTrain, out: Path) -> None:
+def _write(
+    result: Torsion, train: TorsionalTrain, size: float, files: "CarrierFiles", out: Path
+) -> None:
     rows = [
         [name, torque, rotation]
         for name, sweep in result.sweeps.items()
@@ -167,6 +173,7 @@ def _write(result: Torsion, train: TorsionalTrain, out: Path) -> None:
     save_table(out / "torque_sweep.csv", ["member", "torque [N m]", "rotation [rad]"], rows)
     save_figure(out / "torque_sweep.png", torque_sweep_figure(result.sweeps))
     content = {
+        "inputs": {"size": size, "files": files.record()},
         "train": train,
         "stiffness_nm_per_rad": {name: sweep.stiffness for name, sweep in result.sweeps.items()},
         "paper": {
@@ -190,9 +197,17 @@ class TorsionPaper(TypedDict):
     fitted_to_it: Annotated[Any, "What was fitted to it"]
 
 
+class CarrierInputs(TypedDict):
+    """Where the carrier comes from."""
+
+    size: Annotated[float, "Element edge length [m]"]
+    files: Annotated[Mapping[str, GivenFile], "Files by role; empty without any"]
+
+
 class TorsionDocument(TypedDict):
     """torsion.json, written by torsion."""
 
+    inputs: Annotated[CarrierInputs, "Carrier of the stage"]
     train: Annotated[TorsionalTrain, "Inertias, stiffnesses, ratios"]
     stiffness_nm_per_rad: Annotated[Mapping[str, float], "By member, from the sweeps [N m/rad]"]
     paper: Annotated[TorsionPaper, "What the paper prints"]

@@ -32,6 +32,7 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
+from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.stage_misalignment import (
@@ -154,7 +155,7 @@ def main(
     from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
     files = CarrierFiles(step, surfaces)
-    edge = files.element_size(size)
+    record, edge = files.record(), files.element_size(size)
     prepared_folder(out)
 
     from carrierflex.simulation.stage.statics import SteadyLoad
@@ -178,9 +179,10 @@ def main(
         kinks = kinks_in_meshes(states, pairs, flank)
     life = GearLife(torque, flank, slopes, meshes, states, kinks)
     _write_stage(life, pairs, force, out)
+    inputs = {"torque": torque, "gear": gear, "size": edge, "files": record}
     save_json(
         out / "gear_life.json",
-        {"inputs": {"torque": torque, "gear": gear}, "result": life, "versions": versions()},
+        {"inputs": inputs, "result": life, "versions": versions()},
     )
     contacts = {
         f"{name}, {slope * 1e6:.0f} urad": mesh_contact(pair, flank, force, misalignment=slope)
@@ -285,6 +287,8 @@ class GearLifeInputs(TypedDict):
 
     torque: Annotated[float, "Torque of the main shaft [N m]"]
     gear: Annotated[Mapping[str, float], "Table [gear] of carrier-parameters"]
+    size: Annotated[float, "Element edge length [m]"]
+    files: Annotated[Mapping[str, GivenFile], "Files of the carrier by role; empty without any"]
 
 
 class GearLifeDocument(TypedDict):

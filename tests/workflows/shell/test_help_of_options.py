@@ -140,4 +140,5 @@ def test_every_default_is_shown(command, name):
 def test_defaults_have_the_unit_that_people_use(command):
     shown = " ".join(command("study", "torsion", "--help").stdout.split())
     assert "[default: 360 kN m (360000 N m)]" in shown
+    shown = " ".join(command("study", "order-one", "--help").stdout.split())
     assert "[default: 30 mm (0.03 m)]" in shown
