@@ -109,7 +109,8 @@ class CarrierReading:
                     change += moved[error.channel]
             scores.append(change)
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
-        return Misreading(errors, np.array(scores).reshape(len(scores), self.theta.size))
+        table = np.array(scores).reshape(len(scores), self.theta.size)
+        return Misreading(errors, table, "deflection curve")
 
     def _of_angles(self, errors: Sequence[DeclaredError]) -> FloatArray:
         """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""

@@ -30,6 +30,7 @@ from carrierflex.diagnosis.report.words import (
     sized,
 )
 from carrierflex.files.json_files import plain
+from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown
 from carrierflex.files.versions import software_name
@@ -88,70 +89,26 @@ def read_side(folder: Path) -> DiagnosisSide:
 
 
 def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
-    far = document["how_far"]
+    far, unknown = document["how_far"], {"share": None, "share_ci95": NO_INTERVAL}
+    named = restored(tuple[str, ...], document["effects"])
+    of_class = tuple(restored(str, finding["id"]) for finding in document["classes"])
+    blocks = restored(tuple[BlockScore, ...], document["held_out"])
+    cells = restored(tuple[GapCell, ...], [cell | unknown for cell in document["where"]])
+    runs = restored(tuple[RunValidation, ...], document["validation"])
     return DiagnosisSide(
         folder=folder,
-        campaign=_text(document["campaign"]),
-        kind=_text(document["kind"]),
-        unit=_text(document["unit"]),
-        verdict=_text(document["verdict"]),
-        measured=_text(document["records"]["measured"]),
-        causes=_causes(document["effects"], document["classes"]),
-        rms=_number(far["rms_before"]),
-        noise_floor=_number(far["noise_floor"]),
-        blocks={(row.run, row.block): row for row in map(_block, document["held_out"])},
-        cells={
-            (row.run, row.channel_pattern, row.order): row for row in map(_cell, document["where"])
-        },
-        runs={row.run: row for row in map(_run, document["validation"])},
+        campaign=restored(str, document["campaign"]),
+        kind=restored(str, document["kind"]),
+        unit=restored(str, document["unit"]),
+        verdict=restored(str, document["verdict"]),
+        measured=restored(str, document["records"]["measured"]),
+        causes=named or of_class,
+        rms=restored(float, far["rms_before"]),
+        noise_floor=restored(float, far["noise_floor"]),
+        blocks={(row.run, row.block): row for row in blocks},
+        cells={(row.run, row.channel_pattern, row.order): row for row in cells},
+        runs={row.run: row for row in runs},
     )
-
-
-def _causes(effects: Sequence[Any], classes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    named = [_text(effect) for effect in effects]
-    of_class = [_text(finding["id"]) for finding in classes]
-    return tuple(named or of_class)
-
-
-def _block(row: Mapping[str, Any]) -> BlockScore:
-    run, condition = _text(row["run"]), _text(row["condition"])
-    samples, square = int(row["samples"]), _number(row["mean_square"])
-    return BlockScore(run, condition, int(row["block"]), samples, square)
-
-
-def _cell(row: Mapping[str, Any]) -> GapCell:
-    band = row.get("frequency_hz")
-    return GapCell(
-        channel_pattern=_text(row["channel_pattern"]),
-        order=_number(row["order"]),
-        run=_text(row["run"]),
-        mean_square=_number(row["mean_square"]),
-        coherent=_number(row["coherent"]),
-        share=math.nan,
-        share_ci95=NO_INTERVAL,
-        p_value=_number(row["p_value"]),
-        frequency_hz=None if band is None else (_number(band[0]), _number(band[1])),
-    )
-
-
-def _run(row: Mapping[str, Any]) -> RunValidation:
-    errors = (_number(row[name]) for name in ("error_before", "error_after", "u_val"))
-    return RunValidation(_text(row["run"]), *errors)
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"found {shown(value)}; expected a text")
-    return value
-
-
-def _number(value: object) -> float:
-    """Number of the file; null is not a number."""
-    if value is None:
-        return math.nan
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TypeError(f"found {shown(value)}; expected a number")
-    return float(value)
 
 
 #: What became of a cell of the gap map.

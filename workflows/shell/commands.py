@@ -96,6 +96,8 @@ COMMANDS = {
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
         "Compare two diagnoses of one measurement, before and after the simulator "
         "changed.", "comparison.json"),
+    "report": Command("diagnosis.write_report", "diagnosis_tables:report_line",
+        "Write the report page of a diagnosis anew, with nothing fitted again."),
     "view": Command("view3d.view_file", "tables:view_table",
         "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
     "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
@@ -118,6 +120,6 @@ GROUPS = {
     ),
     "Simulation": ("simulate", "torsion", "gear-life", "export-fmu"),
     "Measurement": ("plan", "new-campaign", "import", "check", "identify", "loads"),
-    "Diagnosis": ("diagnose", "calibrate", "compare", "view", "blind-check"),
+    "Diagnosis": ("diagnose", "report", "calibrate", "compare", "view", "blind-check"),
     "The papers of 2011 and 2012": ("figures", "table-5", "order-one", "printed-tables"),
 }
