@@ -71,8 +71,9 @@ _NOISE_UNKNOWN = "Whether an effect is missing is not known: the size of the noi
 
 
 def verdict_heading(diagnosis: Diagnosis) -> str:
-    """Both lines of the headline as a text without its last full stop."""
-    return ". ".join(line for line in headlines(diagnosis) if line)
+    """Headline as a text without its last full stop, and without the reason of the verdict."""
+    first, second = headlines(diagnosis)
+    return first if diagnosis.verdict in _HEADINGS else f"{first}. {second}"
 
 
 def headlines(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -162,25 +163,19 @@ def _with_change(diagnosis: Diagnosis, effect: str) -> str:
 def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[list[str]]:
     """Named effects or classes in words, each with what cannot be distinguished from it."""
     answer, which = diagnosis.classes, diagnosis.attribution
-    groups = [list(group) for group in which.aliases]
-    named = which.effects
-    if not named and answer is not None and answer.classes:
-        if answer.ties:
-            tied = [" and ".join(plain_name(name) for name in names) for names in answer.ties]
-            return [[_class_names(answer), *tied]]
-        named = answer.ids
-    leading = {group[0] for group in groups}
-    groups = [[name] for name in named if name not in leading] + groups
-    return [
-        [
+    groups = {name: [_with_change(diagnosis, name)] for name in which.effects}
+    if not which.effects and answer is not None and answer.ids:
+        tied = [" and ".join(plain_name(name) for name in names) for names in answer.ties]
+        groups = {answer.ids[0]: [_class_names(answer), *tied]}
+    for first, *others in which.aliases:
+        groups.setdefault(first, [_with_change(diagnosis, first)]).extend(
             f"a fault of the measurement ({fault_words(name)})"
             if _is_fault(name)
             else _with_change(diagnosis, name)
-            for name in group
+            for name in others
             if with_faults or not _is_fault(name)
-        ]
-        for group in groups
-    ]
+        )
+    return list(groups.values())
 
 
 def _is_fault(name: str) -> bool:

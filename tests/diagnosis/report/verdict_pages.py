@@ -16,7 +16,8 @@ from carrierflex.diagnosis.inference.results import (
     NamedValue,
 )
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.diagnosis.report.page import ReportSource, report_page
+from carrierflex.diagnosis.report.page import report_page
+from carrierflex.diagnosis.report.report_data import ReportSource, report_data
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
@@ -64,9 +65,15 @@ def found(kind):
     return diagnose(problem, campaign=f"twin {kind}", kind=kind), campaign
 
 
+SOURCE = ReportSource("folder/twin", {"numpy": "2.0.1"}, "2026-01-02 03:04")
+
+
+def data_of(diagnosis, campaign):
+    return report_data(diagnosis, campaign, SOURCE)
+
+
 def page_of(diagnosis, campaign):
-    source = ReportSource(campaign, "folder/twin", {"numpy": "2.0.1"}, "2026-01-02 03:04")
-    return report_page(diagnosis, source)
+    return report_page(data_of(diagnosis, campaign))
 
 
 def pages(kind):
