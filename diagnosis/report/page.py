@@ -137,7 +137,7 @@ def _loop_caption(diagnosis: Diagnosis, run: str) -> str:
     """Caption of a panel that stands without its picture's."""
     picture = diagnosis.pictures[0]
     law = "; orange: what the causes explain" if added_effects(diagnosis.reduction) else ""
-    return f"{picture.y_name} over {picture.x_name}, {run}{law}."
+    return f"{words.capitalised(picture.y_name)} over {picture.x_name}, {run}{law}."
 
 
 def _first(drawn: list[_Drawing]) -> _Drawing | None:

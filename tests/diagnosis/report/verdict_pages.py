@@ -98,12 +98,15 @@ def with_verdict(diagnosis, verdict):
     if verdict in (NONE_OF_THESE, AT_NOISE_FLOOR):
         return _without_effects(diagnosis, verdict)
     if verdict == CLASS_NAMED:
-        answer = diagnosis.classes or _class_answer()
-        nothing = replace(which, effects=())
+        answer = replace(diagnosis.classes or _class_answer(), ties=())
+        nothing = replace(which, effects=(), aliases=())
         return replace(diagnosis, verdict=verdict, classes=answer, attribution=nothing)
     several = SEVERAL[diagnosis.kind]
     value = NamedValue(5.951e-4, 2e-6, "rad", (5.9e-4, 6e-4))
     more = {effect: {"amplitude": value, "phase": value} for effect in several}
+    if verdict != ALIASED:
+        classes = diagnosis.classes and replace(diagnosis.classes, ties=())
+        diagnosis, which = replace(diagnosis, classes=classes), replace(which, aliases=())
     which = replace(which, effects=several, parameters={**which.parameters, **more})
     reason = (
         "explains 98.9% of the gap above the floor (mean square) on held-out records; what is left "
