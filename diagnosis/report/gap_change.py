@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -19,14 +19,12 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
-from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg, shortened
 from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import (
     listed,
     percent,
     position_of,
     ratio,
-    scaled_unit,
     sized,
 )
 from carrierflex.files.json_files import plain
@@ -35,9 +33,6 @@ from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown
 from carrierflex.files.versions import software_name
 from carrierflex.identification.estimation.resampling import two_level_counts
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: A cell of the gap map: run, pattern or channel, order.
 _CellKey = tuple[str, str, float]
@@ -402,56 +397,6 @@ def _cells(cells: Sequence[CellChange]) -> str:
     return f"{text}; and {more} more" if more > 0 else text
 
 
-_MOST_DRAWN = 14
-#: Letters of a row's name; a longer one ends with an ellipsis.
-_MOST_LETTERS = 34
-
-
-def _runs_figure(runs: Sequence[RunChange], unit: str) -> "Figure":
-    """Comparison error of every run before and after, its uncertainty beside it."""
-    drawn = runs[:_MOST_DRAWN]
-    return _paired_rows(
-        [row.run for row in drawn],
-        np.array([(row.error_before, row.error_after, row.u_val) for row in drawn]),
-        unit,
-        "RMS of the gap above the noise",
-    )
-
-
-def _cells_figure(cells: Sequence[CellChange], unit: str) -> "Figure":
-    """Cells that changed most, before and after."""
-    drawn = cells[:_MOST_DRAWN]
-    return _paired_rows(
-        [f"{_cell_name(cell)}, {cell.run}" for cell in drawn],
-        np.array([(cell.rms_before, cell.rms_after, cell.u) for cell in drawn]),
-        unit,
-        "RMS of the cell above the noise",
-    )
-
-
-def _paired_rows(names: Sequence[str], sizes: np.ndarray, unit: str, label: str) -> "Figure":
-    """One row a name: size before, size after, and the uncertainty as a bar from zero."""
-    from matplotlib.figure import Figure
-
-    factor, shown_unit = scaled_unit(float(np.nanmax(sizes, initial=0.0)), unit)
-    before, after, uncertainty = factor * sizes.T
-    rows = np.arange(len(names))
-    figure = Figure(figsize=(WIDTH, 1.25 + 0.25 * len(names)), layout="constrained")
-    panel = figure.subplots()
-    panel.barh(rows, uncertainty, height=0.7, color=GREY, alpha=0.3, label="uncertainty")
-    panel.hlines(rows, before, after, color=GREY, linewidth=1.0)
-    panel.plot(before, rows, "o", color=ORANGE, markersize=6, label="before")
-    panel.plot(after, rows, "D", color=BLUE, markersize=4.5, label="after")
-    panel.set_yticks(rows, [shortened(name, _MOST_LETTERS) for name in names])
-    panel.tick_params(axis="y", length=0, labelsize=8)
-    panel.set_ylim(len(names) - 0.4, -0.6)
-    panel.set_xlim(left=0.0)
-    panel.set_xlabel(f"{label} [{shown_unit}]")
-    panel.grid(axis="x", alpha=0.25)
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
-    return figure
-
-
 _MOST_ROWS = 30
 
 
@@ -465,25 +410,9 @@ def comparison_page(change: GapChange) -> str:
         "causes_sentence": causes_sentence(change),
         "cells_sentence": cells_sentence(change),
         "software": software_name(),
-        "figures": _figures(change),
+        "largest_error": max([0.0, *(max(r.error_before, r.error_after) for r in change.runs)]),
+        "largest_cell": max([0.0, *(max(c.rms_before, c.rms_after) for c in change.cells)]),
         "cells": change.cells[:_MOST_ROWS],
         "n_more_cells": max(len(change.cells) - _MOST_ROWS, 0),
     }
     return rendered_page("comparison.html.j2", content)
-
-
-def _figures(change: GapChange) -> list[dict[str, Any]]:
-    """Figures with captions; one that has nothing to show is left out."""
-    unit = change.before.unit
-    drawn = []
-    if change.runs:
-        title = "Comparison error of every run before and after"
-        svg = inline_svg(lambda: _runs_figure(change.runs, unit), "runs", title)
-        caption = "Error of every run; the grey bar is its uncertainty u_val (ASME V&V 20)."
-        drawn.append({"svg": svg, "caption": caption})
-    if change.cells:
-        title = "Cells of the gap map that changed most"
-        svg = inline_svg(lambda: _cells_figure(change.cells, unit), "cells", title)
-        caption = "Cells of the gap map, largest change first; the grey bar is the cell's noise."
-        drawn.append({"svg": svg, "caption": caption})
-    return drawn

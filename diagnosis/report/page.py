@@ -3,7 +3,7 @@
 First what explains the gap and what to do next, on paper one page; then an annex that folds.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -12,11 +12,10 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from carrierflex.diagnosis.classes.results import ClassAnswer, ClassFinding
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.overlay import Picture
-from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.report import gap_words, verdict_words, words
 from carrierflex.diagnosis.report.cause_rows import cause_rows
 from carrierflex.diagnosis.report.figures import (
@@ -29,7 +28,7 @@ from carrierflex.diagnosis.report.figures import (
 from carrierflex.diagnosis.report.gap_map_figure import colour_limits, gap_map_figure
 from carrierflex.diagnosis.report.machine_drawing import machine_figure
 from carrierflex.diagnosis.report.report_data import ReportData
-from carrierflex.diagnosis.report.words import added_effects, position_of, sized
+from carrierflex.diagnosis.report.words import added_effects, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES
 
@@ -69,7 +68,10 @@ def _content(data: ReportData) -> dict[str, Any]:
         "campaign": data.campaign,
         "gap_words": gap_words,
         "headlines": verdict_words.headlines(diagnosis),
-        "steps": verdict_words.next_steps(diagnosis, has_measured_law=data.has_measured_law),
+        "steps": [
+            *verdict_words.next_steps(diagnosis, has_measured_law=data.has_measured_law),
+            verdict_words.worth(diagnosis),
+        ],
         "causes": cause_rows(data),
         "acting": [step for step in steps if step.by_run],
         "acting_runs": data.campaign.runs[:_MOST_RUNS],
@@ -82,18 +84,16 @@ def _content(data: ReportData) -> dict[str, Any]:
     }
 
 
-#: Rivals below this share are not listed, and no more than so many are.
-_LEAST_RIVAL, _MOST_RIVALS = 0.05, 4
+#: Rivals below this share are not listed.
+_LEAST_RIVAL = 0.05
 
 
 def _rivals(answer: ClassAnswer | None) -> list[tuple[str, str]]:
     """Other classes alone with their shares, largest first."""
-    rivals = answer.rivals if answer is not None else {}
-    shares = sorted(((share, name) for name, share in rivals.items() if share >= _LEAST_RIVAL))
-    return [
-        (plain_name(name), verdict_words.share_words(share))
-        for share, name in shares[: -_MOST_RIVALS - 1 : -1]
-    ]
+    rivals = answer.rivals.items() if answer is not None else ()
+    shares = sorted(((share, name) for name, share in rivals), reverse=True)
+    shown = [(share, name) for share, name in shares if share >= _LEAST_RIVAL]
+    return [(plain_name(name), verdict_words.share_words(share)) for share, name in shown]
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,24 +184,20 @@ def _signals(diagnosis: Diagnosis) -> _Drawing | None:
 def _shapes(answer: ClassAnswer | None) -> Iterator[_Drawing]:
     findings = answer.classes if answer is not None else ()
     for number, finding in enumerate(sorted(findings, key=lambda one: -one.share)):
-        if finding.shape is not None:
-            yield _shape(finding, number)
-
-
-def _shape(finding: ClassFinding, number: int) -> _Drawing:
-    assert finding.shape is not None
-    law, name = plain_name(finding.law), plain_name(finding.id)
-    draw = partial(shape_figure, finding.shape, law)
-    svg = inline_svg(draw, f"shape-{number}", f"Measured {name}: {finding.shape.words}")
-    over = f"; dashed: {law}, the nearest law" if finding.shape.law.size else ""
-    return _Drawing(svg, f"Measured {name} over the visited range{over}.")
+        if finding.shape is None:
+            continue
+        law, name = plain_name(finding.law), plain_name(finding.id)
+        draw = partial(shape_figure, finding.shape, law)
+        svg = inline_svg(draw, f"shape-{number}", f"Measured {name}: {finding.shape.words}")
+        over = f"; dashed: {law}, the nearest law" if finding.shape.law.size else ""
+        yield _Drawing(svg, f"Measured {name} over the visited range{over}.")
 
 
 def _gap_maps(data: ReportData) -> tuple[_Drawing, ...]:
     reduction, unit = data.diagnosis.reduction, data.diagnosis.unit
     if not data.grids or reduction is None:
         return ()
-    maps = [("Before", "the baseline", data.cells_before)]
+    maps = [("Before", "the baseline")]
     if added_effects(reduction):
         is_named = bool(data.diagnosis.attribution.effects)
         after = (
@@ -209,27 +205,18 @@ def _gap_maps(data: ReportData) -> tuple[_Drawing, ...]:
             if is_named
             else f"{set_name(added_effects(reduction))} added, which is not named"
         )
-        maps.append(("After", after, data.cells_after))
+        maps.append(("After", after))
     limits = colour_limits(*data.grids[: len(maps)])
     shown = []
-    for grid, (name, model, cells) in zip(data.grids, maps, strict=False):
+    for grid, (name, model) in zip(data.grids, maps, strict=False):
         draw = partial(gap_map_figure, grid, limits, unit)
-        title = f"Gap map with {model}; {_largest_cell(cells, unit)}"
+        largest = sized(float(np.nanmax(grid.rms)), unit)
+        title = f"Gap map with {model}; RMS in a cell up to {largest}"
         caption = f"{name}: gap with {model}." if len(maps) > 1 else f"Gap with {model}."
         if not grid.is_frequency and grid.edges[0] < -0.5 and np.isnan(grid.rms).any():
             caption += " White: only radial motion has orders that turn backwards."
         shown.append(_Drawing(inline_svg(draw, f"map-{name.lower()}", title), caption))
     return tuple(shown)
-
-
-def _largest_cell(cells: Sequence[GapCell], unit: str) -> str:
-    """Largest significant cell of a map in words."""
-    if not cells:
-        return "no significant cell"
-    first = cells[0]
-    position = position_of(first.order, first.frequency_hz)
-    size = sized(first.mean_square**0.5, unit)
-    return f"largest in run {first.run}: {first.channel_pattern}, {position}, {size}"
 
 
 def _panel(picture: Picture, number: int, picture_number: int) -> _Drawing:

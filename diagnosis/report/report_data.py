@@ -7,8 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from carrierflex.diagnosis.comparison.overlay import Overlay, Picture, SignalComparison, Trace
-from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
-from carrierflex.diagnosis.gap.gap_map import map_of
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.inference.results import GapReduction
 from carrierflex.diagnosis.report.figures import stretch_of
 from carrierflex.diagnosis.report.gap_map_figure import GapGrid, gap_grids
@@ -18,9 +17,6 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.run_levels import run_levels
 
-#: Cells of a table at most, and the smallest share worth a row.
-_MOST_CELLS = 10
-_SMALLEST_SHARE = 0.01
 #: Digits of curves.
 _DIGITS = 5
 
@@ -75,8 +71,6 @@ class ReportData:
         Mapping[str, tuple[float, float]], "RMS of the gap before and after, by channel"
     ]
     grids: Annotated[tuple[GapGrid, ...], "Gap maps before and after; empty where there is none"]
-    cells_before: Annotated[tuple[GapCell, ...], "Largest significant cells before"]
-    cells_after: Annotated[tuple[GapCell, ...], "The same after"]
 
 
 def report_data(diagnosis: Diagnosis, campaign: Campaign, source: ReportSource) -> ReportData:
@@ -102,20 +96,11 @@ def report_data(diagnosis: Diagnosis, campaign: Campaign, source: ReportSource) 
         has_measured_law=any(law is not None for law in laws),
         sizes=signals.by_channel() if signals else {},
         grids=gap_grids(far.cells_before, far.cells_after) if far else (),
-        cells_before=_largest_cells(far.cells_before if far else ()),
-        cells_after=_largest_cells(far.cells_after if far else ()),
     )
 
 
 def _without_maps(reduction: GapReduction) -> GapReduction:
     return replace(reduction, cells_before=(), cells_after=(), blocks=())
-
-
-def _largest_cells(cells: Sequence[GapCell]) -> tuple[GapCell, ...]:
-    """Cells beyond chance that hold a part of the gap worth a row."""
-    gap_map = map_of(cells)
-    chosen = gap_map.are_significant & (gap_map.shares >= _SMALLEST_SHARE)
-    return tuple(gap_map.chosen(chosen)[:_MOST_CELLS])
 
 
 def _largest_run(signals: SignalComparison) -> SignalComparison:

@@ -196,18 +196,11 @@ _ABOVE_NOISE = 1.1
 
 def next_step(diagnosis: Diagnosis) -> str:
     """What to do next in one text, without what it is worth."""
-    steps = [text for name, text in next_steps(diagnosis) if name != EXPECT]
-    return " ".join(steps)
+    return " ".join(next_steps(diagnosis))
 
 
-#: Names of the steps.
-CHECK, PUT_IN, MEASURE, EXPECT = "Check first", "Put in", "Measure", "Then expect"
-
-
-def next_steps(
-    diagnosis: Diagnosis, *, has_measured_law: bool | None = None
-) -> list[tuple[str, str]]:
-    """What to do next in order: name of the step and a sentence.
+def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) -> list[str]:
+    """What to check, put in and measure, in that order, a sentence each.
 
     `has_measured_law` says whether a measured shape can be saved, where the diagnosis was read.
     """
@@ -217,18 +210,10 @@ def next_steps(
     experiment = experiment_text(diagnosis)
     if diagnosis.verdict == NOT_DIAGNOSABLE:
         again = experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."
-        return [(MEASURE, again)]
-    steps = []
-    if diagnosis.warnings:
-        first = diagnosis.warnings[0]
-        steps.append((CHECK, f"{first.about}: {first.remedy}."))
-    text = _put_in(diagnosis, has_measured_law=has_measured_law)
-    if text:
-        steps.append((PUT_IN, text))
-    if experiment:
-        steps.append((MEASURE, experiment))
-    expected = worth(diagnosis)
-    return [*steps, (EXPECT, expected)] if expected else steps
+        return [again]
+    first = [f"{one.about}: {one.remedy}." for one in diagnosis.warnings[:1]]
+    steps = (*first, _put_in(diagnosis, has_measured_law=has_measured_law), experiment)
+    return [step for step in steps if step]
 
 
 def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:

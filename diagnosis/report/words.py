@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from markupsafe import Markup, escape
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, GapCell
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects
 from carrierflex.diagnosis.gap.findings import Exponent, PartGrowth
 from carrierflex.diagnosis.inference.named_values import NORMAL_95
 from carrierflex.diagnosis.inference.results import (
@@ -219,34 +219,6 @@ def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
     finite = [abs(value) for value in values if math.isfinite(value)]
     factor, shown = scaled_unit(max(finite, default=0.0), unit)
     return ["0" if abs(value) < _NOTHING else number(factor * value) for value in values], shown
-
-
-class _CellRow(NamedTuple):
-    """Row of a table of parts of the gap: one place in all runs in which it stands out."""
-
-    position: str
-    runs: str
-    share: float
-    rms: float
-
-
-def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> list[_CellRow]:
-    """Cells of one place merged over the runs, largest share first.
-
-    The share is the sum, the RMS that over the runs.
-    """
-    groups: dict[str, list[GapCell]] = {}
-    for cell in cells:
-        before = f"{cell.channel_pattern}, " if many_channels else ""
-        groups.setdefault(before + position_of(cell.order, cell.frequency_hz), []).append(cell)
-    rows = []
-    for position, members in groups.items():
-        runs = list(dict.fromkeys(cell.run for cell in members))
-        named = "every run" if len(runs) == n_runs > 1 else ", ".join(runs)
-        mean_square = sum(cell.mean_square for cell in members) / len(members)
-        share = sum(cell.share for cell in members)
-        rows.append(_CellRow(position, named, share, math.sqrt(max(mean_square, 0.0))))
-    return sorted(rows, key=lambda row: -row.share)[:_MOST_ROWS]
 
 
 def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
