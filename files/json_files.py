@@ -106,8 +106,10 @@ def save_json(path: Path, content: object) -> None:
     save_plain_json(path, plain(content))
 
 
-def save_plain_json(path: Path, content: object) -> None:
-    """Write what :func:`plain` made as indented JSON, piece by piece, no text of it in memory.
+def save_plain_json(path: Path, content: object, indent: int | None = 2) -> None:
+    """Write what :func:`plain` made as JSON, piece by piece, no text of it in memory.
+
+    Long tables of numbers are read by no one: without an indent they take one line.
 
     Raises
     ------
@@ -117,7 +119,7 @@ def save_plain_json(path: Path, content: object) -> None:
     if path.is_file() and isinstance(content, dict) and not _has_key_of(path, content):
         refuse_to_replace(path)
     with whole_file(path) as file, file.open("w", encoding="utf-8") as text:
-        json.dump(content, text, indent=2, ensure_ascii=False)
+        json.dump(content, text, indent=indent, ensure_ascii=False)
         text.write("\n")
 
 

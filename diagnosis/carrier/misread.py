@@ -115,7 +115,7 @@ class CarrierReading:
             scores.append(change)
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
         table = np.array(scores).reshape(len(scores), self.theta.size)
-        return Misreading(errors, table, self._words_of_curves())
+        return Misreading(errors, table, "deflection curve", self._words_of_curves())
 
     def _words_of_curves(self) -> str:
         """Whether intervals hold the error of the curves' size; empty where none is fitted."""

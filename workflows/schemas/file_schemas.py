@@ -43,6 +43,7 @@ from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 from carrierflex.workflows.diagnosis.calibrate_campaign import CALIBRATION
 from carrierflex.workflows.diagnosis.plan_campaign import PLAN
 from carrierflex.workflows.diagnosis.record_difference import DIFFERENCE
+from carrierflex.workflows.diagnosis.report_files import REPORT_DATA
 from carrierflex.workflows.diagnosis.scored_check import (
     AnswersDocument,
     BlindCheckDocument,
@@ -100,6 +101,7 @@ _DOCUMENTS: dict[str, Any] = {
 _RESULTS: dict[str, Any] = {
     "diagnosis": DIAGNOSIS,
     "rim motion": RIM_MOTION,
+    "report": REPORT_DATA,
     "comparison": COMPARISON | DIFFERENCE,
     "calibration": CALIBRATION,
     "fleet": FleetDocument,

@@ -27,6 +27,7 @@ from carrierflex.workflows.screen.titled_table import titled_table
 if TYPE_CHECKING:
     from carrierflex.workflows.diagnosis.calibrate_campaign import Calibration, PutIn
     from carrierflex.workflows.diagnosis.check_campaign import CampaignCheck
+    from carrierflex.workflows.diagnosis.write_report import WrittenReport
 
 #: Additions of a plan that are shown.
 _MOST_ADDITIONS = 8
@@ -111,6 +112,11 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     table = titled_table("diagnosis", "quantity", "value", rows=rows)
     table.columns[1].justify = "left"
     return table
+
+
+def report_line(report: "WrittenReport") -> RenderableType:
+    """What the page says first, and where it is."""
+    return f"{report.campaign}: {report.headline}.\n{report.path}"
 
 
 def comparison_table(change: GapChange | RecordDifference) -> RenderableType:

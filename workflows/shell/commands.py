@@ -100,6 +100,8 @@ COMMANDS = {
         "days.", "comparison.json"),
     "batch": Command("fleet.diagnose_fleet", "fleet_tables:fleet_table",
         "Diagnose all campaigns below a folder, and compare turbines and days.", "fleet.json"),
+    "report": Command("diagnosis.write_report", "diagnosis_tables:report_line",
+        "Write the report page of a diagnosis anew, with nothing fitted again."),
     "view": Command("view3d.view_file", "tables:view_table",
         "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
     "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
@@ -119,7 +121,7 @@ GROUPS = {
     "Model": ("cad", "mesh", "curves", "reduce", "certificate", "export"),
     "Simulate": ("simulate", "study"),
     "Measure": ("plan", "new-campaign", "import", "check", "identify", "loads"),
-    "Diagnose": ("diagnose", "calibrate", "compare"),
+    "Diagnose": ("diagnose", "report", "calibrate", "compare"),
     "Fleet": ("batch",),
     "Show": ("view", "papers"),
 }

@@ -112,6 +112,7 @@ def test_files_are_whole_and_readable(job_folder):
     assert {path.name for path in (job_folder / "gap").iterdir()} == {
         "diagnosis.json",
         "report.html",
+        "report.json",
         "rim_motion.json",
     }
     checked_document(job_folder / "gap" / "rim_motion.json")
