@@ -3,6 +3,7 @@
 # Tests run in two processes; another number: make test WORKERS=3. A process that dies ends the run instead of hanging it.
 PYTHON ?=
 OUT := out
+BASE := debian:12
 # Of make bench: names or parts of names, and 1 for small meshes and short records.
 ONLY :=
 QUICK :=
@@ -19,10 +20,11 @@ unexport PYTHONPATH PYTHONHOME
 # Where it is set, every process compiles scipy, gmsh and the tests anew: seconds each, and tests start many.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help install run test lint types tests quick long fuzz acceptance bench performance clean install-development docs docs-test gallery mutants
+.PHONY: help install run container test lint types tests quick long fuzz acceptance bench performance clean install-development docs docs-test gallery mutants
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
+	@echo "make container   builds a container of a plain system (BASE=debian:13: of another one) and does make run in it"
 	@echo "make test    ruff, mypy, doctests and tests, in two processes (WORKERS=4: in four)"
 	@echo "make quick   doctests and tests without the slow ones"
 	@echo "make long    whole jobs and diagnoses of some seconds each, which 'make test' leaves out: minutes"
@@ -43,6 +45,11 @@ install:
 # The tools of tests, and what tests and benchmarks compare with: MKL and Exudyn, which have licences of their own.
 install-development: install
 	@tools/install.sh --development
+
+# The job in a container that holds nothing but a plain system; another one: make container BASE=debian:13
+container:
+	docker build --build-arg BASE=$(BASE) --tag carrierflex .
+	docker run --rm carrierflex
 
 run: install
 	$(BIN)/carrierflex run --out $(OUT)

@@ -6,6 +6,7 @@ MKL is an extra with a licence of its own (docs/decisions/0004). Both factorise 
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 from benchmarks.fourteen_pilots import (
     N_MODES,
@@ -44,7 +45,7 @@ def ratios(size: float = 0.045) -> Iterator[Row]:
     yield Ratio(case, PROCESSOR_TIME, cholmod.processor, "MKL PARDISO", mkl.processor)
 
 
-def _reduced(structure: StructuralModel, library: type) -> Measured:
+def _reduced(structure: StructuralModel, library: type) -> Measured[Any]:
     """Reduction with one library."""
     usual = factorisation._factoriser
     factorisation._factoriser = lambda: library  # type: ignore[assignment]

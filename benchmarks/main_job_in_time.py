@@ -20,8 +20,7 @@ import numpy as np
 
 from benchmarks.ratio import PROCESSOR_TIME, Absent, Ratio, Row, at_most
 from benchmarks.run import run_alone
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
-from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE, CarrierParameters
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.main_job import run as main_job

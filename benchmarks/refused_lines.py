@@ -33,10 +33,14 @@ _HEADS = {
 #: What an option is refused without, before its file is read.
 _STEP = ("--step", "bad.toml")
 _COMPANIONS = {
+    ("run", "surfaces"): _STEP,
     ("mesh", "surfaces"): _STEP,
+    ("study pin-fit", "surfaces"): _STEP,
+    ("study torsion", "surfaces"): _STEP,
+    ("study gear-life", "surfaces"): _STEP,
     ("curves", "surfaces"): _STEP,
-    ("couplings", "surfaces"): _STEP,
-    ("sensitivities", "surfaces"): _STEP,
+    ("study couplings", "surfaces"): _STEP,
+    ("study sensitivities", "surfaces"): _STEP,
     ("reduce", "surfaces"): (*_STEP, "--body", "carrier"),
     ("reduce", "interfaces"): ("--stiffness", "bad.toml", "--mass", "bad.toml"),
 }
@@ -47,7 +51,7 @@ _SOUND = {("reduce", "out"): "nowhere.h5", ("simulate", "case"): "carrier_lc1_to
 def with_unknown_option() -> Iterator[list[str]]:
     """One line a command: all it asks for, and an option that it has not."""
     for name in COMMANDS:
-        yield [name, *_required(name), "--no-such-option", "1"]
+        yield [*name.split(), *_required(name), "--no-such-option", "1"]
 
 
 def with_bad_toml() -> Iterator[list[str]]:
@@ -69,7 +73,7 @@ def with_bad_toml() -> Iterator[list[str]]:
                 else:
                     words += [flag, path]
                     words += _COMPANIONS.get((name, key), ())
-                yield [name, *words]
+                yield [*name.split(), *words]
 
 
 def write_bad_files(folder: Path) -> None:

@@ -22,7 +22,7 @@ from benchmarks.stage_by_exudyn import (
     StageMounting,
     exudyn_stage,
 )
-from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.reduction.reduced_model import MassProperties
 from carrierflex.simulation.carrier.run_cases import AXIAL
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft

@@ -32,13 +32,14 @@ from carrierflex.simulation.stage.response import (
     run_stage,
     steady_drive,
 )
+from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import (
     GRAVITY,
     BearingData,
     RollerBearingData,
     StageData,
 )
-from carrierflex.simulation.stage.stage_model import StageBody, StageModel, stage_model
+from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body

@@ -23,6 +23,7 @@ from carrierflex.diagnosis.inference.results import (
     NONE_OF_THESE,
     OTHERWISE,
 )
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import (
@@ -32,12 +33,13 @@ from carrierflex.diagnosis.wiring.linear_records import (
     off_gains,
 )
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
-from carrierflex.diagnosis.wiring.lone_channels import lone_rivals
+from carrierflex.diagnosis.wiring.lone_channels import filtered_signals, lone_rivals
 from carrierflex.diagnosis.wiring.refits import (
     CHANNEL,
     CHANNEL_GAIN,
     CHANNEL_ZERO,
     CLOCK_SHIFT,
+    FILTERED_CHANNEL,
     LONE_CHANNEL,
     NEARLY_ALL,
     RUN,
@@ -197,6 +199,7 @@ def _lone_and_load_rivals(
     """
     yield from lone_rivals(lambda: wiring.linear(theta), campaign, wiring.refitted, gap)
     line = sample_of(campaign.runs[0].file, 0)
+    yield from filtered_signals(wiring.linear(theta), campaign, wiring.refitted, gap)
     faults = [*(load_faults(campaign) if wiring.has_cheap_refits else ()), *held_inputs(campaign)]
     for fault in faults:
         square = wiring.refitted(fault.corrected)
@@ -311,6 +314,12 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
     is_named = diagnosis.verdict in (*NAMING, CLASS_NAMED)
     if diagnosis.reduction is None or not is_named:
         return _TOLD
+    far = diagnosis.reduction
+    if fault == FILTERED_CHANNEL:
+        # One size is as good where it leaves as little, however much both explain.
+        floor, gap = far.noise_floor**2, far.rms_before**2 - far.noise_floor**2
+        most = max(far.rms_after**2, floor) * Thresholds().never_equal_rms ** 2
+        return min(1.0 - (most - floor) / gap, 1.0) if gap > 0.0 else 1.0
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
     if fault in LONE_CHANNEL and all(name.endswith(_MAP) for name in named):

@@ -25,6 +25,7 @@ from carrierflex.diagnosis.inference.results import (
     NAMING,
     NONE_OF_THESE,
     GapReduction,
+    SelectionStep,
 )
 
 #: RMS of all motion beside the orders over the noise floor from which it is more than noise, and
@@ -181,6 +182,9 @@ def _whole(
         phi=share(reduction.phi),
         phi_ci95=(share(reduction.phi_ci95[0]), share(reduction.phi_ci95[1])),
         floor_multiple=rms_after / floor if floor > 0.0 else float("inf"),
+        steps=tuple(
+            _step_of_whole(step, on_orders / (on_orders + beside)) for step in reduction.steps
+        ),
         cells_after=kept.of_gap(float(kept.coherent.sum())),
         validation=tuple(
             replace(row, error_after=_less(row.error_after, of_run.get(row.run, 0.0)))
@@ -191,6 +195,12 @@ def _whole(
             for block in reduction.blocks
         ),
     )
+
+
+def _step_of_whole(step: SelectionStep, part: float) -> SelectionStep:
+    """Step whose share is that of the whole gap; RMS and rho stay those on the orders."""
+    low, high = step.share_ci95
+    return replace(step, share=part * step.share, share_ci95=(part * low, part * high))
 
 
 def _less(error: float, square: float) -> float:

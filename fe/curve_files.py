@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from carrierflex.fe.deflection_curves import DeflectionCurve, resampled
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import shown
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_files import refuse_foreign, whole_file
 
 #: Curve names and the unit load each column's values belong to [N m or N].
 UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}
@@ -58,6 +58,7 @@ def write_curves(path: Path, curves: Mapping[str, DeflectionCurve]) -> None:
     columns = {"theta_deg": np.rad2deg(angle)}
     columns |= {name: curve.axial for name, curve in curves.items()}
     columns |= {f"{name}{_RADIAL}": curve.radial for name, curve in curves.items()}
+    refuse_foreign(path, "theta_deg")
     with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)

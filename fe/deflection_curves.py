@@ -36,6 +36,8 @@ class DeflectionCurve:
     axial, radial : ndarray, shape (n,)
         Displacement along +x and along e(angle) [m] at the n carrier-frame angles ``2 pi k / n``, k
         = 0..n-1.
+    mesh_error : float
+        Error of its largest wave by the mesh, over that wave; zero where it is not known.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class DeflectionCurve:
     unit_load: float
     axial: NDArray[np.float64]
     radial: NDArray[np.float64]
+    mesh_error: float = 0.0
 
     def __post_init__(self) -> None:
         if self.axial.shape != self.radial.shape or self.axial.ndim != 1 or self.axial.size < 8:

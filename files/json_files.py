@@ -10,7 +10,7 @@ import numpy as np
 
 from carrierflex.files.plain_files import plain_content
 from carrierflex.files.shown_values import shown
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_files import refuse_foreign, refuse_to_replace, whole_file
 
 
 def plain(value: Any) -> Any:
@@ -106,14 +106,37 @@ def save_json(path: Path, content: object) -> None:
     save_plain_json(path, plain(content))
 
 
-def save_plain_json(path: Path, content: object) -> None:
-    """Write what :func:`plain` made as indented JSON, piece by piece, no text of it in memory."""
+def save_plain_json(path: Path, content: object, indent: int | None = 2) -> None:
+    """Write what :func:`plain` made as JSON, piece by piece, no text of it in memory.
+
+    Long tables of numbers are read by no one: without an indent they take one line.
+
+    Raises
+    ------
+    FileExistsError
+        Where a file is in the way that has none of the keys of `content`.
+    """
+    if path.is_file() and isinstance(content, dict) and not _has_key_of(path, content):
+        refuse_to_replace(path)
     with whole_file(path) as file, file.open("w", encoding="utf-8") as text:
-        json.dump(content, text, indent=2, ensure_ascii=False)
+        json.dump(content, text, indent=indent, ensure_ascii=False)
         text.write("\n")
 
 
 def save_text(path: Path, text: str) -> None:
-    """Write text."""
+    """Write text; one that names this program replaces only a file that does too."""
+    if "carrierflex" in text:
+        refuse_foreign(path, "carrierflex")
     with whole_file(path) as file:
         file.write_text(text, encoding="utf-8")
+
+
+def _has_key_of(path: Path, content: Mapping[str, object]) -> bool:
+    """Whether a file is an older version of what is to be written, or empty."""
+    if path.stat().st_size == 0:
+        return True
+    try:
+        old = json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(old, dict) and (not old or not content or bool(old.keys() & content.keys()))

@@ -11,7 +11,7 @@ from typing import Annotated
 _RECORDED_PACKAGES = ("carrierflex", "numpy", "scipy", "scikit-fem", "gmsh", "pygmsh")
 
 #: Packages of the extras, and what needs them.
-_OPTIONAL_PACKAGES = {
+OPTIONAL_PACKAGES = {
     "mkl": "faster factorisation",
     "k3d": "view --html",
     "nptdms": "TDMS files of loggers",
@@ -49,7 +49,7 @@ def installed() -> str:
     """Versions, one a line: carrierflex, Python, packages of results, optional packages."""
     required = (f"{name} {number}" for name, number in versions().items() if name != "carrierflex")
     optional = []
-    for name, purpose in _OPTIONAL_PACKAGES.items():
+    for name, purpose in OPTIONAL_PACKAGES.items():
         try:
             optional.append(f"{name} {version(name)} ({purpose})")
         except PackageNotFoundError:

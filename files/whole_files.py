@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import NoReturn
 
 from carrierflex.files.temporary_names import remove_abandoned, unfinished_name
 
@@ -105,10 +106,21 @@ def refuse_foreign(path: Path, *marks: str) -> None:
     content = path.read_bytes()
     wanted = [mark.encode() for mark in marks if mark.encode() not in content]
     if wanted and not all(word in re.sub(rb"[\s$*]+", b" ", content) for word in wanted):
-        raise FileExistsError(
-            f"{path}: is there already and is no file of this kind that carrierflex wrote; it is "
-            "not replaced: choose another name or folder by --out, or move it"
-        )
+        refuse_to_replace(path)
+
+
+def refuse_to_replace(path: Path) -> NoReturn:
+    """Refuse a file that is in the way.
+
+    Raises
+    ------
+    FileExistsError
+        Always.
+    """
+    raise FileExistsError(
+        f"{path}: is there already and is no file of this kind that carrierflex wrote; it is "
+        "not replaced: choose another name or folder by --out, or move it"
+    )
 
 
 @contextmanager

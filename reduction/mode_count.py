@@ -44,7 +44,7 @@ def chosen_modes(response_of: ResponseOfRule, options: Mapping[str, Any]) -> Mod
     response_of : callable
         Response of the body by a rule, asked where the response counts.
     options : mapping
-        As :func:`rule_of_options` takes them, or ``frf_tolerance`` with ``frf_up_to`` [Hz].
+        As :func:`rule_of_options` takes them, or ``frf_tolerance`` with ``up_to`` [Hz].
 
     Raises
     ------
@@ -53,7 +53,7 @@ def chosen_modes(response_of: ResponseOfRule, options: Mapping[str, Any]) -> Mod
     """
     if options.get("frf_tolerance") is not None:
         return modes_for_response(
-            response_of, float(options["frf_up_to"]), float(options["frf_tolerance"])
+            response_of, _frequency_of_use(options), float(options["frf_tolerance"])
         )
     return rule_of_options(options)
 
@@ -64,7 +64,7 @@ def rule_of_options(options: Mapping[str, Any]) -> ModeRule:
     Parameters
     ----------
     options : mapping
-        ``modes`` (a number), ``max_frequency`` [Hz] of the modes, or ``up_to`` [Hz], the frequency
+        ``modes`` (a number), ``modes_below`` [Hz] of the modes, or ``up_to`` [Hz], the frequency
         up to which the body is used; None where not asked for. ``interface`` is ``"free"`` for a
         basis of free modes.
 
@@ -75,8 +75,8 @@ def rule_of_options(options: Mapping[str, Any]) -> ModeRule:
     """
     if options.get("modes") is not None:
         return AtLeast(int(options["modes"]))
-    if options.get("max_frequency") is not None:
-        return Below(float(options["max_frequency"]))
+    if options.get("modes_below") is not None:
+        return Below(float(options["modes_below"]))
     share = FREE_CUT_OFF_SHARE if options.get("interface") == "free" else CUT_OFF_SHARE
     return rule_for_use(_frequency_of_use(options), share)
 
@@ -86,9 +86,7 @@ def wanted_frequency(options: Mapping[str, Any]) -> float | None:
 
     None where they give the modes instead.
     """
-    if options.get("frf_up_to") is not None:
-        return float(options["frf_up_to"])
-    if options.get("modes") is not None or options.get("max_frequency") is not None:
+    if options.get("modes") is not None or options.get("modes_below") is not None:
         return None
     return _frequency_of_use(options)
 

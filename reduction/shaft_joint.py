@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.load_cases import radial
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.reduction.assembly import ImposedMotion, Joint, assembled, imposed_motion
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import constrained_solution
 

@@ -76,7 +76,7 @@ class StateSpace:
     operating_point: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        n, m, p = (len(own.names) for own in (self.states, self.inputs, self.outputs))
+        n, m, p = (len(signals.names) for signals in (self.states, self.inputs, self.outputs))
         shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "D": (p, m)}
         for letter, shape in shapes.items():
             if getattr(self, letter).shape != shape:
@@ -118,9 +118,9 @@ class StateSpace:
             kind: [
                 # python-control reads a full stop as a path.
                 f"{name} [{unit}]".replace(".", "_")
-                for name, unit in zip(own.names, own.units, strict=True)
+                for name, unit in zip(signals.names, signals.units, strict=True)
             ]
-            for kind, own in (
+            for kind, signals in (
                 ("states", self.states),
                 ("inputs", self.inputs),
                 ("outputs", self.outputs),

@@ -19,6 +19,7 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import RollerBearingData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import NotConvergedError, SteadyLoad
+from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.condensed_stage import outputs, stage_data, stage_effects
 from studies.papers_gap_posterior import (
     ALL_SENSORS,
@@ -27,7 +28,6 @@ from studies.papers_gap_posterior import (
     NAMES,
     PUBLISHED,
     SAMPLED_ERROR,
-    SENSORS,
     WIDTHS,
     WINDOW_SPREAD,
     Comparison,

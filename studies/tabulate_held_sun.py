@@ -24,8 +24,8 @@ from carrierflex.blind_check.truth.carrier.stage import LOADS, series_campaign
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.files.json_files import save_json
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.hidden_stages import HIDDEN
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn, sensor_orders

@@ -111,7 +111,7 @@ def _outcome_of(row: dict[str, Any]) -> AdditionOutcome:
     return replace(outcome, after=_answer(after) if after is not None else None)
 
 
-def _answer(row: dict) -> Answer:
+def _answer(row: dict[str, Any]) -> Answer:
     return Answer(**{**row, "effects": tuple(row["effects"]), "aliases": tuple(row["aliases"])})
 
 

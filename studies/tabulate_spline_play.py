@@ -23,8 +23,9 @@ from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body
+from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.case_files import write_table
-from studies.papers_gap_posterior import LOADS, SENSORS
+from studies.papers_gap_posterior import LOADS
 from studies.tabulate_load_sharing import (
     CASE,
     EXTREME_MOMENT,

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn, sensor_orders
 from carrierflex.simulation.stage.stage_body import StageBody

@@ -98,9 +98,9 @@ def tools_page() -> str:
         "",
         "## Bodies and linear models",
         "",
-        "`carrierflex export BODY.h5 --format FORMAT --out FILE` ([exports](../exports.md)); the "
-        "linear mounting as a unit of FMI 2.0: `carrierflex export-fmu` "
-        "([co-simulation](../mounting_model.md#co-simulation)).",
+        "`carrierflex export BODY.h5 --format FORMAT --out FILE` ([exports]"
+        "(../matrices.md#bodies-and-linear-models-for-other-programs)); the linear mounting as a "
+        "unit of FMI 2.0: `carrierflex fmu` ([co-simulation](../mounting_model.md#co-simulation)).",
         "",
         "| tool | format | files | read back by |",
         "|---|---|---|---|",

@@ -174,19 +174,17 @@ def paired_table(pairs: Sequence[Pair], names: tuple[str, str]) -> str:
             f"| {name} | {len(own)} | {_share(hits[0])} | {_share(hits[1])} | {only[0]} "
             f"| {only[1]} | {difference:+.1f} ({low:+.1f} to {high:+.1f}) |"
         )
+    both = [pair.first for pair in pairs], [pair.second for pair in pairs]
     for name, chosen in (
         ("rho inside its interval", lambda own: () if own.rho_hit is None else (own.rho_hit,)),
         ("parameters inside their interval", lambda own: own.parameter_hits),
     ):
         shares = [
-            _interval_share([hit for pair in pairs for hit in chosen(answer(pair))])
-            for answer in (lambda pair: pair.first, lambda pair: pair.second)
+            _interval_share([hit for answer in answers for hit in chosen(answer)])
+            for answers in both
         ]
         lines.append(f"| {name} |  | {shares[0]} | {shares[1]} |  |  |  |")
-    seconds = [
-        _seconds([answer(pair).seconds for pair in pairs])
-        for answer in (lambda pair: pair.first, lambda pair: pair.second)
-    ]
+    seconds = [_seconds([answer.seconds for answer in answers]) for answers in both]
     lines.append(f"| processor time, median (mean) [s] |  | {seconds[0]} | {seconds[1]} |  |  |  |")
     return "\n".join(lines)
 

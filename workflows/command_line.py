@@ -10,6 +10,7 @@ import logging
 import os
 import re
 import resource
+import shutil
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -23,7 +24,14 @@ from carrierflex.workflows.interruption import (
     TerminationError,
     interruptible,
 )
-from carrierflex.workflows.shell.commands import COMMANDS, GROUPS
+from carrierflex.workflows.shell.commands import (
+    COMMANDS,
+    GROUPS,
+    HOLDERS,
+    RELATED,
+    RENAMED,
+    command_in,
+)
 from carrierflex.workflows.shell.logs import SHOWN, show_errors
 
 if TYPE_CHECKING:
@@ -42,7 +50,8 @@ log = logging.getLogger("carrierflex.workflows.command_line")
 
 _HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
 
-All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise."""
+All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise. --out names the file
+or the folder to write, as the help of the command says; a file's suffix says its format."""
 
 
 def main() -> None:
@@ -77,7 +86,7 @@ def main() -> None:
         )
     except Exception as error:
         if type(error).__module__.startswith("cyclopts"):
-            _end(f"{_one_line(error)} (see carrierflex --help)", EXIT_REFUSED)
+            _end(_about_options(error, sys.argv[1:]), EXIT_REFUSED)
         if not isinstance(
             error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
         ):
@@ -135,12 +144,30 @@ def _print_in_any_encoding() -> None:
 
 def _refuse_unknown_command(arguments: list[str]) -> None:
     """Refuse a name that is no command; cyclopts would import every workflow to say so."""
-    name = arguments[0] if arguments else "--help"
-    if name in COMMANDS or name.startswith("-"):
-        return
-    close = difflib.get_close_matches(name, COMMANDS, n=1)
-    instead = f'did you mean "{close[0]}"?' if close else f"expected one of {', '.join(COMMANDS)}"
-    _end(f'unknown command "{name}"; {instead} (carrierflex --help)', EXIT_REFUSED)
+    first = arguments[0] if arguments else "--help"
+    if first in HOLDERS:
+        held = {name.split()[1]: name for name in COMMANDS if name.startswith(f"{first} ")}
+        second = arguments[1] if len(arguments) > 1 else "--help"
+        if not second.startswith("-") and second not in held:
+            _refuse_name(f"{first} {second}", second, held, [*held], f"carrierflex {first} --help")
+    elif not first.startswith("-") and first not in COMMANDS:
+        if first in RENAMED:
+            new = RENAMED[first]
+            _end(f'"{first}" is now "{new}" (carrierflex {new} --help)', EXIT_REFUSED)
+        names = {name.split()[-1]: name for name in COMMANDS} | {name: name for name in HOLDERS}
+        shown = [name for group in GROUPS.values() for name in group]
+        _refuse_name(first, first, names, shown, "carrierflex --help")
+
+
+def _refuse_name(
+    called: str, word: str, names: dict[str, str], shown: list[str], help_line: str
+) -> None:
+    """Refuse a command; `names` are those of commands by the word that may have been meant."""
+    close = difflib.get_close_matches(word, names, n=1)
+    instead = (
+        f'did you mean "{names[close[0]]}"?' if close else f"expected one of {', '.join(shown)}"
+    )
+    _end(f'unknown command "{called}"; {instead} ({help_line})', EXIT_REFUSED)
 
 
 @interruptible()
@@ -148,12 +175,15 @@ def _run(arguments: list[str]) -> None:
     application()(arguments, exit_on_error=False, print_error=False)
 
 
-def application() -> "cyclopts.App":
+def application(*, shows_related: bool = False) -> "cyclopts.App":
     """The commands by name; of the workflows that of the called one alone is imported.
 
-    Late, so that a library that does not load is told in one line.
+    Late, so that a library that does not load is told in one line. What the first help leaves out
+    is of no concern to a shell: it completes `shows_related` names too.
     """
     import cyclopts
+
+    from carrierflex.workflows.shell.help_screen import HelpScreen
 
     app = cyclopts.App(
         name="carrierflex",
@@ -162,20 +192,59 @@ def application() -> "cyclopts.App":
         version_format="plaintext",
         # Markup of other kinds would be read by libraries that take a fifth of the time of help.
         help_format="plaintext",
-        default_parameter=cyclopts.Parameter(negative_iterable=()),
+        help_formatter=HelpScreen(),
+        # A flag that is off has no --no- form; `called_commands` gives one to those that are on.
+        default_parameter=cyclopts.Parameter(negative=()),
         suppress_keyboard_interrupt=False,
     )
     app["--help"].group = app["--version"].group = cyclopts.Group("Options")
+    groups: dict[str, cyclopts.Group] = {}
     for title, names in GROUPS.items():
-        group = cyclopts.Group.create_ordered(title)
-        for name in names:
-            app.command(
-                f"carrierflex.workflows.shell.called_commands:{name}",
-                name=name,
-                help=COMMANDS[name].help,
-                group=group,
-            )
+        groups |= dict.fromkeys(names, cyclopts.Group.create_ordered(title))
+    shown = [*groups, *COMMANDS]
+    holders = {
+        name: cyclopts.App(
+            name=name,
+            help=text,
+            help_epilogue=_related(name),
+            version_flags=(),
+            sort_key=shown.index(name),
+            group=groups[name],
+        )
+        for name, text in HOLDERS.items()
+    }
+    for holder in holders.values():
+        app.command(holder)
+    for name, command in COMMANDS.items():
+        holder_name, _, own_name = name.rpartition(" ")
+        (holders[holder_name] if holder_name else app).command(
+            f"carrierflex.workflows.shell.called_commands:{name}",
+            name=own_name,
+            help=command.help,
+            help_epilogue=_related(name),
+            sort_key=shown.index(name),
+            group=groups.get(name),
+            show=shows_related or bool(holder_name) or name in groups,
+        )
     return app
+
+
+def _related(name: str) -> str:
+    """Last lines of a help: commands that belong to this one."""
+    from carrierflex.workflows.shell.help_screen import table
+
+    rows = {f"carrierflex {other}": COMMANDS[other].help for other in RELATED.get(name, ())}
+    return table("Related", rows, shutil.get_terminal_size().columns) if rows else ""
+
+
+def _about_options(error: Exception, arguments: list[str]) -> str:
+    """What is wrong with the options of a line, and where they are explained."""
+    text = _one_line(error)
+    unknown = re.match(r"Unknown option: (--[\w-]+)", text)
+    if unknown and unknown[1] in RENAMED:
+        text = f"{unknown[1]} is now {RENAMED[unknown[1]]}"
+    called = command_in(arguments)
+    return f"{text} (carrierflex {called + ' ' if called else ''}--help)"
 
 
 def _version() -> str:
@@ -232,7 +301,7 @@ def _end(message: str, code: int) -> None:
         # Late: with it comes what help and refusals can do without.
         from carrierflex.workflows.shell.shown_results import show_refusal
 
-        show_refusal(sys.argv[1] if sys.argv[1] in COMMANDS else None, printable(message), code)
+        show_refusal(command_in(sys.argv[1:]), printable(message), code)
     sys.exit(code)
 
 

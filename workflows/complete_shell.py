@@ -36,4 +36,4 @@ def main(shell: Shell) -> Completion:
     """
     from carrierflex.workflows.command_line import application
 
-    return Completion(shell, application().generate_completion(shell=shell))
+    return Completion(shell, application(shows_related=True).generate_completion(shell=shell))

@@ -24,7 +24,8 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
     names
         Cases to copy with --out; default: all.
     out
-        Folder for the copies; an existing file is not overwritten. Default: the cases are listed.
+        Folder to write: the copies; an existing file is not replaced. Default: the cases are
+        listed.
 
     Returns
     -------

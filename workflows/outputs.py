@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.temporary_names import remove_abandoned
-from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_files import refuse_foreign, whole_file
 from carrierflex.files.whole_folders import check_writable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PICTURE_DPI = 130
+#: What a picture of this program holds.
+_DRAWN_BY = "Matplotlib"
 #: Folder of the schemas as files, which the first line of a TOML file names to editors.
 _SCHEMA_FOLDER = Path(__file__).resolve().parent / "data" / "schemas"
 
@@ -36,7 +38,14 @@ def prepared_folder(path: Path) -> Path:
 
 
 def save_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Write a CSV table; numbers with nine digits."""
+    """Write a CSV table; numbers with nine digits.
+
+    Raises
+    ------
+    FileExistsError
+        Where a file is in the way that has no column of the first one's name.
+    """
+    refuse_foreign(path, header[0])
     with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
@@ -55,6 +64,7 @@ def save_figure(path: Path, figure: "Figure") -> None:
     ValueError
         Where it cannot be drawn; the message names the file.
     """
+    refuse_foreign(path, _DRAWN_BY)
     with whole_file(path) as file:
         try:
             figure.savefig(file, dpi=_PICTURE_DPI)
@@ -65,6 +75,7 @@ def save_figure(path: Path, figure: "Figure") -> None:
 
 def save_image(path: Path, image: NDArray[np.uint8]) -> None:
     """Write an RGB image, shape (height, width, 3), as PNG."""
+    refuse_foreign(path, _DRAWN_BY)
     from matplotlib.image import imsave
 
     with whole_file(path) as file:

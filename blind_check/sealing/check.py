@@ -14,7 +14,7 @@ from concurrent.futures import Executor, as_completed
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from carrierflex.blind_check.labels import CasePlan, Label
 from carrierflex.blind_check.sealing.verdicts import Verdict, is_finished, read_verdict
@@ -26,7 +26,7 @@ SEALS_FILE = "seals.json"
 SALTS_FILE = "salts.json"
 LABELS_FILE = "labels.json"
 
-WriteCase = Callable[[CasePlan, Path], Label]
+Plan = TypeVar("Plan", bound=CasePlan)
 DiagnoseCase = Callable[[Path, Path], None]
 Note = Callable[[str, float], None]
 
@@ -77,9 +77,9 @@ class SealedCheck:
 
 
 def sealed_check(
-    plans: Sequence[CasePlan],
+    plans: Sequence[Plan],
     out: Path,
-    write: WriteCase,
+    write: Callable[[Plan, Path], Label],
     executor: Executor,
     *,
     check: Mapping[str, Any],

@@ -34,11 +34,13 @@ from carrierflex.diagnosis.comparison.known_physics import (
     declared_errors,
 )
 from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, FloatArray
+from carrierflex.diagnosis.inference.named_values import NORMAL_95
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import Channel
+from carrierflex.identification.campaign.declarations import TOLERANCES, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
 from carrierflex.simulation.carrier.rim import CarrierRig
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.sensing import delayed_angle
@@ -51,6 +53,9 @@ _CARRIER_ANGLE = "carrier_angle"
 _STD = {"f": 0.027, "s": 0.048}
 #: Curves of a carrier under a torque, and under the force of one pin.
 _UNDER_TORQUE, _OF_ONE_PIN = "delta_", "g_"
+#: Curve whose size an effect fits.
+_SIZES_OF_CURVES = {FLEXIBLE_PINS.id: "delta_f", STIFF_PINS.id: "delta_s"}
+_NO_MESH_ERROR = "the error of the curves by their mesh (curves --mesh-error) is not included"
 #: Waves below this share of the largest one of their curve move nothing.
 _NOTABLE = 0.01
 #: Samples of a run on which a change of the curves shows.
@@ -109,7 +114,19 @@ class CarrierReading:
                     change += moved[error.channel]
             scores.append(change)
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
-        return Misreading(errors, np.array(scores).reshape(len(scores), self.theta.size))
+        table = np.array(scores).reshape(len(scores), self.theta.size)
+        return Misreading(errors, table, "deflection curve", self._words_of_curves())
+
+    def _words_of_curves(self) -> str:
+        """Whether intervals hold the error of the curves' size; empty where none is fitted."""
+        free = [p for p in self.model.parameters(self.effects, self.choice) if p.lower < p.upper]
+        curves = self.model.source.rig.curves
+        sizes = [p for p in free if p.effect in _SIZES_OF_CURVES]
+        errors = {p.name: curves[_SIZES_OF_CURVES[p.effect]].mesh_error for p in sizes}
+        if not all(errors.values()):
+            return _NO_MESH_ERROR
+        listed = ", ".join(f"{name} {share:.1%}" for name, share in errors.items())
+        return f"intervals hold the error of the curves by their mesh ({listed})" if errors else ""
 
     def _of_angles(self, errors: Sequence[DeclaredError]) -> FloatArray:
         """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""
@@ -122,7 +139,11 @@ class CarrierReading:
     def _of_curves(self) -> Iterator[FloatArray]:
         """``J.T r`` by channel with each wave of the curves one standard deviation off."""
         source = self._source_of_set()
-        for rig in _rigs_of_curve_errors(source.rig):
+        rigs = list(_rigs_of_curve_errors(source.rig))
+        # With tolerances the orders of the curves are free themselves.
+        if TOLERANCES not in self.campaign.rig:
+            rigs += _rigs_of_mesh_errors(source.rig)
+        for rig in rigs:
             other = replace(source, rig=rig)
             if _shows_curves_of(self.campaign, source, other):
                 yield self._made_again(self.campaign, other)
@@ -259,6 +280,16 @@ def _rigs_of_curve_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
             yield replace(rig, curves={**rig.curves, **changed})
 
 
+def _rigs_of_mesh_errors(rig: CarrierRig) -> Iterator[CarrierRig]:
+    """Rigs with larger curves: the error of their largest wave by the mesh ends 95 %."""
+    for pins in _STD:
+        names = [name + pins for name in (_UNDER_TORQUE, _OF_ONE_PIN) if name + pins in rig.curves]
+        errors = {name: rig.curves[name].mesh_error / NORMAL_95 for name in names}
+        if any(errors.values()):
+            changed = {name: _larger(rig.curves[name], slice(None), errors[name]) for name in names}
+            yield replace(rig, curves={**rig.curves, **changed})
+
+
 def _shows_curves_of(campaign: Campaign, source: ColumnSource, other: ColumnSource) -> bool:
     """Whether any column is another one with other curves."""
     run = campaign.runs[0]
@@ -281,8 +312,8 @@ def _waves(curve: DeflectionCurve) -> list[int]:
     return [int(n) for n in order if sizes[n] > _NOTABLE * sizes.max()]
 
 
-def _larger(curve: DeflectionCurve, order: int, std: float) -> DeflectionCurve:
-    """Curve with one wave larger by a share."""
+def _larger(curve: DeflectionCurve, order: int | slice, std: float) -> DeflectionCurve:
+    """Curve with one wave, or all, larger by a share."""
 
     def larger(samples: FloatArray) -> FloatArray:
         """Samples of one turn with that wave larger."""

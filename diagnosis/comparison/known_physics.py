@@ -226,10 +226,33 @@ class Misreading:
     scores : ndarray, shape (E, p)
         ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the
         noise of a run, of the waves of a carrier's curves.
+    further : str
+        What those are.
+    curves: str
+        What intervals hold of the size of a carrier's curves, in words.
     """
 
     errors: tuple[DeclaredError, ...]
     scores: FloatArray
+    further: str
+    curves: str = ""
+
+    @property
+    def sources(self) -> list[str]:
+        """Source of error of every row of the scores: ``load cell``, ``probes`` ..."""
+        of_errors = [
+            "load cell" if error.is_of_input else _SOURCES[error.part] for error in self.errors
+        ]
+        return of_errors + [self.further] * (len(self.scores) - len(of_errors))
+
+
+#: Sources of error by what of a channel is off.
+_SOURCES = {
+    Measurement.GAIN: "probes",
+    Measurement.ZERO: "probes",
+    Measurement.DELAY: "delay",
+    Measurement.ANGLE: "probe angles",
+}
 
 
 def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:

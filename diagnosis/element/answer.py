@@ -30,10 +30,7 @@ from carrierflex.diagnosis.element.force_records import (
 )
 from carrierflex.diagnosis.element.laws import (
     DELAY,
-    DISSIPATION,
     DRIVE_SIDE,
-    HYSTERESIS,
-    MEMORY,
     TIME_VARIATION,
 )
 from carrierflex.diagnosis.element.model import ElementModel
@@ -45,7 +42,13 @@ from carrierflex.diagnosis.element.table import (
     products_by_block,
     table_of,
 )
-from carrierflex.simulation.laws import COUPLED_DAMPING, RESTORING_FORCE
+from carrierflex.simulation.laws import (
+    COUPLED_DAMPING,
+    DISSIPATION,
+    HYSTERESIS,
+    MEMORY,
+    RESTORING_FORCE,
+)
 
 _DRIVE_NOTE = (
     "the drive itself changes with time: a slow change with time is not separable from it in these "

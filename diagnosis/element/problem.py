@@ -452,5 +452,11 @@ def element_with_prediction(problem: ElementProblem, campaign: Campaign) -> Elem
         )
         for record, response in zip(problem.records, predicted, strict=True)
     )
+    if not all(np.isfinite(record.response).all() for record in records):
+        raise ValueError(
+            f"predictions of channel {name} reach {np.abs(np.concatenate(predicted)).max():.3g}, "
+            "where no mass, spring and damper moves like them under this drive; expected the "
+            f"channel's unit, {campaign.channels[0].unit}"
+        )
     model = replace(linear, fixed=tuple(float(value) for value in theta))
     return replace(problem, model=model, records=records, table=None)

@@ -39,10 +39,7 @@ from carrierflex.diagnosis.element.force_records import (
 )
 from carrierflex.diagnosis.element.laws import (
     DELAY,
-    DISSIPATION,
     DRIVE_SIDE,
-    HYSTERESIS,
-    MEMORY,
     TIME_VARIATION,
     MotionSize,
     classes_of,
@@ -60,7 +57,14 @@ from carrierflex.diagnosis.element.noise import (
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.smooth_loops import SmoothLoop
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
-from carrierflex.simulation.laws import COUPLED_DAMPING, FORCE_SURFACE, RESTORING_FORCE
+from carrierflex.simulation.laws import (
+    COUPLED_DAMPING,
+    DISSIPATION,
+    FORCE_SURFACE,
+    HYSTERESIS,
+    MEMORY,
+    RESTORING_FORCE,
+)
 
 _SURFACE = ("f", "g", "jump", "presliding", "h", "surface")
 #: Groups of columns of each class.

@@ -1,11 +1,18 @@
 """How far the gap shrinks on held-out records: accepted laws with intervals, given laws in turn."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell, Segment
+from carrierflex.diagnosis.comparison.problem import (
+    BoolArray,
+    Effects,
+    FloatArray,
+    GapCell,
+    Segment,
+)
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.held_out import Fold, HeldOut, fold_theta
 from carrierflex.diagnosis.inference.law_fits import (
@@ -113,6 +120,29 @@ def _ratios(
     return _rho(before, after), np.sqrt(sums[1] / sums[0]), phi, phi_draws
 
 
+def _taken(problem: ComparisonProblem, before: HeldOut, after: HeldOut) -> Mapping[str, Any]:
+    """What an effect takes by run, and in the halves of the runs: RMS, negative where it harms."""
+    square = before.square - after.square
+    samples = np.array([segment.n_samples for segment in problem.segments])
+    runs = np.array([segment.run for segment in problem.segments])
+    block = np.array([segment.block for segment in problem.segments])
+    is_late = np.zeros(runs.size, dtype=bool)
+    for run in set(runs):
+        of_run = runs == run
+        is_late |= of_run & (block > 0.5 * (block[of_run].min() + block[of_run].max()))
+
+    def rms(chosen: BoolArray) -> float:
+        """Signed RMS over some segments."""
+        mean = float(square[chosen].sum() / max(samples[chosen].sum(), 1))
+        return float(np.copysign(np.sqrt(abs(mean)), mean))
+
+    has_halves = is_late.any() and not is_late.all()
+    return {
+        "by_run": {str(run): rms(runs == run) for run in dict.fromkeys(runs)},
+        "halves": (rms(~is_late), rms(is_late)) if has_halves else NO_INTERVAL,
+    }
+
+
 def _interval(draws: FloatArray) -> Interval:
     low, high = np.quantile(draws, INTERVAL)
     return float(low), float(high)
@@ -123,21 +153,26 @@ def _steps(search: LawFits, accepted: Effects, base: HeldOut) -> tuple[Selection
     rms = float(np.sqrt(base.square.sum() / search.problem.cell_counts.sum()))
     steps = [SelectionStep("baseline", rms, 1.0, NO_INTERVAL)]
     inside: Effects = ()
+    phi, phi_draws = 0.0, np.zeros(1)
     while len(inside) < len(accepted):
         options = [tuple(sorted((*inside, effect))) for effect in accepted if effect not in inside]
         larger = min(options, key=search.mean_square)
         added = next(effect for effect in larger if effect not in inside)
+        score, without = search.score(larger), search.score(inside) if inside else base
         inside = larger
-        score = search.score(inside)
-        draws = search.reduction_draws(base, score)
+        _, _, new_phi, new_draws = _ratios(search, base, score)
         steps.append(
             SelectionStep(
                 added,
                 float(np.sqrt(search.mean_square(inside))),
                 _rho(base, score),
-                _interval(draws),
+                _interval(search.reduction_draws(base, score)),
+                share=new_phi - phi,
+                share_ci95=_interval(new_draws - phi_draws),
+                **_taken(search.problem, without, score),
             )
         )
+        phi, phi_draws = new_phi, new_draws
     return tuple(steps)
 
 

@@ -184,11 +184,13 @@ def published_values(
     misreading = problem.misreading(fit.effects, fit.theta)
     if misreading is not None:
         of_model = problem.model_moves(fit.effects, fit.theta)
-        moves = np.concatenate(
-            [_misread_moves(fit, misreading.scores), _prior_moves(fit), of_model]
-        )
+        of_errors = _misread_moves(fit, misreading.scores)
+        rows = np.array(misreading.sources)
+        moves = {name: of_errors[rows == name] for name in dict.fromkeys(misreading.sources)}
+        moves |= {"prior": _prior_moves(fit), "model": of_model}
         values = _named_values(fit, few_blocks=True, moves=moves)
-        return PublishedValues(values, errors_words(misreading.errors), ())
+        included = (errors_words(misreading.errors), misreading.curves)
+        return PublishedValues(values, "; ".join(text for text in included if text), ())
     shift = problem.discrepancy_shift(fit.effects, fit.theta)
     if shift is None:
         return PublishedValues(_named_values(fit, few_blocks=gains is not None), words, ())
@@ -270,7 +272,7 @@ def _named_values(
     *,
     few_blocks: bool = False,
     systematics: _Systematics | None = None,
-    moves: FloatArray | None = None,
+    moves: Mapping[str, FloatArray] | None = None,
 ) -> dict[str, dict[str, NamedValue]]:
     """Values of a fit by effect and name, each with its 95 % interval.
 
@@ -279,13 +281,15 @@ def _named_values(
     be rounding. The interval is not a number where the records do not determine the parameter.
     """
     factor = _small_sample_factor(fit) if few_blocks else 1.0
-    covariance = factor**2 * fit.covariance
-    if moves is not None:
-        covariance = covariance + moves.T @ moves
+    by_source = {"noise": factor**2 * fit.covariance}
+    by_source |= {name: rows.T @ rows for name, rows in (moves or {}).items()}
+    unknown = np.zeros(fit.theta.size, dtype=bool)
     if systematics is not None:
         # The sandwich is zero along a direction that the records do not determine.
-        covariance = covariance + np.diag(_systematic_variance(fit, systematics))
-        unknown = _undetermined(fit, np.diag(covariance), systematics)
+        by_source["unknown form"] = np.diag(_systematic_variance(fit, systematics))
+        variance = sum(np.diag(one) for one in by_source.values())
+        unknown = _undetermined(fit, np.asarray(variance), systematics)
+    for covariance in by_source.values():
         covariance[unknown], covariance[:, unknown] = np.nan, np.nan
     numbers = {parameter_key(parameter): k for k, parameter in enumerate(fit.parameters)}
     values: dict[str, dict[str, NamedValue]] = {}
@@ -296,16 +300,22 @@ def _named_values(
         if pair is None:
             if not (fit.moves_records[k] or parameter.shape):
                 continue
-            value = _named(float(fit.theta[k]), covariance[k, k], parameter.unit, gain)
+            variances = {name: one[k, k] for name, one in by_source.items()}
+            value = _named(float(fit.theta[k]), variances, parameter.unit, gain)
             named[_of_run(parameter.name, parameter)] = value
         elif parameter.name == pair.components[0]:
             both = [k, numbers[parameter.effect, _of_run(pair.components[1], parameter)]]
-            ends, slopes = polar_values(fit.theta[both], covariance[np.ix_(both, both)])
-            variances = np.diag(slopes @ covariance[np.ix_(both, both)] @ slopes.T)
-            size, angle = float(ends[0]), float(ends[1])
-            named[_of_run(pair.size, parameter)] = _named(size, variances[0], parameter.unit, gain)
+            of_both = {name: one[np.ix_(both, both)] for name, one in by_source.items()}
+            total = np.asarray(sum(of_both.values()))
+            ends, slopes = polar_values(fit.theta[both], total)
+            size, angle = (
+                {name: slope @ one @ slope for name, one in of_both.items()} for slope in slopes
+            )
+            named[_of_run(pair.size, parameter)] = _named(
+                float(ends[0]), size, parameter.unit, gain
+            )
             # One gain for both components: it leaves the angle as it is.
-            named[_of_run(pair.angle, parameter)] = _named(angle, variances[1], "rad", 0.0)
+            named[_of_run(pair.angle, parameter)] = _named(float(ends[1]), angle, "rad", 0.0)
     return values
 
 
@@ -314,11 +324,15 @@ def _gain_std(parameter: Parameter) -> float:
     return parameter.gain_std if parameter.lower < parameter.upper else 0.0
 
 
-def _named(value: float, variance: float, unit: str, gain_std: float) -> NamedValue:
-    """Value with the interval of its covariance and of the gains together."""
-    std = float(np.hypot(np.sqrt(np.maximum(variance, 0.0)), gain_std * value))
+def _named(value: float, variances: Mapping[str, float], unit: str, gain_std: float) -> NamedValue:
+    """Value with the interval of its variances by source and of the gains together."""
+    sources = {name: float(np.sqrt(np.maximum(one, 0.0))) for name, one in variances.items()}
+    if gain_std:
+        sources["gains"] = abs(gain_std * value)
+    std = float(np.sqrt(sum(one**2 for one in sources.values())))
     half = NORMAL_95 * std
-    return NamedValue(value, std, unit, (value - half, value + half))
+    sources = {name: one for name, one in sources.items() if one > 0.0}
+    return NamedValue(value, std, unit, (value - half, value + half), sources)
 
 
 def _of_run(name: str, parameter: Parameter) -> str:

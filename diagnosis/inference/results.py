@@ -3,6 +3,7 @@
 Verdicts, effects with their values and rivals, and how far the gap shrinks.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -48,12 +49,16 @@ class NamedValue:
         Unit of both.
     ci95 : tuple of float
         The interval; not numbers where nothing bounds it.
+    sources : mapping of str to float
+        Contribution to `std` of each source of error, ``noise``, ``load cell`` ...: their squares
+        add up to its square.
     """
 
     value: float
     std: float
     unit: str
     ci95: Interval
+    sources: Mapping[str, float] = field(default_factory=dict)
 
 
 #: Rules of :class:`Rejection`: the search did not converge; a parameter is at its physical bound;
@@ -149,12 +154,23 @@ class SelectionStep:
         RMS of the gap in the unit of the channels.
     rho, rho_ci95 : float, tuple of float
         RMS over the baseline's, and its interval.
+    share, share_ci95 : float, tuple of float
+        Share of the gap above the floor that the effect takes beside those before it; shares of all
+        steps add up to phi.
+    by_run : mapping of str to float
+        RMS that the effect takes, by run; negative where it harms.
+    halves : tuple of float
+        The same in the first and in the second half of the runs.
     """
 
     added: str
     rms: float
     rho: float
     rho_ci95: Interval
+    share: float = math.nan
+    share_ci95: Interval = NO_INTERVAL
+    by_run: Mapping[str, float] = field(default_factory=dict)
+    halves: Interval = NO_INTERVAL
 
 
 @dataclass(frozen=True, eq=False)

@@ -450,9 +450,11 @@ def delay_columns(
 
 def gain_channels(motions: Sequence[BushingMotion]) -> list[int]:
     """Channels whose gain may be wrong: the baseline moves them, and more than they are off."""
+    predicted = [run.zeroed(run.predicted) for run in motions]
+    gaps = [np.nan_to_num(run.gap) for run in motions]
     squares = [
-        np.sum([np.sum(np.square(values(run)), axis=1) for run in motions], axis=0)
-        for values in (lambda run: run.zeroed(run.predicted), lambda run: np.nan_to_num(run.gap))
+        np.sum([np.sum(np.square(values), axis=1) for values in runs], axis=0)
+        for runs in (predicted, gaps)
     ]
     return np.flatnonzero(squares[0] > _LEAST_MOVED**2 * squares[1]).tolist()
 

@@ -167,7 +167,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
                 scores[e] += by_parameter @ np.where(record.is_measured, change, 0.0).ravel()
             of_channels = np.where(record.is_measured, changes, 0.0).sum(axis=1)
             of_zeros.append((of_channels * np.sqrt(record.zero_noise)).T)
-        return Misreading(errors, np.concatenate([scores, *of_zeros]))
+        return Misreading(errors, np.concatenate([scores, *of_zeros]), "zeros")
 
     def _misread(
         self, record: MountingRecord, error: DeclaredError, effects: Effects, theta: FloatArray

@@ -1,11 +1,11 @@
-"""Figures of the report as inline SVG: shapes, the gap over time, signals, loops and polar plots.
+"""Figures of the report as inline SVG: shapes, signals, loops and polar plots.
 
 Text stays text, identifiers are unique on the page, a title for screen readers. Matplotlib late.
 """
 
 import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,6 @@ from carrierflex.diagnosis.comparison.overlay import (
     is_function,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.gap.findings import GapMoment
 from carrierflex.diagnosis.report.words import scaled_unit
 
 if TYPE_CHECKING:
@@ -39,7 +38,6 @@ BLUE = "#0072b2"
 ORANGE = "#d55e00"
 BLACK = "#000000"
 GREY = "#6b6b6b"
-_GREEN = "#009e73"
 
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # selectable, and a tenth of the size of outlines
@@ -115,52 +113,6 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
     return figure
 
 
-#: Strokes of the runs; colours and dashes change together, so that neither is needed alone.
-_RUN_STROKES = (
-    (BLUE, "-"),
-    (ORANGE, "--"),
-    (_GREEN, "-."),
-    (BLACK, ":"),
-    (GREY, "-"),
-    ("#cc79a7", "--"),
-)
-#: Runs drawn at most: those with the largest gap.
-MOST_RUNS = len(_RUN_STROKES)
-
-
-def gap_in_time_figure(moments: Sequence[GapMoment], unit: str) -> "Figure":
-    """RMS of the gap in windows over time."""
-    from matplotlib.figure import Figure
-
-    by_run: dict[str, list[GapMoment]] = {}
-    for moment in moments:
-        by_run.setdefault(moment.run, []).append(moment)
-    sizes = {run: max(window.rms for window in windows) for run, windows in by_run.items()}
-    drawn = sorted(sizes, key=lambda run: -sizes[run])[:MOST_RUNS]
-    factor, shown_unit = scaled_unit(max(sizes.values()), unit)
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
-    panel = figure.subplots()
-    for run, (colour, dashes) in zip(sorted(drawn), _RUN_STROKES, strict=False):
-        time, rms = np.array([(window.time, factor * window.rms) for window in by_run[run]]).T
-        mark = "." if time.size < 30 else ""
-        panel.plot(
-            time,
-            rms,
-            color=colour,
-            linestyle=dashes,
-            marker=mark,
-            linewidth=1.3,
-            markersize=4,
-            label=run,
-        )
-    panel.set_ylim(0.0, 1.1 * factor * max(sizes.values()))
-    panel.set_xlabel("time [s]")
-    panel.set_ylabel(f"RMS of the gap [{shown_unit}]")
-    panel.grid(alpha=0.25)
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
-    return figure
-
-
 #: Samples of a stretch of time at most, and mean crossings of the signal in it at least.
 _MOST_SAMPLES, _CROSSINGS = 400, 12
 #: Letters of a channel's name beside its axis.
@@ -171,11 +123,9 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
     """Signals above, what is left of the gap below."""
     from matplotlib.figure import Figure
 
-    stretch = _stretch(before)
-    x = before.x[stretch]
-    measured = before.measured[stretch]
+    x, measured = before.x, before.measured
     factor, shown = scaled_unit(float(np.nanmax(np.abs(measured))), unit)
-    gap = before.measured[stretch] - before.simulated[stretch]
+    gap = measured - before.simulated
     gap_factor, gap_unit = scaled_unit(float(np.nanmax(np.abs(gap))), unit)
     figure = Figure(figsize=(WIDTH, 2.55), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -187,9 +137,8 @@ def signal_figure(before: Overlay, after: Overlay | None, unit: str) -> "Figure"
     ):
         if overlay is None:
             continue
-        simulated = overlay.simulated[stretch]
-        upper.plot(x, factor * simulated, dashes, color=colour, linewidth=1.3, label=name)
-        rest = gap_factor * (overlay.measured[stretch] - simulated)
+        upper.plot(x, factor * overlay.simulated, dashes, color=colour, linewidth=1.3, label=name)
+        rest = gap_factor * (overlay.measured - overlay.simulated)
         lower.plot(x, rest, dashes, color=colour, linewidth=1.1)
     upper.set_ylabel(f"{shortened(before.channel, _MOST_LETTERS)} [{shown}]")
     lower.set_ylabel(f"gap [{gap_unit}]")
@@ -210,8 +159,8 @@ def shortened(name: str, most: int) -> str:
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
-def _stretch(overlay: Overlay) -> slice:
-    """The whole turn, or a stretch of time about the largest gap."""
+def stretch_of(overlay: Overlay) -> slice:
+    """What is drawn of a signal: the whole turn, or a stretch of time about the largest gap."""
     if overlay.x_unit == "deg":
         return slice(None)
     n = overlay.x.size

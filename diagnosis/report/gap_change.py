@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -19,24 +19,20 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, Verdict, read_diagnosis
-from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg, shortened
 from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import (
     listed,
     percent,
     position_of,
     ratio,
-    scaled_unit,
     sized,
 )
 from carrierflex.files.json_files import plain
+from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown
 from carrierflex.files.versions import software_name
 from carrierflex.identification.estimation.resampling import two_level_counts
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: A cell of the gap map: run, pattern or channel, order.
 _CellKey = tuple[str, str, float]
@@ -62,19 +58,29 @@ class DiagnosisSide:
     runs: Annotated[Mapping[str, RunValidation], "Comparison error by run"]
 
 
-def read_side(folder: Path) -> DiagnosisSide:
-    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
+def digest_of_records(folder: Path) -> str:
+    """SHA-256 of the records that a diagnosis is of.
 
-    ValueError where its diagnosis.json is missing, of another format or of a newer version, holds
-    no digest of its records, made no diagnosis, or lacks a key.
+    ValueError where diagnosis.json is missing or holds no digest.
     """
     path = folder / DIAGNOSIS_FILE
-    document = read_diagnosis(path)
-    if not document.get("records"):
+    records = read_diagnosis(path).get("records")
+    if not isinstance(records, dict) or not isinstance(records.get("measured"), str):
         raise ValueError(
             f"{path}: key 'records' is missing, so that the measurement is unknown; "
             "expected the digests that diagnose writes: diagnose the campaign again"
         )
+    return str(records["measured"])
+
+
+def read_side(folder: Path) -> DiagnosisSide:
+    """Read one diagnosis of a folder of ``carrierflex diagnose --out``.
+
+    ValueError where its diagnosis.json is missing, of another format or of a newer version, made no
+    diagnosis, or lacks a key.
+    """
+    path = folder / DIAGNOSIS_FILE
+    document = read_diagnosis(path)
     if not document.get("held_out"):
         reason = shown(document.get("reason"))
         raise ValueError(f"{path}: holds no gap to compare; its reason is {reason}")
@@ -88,70 +94,26 @@ def read_side(folder: Path) -> DiagnosisSide:
 
 
 def _side(folder: Path, document: Mapping[str, Any]) -> DiagnosisSide:
-    far = document["how_far"]
+    far, unknown = document["how_far"], {"share": None, "share_ci95": NO_INTERVAL}
+    named = restored(tuple[str, ...], document["effects"])
+    of_class = tuple(restored(str, finding["id"]) for finding in document["classes"])
+    blocks = restored(tuple[BlockScore, ...], document["held_out"])
+    cells = restored(tuple[GapCell, ...], [cell | unknown for cell in document["where"]])
+    runs = restored(tuple[RunValidation, ...], document["validation"])
     return DiagnosisSide(
         folder=folder,
-        campaign=_text(document["campaign"]),
-        kind=_text(document["kind"]),
-        unit=_text(document["unit"]),
-        verdict=_text(document["verdict"]),
-        measured=_text(document["records"]["measured"]),
-        causes=_causes(document["effects"], document["classes"]),
-        rms=_number(far["rms_before"]),
-        noise_floor=_number(far["noise_floor"]),
-        blocks={(row.run, row.block): row for row in map(_block, document["held_out"])},
-        cells={
-            (row.run, row.channel_pattern, row.order): row for row in map(_cell, document["where"])
-        },
-        runs={row.run: row for row in map(_run, document["validation"])},
+        campaign=restored(str, document["campaign"]),
+        kind=restored(str, document["kind"]),
+        unit=restored(str, document["unit"]),
+        verdict=restored(str, document["verdict"]),
+        measured=restored(str, document["records"]["measured"]),
+        causes=named or of_class,
+        rms=restored(float, far["rms_before"]),
+        noise_floor=restored(float, far["noise_floor"]),
+        blocks={(row.run, row.block): row for row in blocks},
+        cells={(row.run, row.channel_pattern, row.order): row for row in cells},
+        runs={row.run: row for row in runs},
     )
-
-
-def _causes(effects: Sequence[Any], classes: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    named = [_text(effect) for effect in effects]
-    of_class = [_text(finding["id"]) for finding in classes]
-    return tuple(named or of_class)
-
-
-def _block(row: Mapping[str, Any]) -> BlockScore:
-    run, condition = _text(row["run"]), _text(row["condition"])
-    samples, square = int(row["samples"]), _number(row["mean_square"])
-    return BlockScore(run, condition, int(row["block"]), samples, square)
-
-
-def _cell(row: Mapping[str, Any]) -> GapCell:
-    band = row.get("frequency_hz")
-    return GapCell(
-        channel_pattern=_text(row["channel_pattern"]),
-        order=_number(row["order"]),
-        run=_text(row["run"]),
-        mean_square=_number(row["mean_square"]),
-        coherent=_number(row["coherent"]),
-        share=math.nan,
-        share_ci95=NO_INTERVAL,
-        p_value=_number(row["p_value"]),
-        frequency_hz=None if band is None else (_number(band[0]), _number(band[1])),
-    )
-
-
-def _run(row: Mapping[str, Any]) -> RunValidation:
-    errors = (_number(row[name]) for name in ("error_before", "error_after", "u_val"))
-    return RunValidation(_text(row["run"]), *errors)
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"found {shown(value)}; expected a text")
-    return value
-
-
-def _number(value: object) -> float:
-    """Number of the file; null is not a number."""
-    if value is None:
-        return math.nan
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TypeError(f"found {shown(value)}; expected a number")
-    return float(value)
 
 
 #: What became of a cell of the gap map.
@@ -445,56 +407,6 @@ def _cells(cells: Sequence[CellChange]) -> str:
     return f"{text}; and {more} more" if more > 0 else text
 
 
-_MOST_DRAWN = 14
-#: Letters of a row's name; a longer one ends with an ellipsis.
-_MOST_LETTERS = 34
-
-
-def _runs_figure(runs: Sequence[RunChange], unit: str) -> "Figure":
-    """Comparison error of every run before and after, its uncertainty beside it."""
-    drawn = runs[:_MOST_DRAWN]
-    return _paired_rows(
-        [row.run for row in drawn],
-        np.array([(row.error_before, row.error_after, row.u_val) for row in drawn]),
-        unit,
-        "RMS of the gap above the noise",
-    )
-
-
-def _cells_figure(cells: Sequence[CellChange], unit: str) -> "Figure":
-    """Cells that changed most, before and after."""
-    drawn = cells[:_MOST_DRAWN]
-    return _paired_rows(
-        [f"{_cell_name(cell)}, {cell.run}" for cell in drawn],
-        np.array([(cell.rms_before, cell.rms_after, cell.u) for cell in drawn]),
-        unit,
-        "RMS of the cell above the noise",
-    )
-
-
-def _paired_rows(names: Sequence[str], sizes: np.ndarray, unit: str, label: str) -> "Figure":
-    """One row a name: size before, size after, and the uncertainty as a bar from zero."""
-    from matplotlib.figure import Figure
-
-    factor, shown_unit = scaled_unit(float(np.nanmax(sizes, initial=0.0)), unit)
-    before, after, uncertainty = factor * sizes.T
-    rows = np.arange(len(names))
-    figure = Figure(figsize=(WIDTH, 1.25 + 0.25 * len(names)), layout="constrained")
-    panel = figure.subplots()
-    panel.barh(rows, uncertainty, height=0.7, color=GREY, alpha=0.3, label="uncertainty")
-    panel.hlines(rows, before, after, color=GREY, linewidth=1.0)
-    panel.plot(before, rows, "o", color=ORANGE, markersize=6, label="before")
-    panel.plot(after, rows, "D", color=BLUE, markersize=4.5, label="after")
-    panel.set_yticks(rows, [shortened(name, _MOST_LETTERS) for name in names])
-    panel.tick_params(axis="y", length=0, labelsize=8)
-    panel.set_ylim(len(names) - 0.4, -0.6)
-    panel.set_xlim(left=0.0)
-    panel.set_xlabel(f"{label} [{shown_unit}]")
-    panel.grid(axis="x", alpha=0.25)
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
-    return figure
-
-
 _MOST_ROWS = 30
 
 
@@ -508,25 +420,9 @@ def comparison_page(change: GapChange) -> str:
         "causes_sentence": causes_sentence(change),
         "cells_sentence": cells_sentence(change),
         "software": software_name(),
-        "figures": _figures(change),
+        "largest_error": max([0.0, *(max(r.error_before, r.error_after) for r in change.runs)]),
+        "largest_cell": max([0.0, *(max(c.rms_before, c.rms_after) for c in change.cells)]),
         "cells": change.cells[:_MOST_ROWS],
         "n_more_cells": max(len(change.cells) - _MOST_ROWS, 0),
     }
     return rendered_page("comparison.html.j2", content)
-
-
-def _figures(change: GapChange) -> list[dict[str, Any]]:
-    """Figures with captions; one that has nothing to show is left out."""
-    unit = change.before.unit
-    drawn = []
-    if change.runs:
-        title = "Comparison error of every run before and after"
-        svg = inline_svg(lambda: _runs_figure(change.runs, unit), "runs", title)
-        caption = "Error of every run; the grey bar is its uncertainty u_val (ASME V&V 20)."
-        drawn.append({"svg": svg, "caption": caption})
-    if change.cells:
-        title = "Cells of the gap map that changed most"
-        svg = inline_svg(lambda: _cells_figure(change.cells, unit), "cells", title)
-        caption = "Cells of the gap map, largest change first; the grey bar is the cell's noise."
-        drawn.append({"svg": svg, "caption": caption})
-    return drawn

@@ -1,20 +1,18 @@
-"""Gap map and steps of the accepted laws as figures. Matplotlib late.
+"""Gap map as a figure. Matplotlib late.
 
 Rows of a map are sensor patterns, or runs where there is one channel; columns orders or bands.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
-from carrierflex.diagnosis.inference.results import GapReduction
-from carrierflex.diagnosis.report.figures import BLACK, BLUE, WIDTH
+from carrierflex.diagnosis.report.figures import BLACK, WIDTH
 from carrierflex.diagnosis.report.words import scaled_unit
 
 if TYPE_CHECKING:
@@ -185,8 +183,6 @@ _FEWEST = 10.0
 _MOST = 1e3
 #: Cells of a gap map above this share of the largest carry their number.
 _NUMBERED = 0.1
-#: Ratios below this are told apart on a logarithmic axis only.
-_SMALL_RATIO = 0.2
 
 
 def colour_limits(*grids: GapGrid) -> tuple[float, float]:
@@ -279,65 +275,3 @@ def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) 
                 fontsize=size,
                 color=BLACK,
             )
-
-
-def selection_figure(reduction: GapReduction) -> "Figure":
-    """Held-out rho as the accepted effects are added in turn, with intervals and noise floor."""
-    from matplotlib.figure import Figure
-
-    rho = np.array([step.rho for step in reduction.steps])
-    ends = np.array([step.rho_ci95 for step in reduction.steps])
-    floor = reduction.noise_floor / (reduction.rms_before or np.nan)
-    levels = [floor] if np.isfinite(floor) and floor > 0.0 else []
-    figure = Figure(figsize=(WIDTH, 1.45 + 0.36 * rho.size), layout="constrained")
-    panel = figure.subplots()
-    for level in levels:
-        name = f"noise floor: {level:.3f}"
-        panel.axvline(level, linestyle="--", color=BLACK, linewidth=1.4, label=name)
-    known = np.isfinite(ends).all(axis=1)
-    reach = np.abs(np.where(known[:, None], ends, rho[:, None]) - rho[:, None]).T
-    panel.errorbar(
-        rho,
-        np.arange(rho.size),
-        xerr=reach,
-        fmt="o",
-        color=BLUE,
-        capsize=4,
-        markersize=6,
-        linewidth=1.6,
-    )
-    above: dict[str, Any] = {
-        "xytext": (0, 8),
-        "textcoords": "offset points",
-        "ha": "center",
-        "fontsize": 8,
-        "color": BLUE,
-    }
-    for row, value in enumerate(rho):
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
-        panel.annotate(f"{value:.3f}", (value, row), bbox=box, **above)
-    panel.set_yticks(
-        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(reduction.steps)]
-    )
-    panel.set_ylim(rho.size - 0.5, -0.7)
-    _ratio_axis(panel, [*rho, *ends[known].ravel(), *levels])
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    return figure
-
-
-def _ratio_axis(panel: "Axes", shown: list[float]) -> None:
-    """Axis of ratios from zero, or logarithmic where small ones are among them."""
-    smallest, largest = min(shown), max(shown)
-    if smallest < _SMALL_RATIO:
-        panel.set_xscale("log")
-        panel.set_xlim(smallest / 1.5, 1.6 * largest)
-        _plain_numbers(panel.xaxis, smallest / 1.5, 1.6 * largest)
-    else:
-        panel.set_xlim(0.0, 1.15 * largest)
-    panel.set_xlabel("rho = RMS after / before, held-out records [-]")
-    panel.grid(axis="x", alpha=0.25)
-
-
-def _step_name(row: int, added: str) -> str:
-    name = plain_name(added)
-    return name if row == 0 else "+ " + (name.replace(" ", "\n", 1) if len(name) > 18 else name)

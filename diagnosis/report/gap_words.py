@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from carrierflex.diagnosis.gap.findings import (
     BAND,
@@ -87,6 +88,12 @@ def where_text(diagnosis: Diagnosis) -> str:
 def _joined(*clauses: str) -> str:
     """Clauses that say anything, with semicolons between them."""
     return "; ".join(clause for clause in clauses if clause)
+
+
+def first_place_words(findings: GapFindings) -> str:
+    """The largest part of the gap alone."""
+    largest = [finding for finding in findings.where if finding.kind != SMALL_ORDER]
+    return place_words(replace(findings, where=tuple(largest[:1])))
 
 
 def place_words(findings: GapFindings) -> str:

@@ -7,8 +7,8 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.report.figures import BLACK, BLUE, GREY, ORANGE, WIDTH
+from carrierflex.diagnosis.report.report_data import CampaignOutline, ReportData
 from carrierflex.diagnosis.report.words import sized
-from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 
 if TYPE_CHECKING:
@@ -27,15 +27,15 @@ _PATTERN = 0.16
 _Sizes = Mapping[str, tuple[float, float]]
 
 
-def machine_figure(
-    campaign: Campaign, signals: SignalComparison, unit: str, pattern: int | None
-) -> "Figure":
+def machine_figure(data: ReportData, pattern: int | None) -> "Figure":
     """The machine with its sensors, out of scale; beside each the gap before and after.
 
     `pattern` is the number of circumferential waves of the largest part of the gap at the rim.
     """
     from matplotlib.figure import Figure
 
+    campaign, sizes, unit = data.campaign, data.sizes, data.diagnosis.unit
+    signals = data.diagnosis.signals
     figure = Figure(figsize=(WIDTH, _HEIGHT))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_aspect("equal")
@@ -43,11 +43,13 @@ def machine_figure(
     axes.set_xlim(-_HALF_WIDTH, _HALF_WIDTH)
     axes.set_ylim(-_HALF_HEIGHT, _HALF_HEIGHT)
     if campaign.kind == "carrier":
-        _carrier(axes, campaign, signals, unit, pattern)
+        _carrier(axes, campaign, sizes, unit)
+        if pattern is not None and signals is not None:
+            _rim_pattern(axes, campaign, signals, pattern)
     elif campaign.kind == "mounting":
-        _mounting(axes, campaign, signals, unit)
+        _mounting(axes, campaign, sizes, unit)
     else:
-        _element(axes, campaign, signals, unit)
+        _element(axes, campaign, sizes, unit)
     return figure
 
 
@@ -60,17 +62,10 @@ def _size_words(name: str, sizes: _Sizes, unit: str) -> str:
     return f"{text} → {sized(after, unit)}" if np.isfinite(after) else text
 
 
-def _carrier(
-    axes: "Axes",
-    campaign: Campaign,
-    signals: SignalComparison,
-    unit: str,
-    pattern: int | None,
-) -> None:
+def _carrier(axes: "Axes", campaign: CampaignOutline, sizes: _Sizes, unit: str) -> None:
     """Seen downwind: z up, angles clockwise."""
     from matplotlib.patches import Circle
 
-    sizes = signals.by_channel()
     axes.add_patch(Circle((0.0, 0.0), 1.0, facecolor=_BODY, edgecolor=_EDGE, linewidth=1.2))
     axes.add_patch(Circle((0.0, 0.0), 0.42, facecolor="white", edgecolor=_EDGE, linewidth=0.9))
     n_pins = int(campaign.rig.get("n_planets", 3))
@@ -86,8 +81,6 @@ def _carrier(
     )
     axes.text(0.0, 0.0, "turns", ha="center", va="center", fontsize=7, color=_EDGE)
     largest = max((before for before, _ in sizes.values()), default=0.0) or 1.0
-    if pattern is not None:
-        _rim_pattern(axes, campaign, signals, pattern)
     placed = _apart(campaign.channels)
     for channel, turned in zip(campaign.channels, placed, strict=True):
         if channel.angle is None:
@@ -144,14 +137,11 @@ def _gap_marks(axes: "Axes", at: np.ndarray, sizes: tuple[float, float], largest
             )
 
 
-def _rim_pattern(axes: "Axes", campaign: Campaign, signals: SignalComparison, waves: int) -> None:
+def _rim_pattern(
+    axes: "Axes", campaign: CampaignOutline, signals: SignalComparison, waves: int
+) -> None:
     """The pattern around the rim at the instant at which it is largest."""
-    run = signals.before[signals.largest].run
-    gaps = {
-        overlay.channel: overlay.measured - overlay.simulated
-        for overlay in signals.before
-        if overlay.run == run
-    }
+    gaps = {one.channel: one.measured - one.simulated for one in signals.before}
     sensors = [
         channel
         for channel in campaign.channels
@@ -193,11 +183,10 @@ _SENSOR_POSITIONS = {
 }
 
 
-def _mounting(axes: "Axes", campaign: Campaign, signals: SignalComparison, unit: str) -> None:
+def _mounting(axes: "Axes", campaign: CampaignOutline, sizes: _Sizes, unit: str) -> None:
     """Gearbox housing between its bushings, seen downwind."""
     from matplotlib.patches import Circle, Rectangle
 
-    sizes = signals.by_channel()
     largest = max((before for before, _ in sizes.values()), default=0.0) or 1.0
     axes.add_patch(Rectangle((-1.0, -0.12), 2.0, 0.24, facecolor=_BODY, edgecolor=_EDGE))
     axes.add_patch(Circle((0.0, 0.0), 0.86, facecolor=_BODY, edgecolor=_EDGE, linewidth=1.2))
@@ -234,7 +223,7 @@ def _mounting(axes: "Axes", campaign: Campaign, signals: SignalComparison, unit:
         axes.text(where[0], where[1], words, ha=align, va="center", fontsize=8)
 
 
-def _element(axes: "Axes", campaign: Campaign, signals: SignalComparison, unit: str) -> None:
+def _element(axes: "Axes", campaign: CampaignOutline, sizes: _Sizes, unit: str) -> None:
     """Element between ground and its drive, with the channel."""
     from matplotlib.patches import Rectangle
 
@@ -272,7 +261,7 @@ def _element(axes: "Axes", campaign: Campaign, signals: SignalComparison, unit: 
     axes.text(
         at[0],
         at[1],
-        f"sensor {_size_words(channel.name, signals.by_channel(), unit)}",
+        f"sensor {_size_words(channel.name, sizes, unit)}",
         ha="center",
         va="bottom",
         fontsize=8,

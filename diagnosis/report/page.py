@@ -1,9 +1,12 @@
-"""The report page: one HTML file for a screen, a phone and paper, which asks no network."""
+"""The report page: one HTML file for a screen, a phone and paper, which asks no network.
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+First what explains the gap and what to do next, on paper one page; then an annex that folds.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -13,56 +16,30 @@ from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.overlay import Picture
-from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import GapMoment
-from carrierflex.diagnosis.gap.gap_map import map_of
-from carrierflex.diagnosis.inference.results import GapReduction
 from carrierflex.diagnosis.report import gap_words, verdict_words, words
+from carrierflex.diagnosis.report.cause_rows import cause_rows
 from carrierflex.diagnosis.report.figures import (
-    MOST_RUNS,
-    gap_in_time_figure,
     inline_svg,
     panel_figure,
     remainder_factor,
     shape_figure,
     signal_figure,
 )
-from carrierflex.diagnosis.report.gap_map_figure import (
-    GapGrid,
-    colour_limits,
-    gap_grids,
-    gap_map_figure,
-    selection_figure,
-)
+from carrierflex.diagnosis.report.gap_map_figure import colour_limits, gap_map_figure
 from carrierflex.diagnosis.report.machine_drawing import machine_figure
-from carrierflex.diagnosis.report.verdict_words import gists, next_step, worth
-from carrierflex.diagnosis.report.words import added_effects, position_of, sized
+from carrierflex.diagnosis.report.report_data import ReportData
+from carrierflex.diagnosis.report.words import added_effects, sized
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.files.versions import software_name
-from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES
 
-#: Rows of the tables that could be long.
-_MOST_CELLS = 10
+#: Rows of a table that could be long, and runs in the table of where causes act.
 _MOST_SETS = 10
-_SMALLEST_SHARE = 0.01
+_MOST_RUNS = 12
 
 
-@dataclass(frozen=True, eq=False)
-class ReportSource:
-    """What a report says about where it comes from."""
-
-    campaign: Annotated[Campaign, "Measured records"]
-    folder: Annotated[str, "Where they were read"]
-    versions: Annotated[Mapping[str, str], "Versions of what can change a result"]
-    written: Annotated[str, "Date and time"]
-    view: Annotated[str, "3-D page in the report's folder; empty where none is written"] = ""
-    view_command: Annotated[str, "Command that writes it; empty where there is no motion"] = ""
-
-
-def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
+def report_page(data: ReportData) -> str:
     """HTML text of the report."""
-    return rendered_page("report.html.j2", _content(diagnosis, source))
+    return rendered_page("report.html.j2", _content(data))
 
 
 def rendered_page(template: str, content: Mapping[str, Any]) -> str:
@@ -78,36 +55,45 @@ def rendered_page(template: str, content: Mapping[str, Any]) -> str:
     return environment.get_template(template).render(**content, words=words)
 
 
-def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
+def _content(data: ReportData) -> dict[str, Any]:
+    diagnosis = data.diagnosis
     which = diagnosis.attribution
-    reduction = diagnosis.reduction
+    steps = diagnosis.reduction.steps[1:] if diagnosis.reduction is not None else ()
     return {
+        "data": data,
         "diagnosis": diagnosis,
         "which": which,
-        "reduction": reduction,
-        "source": source,
-        "campaign": source.campaign,
+        "reduction": diagnosis.reduction,
+        "source": data.source,
+        "campaign": data.campaign,
         "gap_words": gap_words,
-        "verdict_words": verdict_words,
-        "next_step": next_step(diagnosis),
-        "worth": worth(diagnosis),
-        "gist": gists(diagnosis),
+        "headlines": verdict_words.headlines(diagnosis),
+        "steps": [
+            *verdict_words.next_steps(diagnosis, has_measured_law=data.has_measured_law),
+            verdict_words.worth(diagnosis),
+        ],
+        "causes": cause_rows(data),
+        "acting": [step for step in steps if step.by_run],
+        "acting_runs": data.campaign.runs[:_MOST_RUNS],
         "names": effect_names,
-        "software": software_name(),
-        "drawn": _drawings(diagnosis, source.campaign),
-        "cells_before": _largest_cells(reduction.cells_before if reduction else ()),
-        "cells_after": _largest_cells(reduction.cells_after if reduction else ()),
+        "software": data.software,
+        "drawn": _drawings(data),
         "sets": which.ranking[:_MOST_SETS],
         "n_more_sets": max(len(which.ranking) - _MOST_SETS, 0),
+        "rivals": _rivals(diagnosis.classes),
     }
 
 
-def _largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
-    """Cells beyond chance that hold a part of the gap worth a row."""
-    gap_map = map_of(cells)
-    return list(
-        gap_map.chosen(gap_map.are_significant & (gap_map.shares >= _SMALLEST_SHARE))[:_MOST_CELLS]
-    )
+#: Rivals below this share are not listed.
+_LEAST_RIVAL = 0.05
+
+
+def _rivals(answer: ClassAnswer | None) -> list[tuple[str, str]]:
+    """Other classes alone with their shares, largest first."""
+    rivals = answer.rivals.items() if answer is not None else ()
+    shares = sorted(((share, name) for name, share in rivals), reverse=True)
+    shown = [(share, name) for share, name in shares if share >= _LEAST_RIVAL]
+    return [(plain_name(name), verdict_words.share_words(share)) for share, name in shown]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,50 +104,61 @@ class _Drawing:
     caption: str
 
 
-def _drawings(diagnosis: Diagnosis, campaign: Campaign) -> dict[str, Any]:
+def _drawings(data: ReportData) -> dict[str, Any]:
     """Everything a diagnosis holds to be drawn; None or empty where there is nothing."""
-    reduction = diagnosis.reduction
-    grids = gap_grids(reduction.cells_before, reduction.cells_after) if reduction else ()
+    diagnosis = data.diagnosis
+    shapes = list(_shapes(diagnosis.classes))
+    motion: list[dict[str, Any]] = [
+        {
+            "picture": picture,
+            "figures": [_panel(picture, number, k) for number in range(len(picture.panels))],
+            "magnified": remainder_factor(picture),
+        }
+        for k, picture in enumerate(diagnosis.pictures)
+    ]
+    signals = _signals(diagnosis)
+    answer = signals
+    if diagnosis.kind != "carrier":
+        # Force over deflection: the curve of the class, or the gap along the motion.
+        answer = _first(shapes) or _first(motion[0]["figures"] if motion else []) or signals
+        if answer is not None and not answer.caption.endswith("."):
+            answer = replace(answer, caption=_loop_caption(diagnosis, answer.caption))
     return {
-        "gap_maps": _gap_maps(grids, diagnosis),
-        "remaining": _remaining(grids, diagnosis),
-        "in_time": _in_time(diagnosis.gap.findings.in_time, diagnosis.unit)
-        if diagnosis.gap
-        else None,
-        "selection": _selection(reduction) if reduction and reduction.steps else None,
-        "motion": [
-            {
-                "picture": picture,
-                "figures": [_panel(picture, number, k) for number in range(len(picture.panels))],
-                "magnified": remainder_factor(picture),
-            }
-            for k, picture in enumerate(diagnosis.pictures)
-        ],
-        "shapes": _shapes(diagnosis.classes),
-        "machine": _machine(diagnosis, campaign),
-        "signals": _signals(diagnosis),
+        "gap_maps": _gap_maps(data),
+        "motion": motion,
+        "shapes": shapes,
+        "machine": _machine(data),
+        "answer": answer,
+        "signals": signals if signals is not answer else None,
     }
 
 
-def _machine(diagnosis: Diagnosis, campaign: Campaign) -> _Drawing | None:
+def _loop_caption(diagnosis: Diagnosis, run: str) -> str:
+    """Caption of a panel that stands without its picture's."""
+    picture = diagnosis.pictures[0]
+    law = "; orange: what the causes explain" if added_effects(diagnosis.reduction) else ""
+    return f"{words.capitalised(picture.y_name)} over {picture.x_name}, {run}{law}."
+
+
+def _first(drawn: list[_Drawing]) -> _Drawing | None:
+    """First drawing, taken out of its list: it stands on the page once."""
+    return drawn.pop(0) if drawn else None
+
+
+def _machine(data: ReportData) -> _Drawing | None:
+    diagnosis = data.diagnosis
     if diagnosis.signals is None:
         return None
     waves = _waves(diagnosis)
-    draw = partial(machine_figure, campaign, diagnosis.signals, diagnosis.unit, waves)
     sizes = ", ".join(
-        f"{name} {sized(before, diagnosis.unit)}"
-        for name, (before, _) in diagnosis.signals.by_channel().items()
+        f"{name} {sized(before, diagnosis.unit)}" for name, (before, _) in data.sizes.items()
     )
-    after = ", blue with the effects added" if diagnosis.signals.after else ""
-    pattern = (
-        "; dashed: its largest part around the rim at one instant" if waves is not None else ""
-    )
-    view = "" if campaign.kind == "element" else "Seen downwind. "
-    discs = "" if campaign.kind == "element" else f"Discs: gap, orange with the baseline{after}"
-    return _Drawing(
-        inline_svg(draw, "machine", f"Machine with its sensors; RMS of the gap: {sizes}"),
-        f"{view}{discs}{pattern}{'. ' if discs else ''}Numbers: its RMS over all runs.",
-    )
+    title = f"Machine with its sensors; RMS of the gap: {sizes}"
+    svg = inline_svg(partial(machine_figure, data, waves), "machine", title)
+    after = " → after" if diagnosis.signals.after else ""
+    dashed = "; dashed: its largest pattern at the rim" if waves is not None else ""
+    view = "" if diagnosis.kind == "element" else ", seen downwind"
+    return _Drawing(svg, f"RMS of the gap at each sensor, before{after}{view}{dashed}.")
 
 
 def _waves(diagnosis: Diagnosis) -> int | None:
@@ -176,109 +173,50 @@ def _signals(diagnosis: Diagnosis) -> _Drawing | None:
     compared = diagnosis.signals
     if compared is None:
         return None
-    before = compared.before[compared.largest]
-    after = compared.after[compared.largest] if compared.after else None
+    before = compared.before[0]
+    after = compared.after[0] if compared.after else None
     draw = partial(signal_figure, before, after, diagnosis.unit)
-    size = sized(before.rms, diagnosis.unit)
-    added = f", with the effects {sized(after.rms, diagnosis.unit)}" if after else ""
-    is_turn = before.x_unit == "deg"
-    span = "the mean of the revolutions" if is_turn else "the stretch of time where it is largest"
-    title = f"Measured and simulated, {before.channel} in run {before.run}: gap {size}{added}"
-    return _Drawing(
-        inline_svg(draw, "signals", title),
-        f"The largest gap: {before.channel} in run {before.run}, RMS {size}{added}. Drawn: {span}.",
-    )
+    what = "mean turn" if before.x_unit == "deg" else "stretch of time"
+    text = f"{before.channel} in run {before.run}, the {what} with the largest gap."
+    return _Drawing(inline_svg(draw, "signals", f"Measured and simulated, {text}"), text)
 
 
-def _shapes(answer: ClassAnswer | None) -> tuple[_Drawing, ...]:
-    drawn: list[_Drawing] = []
-    for finding in answer.classes if answer is not None else ():
+def _shapes(answer: ClassAnswer | None) -> Iterator[_Drawing]:
+    findings = answer.classes if answer is not None else ()
+    for number, finding in enumerate(sorted(findings, key=lambda one: -one.share)):
         if finding.shape is None:
             continue
-        law = plain_name(finding.law)
-        name = plain_name(finding.id)
+        law, name = plain_name(finding.law), plain_name(finding.id)
         draw = partial(shape_figure, finding.shape, law)
-        svg = inline_svg(draw, f"shape-{len(drawn)}", f"Measured {name}: {finding.shape.words}")
-        over = f" Dashed: {law}, the nearest law." if finding.shape.law.size else ""
-        drawn.append(_Drawing(svg, f"Measured {name} over the visited range.{over}"))
-    return tuple(drawn)
+        svg = inline_svg(draw, f"shape-{number}", f"Measured {name}: {finding.shape.words}")
+        over = f"; dashed: {law}, the nearest law" if finding.shape.law.size else ""
+        yield _Drawing(svg, f"Measured {name} over the visited range{over}.")
 
 
-def _in_time(moments: Sequence[GapMoment], unit: str) -> _Drawing | None:
-    if not moments:
-        return None
-    largest = max(moments, key=lambda moment: moment.rms)
-    title = (
-        f"Gap over time; largest in run {largest.run} at {largest.time:.4g} s, "
-        f"{sized(largest.rms, unit)}"
-    )
-    more = len({moment.run for moment in moments}) - MOST_RUNS
-    rest = f" The {MOST_RUNS} runs with the largest gap are drawn." if more > 0 else ""
-    svg = inline_svg(partial(gap_in_time_figure, moments, unit), "gap-in-time-figure", title)
-    return _Drawing(svg, f"Gap with the baseline in windows over time.{rest}")
-
-
-def _selection(reduction: GapReduction) -> _Drawing:
-    steps = ", ".join(f"{plain_name(step.added)} {step.rho:.3f}" for step in reduction.steps)
-    svg = inline_svg(
-        partial(selection_figure, reduction),
-        "selection",
-        f"Held-out ratios as effects are added: {steps}",
-    )
-    return _Drawing(
-        svg,
-        "Each row adds one more effect. Bars are 95 % intervals from the bootstrap over conditions "
-        "and segments.",
-    )
-
-
-def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[_Drawing, ...]:
-    reduction = diagnosis.reduction
-    if not grids or reduction is None:
+def _gap_maps(data: ReportData) -> tuple[_Drawing, ...]:
+    reduction, unit = data.diagnosis.reduction, data.diagnosis.unit
+    if not data.grids or reduction is None:
         return ()
-    maps = [("Before", "the baseline", reduction.cells_before)]
+    maps = [("Before", "the baseline")]
     if added_effects(reduction):
-        is_named = bool(diagnosis.attribution.effects)
+        is_named = bool(data.diagnosis.attribution.effects)
         after = (
             "the named effects added"
             if is_named
             else f"{set_name(added_effects(reduction))} added, which is not named"
         )
-        maps.append(("After", after, reduction.cells_after))
-    limits = colour_limits(*grids[: len(maps)])
+        maps.append(("After", after))
+    limits = colour_limits(*data.grids[: len(maps)])
     shown = []
-    for grid, (name, model, cells) in zip(grids, maps, strict=False):
-        draw = partial(gap_map_figure, grid, limits, diagnosis.unit)
-        title = f"Gap map with {model}; {_largest_cell(cells, diagnosis.unit)}"
+    for grid, (name, model) in zip(data.grids, maps, strict=False):
+        draw = partial(gap_map_figure, grid, limits, unit)
+        largest = sized(float(np.nanmax(grid.rms)), unit)
+        title = f"Gap map with {model}; RMS in a cell up to {largest}"
         caption = f"{name}: gap with {model}." if len(maps) > 1 else f"Gap with {model}."
         if not grid.is_frequency and grid.edges[0] < -0.5 and np.isnan(grid.rms).any():
             caption += " White: only radial motion has orders that turn backwards."
         shown.append(_Drawing(inline_svg(draw, f"map-{name.lower()}", title), caption))
     return tuple(shown)
-
-
-def _remaining(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> _Drawing | None:
-    reduction = diagnosis.reduction
-    if reduction is None or not grids or not added_effects(reduction):
-        return None
-    if not grids[1].is_significant.any():
-        return None
-    draw = partial(gap_map_figure, grids[1], colour_limits(grids[1]), diagnosis.unit)
-    largest = _largest_cell(reduction.cells_after, diagnosis.unit)
-    title = f"Map of the remaining gap; {largest}"
-    return _Drawing(
-        inline_svg(draw, "map-remaining", title), "The remaining gap on its own colour scale."
-    )
-
-
-def _largest_cell(cells: Sequence[GapCell], unit: str) -> str:
-    """Largest cell of a map in words."""
-    if not cells:
-        return "no cells"
-    first = cells[0]
-    position = position_of(first.order, first.frequency_hz)
-    size = sized(first.mean_square**0.5, unit)
-    return f"largest in run {first.run}: {first.channel_pattern}, {position}, {size}"
 
 
 def _panel(picture: Picture, number: int, picture_number: int) -> _Drawing:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from carrierflex.diagnosis.report.words import added_effects
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.json_files import read_document, save_json
+from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.shown_values import shown
 from carrierflex.identification.campaign.campaign import Campaign
@@ -193,25 +194,14 @@ def _motion(document: Mapping[str, Any]) -> RimMotion:
 
 
 def _signal(entry: Mapping[str, Any], n: int) -> RimSignal:
-    if entry["direction"] not in _DIRECTIONS:
-        raise ValueError(f"key 'direction' is {shown(entry['direction'])}")
     sensor_angle = float(np.deg2rad(float(entry["sensor_angle_deg"])))
+    signal: RimSignal = restored(RimSignal, {**entry, "sensor_angle": sensor_angle})
+    if signal.direction not in _DIRECTIONS:
+        raise ValueError(f"key 'direction' is {shown(signal.direction)}")
     if not np.isfinite(sensor_angle):
         raise ValueError("key 'sensor_angle_deg' is not finite")
-    with_effects = entry["with_effects"]
-    return RimSignal(
-        run=str(entry["run"]),
-        channel=str(entry["channel"]),
-        direction=entry["direction"],
-        sensor_angle=sensor_angle,
-        measured=_samples(entry, "measured", n),
-        simulated=_samples(entry, "simulated", n),
-        with_effects=None if with_effects is None else _samples(entry, "with_effects", n),
-    )
-
-
-def _samples(entry: Mapping[str, Any], key: str, n: int) -> FloatArray:
-    values = np.array(entry[key], dtype=np.float64)
-    if values.shape != (n,) or not np.isfinite(values).all():
-        raise ValueError(f"key '{key}' has shape {values.shape}, not {n} finite numbers")
-    return values
+    for key in ("measured", "simulated", "with_effects"):
+        values = getattr(signal, key)
+        if values is not None and (values.shape != (n,) or not np.isfinite(values).all()):
+            raise ValueError(f"key '{key}' has shape {values.shape}, not {n} finite numbers")
+    return signal

@@ -1,15 +1,9 @@
-"""The verdict in words: what is missing, which law of it, what remains, what to do next."""
+"""The verdict in words: two lines of headline, and what to do next."""
 
 import math
 from collections.abc import Sequence
 
-from carrierflex.diagnosis.classes.results import (
-    LEADING_CLASS,
-    NAMED_CLASS,
-    NO_CLASS,
-    ClassAnswer,
-    ClassFinding,
-)
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer
 from carrierflex.diagnosis.classes.shapes import DRY_FRICTION
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
@@ -23,20 +17,15 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     OTHERWISE,
 )
-from carrierflex.diagnosis.report.words import capitalised, counted, listed, percent, sized
+from carrierflex.diagnosis.report.words import capitalised, listed, percent, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import RUN_VARIATION
-from carrierflex.simulation.laws import FORCE_SURFACE
 
-#: Rivals below this share are not listed.
-_LEAST_RIVAL = 0.05
-_MOST_RIVALS = 4
-#: Shares below the first would be rounded to nothing; what is named is the second at least.
+#: Shares below this would be rounded to nothing.
 _LEAST_SHOWN = 0.005
-_SMALLEST = 1e-300
 
 
-def _share_words(value: float) -> str:
+def share_words(value: float) -> str:
     """Share in per cent, never above 100 and never below 0."""
     if value != value:
         return "–"
@@ -51,13 +40,10 @@ def _class_names(answer: ClassAnswer) -> str:
     return " and ".join(plain_name(name) for name in answer.ids)
 
 
-def _lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
-    """What a simulation lacks: named effects, and the classes that none of them follows."""
+def _class_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
+    """Classes that explain a gap: named effects, and the classes that none of them follows."""
     if not effects:
-        friction = _friction_words(answer)
-        if friction:
-            return f"{friction} ({_class_names(answer)}, by no law of the library)"
-        return f"{_class_names(answer)}, by no law of the library"
+        return f"{_friction_words(answer) or _class_names(answer)}, by no law of the library"
     by_law = {
         finding.id for finding in answer.classes if finding.law_named and finding.law in effects
     }
@@ -72,130 +58,37 @@ def _friction_words(answer: ClassAnswer) -> str:
     words = shapes[0].words if len(shapes) == 1 and shapes[0] is not None else ""
     if not words.startswith(DRY_FRICTION):
         return ""
-    return ", ".join(words.split(", ")[:3])
-
-
-def class_sentence(answer: ClassAnswer | None) -> str:
-    """Answer by class as one or two sentences; empty where there is none.
-
-    For example ``Restoring force (99 %; next class 42 %): zero below 0.8 mm, stiffening above, one
-    side only; no law of the library, nearest backlash 74 %.``
-    """
-    if answer is None or answer.state not in (NAMED_CLASS, LEADING_CLASS, NO_CLASS):
-        return ""
-    if answer.state == NO_CLASS:
-        best = " and ".join(plain_name(name) for name in answer.best)
-        which = f"the best ({best})" if best else "the best"
-        return (
-            f"No class of effect is named: {which} explains {_share_words(answer.share)} of the "
-            f"gap, all together {_share_words(max(answer.learnable, answer.share))}."
-        )
-    first, *others = (_finding_words(finding, answer) for finding in answer.classes)
-    text = ". ".join([first, *(text[:1].upper() + text[1:] for text in others)])
-    if answer.state == LEADING_CLASS:
-        text = f"Leading, incomplete: {text}"
-    text = text[:1].upper() + text[1:] + "."
-    if answer.ties:
-        tied = ", ".join(" and ".join(plain_name(n) for n in names) for names in answer.ties)
-        text += f" In these records {tied} cannot be distinguished from it."
-    return text
-
-
-def _finding_words(finding: ClassFinding, answer: ClassAnswer) -> str:
-    rival = max(
-        (share for name, share in answer.rivals.items() if name not in answer.ids), default=0.0
-    )
-    alone = len(answer.classes) == 1
-    next_class = f"; next class {_share_words(rival)}" if alone else ""
-    # What is named is not nothing: a second cause may add as little as it harms alone.
-    share = max(finding.share, _SMALLEST)
-    text = f"{plain_name(finding.id)} ({_share_words(share)}{next_class})"
-    if finding.shape is not None and finding.shape.words:
-        text += f": {finding.shape.words}"
-    if finding.id.endswith("/undetermined") and not finding.law_named:
-        text += "; its load dependence cannot be determined from these records"
-    return f"{text}; {_law_words(finding, answer)}"
-
-
-def _law_words(finding: ClassFinding, answer: ClassAnswer) -> str:
-    """Law of a class: named, or the nearest with its part of the class."""
-    if not finding.law:
-        return "no law of the library lies in this class"
-    share = finding.law_share / finding.share if finding.share > 0.0 else float("nan")
-    if finding.law_named:
-        # A surface of deflection and speed holds the laws of one of them: there is more in it.
-        class_of_law = answer.classes_of_law.get(finding.law, (finding.id,))[0]
-        is_component = finding.id == FORCE_SURFACE and class_of_law != finding.id
-        name = plain_name(finding.law)
-        return f"of it the library has the law {name}" if is_component else f"law: {name}"
-    return f"no law of the library, nearest {plain_name(finding.law)} {_share_words(share)} of it"
-
-
-def remaining_words(answer: ClassAnswer | None) -> str:
-    """What the answer leaves: law, class beyond it, learnable beyond the class, the rest."""
-    if answer is None or not answer.classes:
-        return ""
-    share = min(max(answer.share, 0.0), 1.0)
-    law = min(max(answer.law_share, 0.0), share) if answer.law_share == answer.law_share else 0.0
-    rest = max(1.0 - share - answer.beyond_learnable, 0.0)
-    text = (
-        f"Of the gap above the floor on held-out records the nearest laws explain "
-        f"{_share_words(law)}, the class beyond them {_share_words(share - law)}; "
-        f"{_share_words(answer.beyond_learnable)} could still be learnt by another class"
-    )
-    if answer.learnt_by:
-        text += f" ({', '.join(plain_name(name) for name in answer.learnt_by)})"
-    return f"{text}; {_share_words(rest)} by none."
-
-
-def rival_rows(answer: ClassAnswer | None) -> list[tuple[str, str]]:
-    """Other classes alone, largest first."""
-    if answer is None:
-        return []
-    ordered = sorted(answer.rivals.items(), key=lambda item: -item[1])
-    return [
-        (plain_name(name), _share_words(share))
-        for name, share in ordered[:_MOST_RIVALS]
-        if share >= _LEAST_RIVAL
-    ]
+    return f"{', '.join(words.split(', ')[:3])} ({_class_names(answer)})"
 
 
 _HEADINGS = {
-    NAMED: "The simulation lacks {effects}",
-    NAMED_WITH_REMAINDER: "Missing: {effects}. {remains} of the gap (RMS) remains unexplained",
-    CLASS_NAMED: "The simulation lacks an effect of a known class, by no law of the library",
-    ALIASED: "The simulation lacks {effects}",
     NONE_OF_THESE: "No known effect explains the gap",
     AT_NOISE_FLOOR: "Simulation and measurement agree within the noise",
     NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
 }
-_MEANINGS = {
-    NAMED: "What is named explains the gap on records it was not fitted to; the remaining gap is "
-    "near the noise.",
-    NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; "
-    "a remainder is above the noise.",
-    CLASS_NAMED: "A model of the class without a fixed form explains the gap on records it was not "
-    "fitted to; no law of the library follows its curve.",
-    ALIASED: "Several effects explain the gap equally well under the measured conditions.",
-    NONE_OF_THESE: "There is a gap, but no effect of the library may be named as its cause.",
-    AT_NOISE_FLOOR: "There is no gap above the noise floor that an effect could explain.",
-    NOT_DIAGNOSABLE: "Something is missing in the records; the reason says what.",
-}
+_MIXED = "These records show that an effect is missing, not which one"
+_NOISE_UNKNOWN = "Whether an effect is missing is not known: the size of the noise is not"
 
 
 def verdict_heading(diagnosis: Diagnosis) -> str:
-    """Verdict as a heading: ``The simulation lacks cubic stiffness``.
+    """Headline as a text without its last full stop, and without the reason of the verdict."""
+    first, second = headlines(diagnosis)
+    return first if diagnosis.verdict in _HEADINGS else f"{first}. {second}"
 
-    What the records cannot distinguish stands in it; a fault of the measurement that explains as
-    much comes first.
+
+def headlines(diagnosis: Diagnosis) -> tuple[str, str]:
+    """What explains the gap, and what cannot be distinguished or remains; may be empty.
+
+    For example ``The gap is explained by cubic stiffness``. A fault of the measurement that
+    explains as much comes first.
     """
-    if diagnosis.reason_id not in ("", FLOOR_UNKNOWN):
-        first = _fault_heading(diagnosis)
-        if diagnosis.verdict == NONE_OF_THESE:
-            return first
-        physics = _physics_heading(diagnosis)
-        return f"{first}{OTHERWISE}{physics[:1].lower()}{physics[1:]}"
-    return _physics_heading(diagnosis)
+    first, second = _explained(diagnosis), _undecided(diagnosis)
+    if diagnosis.reason_id in ("", FLOOR_UNKNOWN):
+        return first, second
+    fault = _fault_heading(diagnosis)
+    if diagnosis.verdict == NONE_OF_THESE:
+        return fault, second
+    return f"{fault}{OTHERWISE}{first[:1].lower()}{first[1:]}", second
 
 
 def _fault_heading(diagnosis: Diagnosis) -> str:
@@ -204,43 +97,52 @@ def _fault_heading(diagnosis: Diagnosis) -> str:
     if fault is None:
         return capitalised(diagnosis.reason.partition(OTHERWISE)[0])
     share = percent(min(fault.figure, 1.0))
-    return f"Check {fault.about} first ({_fault_words(fault.id)}): it explains {share} of the gap"
+    return f"Check {fault.about} first ({fault_words(fault.id)}): it explains {share} of the gap"
 
 
-def _fault_words(fault: str) -> str:
+def fault_words(fault: str) -> str:
     """Fault of the measurement in words: ``sensor on ground``."""
     return fault.removeprefix("wiring/").replace("_", " ")
 
 
-def _physics_heading(diagnosis: Diagnosis) -> str:
-    """Heading without the faults of the measurement."""
-    answer = diagnosis.classes
-    if answer is not None and answer.classes:
-        if diagnosis.verdict == CLASS_NAMED:
-            lacking = _lacking_words(answer, diagnosis.attribution.effects)
-            return f"The simulation lacks {lacking}"
-        if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
-            return f"The simulation lacks {_either(_tied_classes(answer))}"
-    if diagnosis.verdict == NONE_OF_THESE and answer is not None and answer.experiment:
-        return "These records show that an effect is missing, not which one"
+def _explained(diagnosis: Diagnosis) -> str:
+    """First line without the faults of the measurement."""
+    verdict, answer = diagnosis.verdict, diagnosis.classes
+    if verdict == NONE_OF_THESE and answer is not None and answer.experiment:
+        return _MIXED
     if diagnosis.reason_id == FLOOR_UNKNOWN:
-        return "Whether an effect is missing is not known: the size of the noise is not"
-    far = diagnosis.reduction
-    if diagnosis.verdict in (NAMED, ALIASED) and answer is not None and _is_model(answer.ids):
+        return _NOISE_UNKNOWN
+    if verdict in _HEADINGS:
+        return _HEADINGS[verdict]
+    if verdict == CLASS_NAMED:
+        what = "an effect of a known class, by no law of the library"
+        if answer is not None and answer.classes:
+            what = _class_words(answer, diagnosis.attribution.effects)
+        is_leading = answer is not None and answer.state == LEADING_CLASS
+        return f"The {'larger part of the ' if is_leading else ''}gap is explained by {what}"
+    groups = _alternatives(diagnosis)
+    several = ["one of several causes"] if any(len(group) > 1 for group in groups) else []
+    causes = listed([group[0] for group in groups if len(group) == 1] + several)
+    if answer is not None and len(answer.ids) == 1 and answer.ids[0].startswith("model/"):
         body = answer.ids[0].partition("/")[2]
         verb = "differ from their" if body.endswith("s") else "differs from its"
-        causes = listed(_with_alternatives(diagnosis))
-        joint = " in" if causes.startswith("one of") else ":"
-        return f"The {body} {verb} drawing{joint} {causes}"
-    return _HEADINGS[diagnosis.verdict].format(
-        effects=listed(_with_alternatives(diagnosis)),
-        remains="part" if far is None else percent(far.rho),
-    )
+        return f"The {body} {verb} drawing: {causes}"
+    return f"The gap is explained by {causes}"
 
 
-def _is_model(classes: Sequence[str]) -> bool:
-    """Whether the cause is a body of the model alone."""
-    return len(classes) == 1 and classes[0].startswith("model/")
+def _undecided(diagnosis: Diagnosis) -> str:
+    """Second line: what cannot be distinguished, what remains, or why there is no answer."""
+    verdict, far = diagnosis.verdict, diagnosis.reduction
+    if verdict in _HEADINGS:
+        return capitalised(diagnosis.reason)
+    groups = [group for group in _alternatives(diagnosis, with_faults=True) if len(group) > 1]
+    if verdict == ALIASED and groups:
+        texts = listed([f"one of {'; '.join(group)}" for group in groups])
+        return f"Cannot be distinguished in these records: {texts}"
+    remains = far is not None and verdict in (NAMED_WITH_REMAINDER, CLASS_NAMED)
+    if far is not None and remains and far.rho > _WORTH and far.floor_multiple > _ABOVE_NOISE:
+        return f"Part of the gap ({percent(far.rho)} of its RMS) remains unexplained"
+    return "No other effect of the library explains the records as well"
 
 
 def _with_change(diagnosis: Diagnosis, effect: str) -> str:
@@ -258,55 +160,27 @@ def _with_change(diagnosis: Diagnosis, effect: str) -> str:
     return f"{name} {change.value:+.3f} ± {change.std:.3f}"
 
 
-def _with_alternatives(diagnosis: Diagnosis) -> list[str]:
-    """Named effects, each with the effects that cannot be distinguished from it."""
-    groups = {
-        group[0]: [name for name in group if not _is_fault(name)]
-        for group in diagnosis.attribution.aliases
-    }
-    return [
-        _either([_with_change(diagnosis, name) for name in groups.get(effect, [effect])])
-        for effect in diagnosis.attribution.effects
-    ]
-
-
-def _tied_classes(answer: ClassAnswer) -> list[str]:
-    """Classes of the answer and of every tie, in words."""
-    tied = [" and ".join(plain_name(name) for name in names) for names in answer.ties]
-    return [_class_names(answer), *tied]
+def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[list[str]]:
+    """Named effects or classes in words, each with what cannot be distinguished from it."""
+    answer, which = diagnosis.classes, diagnosis.attribution
+    groups = {name: [_with_change(diagnosis, name)] for name in which.effects}
+    if not which.effects and answer is not None and answer.ids:
+        tied = [" and ".join(plain_name(name) for name in names) for names in answer.ties]
+        groups = {answer.ids[0]: [_class_names(answer), *tied]}
+    for first, *others in which.aliases:
+        groups.setdefault(first, [_with_change(diagnosis, first)]).extend(
+            f"a fault of the measurement ({fault_words(name)})"
+            if _is_fault(name)
+            else _with_change(diagnosis, name)
+            for name in others
+            if with_faults or not _is_fault(name)
+        )
+    return list(groups.values())
 
 
 def _is_fault(name: str) -> bool:
     """Whether a name is a fault of the measurement."""
     return name.startswith("wiring/") or name == RUN_VARIATION
-
-
-def _either(names: Sequence[str]) -> str:
-    """Alternatives: ``one of: cubic stiffness, quintic stiffness``."""
-    return names[0] if len(names) == 1 else f"one of: {', '.join(names)}"
-
-
-def verdict_meaning(verdict: str) -> str:
-    """What a verdict says in general."""
-    return _MEANINGS[verdict]
-
-
-def alias_sentence(diagnosis: Diagnosis) -> str:
-    """Effects that the named ones cannot be told from; empty where none."""
-    named = {*diagnosis.attribution.effects, *(diagnosis.classes.ids if diagnosis.classes else ())}
-    texts = []
-    for first, *others in diagnosis.attribution.aliases:
-        together = [first, *(name for name in others if name in named)]
-        rivals = [
-            f"a fault of the measurement ({_fault_words(name)})"
-            if _is_fault(name)
-            else plain_name(name)
-            for name in others
-            if name not in named
-        ]
-        answer = " with ".join(plain_name(name) for name in together)
-        texts.append(f"{answer} cannot be distinguished from {listed(rivals)}")
-    return f"In these records {listed(texts)}." if texts else ""
 
 
 def experiment_text(diagnosis: Diagnosis) -> str:
@@ -315,62 +189,71 @@ def experiment_text(diagnosis: Diagnosis) -> str:
     return f"{capitalised(text).rstrip('.')}." if text else ""
 
 
-#: Share of the gap above the floor that is worth a second look.
+#: Share of the gap above the floor that is worth a second look, and RMS over the floor.
 _WORTH = 0.05
+_ABOVE_NOISE = 1.1
 
 
 def next_step(diagnosis: Diagnosis) -> str:
-    """What to do next, such as ``Put carrier tilt into the simulation``."""
-    names = listed([plain_name(effect) for effect in diagnosis.attribution.effects])
+    """What to do next in one text, without what it is worth."""
+    return " ".join(next_steps(diagnosis))
+
+
+def next_steps(diagnosis: Diagnosis, *, has_measured_law: bool | None = None) -> list[str]:
+    """What to check, put in and measure, in that order, a sentence each.
+
+    `has_measured_law` says whether a measured shape can be saved, where the diagnosis was read.
+    """
+    answer = diagnosis.classes
+    if has_measured_law is None:
+        has_measured_law = answer is not None and any(one.measured_law for one in answer.classes)
     experiment = experiment_text(diagnosis)
     if diagnosis.verdict == NOT_DIAGNOSABLE:
-        return experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."
-    if diagnosis.warnings:
-        first = diagnosis.warnings[0]
-        return f"First check {first.about}: {first.remedy}. {_by_verdict(diagnosis, names)}".strip()
-    return " ".join(text for text in (_by_verdict(diagnosis, names), experiment) if text)
+        again = experiment if diagnosis.reason_id else f"Measure again: {diagnosis.reason}."
+        return [again]
+    first = [f"{one.about}: {one.remedy}." for one in diagnosis.warnings[:1]]
+    steps = (*first, _put_in(diagnosis, has_measured_law=has_measured_law), experiment)
+    return [step for step in steps if step]
 
 
-def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
-    answer = diagnosis.classes
-    if diagnosis.verdict == NAMED:
-        return f"Put {names} into the simulation, with the values below."
-    if diagnosis.verdict == NAMED_WITH_REMAINDER:
-        return (
-            f"Put {names} into the simulation, with the values below; then look at the remaining "
-            "gap."
-        )
+def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
+    """What to put into the simulation, or where to look; empty where a measurement comes first."""
+    answer, names = (
+        diagnosis.classes,
+        listed([plain_name(e) for e in diagnosis.attribution.effects]),
+    )
+    if diagnosis.verdict in (NAMED, NAMED_WITH_REMAINDER):
+        return f"Put {_in_turn(diagnosis) or names} into the simulation."
     if diagnosis.verdict == ALIASED:
-        if not names:
-            return "Measure where the classes differ before one is put into the simulation."
-        return f"Do not put {names} into the simulation yet: measure where the rivals differ."
+        none = f"Do not put {names} into the simulation yet" if names else "Put none of them in yet"
+        return none + ("." if experiment_text(diagnosis) else ": measure where they differ.")
     if diagnosis.verdict == CLASS_NAMED and answer is not None:
-        if not any(finding.shape or finding.measured_law for finding in answer.classes):
+        if has_measured_law:
             return (
-                f"Look for the source of {_class_names(answer)} in the machine and in the "
-                "measuring chain: no law of the library has it."
+                f"Put the measured shape of {_class_names(answer)} into the simulation "
+                "(diagnose --save-law), or find the law that has it."
             )
-        if not any(finding.measured_law for finding in answer.classes):
-            return (
-                f"Look for what makes {_class_names(answer)}: its measured shape is below, and no "
-                "law of the library follows it."
-            )
-        return (
-            f"Take the measured shape of {_class_names(answer)} into the simulation "
-            "(diagnose --save-law), or find the law that has it."
-        )
+        return f"Look for the source of {_class_names(answer)}: no law of the library has it."
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: no difference from the simulation is detectable in this measurement."
     if answer is not None and answer.experiment:
-        return "Do not look for an unknown cause yet: classes below explain the gap, but not apart."
+        return "Do not look for an unknown cause yet: classes explain the gap, but not apart."
     return (
-        "Look at where the gap lies, below: no effect of the library has that place and growth, so "
+        "Look at where the gap lies: no effect of the library has that position and growth, so "
         "the cause is one that it does not know, or the measurement itself."
     )
 
 
+def _in_turn(diagnosis: Diagnosis) -> str:
+    """Named effects in the order of their worth, each with the gap that it leaves."""
+    steps = diagnosis.reduction.steps if diagnosis.reduction is not None else ()
+    return listed(
+        [f"{plain_name(one.added)} (gap to {sized(one.rms, diagnosis.unit)})" for one in steps[1:]]
+    )
+
+
 def worth(diagnosis: Diagnosis) -> str:
-    """What that is worth: the gap before and after on held-out records; empty where unknown."""
+    """The gap before and after on held-out records; empty where unknown."""
     far = diagnosis.reduction
     if far is None:
         return ""
@@ -382,28 +265,7 @@ def worth(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == AT_NOISE_FLOOR or not explains or not math.isfinite(far.rho):
         return f"The gap is {before} RMS, the noise floor {floor}."
     share = f" (-{100.0 * (1.0 - far.rho):.3g} %)" if far.rho < 1.0 - _WORTH else ""
-    what = " with the whole answer by class" if diagnosis.shrinks_by_class else ""
     return (
-        f"Expected{what}: gap {before} to {sized(far.rms_after, diagnosis.unit)} RMS{share} on "
+        f"Expected: gap {before} to {sized(far.rms_after, diagnosis.unit)} RMS{share} on "
         f"held-out records; noise floor {floor}."
     )
-
-
-def gists(diagnosis: Diagnosis) -> dict[str, str]:
-    """One line for every folded section, so that what is in it is known before it is opened."""
-    far = diagnosis.reduction
-    which = diagnosis.attribution
-    n_sets = len(which.ranking)
-    tried = f"{counted(n_sets, 'set')} of laws fitted" if n_sets else "nothing fitted"
-    steps = len(far.steps) - 1 if far is not None and far.steps else 0
-    far_gist = f"RMS after each of {counted(steps, 'effect')}" if steps else "no effect was added"
-    if diagnosis.shrinks_by_class:
-        far_gist += "; what the answer by class explains"
-    return {
-        "where": "maps of the gap, its growth with the conditions, what does not repeat",
-        "which": f"parameters, rivals; {tried}",
-        "far": far_gist,
-        "remaining": "remaining gap, run by run" if steps else "the gap itself",
-        "inputs": f"{diagnosis.campaign}: runs, channels, rig, versions",
-        "words": "rho, phi, noise floor and the other words of this page",
-    }

@@ -6,20 +6,21 @@ their error allows.
 
 import math
 import re
-from collections.abc import Sequence
-from typing import NamedTuple, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from markupsafe import Markup, escape
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, GapCell
-from carrierflex.diagnosis.gap.findings import Drift, Exponent, NonSynchronousCell, PartGrowth
-from carrierflex.diagnosis.gap.gap_map import SIGNIFICANCE
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects
+from carrierflex.diagnosis.gap.findings import Exponent, PartGrowth
+from carrierflex.diagnosis.inference.named_values import NORMAL_95
 from carrierflex.diagnosis.inference.results import (
     GapReduction,
     Interval,
     NamedValue,
     RankedSet,
+    SelectionStep,
 )
 from carrierflex.diagnosis.results import Diagnosis
 
@@ -120,7 +121,7 @@ _OF_CLOSED_PINS = {
 }
 
 
-def _parameter_words(effect: str, name: str) -> str:
+def parameter_words(effect: str, name: str) -> str:
     """What a parameter is, in words: ``tilt of the carrier``."""
     if effect in _DELAYS:
         return "delay"
@@ -149,14 +150,12 @@ def _parameter_words(effect: str, name: str) -> str:
     return words
 
 
-def _shown_unit(name: str, unit: str) -> tuple[float, str]:
+def shown_unit(name: str, unit: str) -> tuple[float, str]:
     """Factor to the unit that an engineer uses for a parameter, and that unit."""
     if unit == "rad" and name.startswith(_DIRECTIONS):
         return 180.0 / math.pi, "deg"
     return _SHOWN.get(unit, (1.0, unit))
 
-
-_Row = TypeVar("_Row", Drift, NonSynchronousCell)
 
 #: Stands for what is not known.
 UNKNOWN = "–"
@@ -165,10 +164,7 @@ _UNDETERMINED = 1e6
 _MOST_DECIMALS = 9
 #: Rounding of a closed form: no signal of any unit in use is that small.
 _NOTHING = 1e-15
-#: Smaller ones say no more.
-_SMALLEST_P = 1e-6
 _MOST_ROWS = 12
-_MOST_BEYOND = 6
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
 
@@ -225,34 +221,6 @@ def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
     return ["0" if abs(value) < _NOTHING else number(factor * value) for value in values], shown
 
 
-class _CellRow(NamedTuple):
-    """Row of a table of parts of the gap: one place in all runs in which it stands out."""
-
-    position: str
-    runs: str
-    share: float
-    rms: float
-
-
-def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> list[_CellRow]:
-    """Cells of one place merged over the runs, largest share first.
-
-    The share is the sum, the RMS that over the runs.
-    """
-    groups: dict[str, list[GapCell]] = {}
-    for cell in cells:
-        before = f"{cell.channel_pattern}, " if many_channels else ""
-        groups.setdefault(before + position_of(cell.order, cell.frequency_hz), []).append(cell)
-    rows = []
-    for position, members in groups.items():
-        runs = list(dict.fromkeys(cell.run for cell in members))
-        named = "every run" if len(runs) == n_runs > 1 else ", ".join(runs)
-        mean_square = sum(cell.mean_square for cell in members) / len(members)
-        share = sum(cell.share for cell in members)
-        rows.append(_CellRow(position, named, share, math.sqrt(max(mean_square, 0.0))))
-    return sorted(rows, key=lambda row: -row.share)[:_MOST_ROWS]
-
-
 def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
     """Factor and unit that show a size with few digits: ``2e-4 m`` as 200 µm."""
     if (
@@ -300,28 +268,23 @@ def with_error(value: float, std: float) -> tuple[str, str]:
 
 
 class _ParameterRow(NamedTuple):
-    """Row of the table of parameters."""
+    """Row of the table of parameters; errors are half widths of 95 % intervals."""
 
     effect: str
     words: str
     name: str
-    value: str
-    std: str
+    value: float
+    error: float
     unit: str
+    sources: Mapping[str, float]
 
 
-def named_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
-    """Parameters of the named effects, the effect that explains most first.
-
-    Of an effect with several those that differ from zero by more than their standard deviation.
-    """
+def named_rows(diagnosis: Diagnosis, effect: str) -> list[_ParameterRow]:
+    """Parameters of an effect: those that differ from zero beyond their std, or all."""
     which = diagnosis.attribution
-    rows = []
-    for effect in which.effects:
-        values = which.parameters.get(effect, {})
-        clear = {name: named for name, named in values.items() if abs(named.value) > named.std}
-        rows += [_parameter_row(effect, *entry) for entry in (clear or values).items()]
-    return rows
+    values = which.parameters.get(effect) or which.alternatives.get(effect, {})
+    clear = {name: named for name, named in values.items() if abs(named.value) > named.std}
+    return [_parameter_row(effect, *entry) for entry in (clear or values).items()]
 
 
 def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
@@ -336,9 +299,35 @@ def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
 
 
 def _parameter_row(effect: str, name: str, named: NamedValue) -> _ParameterRow:
-    factor, unit = _shown_unit(name, named.unit)
-    value, std = with_error(factor * named.value, factor * named.std)
-    return _ParameterRow(effect, _parameter_words(effect, name), name, value, std, unit)
+    factor, unit = shown_unit(name, named.unit)
+    wide = NORMAL_95 * factor
+    sources = {source: wide * std for source, std in named.sources.items()}
+    words = parameter_words(effect, name)
+    return _ParameterRow(effect, words, name, factor * named.value, wide * named.std, unit, sources)
+
+
+def value_words(row: _ParameterRow) -> str:
+    """Value with its 95 % interval and unit: ``0.595 ± 0.014 mrad``."""
+    value, error = with_error(row.value, row.error)
+    unit = "" if row.unit == "1" else f" {row.unit}"
+    if error in (UNKNOWN, "not determined"):
+        return f"{value}{unit}{'' if error == UNKNOWN else f', {error}'}"
+    (value, _, power), error = value.partition("e"), error.partition("e")[0]
+    return f"({value} ± {error})·10^{power}{unit}" if power else f"{value} ± {error}{unit}"
+
+
+def source_names(rows: Sequence[_ParameterRow]) -> list[str]:
+    """Sources of error of several parameters, each once."""
+    return list(dict.fromkeys(source for row in rows for source in row.sources))
+
+
+def acting_sizes(steps: Sequence[SelectionStep], runs: Sequence[Any]) -> list[float]:
+    """What every step takes in every run, then in both halves of the runs."""
+    return [
+        size
+        for step in steps
+        for size in (*(step.by_run.get(run.name, math.nan) for run in runs), *step.halves)
+    ]
 
 
 def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
@@ -380,11 +369,6 @@ def pair(ends: Interval) -> str:
     return f"{low} to {high}" if low != high else f"{low} ± < 0.1"
 
 
-def beyond_chance(rows: Sequence[_Row]) -> list[_Row]:
-    """Rows whose p-value is significant, the first six."""
-    return [row for row in rows if row.p_value < SIGNIFICANCE][:_MOST_BEYOND]
-
-
 def growth_rows(growth: Sequence[PartGrowth]) -> list[tuple[str, str, str, Exponent]]:
     """Part, frame, condition and every exponent that is determined, at most twelve rows."""
     rows = []
@@ -397,33 +381,3 @@ def growth_rows(growth: Sequence[PartGrowth]) -> list[tuple[str, str, str, Expon
             and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
         ]
     return rows[:_MOST_ROWS]
-
-
-def p_value(value: float) -> str:
-    """Probability with its power of ten; very small ones as a bound."""
-    if not math.isfinite(value):
-        return UNKNOWN
-    if value < _SMALLEST_P:
-        return f"< {_SMALLEST_P:.0e}"
-    return f"{value:.1g}"
-
-
-def scatter_rows(
-    cells: Sequence[NonSynchronousCell], unit: str
-) -> tuple[list[tuple[str, str, list[str], float]], str]:
-    """Cell, run, sizes (measured, simulated, noise) and p of what does not repeat, and their unit.
-
-    The mean squares may be slightly negative above a subtracted noise.
-    """
-    rows = beyond_chance(cells)
-    squares = [square for row in rows for square in (row.measured, row.simulated, row.noise)]
-    sizes, shown = in_one_unit(
-        [math.sqrt(max(square, 0.0)) if math.isfinite(square) else square for square in squares],
-        unit,
-    )
-    table = []
-    for number_of_row, row in enumerate(rows):
-        position = "off the orders" if row.order is None else f"order {row.order:g}"
-        row_sizes = sizes[3 * number_of_row : 3 * number_of_row + 3]
-        table.append((f"{row.channel_pattern}, {position}", row.run, row_sizes, row.p_value))
-    return table, shown

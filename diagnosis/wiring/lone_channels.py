@@ -9,14 +9,20 @@ the other channels expect of it, ``y = x + sum_k c_k u_k``, one kind of fault af
 - the signal of another channel, whole or in part, ``y = x_j``, ``y = x + c x_j``;
 - loads without the machine between, ``y = x + c u``: a sensor that stands on the ground;
 - a low-pass or a high-pass filter of x, a curved characteristic ``y = g x + h x² + k x³``.
+
+A filter that all channels share is one of the inputs: a linear machine cannot tell on which side of
+it the filter is.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from typing import Annotated
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord, shared_products
@@ -55,6 +61,8 @@ _FEWEST_CHANNELS = 3
 _FEWEST_RUNS = 3
 #: Fewest runs that may differ from one another.
 _FEWEST_VARYING = 2
+#: A filter or a delay along the first axis: ``(size, time, values) -> values``.
+_Filter = Callable[[float, FloatArray, FloatArray], FloatArray]
 #: Standard deviation of a load over its largest value up to which it is steady.
 _STEADY = 0.1
 #: Share of the gap that must go in the linear screen: about a fit that the fault has led astray.
@@ -69,6 +77,9 @@ _NEAR = 0.1
 _WHITE = 0.8
 #: Times [s] of filters over the step, as powers of two.
 _FILTERS = range(0, 14)
+#: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
+_SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
+_MOST_REFITS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,6 +211,92 @@ def lone_rivals(
             names = ", ".join(run.name for run in campaign.runs)
             text = "values of its own for every run (temperature, adjustment, wear)"
             yield WiringRival(RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
+
+
+def filtered_signals(
+    records: Iterable[LinearRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+    gap: GapSquare,
+) -> Iterator[WiringRival]:
+    """Filter of all channels with which the baseline leaves clearly less than with a delay.
+
+    `records` are those that :func:`lone_rivals` calls for, the others its arguments. None where an
+    input is an angle: in its turning frame a filtered signal is not that of a filtered load.
+    """
+    inputs = {name for run in campaign.runs for name in run.inputs}
+    runs = list(records) if inputs and "carrier_angle" not in inputs else []
+    known = [np.isfinite(values).all() for run in campaign.runs for values in run.inputs.values()]
+    if not runs or not all(known):
+        return
+
+    def beside(kind: _Filter, size: float) -> float:
+        """Mean square beside the fitted baseline."""
+        sums = _sums(_filtered_record(run, partial(kind, size)) for run in runs)
+        return np.inf if sums is None else sums.mean_square
+
+    def refit(kind: _Filter, size: float) -> float:
+        """Mean square of the refitted baseline."""
+        changed = tuple(
+            replace(one, inputs={k: kind(size, one.time, v) for k, v in one.inputs.items()})
+            for one in campaign.runs
+        )
+        return refitted(replace(campaign, runs=changed))
+
+    def fitted(kind: _Filter, size: float) -> tuple[float, float]:
+        """Size about a first one that leaves least, and that."""
+        best = minimize_scalar(
+            lambda octaves: refit(kind, size * 2.0**octaves),
+            bounds=(-0.5, 0.5),
+            method="bounded",
+            options={"maxiter": _MOST_REFITS, "xatol": 1e-3},
+        )
+        return size * 2.0 ** float(best.x), float(best.fun)
+
+    times = mean_step(runs[0].time) * 2.0**_SHARED_FILTERS
+    n = min(_MEANS, key=partial(beside, _mean))
+    time = min(times, key=partial(beside, _low_pass))
+    if min(beside(_mean, n), beside(_low_pass, time)) > gap.left(_SCREENED):
+        return
+    (time, of_filter), of_mean = fitted(_low_pass, time), refit(_mean, n)
+    square = min(of_filter, of_mean)
+    if not square <= gap.left(NEARLY_ALL):
+        return
+    _, of_delay = fitted(_delay, min(times, key=partial(beside, _delay)))
+    if _SIMPLER * square < of_delay:
+        size = f"of {time:.2g} s" if of_filter < of_mean else f"that is a mean of {n}"
+        names = ", ".join(channel.name for channel in campaign.channels)
+        line = key_of("[[channels]]", campaign.channels[0].name)
+        yield WiringRival(FILTERED_CHANNEL, names, f"{names} behind a filter {size}", square, line)
+
+
+def _filtered_record(
+    record: LinearRecord, change: Callable[[FloatArray, FloatArray], FloatArray]
+) -> LinearRecord:
+    """Run with a change of its prediction and slopes."""
+    predicted = change(record.time, record.predicted)
+    residual = record.predicted + record.residual - predicted
+    columns = np.array([change(record.time, column) for column in record.columns])
+    return replace(record, predicted=predicted, residual=residual, columns=columns)
+
+
+def _low_pass(seconds: float, time: FloatArray, values: FloatArray) -> FloatArray:
+    """First-order low-pass from the first value on."""
+    share = mean_step(time) / (seconds + mean_step(time))
+    start = (1.0 - share) * values[:1]
+    return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0])
+
+
+def _mean(samples: float, time: FloatArray, values: FloatArray) -> FloatArray:
+    """Mean over the latest samples, the first value before the first."""
+    n = int(samples)
+    longer = np.concatenate([np.repeat(values[:1], n - 1, axis=0), values])
+    return np.asarray(lfilter(np.full(n, 1.0 / n), [1.0], longer, axis=0)[n - 1 :])
+
+
+def _delay(seconds: float, time: FloatArray, values: FloatArray) -> FloatArray:
+    """Values of a while ago, the first value before the first."""
+    return np.asarray(CubicSpline(time, values)(np.maximum(time - seconds, time[0])))
 
 
 def _loads_vary(campaign: Campaign) -> bool:
@@ -372,9 +469,11 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         _, square = fitted(y - x, *reading.loads)
         text = "moves with the loads as a sensor that stands on the ground"
         yield _Fault(SENSOR_ON_GROUND, text, square, 3)
+    pieces = np.split(x, reading.starts[1:])
+    times = [reading.step * np.arange(float(one.size)) for one in pieces]
     for power in _FILTERS:
         time = reading.step * 2.0**power
-        slow = _low_passed(x, reading, time)
+        slow = np.concatenate([_low_pass(time, *pair) for pair in zip(times, pieces, strict=True)])
         square = float(np.sum((y - slow) ** 2))
         text = f"is filtered with a time constant of about {time:.2g} s"
         yield _Fault(FILTERED_CHANNEL, text, square, 1)
@@ -383,20 +482,3 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         yield _Fault(AC_COUPLED, text, square, 1)
     _, square = fitted(y - y.mean(), x, x**2 - np.mean(x**2), x**3 - np.mean(x**3))
     yield _Fault(CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
-
-
-def _low_passed(values: FloatArray, reading: _Reading, time: float) -> FloatArray:
-    """First-order low-pass of every run, from its first value on."""
-    share = reading.step / (time + reading.step)
-    ends = [*reading.starts[1:], values.size]
-    return np.concatenate(
-        [
-            lfilter(
-                [share],
-                [1.0, share - 1.0],
-                values[start:end],
-                zi=np.atleast_1d((1.0 - share) * values[start : start + 1]),
-            )[0]
-            for start, end in zip(reading.starts, ends, strict=True)
-        ]
-    )

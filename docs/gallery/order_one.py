@@ -1,6 +1,6 @@
 """What decides the once-a-revolution signal.
 
-Command: order-one, stage
+Command: study order-one, stage
 """
 
 import sys

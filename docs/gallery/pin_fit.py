@@ -1,6 +1,6 @@
 """From simply supported to rigid pins.
 
-Command: pin-fit, carrier
+Command: study pin-fit, carrier
 """
 
 import sys

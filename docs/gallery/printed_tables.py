@@ -1,6 +1,6 @@
 """What the digits of the printed tables determine.
 
-Command: printed-tables, papers
+Command: papers printed-tables, papers
 """
 
 import sys

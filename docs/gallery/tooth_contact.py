@@ -1,6 +1,6 @@
 """Pressure on the teeth with and without misalignment of shaft and carrier.
 
-Command: gear-life, stage
+Command: study gear-life, stage
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Torque over rotation of shaft, gearbox and mounting.
 
-Command: torsion, stage
+Command: study torsion, stage
 """
 
 import sys

@@ -6,6 +6,7 @@ written in :mod:`carrierflex.identification.campaign.campaign_files`.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import date
 from typing import Any
 
 from carrierflex.files.problems import refuse
@@ -46,6 +47,10 @@ class Campaign:
         What is declared of input columns: units of a voltage analogue, errors.
     notes : tuple of str
         What the reader left out of the files, for the user.
+    turbine : str
+        Machine of a fleet that was measured; empty where the campaign does not say.
+    recorded : date, optional
+        Day of the records.
 
     Raises
     ------
@@ -61,6 +66,8 @@ class Campaign:
     runs: tuple[Run, ...]
     inputs: tuple[InputSignal, ...] = ()
     notes: tuple[str, ...] = ()
+    turbine: str = ""
+    recorded: date | None = None
 
     def __post_init__(self) -> None:
         kind = self.contract

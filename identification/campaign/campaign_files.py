@@ -103,6 +103,8 @@ def read_campaign(folder: Path, *, bending: bool = False) -> Campaign:
         runs=records.runs,
         inputs=header.inputs,
         notes=tuple(_left_out(folder, header, expected)),
+        turbine=header.turbine,
+        recorded=header.recorded,
     )
 
 
@@ -394,6 +396,10 @@ def campaign_document(campaign: Campaign) -> dict[str, Any]:
         "channels": [_channel_table(channel) for channel in campaign.channels],
         "runs": [_run_table(run) for run in campaign.runs],
     }
+    if campaign.turbine:
+        document["turbine"] = campaign.turbine
+    if campaign.recorded is not None:
+        document["recorded"] = campaign.recorded
     if campaign.inputs:
         document["inputs"] = [_signal_table(own) for own in campaign.inputs]
     return {**document, "version": _version(document)}

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from datetime import date
 from typing import Any
 
 from carrierflex.files.problems import refuse
@@ -57,6 +58,8 @@ class CampaignHeader:
     inputs: tuple[InputSignal, ...]
     version: int = 1
     simulated: SimulatedMark | None = None
+    turbine: str = ""
+    recorded: date | None = None
 
 
 def campaign_header(
@@ -118,6 +121,8 @@ def campaign_header(
         inputs=inputs,
         version=checked.version,
         simulated=SimulatedMark(mark.software, mark.sha256) if mark else None,
+        turbine=checked.turbine or "",
+        recorded=checked.recorded,
     )
 
 

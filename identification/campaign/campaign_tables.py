@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
@@ -293,6 +294,12 @@ class _CampaignDocument(TomlTable):
         default=None,
     )
     name: Text = key("Title")
+    turbine: Text | None = key(
+        "Turbine, or another machine of a fleet, that was measured", since=2, default=None
+    )
+    recorded: Annotated[date, Expected("a date as 2026-01-31, without quotes")] | None = key(
+        "Day of the records", since=2, default=None
+    )
     runs: Annotated[
         list[RunTable],
         Field(min_length=1),

@@ -23,7 +23,7 @@ from carrierflex.identification.logs.log_table import (
     MOST_NUMBERS,
     LogTable,
     NamedColumn,
-    table_of_parts,
+    table_of_columns,
 )
 from carrierflex.identification.logs.optional_readers import (
     mdf_log,
@@ -118,15 +118,15 @@ def _hdf5_columns(file: h5py.File, objects: Mapping[str, str]) -> Iterator[Named
             yield from _dataset_columns(file, name, file[name])
 
 
-def _dataset_columns(group: h5py.Group, name: str, part: h5py.Dataset) -> Iterator[NamedColumn]:
-    path = part.name.strip("/")
-    unit = _text_of(part.attrs.get("unit", part.attrs.get("units", "")))
-    if part.dtype.names:
+def _dataset_columns(group: h5py.Group, name: str, entry: h5py.Dataset) -> Iterator[NamedColumn]:
+    path = entry.name.strip("/")
+    unit = _text_of(entry.attrs.get("unit", entry.attrs.get("units", "")))
+    if entry.dtype.names:
         values = samples(group, name)
-        for field in part.dtype.names:
+        for field in entry.dtype.names:
             if values[field].ndim == 1 and values[field].dtype.kind in "fiub":
                 yield f"{path}/{field}", values[field], ""
-    elif part.dtype.kind in "fiub" and part.ndim in (1, 2):
+    elif entry.dtype.kind in "fiub" and entry.ndim in (1, 2):
         yield path, samples(group, name), unit
 
 
@@ -165,7 +165,7 @@ def _by_length(
     )
     lengths = dict.fromkeys(values.size for _, values, _ in columns)
     tables = tuple(
-        table_of_parts(path, [part for part in columns if part[1].size == length])
+        table_of_columns(path, [entry for entry in columns if entry[1].size == length])
         for length in lengths
     )
     if not tables:
@@ -198,13 +198,13 @@ def read_log(path: Path) -> tuple[LogTable, ...]:
         Where it is not what its suffix says, or the package that reads it is not installed; the
         message names the file.
     """
-    own = format_of(path)
-    if own is None:
+    log_format = format_of(path)
+    if log_format is None:
         return (text_log(path)[0],)
     if path.suffix.lower() == ".parquet":
         return _parquet_log(path)
     # A damaged file can bring these libraries down or keep them for ever: a process of their own.
-    size = check_plain_file(path, own.words, LARGEST_FILE)
+    size = check_plain_file(path, log_format.words, LARGEST_FILE)
     seconds = _SECONDS + size // 500_000
     return in_child(_limited_log, path, size, seconds, about=path, what="the reader")
 
@@ -294,16 +294,16 @@ def _mat_objects(content: Mapping[str, Any]) -> dict[str, str]:
 
 def _mat_parts(before: str, value: Any, deep: int = 0) -> Iterator[NamedColumn]:
     if isinstance(value, dict) and deep < 8:
-        for name, part in value.items():
+        for name, entry in value.items():
             if name is not None and not name.startswith("__"):
-                yield from _mat_parts(f"{before}/{name}" if before else name, part, deep + 1)
+                yield from _mat_parts(f"{before}/{name}" if before else name, entry, deep + 1)
     elif isinstance(value, list) and deep < 8:
         # Structures in a row, as Simulink's `signals`: `values` is called after its label.
-        for number, part in enumerate(value, start=1):
-            if isinstance(part, dict):
-                label = part.get("label")
+        for number, entry in enumerate(value, start=1):
+            if isinstance(entry, dict):
+                label = entry.get("label")
                 name = label if isinstance(label, str) and label else f"{before} {number}"
-                yield from _mat_parts(name, part.get("values", part), deep + 1)
+                yield from _mat_parts(name, entry.get("values", entry), deep + 1)
     elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and value.ndim in (1, 2):
         yield before, value, ""
 

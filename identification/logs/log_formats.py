@@ -70,7 +70,7 @@ NOT_READ = (
 # fmt: on
 
 #: By suffix.
-FORMAT_OF_SUFFIX = {suffix: own for own in LOG_FORMATS for suffix in own.suffixes}
+FORMAT_OF_SUFFIX = {suffix: entry for entry in LOG_FORMATS for suffix in entry.suffixes}
 
 
 def format_of(path: Path) -> LogFormat | None:

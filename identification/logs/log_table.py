@@ -61,7 +61,7 @@ class LogTable:
         return sizes[0] if sizes else 0
 
 
-def table_of_parts(
+def table_of_columns(
     path: Path, parts: Sequence[NamedColumn], *, step: float | None = None, start: float = 0.0
 ) -> LogTable:
     """Table of columns; of a name with a path, the last member where it occurs once.

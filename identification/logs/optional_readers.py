@@ -22,7 +22,7 @@ from carrierflex.identification.logs.log_table import (
     MOST_NUMBERS,
     LogTable,
     NamedColumn,
-    table_of_parts,
+    table_of_columns,
 )
 from carrierflex.identification.logs.logged_units import dimension_of, factor_to
 from carrierflex.identification.logs.text_logs import text_table
@@ -64,23 +64,23 @@ def library(path: Path) -> Any:
     ValueError
         Where it is not installed; the message names the extra.
     """
-    own = format_of(path)
-    assert own is not None
+    entry = format_of(path)
+    assert entry is not None
     try:
-        return import_module(own.module)
+        return import_module(entry.module)
     except ImportError as error:
-        package = own.module.partition(".")[0].replace("_", "-")
+        package = entry.module.partition(".")[0].replace("_", "-")
         raise ValueError(
-            f"{path}: {own.words} needs the package {package}; install it with pip install "
-            f"'carrierflex[{own.extra}]', or export the file as CSV"
+            f"{path}: {entry.words} needs the package {package}; install it with pip install "
+            f"'carrierflex[{entry.extra}]', or export the file as CSV"
         ) from error
 
 
 @contextmanager
 def _library_errors(path: Path) -> Iterator[None]:
     """Turn whatever a library raises into one line that names the file; its log is not shown."""
-    own = format_of(path)
-    assert own is not None
+    entry = format_of(path)
+    assert entry is not None
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
@@ -90,7 +90,7 @@ def _library_errors(path: Path) -> Iterator[None]:
     except Exception as error:
         # An error of a library may come without a word.
         why = " ".join(str(error).split()) or "damaged"
-        raise ValueError(f"{path}: not {own.words}: {why}; export it again, or as CSV") from error
+        raise ValueError(f"{path}: not {entry.words}: {why}; export it again, or as CSV") from error
     finally:
         logging.disable(before)
 
@@ -121,13 +121,13 @@ def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:
         if values.dtype.kind in "fiub" and values.size:
             unit = facts.get("unit_string", "")
             name = f"{channel.group_name}/{channel.name}"
-            part = (name, values, unit if isinstance(unit, str) else "")
-            clocks.setdefault((values.size, step, start), []).append(part)
+            column = (name, values, unit if isinstance(unit, str) else "")
+            clocks.setdefault((values.size, step, start), []).append(column)
     if not clocks:
         raise ValueError("no channel of numbers")
     return tuple(
-        table_of_parts(path, parts, step=step or None, start=start)
-        for (_, step, start), parts in clocks.items()
+        table_of_columns(path, columns, step=step or None, start=start)
+        for (_, step, start), columns in clocks.items()
     )
 
 
@@ -144,9 +144,9 @@ def uff_log(path: Path) -> tuple[LogTable, ...]:
         file = pyuff.UFF(str(path))
         types = [int(number) for number in file.get_set_types()]
         sets = [file.read_sets(place) for place, number in enumerate(types) if number == 58]
-    records = [own for own in sets if _is_record(own)]
+    records = [entry for entry in sets if _is_record(entry)]
     if not records:
-        held = sorted({_FUNCTIONS.get(own["func_type"], "functions") for own in sets})
+        held = sorted({_FUNCTIONS.get(entry["func_type"], "functions") for entry in sets})
         what = ", ".join(held) if held else f"data sets {sorted(set(types))}"
         raise ValueError(
             f"{path}: a universal file of {what}; expected data set 58 with time responses "
@@ -154,51 +154,51 @@ def uff_log(path: Path) -> tuple[LogTable, ...]:
         )
     clocks: dict[tuple[object, ...], list[NamedColumn]] = {}
     names = _record_names(records)
-    for own, name in zip(records, names, strict=True):
-        n = int(own["num_pts"])
-        values, instants = (np.asarray(own[key], dtype=np.float64)[:n] for key in ("data", "x"))
+    for entry, name in zip(records, names, strict=True):
+        n = int(entry["num_pts"])
+        values, instants = (np.asarray(entry[key], dtype=np.float64)[:n] for key in ("data", "x"))
         if values.size < n or instants.size < n:
             raise ValueError(
                 f"{path}: {name} states {n} values and holds {values.size}; expected all of them: "
                 "export it again"
             )
-        seconds = _seconds(own["abscissa_axis_units_lab"])
-        unit = _label(own["ordinate_axis_units_lab"])
-        even = own["abscissa_spacing"] == 1
-        clock = (own["abscissa_inc"], own["abscissa_min"]) if even else (instants.tobytes(),)
-        parts = clocks.setdefault((n, seconds, *clock), [])
-        if not even and not parts:
-            parts.append((TIME, instants * seconds, "s"))
-        parts.append((name, values, unit))
-    return tuple(_uff_table(path, key, parts) for key, parts in clocks.items())
+        seconds = _seconds(entry["abscissa_axis_units_lab"])
+        unit = _label(entry["ordinate_axis_units_lab"])
+        even = entry["abscissa_spacing"] == 1
+        clock = (entry["abscissa_inc"], entry["abscissa_min"]) if even else (instants.tobytes(),)
+        columns = clocks.setdefault((n, seconds, *clock), [])
+        if not even and not columns:
+            columns.append((TIME, instants * seconds, "s"))
+        columns.append((name, values, unit))
+    return tuple(_uff_table(path, key, columns) for key, columns in clocks.items())
 
 
-def _uff_table(path: Path, clock: tuple[Any, ...], parts: list[NamedColumn]) -> LogTable:
+def _uff_table(path: Path, clock: tuple[Any, ...], columns: list[NamedColumn]) -> LogTable:
     _, seconds, *even = clock
     if len(even) == 1:
-        return table_of_parts(path, parts)
+        return table_of_columns(path, columns)
     step, start = even
-    return table_of_parts(path, parts, step=step * seconds or None, start=start * seconds)
+    return table_of_columns(path, columns, step=step * seconds or None, start=start * seconds)
 
 
-def _is_record(own: Mapping[str, Any]) -> bool:
-    over_time = own["abscissa_spec_data_type"] == _OVER_TIME
-    kinds = own["func_type"] == _TIME_RESPONSE or (own["func_type"] == _GENERAL and over_time)
-    return bool(kinds and own["ord_data_type"] in _REAL)
+def _is_record(entry: Mapping[str, Any]) -> bool:
+    over_time = entry["abscissa_spec_data_type"] == _OVER_TIME
+    kinds = entry["func_type"] == _TIME_RESPONSE or (entry["func_type"] == _GENERAL and over_time)
+    return bool(kinds and entry["ord_data_type"] in _REAL)
 
 
 def _record_names(records: Sequence[Mapping[str, Any]]) -> list[str]:
     """Names of records: the first line where it differs, else quantity, node and direction."""
-    lines = [" ".join(_label(own["id1"]).split()) for own in records]
+    lines = [" ".join(_label(entry["id1"]).split()) for entry in records]
     if all(lines) and len(set(lines)) == len(lines):
         return lines
     names = []
-    for own in records:
-        direction = int(own["rsp_dir"])
+    for entry in records:
+        direction = int(entry["rsp_dir"])
         sign = "-" if direction < 0 else "+"
         axis = _DIRECTIONS[abs(direction)] if abs(direction) < len(_DIRECTIONS) else ""
-        quantity = _ORDINATES.get(own["ordinate_spec_data_type"], "signal")
-        names.append(f"{quantity} {own['rsp_node']}{sign + axis if axis else ''}")
+        quantity = _ORDINATES.get(entry["ordinate_spec_data_type"], "signal")
+        names.append(f"{quantity} {entry['rsp_node']}{sign + axis if axis else ''}")
     return _different(names)
 
 
@@ -235,11 +235,11 @@ def mdf_log(path: Path) -> tuple[LogTable, ...]:
             signal.name if counts[signal.name] == 1 else f"{signal.name} (group {number + 1})"
             for signal in signals
         ]
-        parts = [
+        columns = [
             (name, signal.samples, signal.unit or "")
             for name, signal in zip(_different([TIME, *called])[1:], signals, strict=True)
         ]
-        tables.append(table_of_parts(path, [(TIME, time, "s"), *parts]))
+        tables.append(table_of_columns(path, [(TIME, time, "s"), *columns]))
     if not tables:
         raise ValueError(
             f"{path}: no channel of numbers; expected measured signals: decode the bus traffic "
@@ -287,7 +287,7 @@ def openfast_log(path: Path) -> tuple[LogTable, ...]:
         )
         units = facts["attribute_units"]
     return (
-        table_of_parts(
+        table_of_columns(
             path,
             [
                 (name, values[:, k], unit)

@@ -19,7 +19,8 @@ from carrierflex.identification.carrier.parameter_estimate import SHARED, Parame
 from carrierflex.identification.estimation.fit_uncertainty import FitUncertainty, fit_uncertainty
 from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, bounded_fit
 from carrierflex.simulation.fit_parameter import FitParameter
-from carrierflex.simulation.mounting.shaft_bending import GRAVITY, EquivalentMass, shaft_bending
+from carrierflex.simulation.mounting.shaft_bending import EquivalentMass, shaft_bending
+from carrierflex.simulation.stage.stage_data import GRAVITY
 
 Array = NDArray[np.float64]
 

@@ -138,8 +138,8 @@ def superelement(model: ReducedModel, pilot: str | None = None) -> Superelement:
             )
         # What a free body has there is rounding, and OpenFAST takes it for a fault.
         K_pp = np.zeros((6, 6))
-    others = [own for own in model.pilots if own != name]
-    rows = [_translations(model, own) @ T for own in others]
+    others = [pilot for pilot in model.pilots if pilot != name]
+    rows = [_translations(model, pilot) @ T for pilot in others]
     is_free = n_free == 6
     return Superelement(
         model.name,
@@ -148,7 +148,7 @@ def superelement(model: ReducedModel, pilot: str | None = None) -> Superelement:
         scipy.linalg.block_diag((K_pp + K_pp.T) / 2.0, np.diag(omega_squared)),
         T.T @ ((model.D + model.D.T) / 2.0) @ T,
         *_self_weight(M_r if is_free else np.zeros_like(M_r)),
-        np.array([model.pilots[own] for own in others]).reshape(-1, 3),
+        np.array([model.pilots[pilot] for pilot in others]).reshape(-1, 3),
         np.vstack([np.zeros((0, len(T))), *rows]),
         is_free,
     )

@@ -39,8 +39,11 @@ def write_state_space(system: StateSpace, path: Path, *, frame: str = FRAME) -> 
     refuse_suffix(path)
     content: dict[str, Any] = {letter: getattr(system, letter) for letter in "ABCD"}
     for kind in ("state", "input", "output"):
-        own = getattr(system, f"{kind}s")
-        content |= {f"{kind}_names": np.array(own.names), f"{kind}_units": np.array(own.units)}
+        signals = getattr(system, f"{kind}s")
+        content |= {
+            f"{kind}_names": np.array(signals.names),
+            f"{kind}_units": np.array(signals.units),
+        }
     point = system.operating_point
     content |= {
         "operating_point_names": np.array(list(point), dtype=np.str_),

@@ -364,7 +364,7 @@ class MountingData:
 
     A bonded bush has 1/39 to 1/2.4 of the radial stiffness, 0.5e6 to 8.3e6 (Adkins and Gent 1954,
     long and short bush of radius ratio 1.5); 20.2e6 where one reads the paper's stiffness for all
-    three components. What it decides: ``carrierflex order-one``."""
+    three components. What it decides: ``carrierflex study order-one``."""
     tilt_stiffness: float = 0.0
     """Paper: "three component" bushings carry no moment. Of each bushing, about y and z [N m/rad].
 

@@ -11,7 +11,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 SETTINGS, _, NAVIGATION = (
     (DOCS.parent / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")
 )
-#: Of the navigation without reference and decisions; of all pages but decisions.
+#: Of the navigation without reference and decisions; of what is written by hand but decisions.
 MOST_PAGES, MOST_WORDS = 22, 50_000
 
 
@@ -33,7 +33,13 @@ def test_the_navigation_is_short_and_holds_every_page():
 
 
 def test_the_pages_are_short():
-    words = {path.name: len(path.read_text(encoding="utf-8").split()) for path in written_pages()}
+    words = {}
+    for path in written_pages():
+        text = path.read_text(encoding="utf-8")
+        # Written by make performance, and by make gallery.
+        text = re.sub(r"<!-- Written by.*<!-- End of", "", text, flags=re.DOTALL)
+        words[path.name] = len(text.split()) * (path.name != "gallery.md")
+    assert sum(words.values()) > 20_000
     assert sum(words.values()) <= MOST_WORDS, words
 
 

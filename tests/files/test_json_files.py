@@ -26,7 +26,7 @@ def test_what_json_does_not_know_leaves_no_file(tmp_path):
     save_json(path, {"value": float("nan"), "unit": "µm"})
     assert read_json(path, "values") == {"value": None, "unit": "µm"}
     with pytest.raises(TypeError, match="not JSON serializable"):
-        save_plain_json(path, {"first": 1, "second": {1, 2}})
+        save_plain_json(path, {"value": 1, "second": {1, 2}})
     # The file before stands.
     assert read_json(path, "values") == {"value": None, "unit": "µm"}
     assert [own.name for own in tmp_path.iterdir()] == ["broken.json"]

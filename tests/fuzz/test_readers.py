@@ -57,6 +57,7 @@ from carrierflex.simulation.law_files import read_law, write_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.cached_results import CacheStore
+from carrierflex.workflows.fe.default_curves import default_curves, with_mesh_error
 from carrierflex.workflows.view3d.rim_scene import rim_scene
 from tests.fe.solids.test_solids import blocks
 from tests.forked_readers import read_in_forks
@@ -167,6 +168,8 @@ def _documents(folder: Path) -> dict[str, Target]:
     write_rim_motion(
         folder / "rim_motion.json", RimMotion("twin", "m", 3, 0.4, ("carrier_tilt",), (signal,))
     )
+    error = {"curve": "delta_f", "order": 3, "amplitude": 2e-7, "error": 1e-8}
+    save_json(folder / "mesh_error.json", {"size": 0.03, "errors": [error]})
     for name in DAMAGED_LAWS:
         write_law(folder / f"law {name}.toml", LAWS[name])
     entry = {"format": "carrierflex-cache-entry", "version": 1, "key": "k"}
@@ -182,6 +185,7 @@ def _documents(folder: Path) -> dict[str, Target]:
         "times.json": read_verdict,
         "diagnosis.json": lambda path: read_diagnosis(path / "diagnosis.json"),
         "rim_motion.json": lambda path: rim_scene(read_rim_motion(path / "rim_motion.json")),
+        "mesh_error.json": lambda path: with_mesh_error(default_curves(), path / "mesh_error.json"),
         "entry.json": lambda path: CacheStore(path.parent).lookup(path.name, ["a.csv"]),
     }
     beside = {"times.json": ["diagnosis.json"]}
@@ -224,7 +228,7 @@ TEXTS = [
     *("campaign mounting run", "campaign element document", "campaign element run"),
     *("curves.csv", "parameters.toml", "surfaces.toml", "seals.json"),
     *(f"law {name}.toml" for name in DAMAGED_LAWS),
-    *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
+    *("times.json", "diagnosis.json", "rim_motion.json", "mesh_error.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     *("mesh .msh", "mesh of hexahedra .inp"),
     *("map", "log log.csv", "log log.mat", "log log.h5", "log log.tdms", "log run.uff"),

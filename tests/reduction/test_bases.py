@@ -211,7 +211,7 @@ def test_fewest_modes_for_a_response_are_enough_and_one_fewer_is_not():
     omegas = 2.0 * np.pi * band * np.linspace(0.05, 1.0, 20)
     assert max(response_error(response, omega, n)[0] for omega in omegas) <= tolerance
     assert max(response_error(response, omega, n - 1)[0] for omega in omegas) > tolerance
-    options = {"frf_tolerance": tolerance, "frf_up_to": band}
+    options = {"frf_tolerance": tolerance, "up_to": band}
     assert chosen_modes(response_of, options) == rule
     assert chosen_modes(response_of, {"modes": 3}) == AtLeast(3)
     with pytest.raises(ValueError, match="expected a positive tolerance and a positive frequency"):

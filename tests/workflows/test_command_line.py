@@ -16,7 +16,7 @@ import time
 import pytest
 
 from carrierflex.files.versions import installed, software_name
-from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.shell.commands import COMMANDS, RENAMED
 
 COMMAND = [sys.executable, "-m", "carrierflex.workflows.command_line"]
 
@@ -107,7 +107,18 @@ def test_version_help_and_refusal_of_a_command_load_no_workflow(tmp_path):
 
 def test_a_misspelt_command_is_told_the_nearest_name(command):
     assert 'unknown command "diagnoze"; did you mean "diagnose"?' in refused(command("diagnoze"))
-    assert "expected one of run, mesh, cad" in refused(command("xyz"))
+    assert 'did you mean "study torsion"?' in refused(command("study", "torsoin"))
+    assert 'did you mean "study torsion"?' in refused(command("torsoin"))
+    assert "expected one of run, cases, parameters" in refused(command("xyz"))
+
+
+@pytest.mark.parametrize("name", RENAMED)
+def test_a_renamed_command_or_option_tells_its_new_name(command, name):
+    if name.startswith("--"):
+        assert f"{name} is now {RENAMED[name]} (" in refused(command("check", "c", name, "1"))
+    else:
+        assert RENAMED[name] in COMMANDS
+        assert f'"{name}" is now "{RENAMED[name]}"' in refused(command(name, "--out", "o"))
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -3,6 +3,7 @@
 import pytest
 
 from carrierflex.fe.curve_files import write_curves
+from carrierflex.workflows.outputs import save_table
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 MEASUREMENT = b"PAR1 a measurement \x00\x01 PAR1"
@@ -11,7 +12,7 @@ COMMANDS = {
     "mesh": ("mesh", "--out", "theirs.msh", "--size", "0.3"),
     "drawing": ("parameters", "--out", "theirs.toml"),
     "view": ("view", "curves.csv", "--out", "theirs.html"),
-    "fmu": ("export-fmu", "--out", "theirs.fmu"),
+    "fmu": ("fmu", "--out", "theirs.fmu"),
     "log": ("cases", "--log-file", "theirs.parquet"),
     "log of another program": ("cases", "--log-file", "theirs.log"),
 }
@@ -39,6 +40,39 @@ def test_what_others_wrote_is_not_replaced(name, command, tmp_path):
     assert ended.stderr.count("\n") == 1
     assert theirs.read_bytes() == content
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted({"curves.csv", theirs.name})
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("printed_tables.json", b'{"rows": [1, 2]}'),
+        ("printed_tables.json", MEASUREMENT),
+        ("printed_tables.png", b"\x89PNG\r\n\x1a\n of another program"),
+    ],
+)
+def test_a_file_in_the_folder_that_others_wrote_stays(command, tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    ended = command("papers", "printed-tables", "--out", ".")
+    assert ended.returncode == 2
+    assert f"{name}: is there already" in ended.stderr
+    assert (tmp_path / name).read_bytes() == content
+
+
+def test_a_table_and_curves_that_others_wrote_stay(tmp_path):
+    for name in ("table.csv", "curves.csv"):
+        (tmp_path / name).write_text("t,force\n0,1\n")
+    with pytest.raises(FileExistsError, match=r"table\.csv: is there already"):
+        save_table(tmp_path / "table.csv", ["angle", "rms"], [[0.0, 1.0]])
+    with pytest.raises(FileExistsError, match=r"curves\.csv: is there already"):
+        write_curves(tmp_path / "curves.csv", {"delta_s": stiff_curve()})
+    save_table(tmp_path / "ours.csv", ["angle", "rms"], [[0.0, 1.0]])
+    save_table(tmp_path / "ours.csv", ["angle", "largest"], [[0.0, 2.0]])
+    assert "largest" in (tmp_path / "ours.csv").read_text()
+
+
+def test_a_folder_of_this_program_is_written_again(command):
+    for _ in range(2):
+        assert command("papers", "printed-tables", "--out", "out").returncode == 0
 
 
 @pytest.mark.parametrize("name", ["schema", "fmu"])

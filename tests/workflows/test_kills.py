@@ -38,13 +38,14 @@ COMMANDS = {
     ],
     "identify": ["identify", "campaign", "--model", "m2", "--out", "identified"],
     "diagnose": ["diagnose", "campaign", "--out", "diagnosed"],
+    "batch": ["batch", "campaign", "--out", "fleet"],
     "mesh": ["mesh", "--variant", "flexible", "--size", "0.06", "--out", "carrier.msh"],
     "curves": ["curves", "--size", "0.08", "--out", "curves"],
     "reduce": ["reduce", "--body", "pin", "--size", "0.06", "--modes", "4", "--out", "pin.h5"],
     "export": ["export", "pin_before.h5", "--format", "op4", "--out", "pin.op4"],
     "export simscape": ["export", "pin_before.h5", "--format", "simscape", "--out", "pin.mat"],
     "cad": ["cad", "--out", "cad"],
-    "gear-life": ["gear-life", "--out", "life"],
+    "gear-life": ["study", "gear-life", "--out", "life"],
     "blind-check": [
         "blind-check", "--kind", "element", "--cases", "2", "--out", "checked",
     ],
@@ -135,6 +136,8 @@ def make_work(name, folder):
     """Take away what would spare a command its work: finished cases, and the cache."""
     if name == "blind-check":
         shutil.rmtree(folder / "checked", ignore_errors=True)
+    if name == "batch":
+        shutil.rmtree(folder / "fleet", ignore_errors=True)
     if name in ("reduce", "curves"):
         shutil.rmtree(folder / "cache", ignore_errors=True)
 

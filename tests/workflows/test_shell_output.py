@@ -33,7 +33,7 @@ def test_a_table_in_a_pipe_is_never_cut_nor_filled_up(in_a_pipe):
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_a_script_knows_every_command_and_its_options(in_a_pipe, shell):
     script = in_a_pipe("completion", shell).stdout
-    assert [name for name in COMMANDS if name not in script] == []
+    assert [name for name in COMMANDS if name.split()[-1] not in script] == []
     for option in ("save-law", "scheduler", "up-to"):
         assert option in script
 

@@ -28,9 +28,9 @@ COMMANDS = {
     ],
     "diagnose": ["diagnose", "carrier", "--no-report", "--out", "diagnosed"],
     "curves": ["curves", "--size", "0.08", "--out", "curves"],
-    "couplings": ["couplings", "--size", "0.08", "--out", "coupled"],
-    "torsion": ["torsion", "--size", "0.08", "--out", "torsion"],
-    "gear-life": ["gear-life", "--out", "life"],
+    "couplings": ["study", "couplings", "--size", "0.08", "--out", "coupled"],
+    "torsion": ["study", "torsion", "--size", "0.08", "--out", "torsion"],
+    "gear-life": ["study", "gear-life", "--out", "life"],
     "blind-check": [
         "blind-check", "--kind", "element", "--cases", "2", "--seed", "5",
         "--out", "checked",

@@ -147,7 +147,7 @@ def main(
     campaign : Path
         Campaign folder, its baseline by this program's simulator. It stays as it is.
     out : Path
-        New folder, or that of an earlier calibration.
+        Folder to write: new, or that of an earlier calibration.
     parameters : Path, optional
         TOML file with the dimensions of the campaign's carrier as drawn [m, rad], those of the
         default carrier where it is not given. parameters.toml is the same with the named changes.
@@ -441,7 +441,7 @@ def _compared(calibration: Calibration, after: Diagnosis, out: Path) -> Calibrat
     from carrierflex.diagnosis.report.gap_change import first_sentence
     from carrierflex.diagnosis.report.verdict_words import next_step, verdict_heading
 
-    change = compare_diagnoses.main(out / BEFORE, out / AFTER, out=out / CHANGE)
+    change = compare_diagnoses.compared_gaps(out / BEFORE, out / AFTER, out / CHANGE)
     text = f"{first_sentence(change)} {verdict_heading(after)}."
     if after.verdict != AT_NOISE_FLOOR:
         text += f" {next_step(after)}"

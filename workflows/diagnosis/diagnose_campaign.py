@@ -1,9 +1,9 @@
 """Tell where a campaign's gap to its simulation lies, which effect is missing, how far it shrinks.
 
-Writes diagnosis.json and report.html, and with --save-law the measured shape of the class found,
-which --law takes as a candidate of another diagnosis. A good answer: a verdict whose held-out
-shrink interval excludes one, and a remaining gap near the noise floor; "none of these" and "not
-diagnosable" are answers too.
+Writes diagnosis.json, report.html and what that page is drawn from, and with --save-law the
+measured shape of the class found, which --law takes as a candidate of another diagnosis. A good
+answer: a verdict whose held-out shrink interval excludes one, and a remaining gap near the noise
+floor; "none of these" and "not diagnosable" are answers too.
 """
 
 from __future__ import annotations
@@ -31,7 +31,12 @@ from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES
 from carrierflex.identification.campaign.record_digests import record_digests
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
-from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
+from carrierflex.workflows.fe.default_curves import (
+    MESH_ERROR_FILE,
+    default_curves,
+    with_derivatives,
+    with_mesh_error,
+)
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.view3d.view import viewer_library
@@ -85,7 +90,8 @@ def main(
     campaign : Path
         Campaign folder.
     out : Path
-        Folder for diagnosis.json and report.html, which need no network to be read.
+        Folder for diagnosis.json, report.html, which needs no network to be read, and report.json,
+        from which carrierflex report draws that page anew.
     law : list of Path, optional
         Law files (TOML) of --save-law from campaigns of the same kind, further candidates; may be
         given several times. Units of an element's law (of force and deflection, time in s) are
@@ -115,7 +121,8 @@ def main(
         verdict that changes with it as unreliable.
     report : bool
         Draw report.html, and in kind carrier write rim_motion.json, the mean turn of every sensor
-        in every run; without it those of an earlier diagnosis are removed.
+        in every run; without it those of an earlier diagnosis are removed. The page is drawn later
+        by carrierflex report.
     view : bool, optional
         Write view.html too, the page of carrierflex view that report.html links to: the rim in
         space with the gap in colour (kind carrier; 1.5 MB, needs carrierflex[view]).
@@ -234,32 +241,35 @@ def _write(
     view: bool,
 ) -> None:
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis
-    from carrierflex.diagnosis.report.page import ReportSource, report_page
+    from carrierflex.diagnosis.report.page import report_page
+    from carrierflex.diagnosis.report.report_data import ReportSource, report_data
     from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, write_rim_motion
+    from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE, write_report_data
 
     # What an earlier diagnosis left would show another gap.
     for name in (RIM_MOTION_FILE, VIEW_FILE):
         (out / name).unlink(missing_ok=True)
     with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
-        if not report:
-            (out / REPORT_FILE).unlink(missing_ok=True)
-            return
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
         source = ReportSource(
-            measured,
             str(folder),
             versions(),
             written,
             view=VIEW_FILE if motion and view else "",
             view_command=f"carrierflex view {out} --html" if motion else "",
         )
+        data = report_data(diagnosis, measured, source)
+        write_report_data(out / REPORT_DATA_FILE, data)
+        if not report:
+            (out / REPORT_FILE).unlink(missing_ok=True)
+            return
         if motion is not None:
             n_written = len({signal.run for signal in motion.signals})
             if n_written < len(measured.runs):
                 stages.tell(f"{RIM_MOTION_FILE} holds {n_written} of {len(measured.runs)} runs")
             write_rim_motion(out / RIM_MOTION_FILE, motion)
-        save_text(out / REPORT_FILE, report_page(diagnosis, source))
+        save_text(out / REPORT_FILE, report_page(data))
 
 
 def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: str | None) -> None:
@@ -292,7 +302,11 @@ def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCur
 def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:
     """Deflection curves that the rig of a carrier campaign in `folder` states."""
     path = folder / rig["deflection_curves"] if "deflection_curves" in rig else None
-    curves = read_curves(path) if path else default_curves()
+    curves = (
+        with_mesh_error(read_curves(path), path.with_name(MESH_ERROR_FILE))
+        if path
+        else default_curves()
+    )
     if TOLERANCES not in rig:
         return curves
     derivatives = read_derivatives(path) if path else {}

@@ -29,8 +29,8 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
-from carrierflex.simulation.mounting.case_files import MOUNTING_CASE
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.case_kinds import CARRIER_CASE, MOUNTING_CASE
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
@@ -88,7 +88,7 @@ def main(
     effects: list[str] | None = None,
     quiet: bool = False,
 ) -> CampaignPlan:
-    """Show which causes a campaign can separate, and the cheapest addition that separates more.
+    """Show which causes a campaign can separate, and the cheapest addition that helps.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def main(
         [plan]: a sensor 240 min, a load case 15 min beside its length, a minute of record 1 min;
         limits 400 kN m and 200 kN.
     out : Path, optional
-        Folder for plan.json and plan.png; default: the result is only shown.
+        Folder to write: plan.json and plan.png; default: the result is only shown.
     gap : float, optional
         Gap at which causes are to be distinguished, its RMS over that of the noise [1];
         default: that of the records or of the case, else 6.

@@ -71,7 +71,7 @@ def main(
     scheduler: str | None = None,
     keep: bool = True,
     references: bool = False,
-    export: Path | None = None,
+    sealed_campaigns: Path | None = None,
     score: Path | None = None,
     quiet: bool = False,
 ) -> BlindCheck | ExportedCheck:
@@ -80,11 +80,11 @@ def main(
     Parameters
     ----------
     out : Path
-        Folder of the check; the same folder again goes on where a check was interrupted.
+        Folder to write: the check; the same folder again goes on where a check was interrupted.
     kind : sequence of str
         Kinds of campaign; may be repeated.
     cases : int
-        Cases of each kind; default: a full check.
+        Number of cases of each kind; default: a full check.
     seed : int
         Seed of the cases.
     family : sequence of str
@@ -105,7 +105,7 @@ def main(
     references : bool
         Answer every case by two plain methods too, best single law by BIC and sparse regression
         over the library, and set their figures beside those of the diagnosis.
-    export : Path
+    sealed_campaigns : Path
         Folder to write the sealed campaigns to, without their truth, instead of diagnosing them:
         others answer them. Seals and salts stay in --out.
     score : Path
@@ -123,12 +123,12 @@ def main(
     ------
     ValueError
         Where the folder holds another check, a label is not the sealed one, the answers are no
-        answers to this check, or `score` and `export` are both given.
+        answers to this check, or `score` and `sealed_campaigns` are both given.
     OSError
         Where `out` cannot be written.
     """
-    if score is not None and export is not None:
-        raise ValueError("--score and --export are given; expected one of them")
+    if score is not None and sealed_campaigns is not None:
+        raise ValueError("--score and --sealed-campaigns are given; expected one of them")
     if score is not None:
         return _scored_answers(score, out)
     kinds = tuple(name for name in KINDS if name in kind or "all" in kind)
@@ -149,6 +149,7 @@ def main(
         request["noise"] = noise
     plans = _plans(request)
     folder = prepared_folder(out).resolve()
+    export = sealed_campaigns
     if export is not None:
         _check_export(export)
     # Cases are counted; how long they take to write tells nothing of their diagnoses.
@@ -214,7 +215,9 @@ def _check_export(folder: Path) -> None:
 
     prepared_folder(folder)
     if any(folder.iterdir()) and not (folder / SEALS_FILE).is_file():
-        raise ValueError(f"--export {folder}: holds other files; expected a new or empty folder")
+        raise ValueError(
+            f"--sealed-campaigns {folder}: holds other files; expected a new or empty folder"
+        )
 
 
 def _plans(request: Mapping[str, Any]) -> list[CasePlan]:

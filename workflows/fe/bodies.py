@@ -1,6 +1,7 @@
 """The bodies that workflows know: mesh and finite elements of each, by name or from files."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
@@ -15,12 +16,15 @@ from carrierflex.fe.structural_model import (
     stiff_carrier_pilots,
     structural_model,
 )
+from carrierflex.geometry.bonded_pin import bonded_pin
 from carrierflex.geometry.carrier_interface import CarrierInterface, carrier_interface
 from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids
 from carrierflex.geometry.main_shaft_mesh import main_shaft_mesh
 from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData
 from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 
 def body_name(body: str, variant: str) -> str:
@@ -93,6 +97,63 @@ def given_structure(
         name, mesh, interface, pilots, materials=materials, assembly=assembly
     )
     return structure, interface
+
+
+@dataclass(frozen=True, eq=False)
+class BuiltCarrier:
+    """A variant of the carrier, of parameters or files: mesh, matrices, places, and its gear."""
+
+    mesh: GivenMesh
+    structure: StructuralModel
+    places: CarrierParameters | CarrierInterface
+    gear: GearData
+
+
+def built_carrier(
+    variant: str, stage: StageParameters, size: float, files: CarrierFiles
+) -> BuiltCarrier:
+    """Finite elements of a variant of the carrier; errors as of :func:`given_structure`.
+
+    The gear's centre distance is that of the bores of a given carrier.
+    """
+    if not files.given:
+        mesh, structure = body_structure(f"{variant}_carrier", stage, size)
+        return BuiltCarrier(mesh, structure, stage.carrier, stage.gear)
+    given = files.mesh(variant, size)
+    structure, interface = given_structure(variant, given, files.materials())
+    gear = replace(stage.gear, centre_distance=interface.centre_distance)
+    return BuiltCarrier(given, structure, interface, gear)
+
+
+def built_pin(
+    stage: StageParameters, size: float, files: CarrierFiles, stiff: GivenMesh | None = None
+) -> StructuralModel:
+    """Finite elements of pin 1: of parameters, or out of a given carrier with bonded pins.
+
+    Parameters
+    ----------
+    stage : StageParameters
+        Dimensions.
+    size : float
+        Element edge length [m].
+    files : CarrierFiles
+        Files of a given carrier.
+    stiff : GivenMesh, optional
+        Its mesh with bonded pins, where it is there already.
+
+    Raises
+    ------
+    ValueError
+        Where that mesh is not of tetrahedra alone.
+    """
+    if not files.given:
+        return body_structure("pin", stage, size)[1]
+    mesh = files.mesh("stiff", size) if stiff is None else stiff
+    if not isinstance(mesh, TetMesh):
+        raise ValueError("a carrier of hexahedra or wedges is given; expected tetrahedra alone")
+    return structural_model(
+        "pin", bonded_pin(mesh), carrier_interface(mesh), PIN_PILOTS, materials=files.materials()
+    )
 
 
 def _carrier_pilots(name: str, n_planets: int) -> tuple[str, ...]:

@@ -123,6 +123,24 @@ def given_variant(
     return SolvedCarrier(mesh, structure, deflection, gear)
 
 
+def carrier_variant(
+    variant: str, files: CarrierFiles, stage: StageParameters, size: float
+) -> CarrierVariant:
+    """Carrier of parameters or of a STEP file, solved under the unit load cases.
+
+    Raises
+    ------
+    ValueError
+        Where it is given of other elements than tetrahedra.
+    """
+    if not files.given:
+        return (flexible_variant if variant == "flexible" else stiff_variant)(stage, size)
+    given = given_variant(variant, files, stage, size)
+    if not isinstance(given.mesh, TetMesh):
+        raise ValueError("a carrier of hexahedra or wedges is given; expected tetrahedra alone")
+    return CarrierVariant(given.mesh, given.structure, given.deflection, given.gear)
+
+
 def _deflection(
     mesh: GivenMesh,
     structure: StructuralModel,

@@ -9,21 +9,17 @@ a fitted part lies between.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.parameter_files import read_parameters
-from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
-    from carrierflex.geometry.carrier_interface import CarrierInterface
-    from carrierflex.geometry.given_meshes.named_solids import GivenMesh
     from carrierflex.reduction.coupling_bracket import CouplingBracket
 
 
@@ -39,14 +35,14 @@ def main(
     length_unit: Literal["m", "mm", "inch"] = "m",
     quiet: bool = False,
 ) -> dict[str, CouplingBracket]:
-    """Bracket pilot stiffness and deflection curves between distributing and rigid couplings.
+    """Bracket stiffness and curves between distributing and rigid couplings.
 
     Writes couplings.json.
 
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: couplings.json.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
         wall (twice its volume over its surface), less where webs are thin.
@@ -78,7 +74,7 @@ def main(
 
     from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
     from carrierflex.reduction.coupling_bracket import coupling_bracket
-    from carrierflex.workflows.fe.bodies import body_structure, given_structure
+    from carrierflex.workflows.fe.bodies import built_carrier
     from carrierflex.workflows.fe.carrier_variants import default_gear_notes
     from carrierflex.workflows.geometry.carrier_files import (
         CarrierFiles,
@@ -94,26 +90,21 @@ def main(
     stages = Stages(2, quiet)
     brackets = {}
     warnings: list[str] = []
-    given: GivenMesh
     for variant in ("flexible", "stiff"):
         with stages.stage(f"{variant} carrier with both couplings"):
-            carrier: CarrierParameters | CarrierInterface = stage.carrier
-            gear = stage.gear
+            built = built_carrier(variant, stage, edge, files)
             if files.given:
-                given = files.mesh(variant, edge)
-                warnings += mesh_warnings(given)
-                soft, carrier = given_structure(variant, given, files.materials())
-                gear = replace(gear, centre_distance=carrier.centre_distance)
-                warnings += default_gear_notes(gear)
-            else:
-                given, soft = body_structure(f"{variant}_carrier", stage, edge)
+                warnings += mesh_warnings(built.mesh)
+                warnings += default_gear_notes(built.gear)
             cases = (
-                flexible_cases(carrier, gear)
+                flexible_cases(built.places, built.gear)
                 if variant == "flexible"
-                else stiff_cases(gear, carrier.n_planets)
+                else stiff_cases(built.gear, built.places.n_planets)
             )
             curve_name = "delta_f" if variant == "flexible" else "delta_s"
-            brackets[variant] = coupling_bracket(curve_name, given, soft, cases["both"])
+            brackets[variant] = coupling_bracket(
+                curve_name, built.mesh, built.structure, cases["both"]
+            )
     # One line for both variants where they warn alike.
     for text in dict.fromkeys(warnings):
         stages.tell(text)

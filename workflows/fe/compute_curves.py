@@ -14,6 +14,7 @@ from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.parameter_files import Dimensions, StageParameters, read_parameters
 from carrierflex.workflows.cached_results import cached_files
+from carrierflex.workflows.fe.default_curves import MESH_ERROR_FILE
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 _CURVES = "deflection_curves.csv"
 _PICTURE = "deflection_curves.png"
 _INPUTS = "inputs.json"
-_MESH_ERROR = "mesh_error.json"
 
 
 def main(
@@ -54,7 +54,7 @@ def main(
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: deflection_curves.csv, its picture, inputs.json.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
         wall (twice its volume over its surface), less where webs are thin.
@@ -128,9 +128,9 @@ def main(
         if derivatives:
             _add_derivatives(out / _CURVES, stage, edge, quiet=quiet)
         if mesh_error:
-            _write_mesh_error(out / _MESH_ERROR, stage, edge, quiet=quiet)
+            _write_mesh_error(out / MESH_ERROR_FILE, stage, edge, quiet=quiet)
 
-    names = (_CURVES, _PICTURE, _INPUTS, *((_MESH_ERROR,) if mesh_error else ()))
+    names = (_CURVES, _PICTURE, _INPUTS, *((MESH_ERROR_FILE,) if mesh_error else ()))
     results = {name: out / name for name in names}
     cached_files(results, compute, use=cache, quiet=quiet, inputs=inputs)
     radius = float(read_json(out / _INPUTS, "the inputs of the curves")["sensor_radius"])

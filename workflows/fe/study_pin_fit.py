@@ -23,13 +23,14 @@ from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import Versions, versions
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.parameter_files import Dimensions, StageParameters, read_parameters
-from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow
     from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 #: Interface stiffnesses between which the sweep runs, beside its two ends [N m/rad].
 LOWEST, HIGHEST = 1e4, 1e12
@@ -40,9 +41,11 @@ TABLE_4_RMS = 0.083e-6
 def main(
     *,
     out: Path,
-    size: float = DEFAULT_SIZE,
+    size: float | None = None,
     points_per_decade: int = 8,
     parameters: Path | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
     quiet: bool = False,
 ) -> PinFitStudy:
     """Sweep the pin fit from simply supported to rigid.
@@ -52,15 +55,20 @@ def main(
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: pin_fit.csv, pin_fit.json and two pictures.
     size
-        Element edge length [m].
+        Element edge length [m]; 0.03 where it is not given, of a STEP file as of carrierflex
+        curves.
     points_per_decade
         Stiffnesses a decade from 1e4 to 1e12 N m/rad; 0, infinity and the fits known by name come
         on top.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
         keeps its default. four_planets: a set that comes with the package.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     quiet
         Show no progress.
 
@@ -72,6 +80,11 @@ def main(
     if not 1 <= points_per_decade <= 1000:
         raise ValueError(f"--points-per-decade is {points_per_decade}; expected 1 to 1000")
     stage = read_parameters(parameters)
+
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+
+    files = CarrierFiles(step, surfaces)
+    record, edge = files.record(), files.element_size(size)
     prepared_folder(out)
 
     from carrierflex.reduction.pin_fit import pin_fit_row
@@ -79,7 +92,7 @@ def main(
 
     stages = Stages(3, quiet)
     with stages.stage("both carriers and a pin: finite elements, static reduction"):
-        tied, extremes = static_family(stage, size)
+        tied, extremes = static_family(stage, edge, files)
     with stages.stage("sweep of the interface stiffness"):
         families = (tied, dataclasses.replace(tied, sliding=True))
         stiffnesses = _stiffnesses(points_per_decade)
@@ -87,7 +100,7 @@ def main(
         study = PinFitStudy(tied, extremes, rows, _changes(tied))
     with stages.stage(f"writing {out}"):
         _write_table(out / "pin_fit.csv", rows)
-        inputs = {"size": size, "stage": stage}
+        inputs = {"size": edge, "stage": stage, "files": record}
         findings = {"stiffness_of_changes": study.changes, "worst": study.worst}
         save_json(out / "pin_fit.json", {"inputs": inputs, **findings, "versions": versions()})
         save_figure(out / "pin_fit.png", sweep_figure(study))
@@ -95,7 +108,9 @@ def main(
     return study
 
 
-def static_family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeCurves]:
+def static_family(
+    stage: StageParameters, size: float, files: CarrierFiles | None = None
+) -> tuple[PinFitFamily, ExtremeCurves]:
     """Carrier and pin reduced to their pilots, and the extremes that need no joint.
 
     Statics needs no modes.
@@ -106,6 +121,8 @@ def static_family(stage: StageParameters, size: float) -> tuple[PinFitFamily, Ex
         Dimensions.
     size : float
         Element edge length [m].
+    files : CarrierFiles
+        STEP file or meshes of the carrier, where it is not that of the dimensions.
     """
     from carrierflex.fe.carrier_curves import (
         UNIT_TORQUE,
@@ -116,25 +133,29 @@ def static_family(stage: StageParameters, size: float) -> tuple[PinFitFamily, Ex
     from carrierflex.fe.load_cases import gear_forces
     from carrierflex.reduction.craig_bampton import craig_bampton
     from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, torque_curve
-    from carrierflex.workflows.fe.bodies import body_structure
+    from carrierflex.workflows.fe.bodies import built_carrier, built_pin
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
-    cases = {
-        "flexible": flexible_cases(stage.carrier, stage.gear),
-        "stiff": stiff_cases(stage.gear, stage.carrier.n_planets),
-    }
-    forces = gear_forces(UNIT_TORQUE, stage.gear, stage.carrier.n_planets)
-    radius = stage.carrier.sensor_radius
+    files = files or CarrierFiles()
     models = {}
     pilot_held = {}
     clamped = {}
-    for name, loads in cases.items():
-        mesh, structure = body_structure(f"{name}_carrier", stage, size)
-        models[name] = craig_bampton(structure, 0).model
+    for name in ("flexible", "stiff"):
+        built = built_carrier(name, stage, size, files)
+        places, gear = built.places, built.gear
+        radius = places.sensor_radius
+        loads = (
+            flexible_cases(places, gear)
+            if name == "flexible"
+            else stiff_cases(gear, places.n_planets)
+        )
+        models[name] = craig_bampton(built.structure, 0).model
         pilot_held[name] = torque_curve(name, models[name], loads["both"], radius)
         clamped[name] = carrier_deflection(
-            structure, np.unique(mesh.surface("shaft_face")), loads
+            built.structure, np.unique(built.mesh.surface("shaft_face")), loads
         ).curves["both"]
-    pin = craig_bampton(body_structure("pin", stage, size)[1], 0).model
+    pin = craig_bampton(built_pin(stage, size, files, built.mesh), 0).model
+    forces = gear_forces(UNIT_TORQUE, gear, places.n_planets)
     extremes = ExtremeCurves(
         pilot_held["stiff"], pilot_held["flexible"], clamped["stiff"], clamped["flexible"]
     )
@@ -188,6 +209,7 @@ class PinFitInputs(TypedDict):
 
     size: Annotated[float, "Element edge length [m]"]
     stage: Dimensions
+    files: Annotated[Mapping[str, GivenFile], "Files by role; empty without any"]
 
 
 class Residual(TypedDict):

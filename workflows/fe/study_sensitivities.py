@@ -82,7 +82,7 @@ def main(
     length_unit: Literal["m", "mm", "inch"] = "m",
     quiet: bool = False,
 ) -> SensitivityStudy:
-    """Derive curves, reduced matrices and frequencies by every dimension, material and stiffness.
+    """Derive curves, matrices and frequencies by dimensions, materials and stiffnesses.
 
     Writes sensitivities.csv and sensitivities.json (orders and frequencies), sensitivities.png and
     sensitivities.h5 (whole curves, matrices dK and dM).
@@ -90,7 +90,7 @@ def main(
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: sensitivities.csv, .json, .h5 and .png.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file as in curves.
     modes

@@ -44,22 +44,22 @@ def main(
     out: Path,
     paper: Literal["2011", "2012"] | None = None,
     only: tuple[str, ...] = (),
-    element_size: float = 0.04,
+    size: float = 0.04,
     duration: float = 5.5,
     evaluations: int = 1000,
     quiet: bool = False,
 ) -> DrawnFigures:
-    """Draw the figures of the 2011 and the 2012 paper by their numbers, with an index.
+    """Draw the figures of the papers of 2011 and 2012 by their numbers, with an index.
 
     Parameters
     ----------
     out
-        Folder for index.html, figures.json and a picture a figure (2012_figure_05.png ...).
+        Folder to write: index.html, figures.json and a picture a figure (2012_figure_05.png ...).
     paper
         Draw the figures of one paper only.
     only
         Draw these figures only, --only 2012-5 --only 2011-9.
-    element_size
+    size
         Element edge length [m] of carrier, pins and main shaft.
     duration
         Length of the stage's runs [s]; two revolutions take 5.43 s.
@@ -85,7 +85,7 @@ def main(
     from carrierflex.workflows.figures.index_page import index_page
     from carrierflex.workflows.figures.shared_runs import SharedRuns
 
-    shared = SharedRuns(element_size, duration, evaluations)
+    shared = SharedRuns(size, duration, evaluations)
     needed = [name for name in _RUNS if any(name in figure.needs for figure in chosen)]
     stages = Stages(len(needed) + len(chosen) + 1, quiet)
     for name in needed:
@@ -95,8 +95,8 @@ def main(
         with stages.stage(f"figure {figure.name}: {figure.title}"):
             save_figure(folder / figure.file, figure.draw(shared))
     with stages.stage(f"writing {out}"):
-        save_text(folder / "index.html", index_page(chosen, element_size))
-        inputs = {"element_size": element_size, "duration": duration, "evaluations": evaluations}
+        save_text(folder / "index.html", index_page(chosen, size))
+        inputs = {"element_size": size, "duration": duration, "evaluations": evaluations}
         save_json(
             folder / "figures.json",
             {

@@ -253,7 +253,7 @@ FIGURES_2011 = (
         "Torque over the rotation of the carrier, housing held and output locked; 27 MNm/rad by "
         "regression.",
         "Static equilibria of the planetary stage under a growing torque, housing and generator "
-        "turned back (<code>carrierflex torsion</code>).",
+        "turned back (<code>carrierflex study torsion</code>).",
         "The stiffness of the sun shaft and the shaft's diameter were derived from the printed 27 "
         "and 50 MNm/rad: the slopes are put in, that the line is straight is not.",
         _torque_over_rotation, ("bodies", "torque_sweep"),

@@ -21,11 +21,11 @@ from carrierflex.fe.structural_model import carrier_pilot_points
 from carrierflex.fe.view import curves_figure
 from carrierflex.geometry.dihedral import rotation_about_x
 from carrierflex.geometry.parameters import CarrierParameters
-from carrierflex.geometry.pins import pin_angles
+from carrierflex.geometry.pins import PAPER_STIFFNESS, pin_angles
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 from carrierflex.geometry.view import LIGHTING, skin, surface_patch
 from carrierflex.reduction.assembly_modes import AssemblyMode, assembly_modes
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, pin_pilot
+from carrierflex.reduction.pin_joints import pin_pilot
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.shaft_joint import COUPLING, rotating_group
 from carrierflex.workflows.figures.scenes import rendered

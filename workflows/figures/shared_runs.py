@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
@@ -31,7 +32,7 @@ from carrierflex.identification.mounting.bushing_models import (
     NONLINEAR,
 )
 from carrierflex.reduction.craig_bampton import Reduction, craig_bampton
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.case_files import MountingCase, read_mounting_case
 from carrierflex.simulation.mounting.history_inputs import history_inputs

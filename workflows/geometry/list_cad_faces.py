@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def main(step: Path, *, surfaces: Path | None = None) -> tuple[CadFace, ...]:
-    """List the faces of a STEP file's solid: type, axis, radius, station and area, in metres.
+    """List the faces of a STEP file: type, axis, radius, station and area, in metres.
 
     Parameters
     ----------

@@ -21,12 +21,12 @@ def main(
     parameters: Path | None = None,
     quiet: bool = False,
 ) -> MeshQuality:
-    """Mesh the planet carrier with quadratic tetrahedra; write it with named surfaces as sets.
+    """Mesh the planet carrier with quadratic tetrahedra, its surfaces as named sets.
 
     Parameters
     ----------
     out
-        Mesh file: .msh (gmsh), .vtu (ParaView) or .inp (Abaqus, C3D10); coordinates in metres.
+        File to write: .msh (gmsh), .vtu (ParaView) or .inp (Abaqus, C3D10); coordinates in metres.
     variant
         stiff: pins bonded into the bores; flexible: no pins.
     size

@@ -34,7 +34,7 @@ def main(
     sensor_radius: float | None = None,
     bearing_width: float | None = None,
 ) -> SurfaceProposal:
-    """Recognise a STEP file's axis, pins, seats, rim and shaft face; write surfaces.toml, draw it.
+    """Recognise axis, pins, seats and rim of a STEP file; write surfaces.toml.
 
     The picture stands beside it under the same name, .png: surfaces numbered as in the list, what
     is proposed in colour. A name that several surfaces fit alike is left out, with the candidates
@@ -45,7 +45,7 @@ def main(
     step
         STEP file with one solid, the carrier without pins and planets.
     out
-        Surfaces file to write (.toml), not there yet.
+        File to write (.toml); an existing one is not replaced. The picture has its name.
     axis
         Direction downwind, in the file's frame, where it is not to be recognised: 0 0 1.
     origin

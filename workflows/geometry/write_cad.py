@@ -22,7 +22,7 @@ def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
     Parameters
     ----------
     out
-        Output folder.
+        Folder to write: carrier.step and surfaces.toml.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
         keeps its default. four_planets: a set that comes with the package.

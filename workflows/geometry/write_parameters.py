@@ -32,13 +32,13 @@ class WrittenParameters:
 
 
 def main(*, out: Path, parameters: Path | None = None) -> WrittenParameters:
-    """Write every dimension with comment, unit, source and limits, and a dimensioned drawing.
+    """Write every dimension with unit, source and limits, and a dimensioned drawing.
 
     Parameters
     ----------
     out
-        File of dimensions (TOML) that --parameters of other commands takes; the drawing is a
-        PNG of the same name. An existing file is not overwritten.
+        File to write (.toml), which --parameters of other commands takes; the drawing is a PNG of
+        the same name. An existing file is not replaced.
     parameters
         TOML file whose dimensions are written in place of the defaults [m, rad].
 

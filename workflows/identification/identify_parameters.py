@@ -101,7 +101,7 @@ def main(
         this one; equivalent_mass: mass of the dynamometer's coupling and its arm from the bending
         moments of the main shaft.
     out : Path
-        Folder for identification.json and the plots.
+        Folder to write: identification.json and the plots.
     per_run : bool
         Fit every run by itself, the papers' way, instead of sharing phi_PLC, theta_PLC, rho_s and
         rho_f, or the bushings.

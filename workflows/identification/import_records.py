@@ -50,7 +50,7 @@ def main(
     map_
         Map (TOML) of `carrierflex new-campaign`, looked through.
     out
-        Campaign folder to write: new or empty.
+        Folder to write: a campaign; new or empty.
     simulated
         Another simulator's predictions, one file for each run in the map's order: the baseline in
         place of this program's model. Its clock is aligned with the measurement's.

@@ -107,7 +107,7 @@ def main(
     body : Path
         Carrier without pins, of carrierflex reduce --body carrier --variant flexible (.h5).
     out : Path
-        Folder for loads.json, loads.csv and a picture a run.
+        Folder to write: loads.json, loads.csv and a picture a run.
     known_run : str
         Run whose torque and radial load are known and calibrate the rest; default: that of the
         largest recorded torque.

@@ -38,7 +38,7 @@ def main(
     drive: Drive | None = None,
     out: Path = Path("map.toml"),
 ) -> NewMap:
-    """Write a map of a logger's files, with guesses to look at: columns, units, clock, angles.
+    """Write a map of a logger's files with guesses: columns, units, clock, angles.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def main(
     drive
         Of an element; guessed from the columns.
     out
-        Map to write (TOML); one that stands is not replaced.
+        File to write (.toml): the map; an existing one is not replaced.
 
     Returns
     -------

@@ -15,12 +15,12 @@ from carrierflex.workflows.outputs import prepared_folder, save_figure
 
 
 def main(*, out: Path) -> DerivedFacts:
-    """Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 paper.
+    """Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of 2012.
 
     Parameters
     ----------
     out
-        Folder for printed_tables.json and printed_tables.png.
+        Folder to write: printed_tables.json and printed_tables.png.
 
     Returns
     -------

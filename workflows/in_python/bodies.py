@@ -174,7 +174,7 @@ def _options_of_modes(up_to: float | None, modes: int | None) -> dict[str, Any]:
     """Options of ``carrierflex reduce`` that count modes; refused before any work."""
     if up_to is not None and modes is not None:
         raise ValueError(f"up_to is {up_to:g} and modes is {modes}; expected one of them")
-    others = dict.fromkeys(("max_frequency", "frf_tolerance", "frf_up_to"))
+    others = dict.fromkeys(("modes_below", "frf_tolerance"))
     return {**others, "interface": "fixed", "up_to": up_to, "modes": modes}
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carrierflex.diagnosis.report.gap_words import where_text
-from carrierflex.diagnosis.report.page import ReportSource, report_page
+from carrierflex.diagnosis.report.page import report_page
+from carrierflex.diagnosis.report.report_data import ReportSource, report_data
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import versions
@@ -67,8 +68,8 @@ class Diagnosed:
         """Write report.html, which needs no network to be read; the file's path."""
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
         campaign = self.records.campaign
-        source = ReportSource(campaign, campaign.name, versions(), written)
-        save_text(Path(path), report_page(self.result, source))
+        source = ReportSource(campaign.name, versions(), written)
+        save_text(Path(path), report_page(report_data(self.result, campaign, source)))
         return Path(path)
 
     def _rows(self) -> list[tuple[str, str]]:

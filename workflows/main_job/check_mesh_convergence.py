@@ -1,17 +1,22 @@
 """Is the mesh fine enough? Orders N and 2 N of both torque curves over the element size.
 
-Computed on the half sector.
+Computed on the half sector; of a carrier from a STEP file on whole meshes.
 """
+
+from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.mesh_limits import mesh_limit
 from carrierflex.geometry.parameter_files import StageParameters
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 #: Element sizes of the study [m].
 STUDY_SIZES = (0.025, 0.016, 0.0125)
@@ -29,7 +34,7 @@ class MeshStudy:
     """Amplitudes [m per kN m] by element size (rows) and order (columns), tangential load."""
 
     sizes: Annotated[tuple[float, ...], "Element edge lengths [m]"]
-    n_dofs: Annotated[tuple[int, ...], "Unknowns of the stiff half sector"]
+    n_dofs: Annotated[tuple[int, ...], "Unknowns: stiff half sector, or whole from a file"]
     flexible: Annotated[
         NDArray[np.float64], "Amplitudes of orders N and 2 N of N planets, shape (n_sizes, 2)"
     ]
@@ -94,3 +99,32 @@ def main(
         )
         n_dofs.append(3 * len(half.points))
     return MeshStudy(tuple(sizes), tuple(n_dofs), np.array(flexible), np.array(stiff))
+
+
+def study_of_files(
+    stage: StageParameters,
+    files: CarrierFiles,
+    sizes: tuple[float, ...],
+    *,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> MeshStudy:
+    """The study of a carrier from a STEP file, on whole meshes; parameters as of :func:`main`."""
+    from carrierflex.workflows.fe.carrier_variants import given_variant
+
+    amplitudes: dict[str, list[NDArray[np.float64]]] = {"flexible": [], "stiff": []}
+    n_dofs = []
+    work = np.array(sizes) ** -_WORK_BY_SIZE
+    for number, size in enumerate(sizes):
+        note(f"elements of {size:.3g} m", float(work[:number].sum() / work.sum()))
+        for name, of_variant in amplitudes.items():
+            variant = given_variant(name, files, stage, size)
+            orders = study_orders(variant.n_planets)
+            curve = variant.deflection.curves["tangential"]
+            of_variant.append(curve.axial_order_content()[list(orders)])
+        n_dofs.append(variant.mesh.points.size)
+    return MeshStudy(
+        tuple(sizes),
+        tuple(n_dofs),
+        np.array(amplitudes["flexible"]),
+        np.array(amplitudes["stiff"]),
+    )

@@ -25,6 +25,7 @@ from carrierflex.identification.carrier.parameter_estimate import ParameterEstim
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from carrierflex.workflows.fe.carrier_variants import CarrierVariant
+from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.identification import identify_parameters
 from carrierflex.workflows.main_job import (
     check_mesh_convergence,
@@ -61,7 +62,13 @@ class Job:
     simulated: simulate_carrier.SimulatedLoadCases
     identified: identify_parameters.Identification
     gap: Gap
+    files: dict[str, dict[str, str]]
     summary: dict[str, Any]
+
+    @property
+    def n_planets(self) -> int:
+        """Number of the carrier's planets."""
+        return self.variants["flexible"].n_planets
 
 
 def diagnosed_gap(campaign: Path, *, out: Path) -> Gap:
@@ -98,12 +105,17 @@ def job_summary(job: Job, size: float) -> dict[str, Any]:
 
     Amplitudes in um per kN m where the key says so.
     """
-    forces = gear_forces(UNIT_TORQUE, job.stage.gear, job.stage.carrier.n_planets)
+    forces = gear_forces(UNIT_TORQUE, job.variants["flexible"].gear, job.n_planets)
     truth, pin_fit = _truth_table(job), _pin_fit(job)
-    n_planets = job.stage.carrier.n_planets
+    n_planets = job.n_planets
     quality = {name: mesh_quality(variant.mesh) for name, variant in job.variants.items()}
     return {
-        "inputs": {"size": size, "stage": job.stage, "case": job.simulated.case.name},
+        "inputs": {
+            "size": size,
+            "stage": job.stage,
+            "files": job.files,
+            "case": job.simulated.case.name,
+        },
         "gear_forces_per_knm": forces,
         "tilting_moment_nm": {"computed": forces.M_t, "paper": 30.3},
         "mesh": quality,
@@ -188,9 +200,7 @@ def _pin_fit(job: Job) -> dict[str, Any]:
     joined, reference = job.reduced.joined, job.reduced.reference
     return {
         "interface_stiffness": list(joined),
-        "curves_um_per_knm": [
-            _curve(curve, job.stage.carrier.n_planets) for curve in joined.values()
-        ],
+        "curves_um_per_knm": [_curve(curve, job.n_planets) for curve in joined.values()],
         "sliding_free_pin_against_full_model": _difference(job.reduced.sliding, reference),
         "free_pin_against_full_model": _difference(joined[0.0], reference),
         "rigid_fit_against_bonded": _difference(joined[max(joined)], job.curves["delta_s"]),
@@ -259,7 +269,7 @@ def _below(name: str, limit: float, value: float, *, wanted: str) -> dict[str, A
 
 def _curve_checks(job: Job) -> list[dict[str, Any]]:
     """Shapes of the deflection curves: peaks, order content, convergence, tilting moment."""
-    n = job.stage.carrier.n_planets
+    n = job.n_planets
     n_stiff = len(job.curves["delta_s"].peak_angles())
     n_flexible = len(job.curves["delta_f"].peak_angles())
     other_orders = max(
@@ -268,11 +278,12 @@ def _curve_checks(job: Job) -> list[dict[str, Any]]:
     return [
         _check("peaks of delta_s", f"{2 * n}", n_stiff, met=n_stiff == 2 * n),
         _check("peaks of delta_f", f"{n}", n_flexible, met=n_flexible == n),
+        # The parametric mesh has the carrier's symmetry; one of a STEP file has errors of its own.
         _below(
             f"orders other than {n}, {2 * n}, {3 * n} ... over the largest",
-            1e-8,
+            0.02 if job.files else 1e-8,
             other_orders,
-            wanted="< 1e-8",
+            wanted="< 2 %" if job.files else "< 1e-8",
         ),
         _below(
             f"change of orders {n} and {2 * n}, two finest meshes",
@@ -298,7 +309,7 @@ def _mesh_checks(job: Job, quality: list[MeshQuality]) -> list[dict[str, Any]]:
         _check("worst scaled Jacobian of both meshes", "> 0.2", jacobian, met=jacobian > 0.2),
         _check("worst shape of both meshes, 1 is regular", "> 0.2", shape, met=shape > 0.2),
     ]
-    if job.stage.carrier.n_planets == CarrierParameters.n_planets:
+    if job.n_planets == CarrierParameters.n_planets and not job.files:
         # Drawing 254594 is that of a carrier of three planets.
         weighed = _check("carrier mass, kg", "690-740", mass, met=690.0 <= mass <= 740.0)
         checks.insert(0, weighed)
@@ -378,6 +389,7 @@ class JobInputs(TypedDict):
 
     size: Annotated[float, "Element edge length [m]"]
     stage: Dimensions
+    files: Annotated[Mapping[str, GivenFile], "Files of the carrier by role; empty without any"]
     case: Annotated[str, "Case that was simulated"]
 
 

@@ -14,18 +14,22 @@ from carrierflex.fe.carrier_curves import UNIT_TORQUE, flexible_cases, sensor_cu
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import gear_forces
 from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.carrier_interface import carrier_interface
 from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.reduction.certificate import compliance_errors, compliance_errors_by_fields
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
 from carrierflex.reduction.modes.mode_rules import rule_for_use
 from carrierflex.reduction.pin_fit import HELD, PinFitFamily
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
+from carrierflex.reduction.pin_joints import TABLE_4_STIFFNESS
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
-from carrierflex.workflows.fe.bodies import body_structure
+from carrierflex.workflows.fe.bodies import built_pin
+from carrierflex.workflows.fe.carrier_variants import CarrierVariant
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 from carrierflex.workflows.reduction.half_sector_bodies import half_sector_body
 
 #: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's
@@ -72,11 +76,12 @@ class ReducedCarrier:
 
 def main(
     stage: StageParameters,
-    flexible: StructuralModel,
-    stiff: StructuralModel,
+    flexible: CarrierVariant,
+    stiff: CarrierVariant,
     size: float,
     provenance: Mapping[str, str],
     *,
+    files: CarrierFiles,
     note: Callable[[str, float], None] = lambda text, share: None,
 ) -> ReducedCarrier:
     """Reduce both carriers and a pin, compare with the full models, and join carrier and pins.
@@ -86,11 +91,13 @@ def main(
     stage
         Dimensions of carrier, pins and gears.
     flexible, stiff
-        Carriers with matrices.
+        Carriers, solved.
     size
         Element edge length of the pin's mesh [m].
     provenance
         Kept in the bodies.
+    files
+        STEP file of the carrier; its bodies are reduced whole.
     note
         Told each body with the share of the work that is done.
 
@@ -100,19 +107,26 @@ def main(
         A good reduction has compliance errors below 1e-9, and its sliding curve equals the
         reference.
     """
-    _, pin_structure = body_structure("pin", stage, size)
+    pin_structure = built_pin(stage, size, files, stiff.mesh)
     reduction = craig_bampton(pin_structure, rule_for_use(DEFAULT_FREQUENCY), provenance=provenance)
     error = max(compliance_errors(pin_structure, reduction).values())
     pin = ReducedBody(reduction.model, reduction.modes, error)
-    note("stiff carrier", _PIN_SHARE)
-    stiff_body, _ = _reduced_carrier(stage, stiff, size, provenance)
-    note("flexible carrier", _FLEXIBLE_FROM)
-    flexible_body, Psi = _reduced_carrier(stage, flexible, size, provenance)
-    note("curves over the pin fit", _CURVES_FROM)
-    reference = _held_through_pilot(stage, flexible, flexible_body.model, Psi)
 
-    forces = gear_forces(UNIT_TORQUE, stage.gear, stage.carrier.n_planets)
-    radius = stage.carrier.sensor_radius
+    def reduced(structure: StructuralModel) -> tuple[ReducedBody, NDArray[np.float64]]:
+        if files.given:
+            return _reduced_whole(structure, provenance)
+        return _reduced_carrier(stage, structure, size, provenance)
+
+    note("stiff carrier", _PIN_SHARE)
+    stiff_body, _ = reduced(stiff.structure)
+    note("flexible carrier", _FLEXIBLE_FROM)
+    flexible_body, Psi = reduced(flexible.structure)
+    note("curves over the pin fit", _CURVES_FROM)
+    places = carrier_interface(flexible.mesh) if files.given else stage.carrier
+    load = flexible_cases(places, flexible.gear)["both"]
+    radius = places.sensor_radius
+    reference = _held_through_pilot(load, radius, flexible.structure, flexible_body.model, Psi)
+    forces = gear_forces(UNIT_TORQUE, flexible.gear, flexible.n_planets)
     family = PinFitFamily(flexible_body.model, pin.model, forces, radius)
     joined = {stiffness: family.curve(stiffness) for stiffness in STUDY_STIFFNESSES}
     sliding = replace(family, sliding=True).curve(0.0)
@@ -134,8 +148,18 @@ def _reduced_carrier(
     return ReducedBody(model, modes, error), T[:, :m]
 
 
+def _reduced_whole(
+    structure: StructuralModel, provenance: Mapping[str, str]
+) -> tuple[ReducedBody, NDArray[np.float64]]:
+    """A carrier without symmetry reduced as it is, and its constraint modes."""
+    reduction = craig_bampton(structure, rule_for_use(DEFAULT_FREQUENCY), provenance=provenance)
+    error = max(compliance_errors(structure, reduction).values())
+    return ReducedBody(reduction.model, reduction.modes, error), reduction.Psi
+
+
 def _held_through_pilot(
-    stage: StageParameters,
+    load: Mapping[str, NDArray[np.float64]],
+    radius: float,
     structure: StructuralModel,
     model: ReducedModel,
     Psi: NDArray[np.float64],
@@ -145,8 +169,7 @@ def _held_through_pilot(
     Its shaft face held through the pilot instead of node by node: the constraint modes give the
     full static answer.
     """
-    load = flexible_cases(stage.carrier, stage.gear)["both"]
     q = static_coordinates(model, [HELD], load)
     assert structure.sensors is not None
     reading = structure.sensors.rows @ (Psi @ q[: Psi.shape[1]])
-    return sensor_curve("full model", reading, UNIT_TORQUE, stage.carrier.sensor_radius)
+    return sensor_curve("full model", reading, UNIT_TORQUE, radius)

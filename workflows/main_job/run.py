@@ -18,7 +18,7 @@ from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import provenance, versions
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.geometry.parameters import DEFAULT_SIZE, CarrierParameters
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows.identification import identify_parameters
@@ -28,6 +28,7 @@ from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.workflows.fe.carrier_variants import CarrierVariant
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
     from carrierflex.workflows.main_job import reduce_carrier
     from carrierflex.workflows.main_job.job import Gap, Job
     from carrierflex.workflows.simulation import simulate_carrier
@@ -38,9 +39,11 @@ _MESH_SUFFIXES = (".msh", ".vtu", ".inp")
 def main(
     *,
     out: Path,
-    size: float = DEFAULT_SIZE,
+    size: float | None = None,
     parameters: Path | None = None,
-    study_sizes: tuple[float, ...] = check_mesh_convergence.STUDY_SIZES,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    mesh_sizes: tuple[float, ...] = (),
     quiet: bool = False,
 ) -> Job:
     """Do the whole chain for one planet carrier and leave every result in one folder.
@@ -48,15 +51,21 @@ def main(
     Parameters
     ----------
     out
-        Output folder: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
+        Folder to write: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
         identification, gap, pictures, summary.json.
     size
-        Element edge length [m].
+        Element edge length [m]; 0.03 where it is not given, of a STEP file as of carrierflex
+        curves.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
         keeps its default. four_planets: a set that comes with the package.
-    study_sizes
-        Element edge lengths of the mesh study [m], descending.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+    mesh_sizes
+        Element edge lengths [m] of the mesh study, descending; default: 0.025, 0.016, 0.0125, of a
+        STEP file 1.25 and 1 times the size.
     quiet
         Show no progress.
 
@@ -66,13 +75,19 @@ def main(
         In a good job every check of the summary is met.
     """
     stage = read_parameters(parameters)
+
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+
+    files = CarrierFiles(step, surfaces)
+    record, edge = files.record(), files.element_size(size)
     for folder in ("", "meshes", "bodies", "pictures", "stage", "mounting"):
         prepared_folder(out / folder)
     for folder in ("campaign", "stage/campaign", "mounting/campaign"):
         prepare_campaign_folder(out / folder)
 
     from carrierflex.fe.carrier_curves import named_curves
-    from carrierflex.workflows.fe.carrier_variants import flexible_variant, stiff_variant
+    from carrierflex.geometry.carrier_interface import carrier_interface
+    from carrierflex.workflows.fe.carrier_variants import carrier_variant, default_gear_notes
     from carrierflex.workflows.main_job import run_reduced_bodies
     from carrierflex.workflows.main_job.job import Job, job_summary
     from carrierflex.workflows.main_job.pictures import draw_carriers
@@ -81,23 +96,35 @@ def main(
     stages = Stages(10, quiet)
     variants = {}
     with stages.stage("carrier without pins: mesh, matrices, load cases"):
-        variants["flexible"] = flexible_variant(stage, size)
+        variants["flexible"] = carrier_variant("flexible", files, stage, edge)
     with stages.stage("carrier with bonded pins: mesh, matrices, load cases"):
-        variants["stiff"] = stiff_variant(stage, size)
+        variants["stiff"] = carrier_variant("stiff", files, stage, edge)
         curves = named_curves(variants["stiff"].deflection, variants["flexible"].deflection)
         write_curves(out / "deflection_curves.csv", curves)
     with stages.stage("mesh files"):
         _write_meshes(out / "meshes", variants)
-    with stages.stage("mesh study on the half sector"):
-        mesh_study = check_mesh_convergence.main(stage, study_sizes, note=stages.note)
+    gear = variants["flexible"].gear
+    if files.given:
+        for text in default_gear_notes(gear):
+            stages.tell(text)
+    with stages.stage(f"mesh study {'from the file' if files.given else 'on the half sector'}"):
+        if files.given:
+            mesh_study = check_mesh_convergence.study_of_files(
+                stage, files, mesh_sizes or (1.25 * edge, edge), note=stages.note
+            )
+        else:
+            mesh_study = check_mesh_convergence.main(
+                stage, mesh_sizes or check_mesh_convergence.STUDY_SIZES, note=stages.note
+            )
     with stages.stage("reduction of both carriers and a pin"):
-        reduced = _reduced_bodies(out / "bodies", stage, variants, size, stages.note)
+        reduced = _reduced_bodies(out / "bodies", stage, variants, edge, files, stages.note)
     with stages.stage("pictures of the carriers"):
-        case = _load_cases(out, stage.carrier)
+        places = carrier_interface(variants["flexible"].mesh) if files.given else stage.carrier
+        case = _load_cases(out, places.n_planets, places.sensor_radius)
         draw_carriers(out / "pictures", variants, curves, reduced, case)
     with stages.stage("planetary stage and mounting in time"):
         in_time = run_reduced_bodies.main(
-            reduced.flexible.model, reduced.pin.model, stage.gear, curves=curves, out=out
+            reduced.flexible.model, reduced.pin.model, gear, curves=curves, out=out
         )
     simulated, identified, gap = _signals(out, case, stages)
     job = Job(
@@ -111,9 +138,10 @@ def main(
         simulated,
         identified,
         gap,
+        record,
         summary={},
     )
-    summary = job_summary(job, size) | {
+    summary = job_summary(job, edge) | {
         "seconds": stages.seconds,
         "peak_memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
         "versions": versions(),
@@ -127,18 +155,21 @@ def _reduced_bodies(
     stage: StageParameters,
     variants: Mapping[str, CarrierVariant],
     size: float,
+    files: CarrierFiles,
     note: Callable[[str, float], None],
 ) -> reduce_carrier.ReducedCarrier:
     """Both carriers and a pin, reduced and written."""
     from carrierflex.reduction.body_files import write_body
     from carrierflex.workflows.main_job import reduce_carrier
 
+    record = files.record()
     reduced = reduce_carrier.main(
         stage,
-        variants["flexible"].structure,
-        variants["stiff"].structure,
+        variants["flexible"],
+        variants["stiff"],
         size,
-        provenance(parameters=stage, size=size),
+        provenance(parameters=stage, size=size, **({"files": record} if record else {})),
+        files=files,
         note=note,
     )
     for body in (reduced.flexible, reduced.stiff, reduced.pin):
@@ -154,19 +185,19 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
             write_mesh(variant.mesh, folder / f"{name}_carrier{suffix}")
 
 
-def _load_cases(out: Path, carrier: CarrierParameters) -> Path:
-    """The shipped load cases, or a copy of them for a carrier of another number of planets.
+def _load_cases(out: Path, n_planets: int, sensor_radius: float) -> Path:
+    """The shipped load cases, or a copy of them for a carrier with other planets or sensors.
 
     Its sensors stand where that carrier's curves are read.
     """
     shipped = shipped_case()
     default = CarrierParameters()
-    if carrier.n_planets == default.n_planets:
+    keys = {"n_planets": n_planets, "sensor_radius": round(sensor_radius, 6)}
+    if n_planets == default.n_planets and abs(sensor_radius - default.sensor_radius) < 1e-6:
         return shipped
     text = shipped.read_text(encoding="utf-8")
-    for key in ("n_planets", "sensor_radius"):
-        default_line, line = (f"{key} = {getattr(of, key)}" for of in (default, carrier))
-        text = text.replace(f"\n{default_line}", f"\n{line}")
+    for key, value in keys.items():
+        text = text.replace(f"\n{key} = {getattr(default, key)}", f"\n{key} = {value}")
     copy = out / "load_cases.toml"
     with whole_file(copy) as temporary:
         temporary.write_text(text, encoding="utf-8")

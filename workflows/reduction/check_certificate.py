@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def main(body: Path, *, out: Path | None = None) -> Certificate:
-    """Show the reduction certificate of a body file; the exit code is 1 where a check fails.
+    """Show the reduction certificate of a body; the exit code is 1 where a check fails.
 
     Checks against the full body (static compliance, free frequencies, MAC, frequency response)
     stand as they were found when the body was reduced. Mass by three kinds of rigid-body modes,
@@ -30,7 +30,7 @@ def main(body: Path, *, out: Path | None = None) -> Certificate:
     body
         Body file (.h5) that carrierflex reduce wrote.
     out
-        File to write the checks to (JSON).
+        File to write (.json) with the checks; default: they are only shown.
 
     Returns
     -------

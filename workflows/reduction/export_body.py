@@ -74,8 +74,7 @@ def main(
         beside it); openfast-flex5: its form before OpenFAST's pull request 3210; statespace: A, B,
         C, D with names and units (.mat or .npz).
     out
-        File to write; files that another program wrote, and those of another export, are not
-        replaced.
+        File to write; its suffix is that of the format. Files of another export are not replaced.
     pilot
         Pilot that the floating frame follows (mbdyn, sid, exudyn), or the superelement's interface
         (openfast); the first of the body by default.

@@ -47,7 +47,7 @@ def main(
     phi_plc: float = 0.0,
     theta_plc: float = 0.0,
 ) -> JoinedGroup:
-    """Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft.
+    """Join main shaft, carrier and pins to one body, the carrier tilted on the shaft.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def main(
     shaft
         Body file of the main shaft (carrierflex reduce --body main_shaft).
     out
-        Body file to write (.h5), in the carrier's frame; with a tilt also OUT_misalignment.csv: its
+        File to write (.h5), in the carrier's frame; with a tilt also OUT_misalignment.csv: its
         constant load on every coordinate [N, N m], and what it adds to every sensor [m].
     pin
         Body file of the pin (carrierflex reduce --body pin), joined three times.

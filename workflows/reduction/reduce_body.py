@@ -41,9 +41,8 @@ def main(
     interface: Literal["fixed", "free"] = "fixed",
     up_to: float | None = None,
     modes: int | None = None,
-    max_frequency: float | None = None,
+    modes_below: float | None = None,
     frf_tolerance: float | None = None,
-    frf_up_to: float | None = None,
     residual_vectors: bool = False,
     size: float | None = None,
     parameters: Path | None = None,
@@ -66,8 +65,8 @@ def main(
     Parameters
     ----------
     out
-        Body file (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass properties,
-        provenance; SI units.
+        File to write (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass
+        properties, provenance; SI units.
     body
         carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft; all in the
         carrier's frame. Required unless matrices are given.
@@ -97,14 +96,12 @@ def main(
         the certificate goes so far.
     modes
         Number of modes instead; a group of equal frequency is kept whole, so 20 may become 21.
-    max_frequency
+    modes_below
         Keep all modes below this frequency [Hz] instead.
     frf_tolerance
         Keep the fewest modes whose frequency response at pilots and sensors differs from the full
-        body's by at most this share (0.01: 1 %) up to the frequency of --frf-up-to; 4 % structural
-        loss in both.
-    frf_up_to
-        End of that band [Hz].
+        body's by at most this share (0.01: 1 %) up to the frequency of --up-to; 4 % structural loss
+        in both.
     residual_vectors
         Add what the kept modes lack of the static answer to weight in x, y and z and to centrifugal
         force, up to four coordinates more. Loads at pilots (torque, tilting moment) are answered
@@ -162,7 +159,7 @@ def main(
     options = {
         "body": body, "variant": variant, "coupling": coupling, "interface": interface,
         "up_to": up_to, "modes": modes,
-        "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
+        "modes_below": modes_below, "frf_tolerance": frf_tolerance,
         "residual_vectors": residual_vectors, "assembly": assembly, "shapes": shapes,
         "symmetry": symmetry, "stresses": stresses,
     }  # fmt: skip
@@ -256,18 +253,13 @@ def _refuse_other_bodies(files: CarrierFiles, options: Mapping[str, Any]) -> Non
 def _refuse_contradictions(out: Path, options: Mapping[str, Any]) -> None:
     if out.suffix != ".h5":
         raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
-    given = [
-        name
-        for name in ("up_to", "modes", "max_frequency", "frf_tolerance")
-        if options[name] is not None
-    ]
-    if len(given) > 1:
+    numbers = ("up_to", "modes", "modes_below", "frf_tolerance")
+    given = [name for name in numbers if options[name] is not None]
+    if len(given) > 1 and given != ["up_to", "frf_tolerance"]:
         names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
         raise ValueError(f"{names} are both given; expected one of them")
-    if (options["frf_tolerance"] is None) != (options["frf_up_to"] is None):
-        raise ValueError(
-            "--frf-tolerance and --frf-up-to belong together; expected both or neither"
-        )
+    if given == ["frf_tolerance"]:
+        raise ValueError("--frf-tolerance is given without --up-to; expected both")
     other = "frf_tolerance" in given or options["residual_vectors"] or options["coupling"] == "rbe2"
     if options["interface"] == "free" and other:
         raise ValueError(

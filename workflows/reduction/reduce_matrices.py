@@ -139,7 +139,7 @@ MESH_OPTIONS: Mapping[str, object] = {
     "preview": False,
 }
 _CHOICES = ("interface", "residual_vectors")
-_NUMBERS = ("up_to", "modes", "max_frequency", "frf_tolerance", "frf_up_to")
+_NUMBERS = ("up_to", "modes", "modes_below", "frf_tolerance")
 
 
 def refuse_mesh_options(options: Mapping[str, Any]) -> None:

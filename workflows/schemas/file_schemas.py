@@ -42,6 +42,8 @@ from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 from carrierflex.workflows.diagnosis.calibrate_campaign import CALIBRATION
 from carrierflex.workflows.diagnosis.plan_campaign import PLAN
+from carrierflex.workflows.diagnosis.record_difference import DIFFERENCE
+from carrierflex.workflows.diagnosis.report_files import REPORT_DATA
 from carrierflex.workflows.diagnosis.scored_check import (
     AnswersDocument,
     BlindCheckDocument,
@@ -56,6 +58,7 @@ from carrierflex.workflows.fe.compute_curves import CurveInputsDocument, MeshErr
 from carrierflex.workflows.fe.study_pin_fit import PinFitDocument
 from carrierflex.workflows.fe.study_sensitivities import SensitivitiesDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
+from carrierflex.workflows.fleet.diagnose_fleet import EntryDocument, FleetDocument
 from carrierflex.workflows.identification.documents import IdentificationDocument
 from carrierflex.workflows.identification.import_records import ImportDocument
 from carrierflex.workflows.identification.infer_loads import LoadsDocument
@@ -98,8 +101,11 @@ _DOCUMENTS: dict[str, Any] = {
 _RESULTS: dict[str, Any] = {
     "diagnosis": DIAGNOSIS,
     "rim motion": RIM_MOTION,
-    "comparison": COMPARISON,
+    "report": REPORT_DATA,
+    "comparison": COMPARISON | DIFFERENCE,
     "calibration": CALIBRATION,
+    "fleet": FleetDocument,
+    "batch": EntryDocument,
     "plan": PLAN,
     "identification": IdentificationDocument,
     "loads": LoadsDocument,

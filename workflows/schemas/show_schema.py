@@ -20,6 +20,8 @@ Name = Literal[
     "rim-motion",
     "comparison",
     "calibration",
+    "fleet",
+    "batch",
     "plan",
     "identification",
     "loads",
@@ -66,7 +68,7 @@ def main(name: Name, *, out: Path | None = None) -> Schema:
         Kind of file: a TOML file that is read, or a JSON file that is written, by its name
         ("pin-fit" is that of pin_fit.json); "result": what --json prints.
     out
-        File to write it to (JSON) instead of showing it.
+        File to write (.json) with the schema; default: it is shown.
 
     Returns
     -------

@@ -19,12 +19,15 @@ from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.words import ratio, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
+from carrierflex.workflows.diagnosis.record_difference import RecordDifference
 from carrierflex.workflows.diagnosis.score_page import score_sections
+from carrierflex.workflows.screen.fleet_tables import difference_table
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
     from carrierflex.workflows.diagnosis.calibrate_campaign import Calibration, PutIn
     from carrierflex.workflows.diagnosis.check_campaign import CampaignCheck
+    from carrierflex.workflows.diagnosis.write_report import WrittenReport
 
 #: Additions of a plan that are shown.
 _MOST_ADDITIONS = 8
@@ -111,8 +114,15 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     return table
 
 
-def comparison_table(change: GapChange) -> RenderableType:
-    """What became of the gap as sentences, then the error of every run."""
+def report_line(report: "WrittenReport") -> RenderableType:
+    """What the page says first, and where it is."""
+    return f"{report.campaign}: {report.headline}.\n{report.path}"
+
+
+def comparison_table(change: GapChange | RecordDifference) -> RenderableType:
+    """What became of the gap as sentences, then the error of every run; or what differs."""
+    if isinstance(change, RecordDifference):
+        return difference_table(change)
     unit = change.before.unit
     text = " ".join((first_sentence(change), causes_sentence(change), cells_sentence(change)))
     rows = (

@@ -8,8 +8,10 @@ from rich.text import Text
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.check_installation import Installation
     from carrierflex.workflows.complete_shell import Completion
     from carrierflex.workflows.copy_cases import ShippedCases
+    from carrierflex.workflows.describe_file import FileDescription
     from carrierflex.workflows.geometry.write_parameters import WrittenParameters
     from carrierflex.workflows.identification.import_records import ImportedRecords
     from carrierflex.workflows.identification.new_campaign import NewMap
@@ -64,6 +66,30 @@ def cases_table(cases: "ShippedCases") -> RenderableType:
     table.columns[1].overflow = "fold"
     for name, title in cases.titles.items():
         table.add_row(name, title)
+    return table
+
+
+def description_table(described: "FileDescription") -> RenderableType:
+    """Kind, figures, writer and commands of a file."""
+    table = titled_table(described.kind, "what", "value")
+    table.columns[1].justify = "left"
+    table.columns[1].overflow = "fold"
+    table.add_row("file", str(described.path))
+    for name, text in described.figures.items():
+        table.add_row(name, text)
+    table.add_row("written by", described.software or "not stated")
+    for number, line in enumerate(described.commands):
+        table.add_row("" if number else "taken by", line)
+    return table
+
+
+def installation_table(installation: "Installation") -> RenderableType:
+    """What is required, what is optional, and what the machine offers."""
+    table = titled_table("installation", "what", "state", "value")
+    table.columns[2].justify = "left"
+    table.columns[2].overflow = "fold"
+    for item in installation.items:
+        table.add_row(item.name, item.state, item.value)
     return table
 
 

@@ -102,7 +102,7 @@ def _gap(job: "Job") -> list[RenderableType]:
         f"Where: {where}.",
         table,
         alone + why,
-        f"{verdict_heading(diagnosis)}: {diagnosis.reason}.",
+        f"{verdict_heading(diagnosis)}. Reason: {diagnosis.reason}.",
         worth(diagnosis),
     ]
 

@@ -10,7 +10,9 @@ import inspect
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
+
+from cyclopts import Parameter
 
 from carrierflex.workflows.shell.commands import COMMANDS, Command
 from carrierflex.workflows.shell.shared_options import SharedOptions
@@ -50,13 +52,26 @@ def options_of(main: Callable[..., Any]) -> dict[str, inspect.Parameter]:
     }
 
 
+def _as_typed(option: inspect.Parameter) -> inspect.Parameter:
+    """The option as a command has it.
+
+    What may stand without its name is named by its place only; a flag that is on has a --no- form.
+    """
+    if option.kind is option.POSITIONAL_OR_KEYWORD:
+        return option.replace(kind=option.POSITIONAL_ONLY)
+    if option.default is True:
+        off = f"--no-{option.name.replace('_', '-')}"
+        return option.replace(annotation=Annotated[bool, Parameter(negative=off)])
+    return option
+
+
 def called(name: str, command: Command) -> Callable[..., None]:
     """Function with the options of a command and those of every command."""
     workflow = workflow_of(command)
     options_of_workflow = options_of(workflow)
     units = units_of(inspect.getdoc(workflow) or "")
     parameters = [
-        with_shown_default(option, units.get(key))
+        with_shown_default(_as_typed(option), units.get(key))
         for key, option in options_of_workflow.items()
         if key != _GIVEN_BY_ALL
     ]

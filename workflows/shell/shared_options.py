@@ -8,6 +8,7 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
+from carrierflex.workflows.shell.help_screen import show_in_one_paragraph
 from carrierflex.workflows.shell.logs import log_into, say_more
 
 #: What libraries read their number of threads from when they are loaded: BLAS of any make, numba,
@@ -20,11 +21,11 @@ THREAD_VARIABLES = (
     "ARROW_IO_THREADS",
     "VTK_SMP_MAX_THREADS",
 )
-_GROUP = Group("Options of every command", sort_key=1)
+_GROUP = Group("Options of every command", sort_key=1, help_formatter=show_in_one_paragraph)
 
 
 def _option(text: str) -> Parameter:
-    return Parameter(help=text, negative="", show_default=False, group=_GROUP)
+    return Parameter(help=text, show_default=False, group=_GROUP)
 
 
 @Parameter(name="*")
@@ -32,25 +33,13 @@ def _option(text: str) -> Parameter:
 class SharedOptions:
     """Options that every command has."""
 
-    quiet: Annotated[bool, _option("Show errors only: no progress, no notes, no tables.")] = False
-    verbose: Annotated[
-        bool, _option("Show more messages: libraries used, files read, passes of a mesh.")
-    ] = False
-    log_file: Annotated[
-        Path | None,
-        _option("File to which all messages are appended, with times and results."),
-    ] = None
+    quiet: Annotated[bool, _option("errors only")] = False
+    verbose: Annotated[bool, _option("more messages: libraries, files, passes")] = False
+    log_file: Annotated[Path | None, _option("append messages and result to a log")] = None
     threads: Annotated[
-        int | None,
-        _option(
-            "Threads of this process, and of each process of --workers, 1 or more; default: "
-            "chosen by the libraries."
-        ),
+        int | None, _option("of this process and of each of --workers; default: by the libraries")
     ] = None
-    json: Annotated[
-        bool,
-        _option("Print the result as JSON on standard output, and nothing else there."),
-    ] = False
+    json: Annotated[bool, _option("print the result as JSON, and nothing else")] = False
 
     def apply(self) -> None:
         """Set threads and logging of this process.

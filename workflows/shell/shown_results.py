@@ -23,7 +23,7 @@ _WIDTH_OF_A_PIPE = 10_000
 #: Longer arrays are told by their shape and range.
 _MOST_NUMBERS = 100
 #: Options that name what a command reads are left out of what it wrote.
-_WRITTEN = ("out", "save_law", "loads", "linearised", "export")
+_WRITTEN = ("out", "save_law", "loads", "linearised", "sealed_campaigns")
 
 log = logging.getLogger(__name__)
 

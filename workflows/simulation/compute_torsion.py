@@ -12,13 +12,13 @@ nothing: their dimensions in the stage were derived from the printed stiffnesses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict
 
 import numpy as np
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import Versions, versions
-from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
@@ -29,8 +29,12 @@ from carrierflex.simulation.mounting.torsional_train import (
     mounted_and_held_hz,
 )
 from carrierflex.simulation.stage.torsion_view import torque_sweep_figure
+from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 #: What the 2011 paper prints: stiffness [N m/rad] by member, first frequency by mounting (in Hz;
 #: printed as rad/s).
@@ -55,14 +59,17 @@ def main(
     *,
     out: Path,
     torque: float = 360e3,
-    mounting: Path | None = None,
+    case: Path | None = None,
     rotor_inertia: float = TorsionalTrain.rotor,
     generator_inertia: float = TorsionalTrain.generator,
     housing_inertia: float = TorsionalTrain.housing_inertia,
     shaft_stiffness: float = TorsionalTrain.shaft_stiffness,
     gearbox_stiffness: float = TorsionalTrain.gearbox_stiffness,
     bushing_stiffness: float = TorsionalTrain.bushing_stiffness,
-    size: float = DEFAULT_SIZE,
+    size: float | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    parameters: Path | None = None,
     quiet: bool = False,
 ) -> Torsion:
     """Torsional stiffness of main shaft, gearbox and mounting.
@@ -76,10 +83,10 @@ def main(
     Parameters
     ----------
     out
-        Folder for torsion.json, torque_sweep.csv and torque_sweep.png.
+        Folder to write: torsion.json, torque_sweep.csv and torque_sweep.png.
     torque
         Torque on the main shaft that the sweep reaches [N m].
-    mounting
+    case
         Case file of kind mounting whose bushings are swept (its [rig] and [truth]); linear bushings
         of table 3 without it.
     rotor_inertia
@@ -95,7 +102,14 @@ def main(
     bushing_stiffness
         Of the mounting about the main shaft [N m/rad].
     size
-        Element edge length of carrier and pins [m].
+        Element edge length of carrier and pins [m]; 0.03 where it is not given, of a STEP file as
+        of carrierflex curves.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+    parameters
+        TOML file with the tables [carrier], [pin], [gear]; what it leaves out keeps its default.
     quiet
         Show no progress.
 
@@ -112,26 +126,32 @@ def main(
         gearbox_stiffness=gearbox_stiffness,
         bushing_stiffness=bushing_stiffness,
     )
-    rig, bushings = _mounting(mounting)
+    rig, bushings = _mounting(case)
 
     from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
+    from carrierflex.simulation.stage.stage_data import StageData
     from carrierflex.simulation.stage.stage_model import stage_model
     from carrierflex.simulation.stage.torque_sweep import stage_sweeps
-    from carrierflex.workflows.simulation.stage_bodies import default_stage_body
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+    from carrierflex.workflows.simulation.stage_bodies import reduced_carrier_and_pin, stage_body_of
 
     # Cheap, and refuses a torque that cannot be before the folder is made.
     on_mounting = mounting_sweep(rig, bushings, torque)
+    stage, files = read_parameters(parameters), CarrierFiles(step, surfaces)
+    edge = files.element_size(size)
     prepared_folder(out)
     stages = Stages(2, quiet)
-    with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        body = default_stage_body(PAPER_STIFFNESS, size)
+    with stages.stage(f"reduced carrier and pins, elements of {edge:.3g} m"):
+        carrier, pin, gear = reduced_carrier_and_pin(edge, stage, files)
+        body = stage_body_of(carrier, pin, PAPER_STIFFNESS)
+        model = stage_model(body, StageData(gear=gear), speed=0.0)
     with stages.stage("torque sweep of the stage"):
-        sweeps = stage_sweeps(stage_model(body, speed=0.0), torque * np.linspace(0.1, 1.0, 10))
+        sweeps = stage_sweeps(model, torque * np.linspace(0.1, 1.0, 10))
     result = Torsion(
         {"main shaft": sweeps.main_shaft, "gearbox": sweeps.gearbox, "mounting": on_mounting},
         mounted_and_held_hz(train),
     )
-    _write(result, train, out)
+    _write(result, train, edge, files, out)
     return result
 
 
@@ -142,7 +162,9 @@ def _mounting(case: Path | None) -> tuple[MountingRig, np.ndarray]:
     return what.rig, what.truth
 
 
-def _write(result: Torsion, train: TorsionalTrain, out: Path) -> None:
+def _write(
+    result: Torsion, train: TorsionalTrain, size: float, files: "CarrierFiles", out: Path
+) -> None:
     rows = [
         [name, torque, rotation]
         for name, sweep in result.sweeps.items()
@@ -151,6 +173,7 @@ def _write(result: Torsion, train: TorsionalTrain, out: Path) -> None:
     save_table(out / "torque_sweep.csv", ["member", "torque [N m]", "rotation [rad]"], rows)
     save_figure(out / "torque_sweep.png", torque_sweep_figure(result.sweeps))
     content = {
+        "inputs": {"size": size, "files": files.record()},
         "train": train,
         "stiffness_nm_per_rad": {name: sweep.stiffness for name, sweep in result.sweeps.items()},
         "paper": {
@@ -174,9 +197,17 @@ class TorsionPaper(TypedDict):
     fitted_to_it: Annotated[Any, "What was fitted to it"]
 
 
+class CarrierInputs(TypedDict):
+    """Where the carrier comes from."""
+
+    size: Annotated[float, "Element edge length [m]"]
+    files: Annotated[Mapping[str, GivenFile], "Files by role; empty without any"]
+
+
 class TorsionDocument(TypedDict):
     """torsion.json, written by torsion."""
 
+    inputs: Annotated[CarrierInputs, "Carrier of the stage"]
     train: Annotated[TorsionalTrain, "Inertias, stiffnesses, ratios"]
     stiffness_nm_per_rad: Annotated[Mapping[str, float], "By member, from the sweeps [N m/rad]"]
     paper: Annotated[TorsionPaper, "What the paper prints"]

@@ -21,8 +21,8 @@ from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
 from carrierflex.geometry.parameter_files import read_parameters
-from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
-from carrierflex.geometry.pins import PAPER_STIFFNESS
+from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.pins import PAPER_STIFFNESS, planets_of
 from carrierflex.identification.carrier.printed_tables import PHI_PLC
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.tooth_contact import (
@@ -32,6 +32,7 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
+from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.stage_misalignment import (
@@ -100,10 +101,12 @@ def main(
     largest_misalignment: float = PHI_PLC,
     phi_plc: float = PHI_PLC,
     parameters: Path | None = None,
-    size: float = DEFAULT_SIZE,
+    size: float | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
     quiet: bool = False,
 ) -> GearLife:
-    """Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.
+    """Contact pressure and pitting life of sun and ring mesh over misalignment.
 
     What misalignment a kink between main shaft and carrier makes comes from the statics of the
     whole stage, by support of carrier and housing.
@@ -111,7 +114,7 @@ def main(
     Parameters
     ----------
     out
-        Folder for gear_life.json, gear_life.png, stage_meshes.csv, stage_tilts.csv and
+        Folder to write: gear_life.json, gear_life.png, stage_meshes.csv, stage_tilts.csv and
         stage_contact.png.
     torque
         Torque of the main shaft [N m], shared equally by the planets.
@@ -126,7 +129,12 @@ def main(
     parameters
         TOML file with the tables [carrier], [pin], [gear]; what it leaves out keeps its default.
     size
-        Element edge length of carrier and pins [m].
+        Element edge length of carrier and pins [m]; 0.03 where it is not given, of a STEP file as
+        of carrierflex curves.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     quiet
         Show no progress.
 
@@ -136,7 +144,6 @@ def main(
         Pressure and life by mesh.
     """
     stage = read_parameters(parameters)
-    gear = stage.gear
     flank = ToothFlank(crowning=crowning, tip_relief=tip_relief)
     if not (np.isfinite(largest_misalignment) and largest_misalignment > 0.0):
         raise ValueError(
@@ -144,28 +151,38 @@ def main(
         )
     if not np.isfinite(phi_plc):
         raise ValueError(f"--phi-plc is {phi_plc} rad; expected a finite angle")
+
+    from carrierflex.workflows.geometry.carrier_files import CarrierFiles
+
+    files = CarrierFiles(step, surfaces)
+    record, edge = files.record(), files.element_size(size)
     prepared_folder(out)
 
     from carrierflex.simulation.stage.statics import SteadyLoad
-    from carrierflex.workflows.simulation.stage_bodies import flexible_and_rigid_body
+    from carrierflex.workflows.simulation.stage_bodies import (
+        flexible_and_rigid_body,
+        reduced_carrier_and_pin,
+    )
 
     stages = Stages(3, quiet)
-    force = _tangential_force(torque, gear, stage.carrier.n_planets)
+    with stages.stage(f"reduced carrier and pins, elements of {edge:.3g} m, and a rigid carrier"):
+        carrier, pin, gear = reduced_carrier_and_pin(edge, stage, files)
+        flexible, rigid = flexible_and_rigid_body(carrier, pin, PAPER_STIFFNESS)
+    force = _tangential_force(torque, gear, planets_of(carrier.pilots))
     slopes = np.linspace(0.0, largest_misalignment, 30)
     pairs = {"sun": sun_planet_pair(gear), "ring": ring_planet_pair(gear)}
     with stages.stage("meshes over their misalignment"):
         meshes = {name: _swept(pair, flank, force, slopes) for name, pair in pairs.items()}
-    with stages.stage(f"reduced carrier and pins, elements of {size} m, and a rigid carrier"):
-        flexible, rigid = flexible_and_rigid_body(PAPER_STIFFNESS, size, parameters=parameters)
     with stages.stage("statics of the stage with and without the misalignment"):
         bodies = {"flexible": flexible, "rigid": rigid}
         states = stage_states(bodies, _stages(gear), phi_plc, SteadyLoad(torque))
         kinks = kinks_in_meshes(states, pairs, flank)
     life = GearLife(torque, flank, slopes, meshes, states, kinks)
     _write_stage(life, pairs, force, out)
+    inputs = {"torque": torque, "gear": gear, "size": edge, "files": record}
     save_json(
         out / "gear_life.json",
-        {"inputs": {"torque": torque, "gear": gear}, "result": life, "versions": versions()},
+        {"inputs": inputs, "result": life, "versions": versions()},
     )
     contacts = {
         f"{name}, {slope * 1e6:.0f} urad": mesh_contact(pair, flank, force, misalignment=slope)
@@ -270,6 +287,8 @@ class GearLifeInputs(TypedDict):
 
     torque: Annotated[float, "Torque of the main shaft [N m]"]
     gear: Annotated[Mapping[str, float], "Table [gear] of carrier-parameters"]
+    size: Annotated[float, "Element edge length [m]"]
+    files: Annotated[Mapping[str, GivenFile], "Files of the carrier by role; empty without any"]
 
 
 class GearLifeDocument(TypedDict):

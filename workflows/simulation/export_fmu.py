@@ -33,7 +33,7 @@ def main(
     Parameters
     ----------
     out : Path
-        File to write, ending in ``.fmu``.
+        File to write (.fmu).
     case : Path, optional
         Case of kind mounting whose rig and truth are taken; its bushings must be linear. Without it
         the default rig with linear bushings.

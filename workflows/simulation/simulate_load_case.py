@@ -60,7 +60,7 @@ def main(
         or a stage case, in which the whole planetary stage runs; SI units. A name without .toml is
         that of a bundled case: carrier_lc1_to_lc4, stage_lc1 to stage_lc4, mounting_2011.
     out : Path
-        Campaign folder to write: new, empty, or an earlier simulated campaign.
+        Folder to write: a campaign. It is new, empty, or an earlier simulated campaign.
     curves : Path, optional
         Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it
         those of the default carrier serve. A case of kind mounting has none.

@@ -105,15 +105,15 @@ def main(
     seed: int = 2012,
     tilt: Literal["face", "joint"] = "face",
     reference: Literal["assumed", "papers_gap"] = "assumed",
-    cases: tuple[str, ...] = LOAD_CASES,
+    only: tuple[str, ...] = LOAD_CASES,
     quiet: bool = False,
 ) -> Table5:
-    """Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.
+    """Simulate the eight cases of the 2012 paper's table 5 beside a simulated reference.
 
     Parameters
     ----------
     out : Path
-        Folder for ``table_5.json``, ``table_5.csv`` and ``table_5.png``.
+        Folder to write: ``table_5.json``, ``table_5.csv`` and ``table_5.png``.
     size : float
         Element edge length [m] of carrier and pins.
     duration : float
@@ -126,8 +126,8 @@ def main(
     reference : str
         Where the reference comes from: a stage that no result of the paper has entered, or the case
         ``stage_papers_gap`` on rollers, fitted to tables 4 and 5.
-    cases : tuple of str
-        Load cases to simulate.
+    only : tuple of str
+        Simulate these load cases only, --only LC1 --only LC2.
     quiet : bool
         Show no progress.
 
@@ -136,11 +136,11 @@ def main(
     ValueError
         Where the duration is shorter than a revolution, or there is no such load case.
     """
-    for name in cases:
+    for name in only:
         if name not in LOAD_CASES:
-            raise ValueError(f"--cases has {name!r}; expected some of {', '.join(LOAD_CASES)}")
+            raise ValueError(f"--only has {name!r}; expected some of {', '.join(LOAD_CASES)}")
     folder, rng = prepared_folder(out), np.random.default_rng(seed)
-    chosen = {name: replace(table_5_case(name), duration=duration) for name in cases}
+    chosen = {name: replace(table_5_case(name), duration=duration) for name in only}
 
     from carrierflex.identification.carrier.carrier_identification import identify_each_run
     from carrierflex.simulation.stage.readings import ReadingEffects
@@ -193,7 +193,7 @@ def table_5_bodies(size: float, reference_pin_fit: float = _PIN_FIT) -> Table5Bo
     )
 
     pin_fit = table_5_case("LC1").pin_fit_stiffness
-    carrier, pin = reduced_carrier_and_pin(size)
+    carrier, pin, _ = reduced_carrier_and_pin(size)
     return Table5Bodies(
         stage_body_of(carrier, pin, pin_fit),
         stage_body_of(made_rigid(carrier), pin, pin_fit),

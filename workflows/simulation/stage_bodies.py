@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameters import GearData
 from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.craig_bampton import craig_bampton
@@ -25,7 +25,8 @@ from carrierflex.simulation.stage.stage_body import (
     refuse_unfit_carrier,
 )
 from carrierflex.simulation.stage.stress import with_stress_rows
-from carrierflex.workflows.fe.bodies import body_structure
+from carrierflex.workflows.fe.bodies import body_structure, built_carrier, built_pin
+from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
 #: Stiffness of a carrier that counts as rigid, over the real one: its deflection falls below a
 #: micrometre.
@@ -47,25 +48,22 @@ def default_stage_body(
 
     The shaft is a ``beam`` or of ``finite_elements`` with its lowest modes.
     """
-    carrier = carrier_with_pins(*reduced_carrier_and_pin(size), pin_fit_stiffness)
+    carrier = carrier_with_pins(*reduced_carrier_and_pin(size)[:2], pin_fit_stiffness)
     return joined_to_shaft(carrier, _default_shaft(main_shaft, carrier, size))
 
 
 def flexible_and_rigid_body(
-    pin_fit_stiffness: float, size: float, *, parameters: Path | None = None
+    carrier: ReducedModel, pin: ReducedModel, pin_fit_stiffness: float
 ) -> tuple[StageBody, StageBody]:
     """Bodies of two stages that differ in the carrier: its own stiffness, and that of a rigid one.
 
     Parameters
     ----------
+    carrier, pin : ReducedModel
+        The carrier's own stiffness, without pins, and pin 1.
     pin_fit_stiffness : float
         Bending stiffness of each pin interface [N m/rad].
-    size : float
-        Element edge length [m].
-    parameters : Path, optional
-        TOML file of the dimensions; what it leaves out keeps its default.
     """
-    carrier, pin = reduced_carrier_and_pin(size, parameters=parameters)
     return (
         stage_body_of(carrier, pin, pin_fit_stiffness),
         stage_body_of(made_rigid(carrier), pin, pin_fit_stiffness),
@@ -73,10 +71,25 @@ def flexible_and_rigid_body(
 
 
 def reduced_carrier_and_pin(
-    size: float, *, parameters: Path | None = None
-) -> tuple[ReducedModel, ReducedModel]:
-    """Carrier without pins and pin by finite elements of `size` [m], for several stages."""
-    return _reduced("flexible_carrier", size, parameters), _reduced("pin", size, parameters)
+    size: float, stage: StageParameters | None = None, files: CarrierFiles | None = None
+) -> tuple[ReducedModel, ReducedModel, GearData]:
+    """Carrier without pins, pin and gear, by finite elements of `size` [m], for several stages.
+
+    Parameters
+    ----------
+    size : float
+        Element edge length [m].
+    stage : StageParameters, optional
+        Dimensions other than the default's.
+    files : CarrierFiles, optional
+        STEP file of the carrier, where it is not that of the dimensions.
+    """
+    stage, files = stage or read_parameters(None), files or CarrierFiles()
+    built = built_carrier("flexible", stage, size, files)
+    pin = built_pin(stage, size, files)
+    rule = rule_of_options({})
+    carrier, reduced_pin = (craig_bampton(body, rule).model for body in (built.structure, pin))
+    return carrier, reduced_pin, built.gear
 
 
 def reduced_pin(size: float) -> ReducedModel:
@@ -160,8 +173,8 @@ def stage_body_of_files(
     return joined_to_shaft(carrier, read.get("shaft") or _default_shaft(main_shaft, carrier, size))
 
 
-def _reduced(name: str, size: float, parameters: Path | None = None) -> ReducedModel:
-    _, structure = body_structure(name, read_parameters(parameters), size)
+def _reduced(name: str, size: float) -> ReducedModel:
+    _, structure = body_structure(name, read_parameters(None), size)
     # The frequency of use that `carrierflex reduce` has without options, and modes that follow.
     return craig_bampton(structure, rule_of_options({})).model
 

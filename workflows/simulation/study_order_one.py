@@ -107,7 +107,7 @@ def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> Order
     Parameters
     ----------
     out
-        Folder for order_one.json, order_one.csv, order_one_sweeps.csv and order_one.png.
+        Folder to write: order_one.json, order_one.csv, order_one_sweeps.csv and order_one.png.
     size
         Element edge length [m] of carrier and pins.
     quiet

@@ -187,11 +187,11 @@ def _acceleration(  # type: ignore[no-untyped-def]
     for form in range(forms.shape[0]):
         for bushing in range(2):
             # Rows are starboard and port along z, then along y.
-            u = _along(rows[bushing + 2], q), _along(rows[bushing], q)
-            u_rate = _along(rows[bushing + 2], v), _along(rows[bushing], v)
+            u_zy = _along(rows[bushing + 2], q), _along(rows[bushing], q)
+            v_zy = _along(rows[bushing + 2], v), _along(rows[bushing], v)
             at = first + N_STATES * (2 * form + bushing)
             f = form_force(
-                forms[form], bushing, u, u_rate, t, x[at : at + N_STATES], rate[at : at + N_STATES]
+                forms[form], bushing, u_zy, v_zy, t, x[at : at + N_STATES], rate[at : at + N_STATES]
             )
             for i in range(n):
                 push = rows[bushing + 2, i] * f[0] + rows[bushing, i] * f[1]

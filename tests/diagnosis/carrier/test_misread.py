@@ -165,8 +165,26 @@ def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):
     tilt, before = (own.parameters["torque_tilt"]["phi_T"] for own in (aware, blind))
     # Torque 2 % too large is a tilt per torque 2 % too small.
     assert tilt.std > TORQUE * tilt.value > 2.0 * before.std
-    assert aware.gains.endswith("gains (torque 2 %, channels 1 %), angles (channels 0.229 deg)")
+    declared, of_curves = aware.gains.split("; ")
+    assert declared.endswith("gains (torque 2 %, channels 1 %), angles (channels 0.229 deg)")
+    assert of_curves.endswith("of the curves by their mesh (rho_f 5.7%)")
     assert blind.gains.startswith("load-cell errors are not included")
+
+
+def test_an_interval_of_the_pins_holds_the_known_error_of_the_curves_size(campaign):
+    exact = {name: replace(curve, mesh_error=0.0) for name, curve in CURVES.items()}
+    as_read = replace(campaign, channels=AXIAL, inputs=())
+    published = [
+        published_values(problem, fit_effects(problem, EFFECT), floor_ratio=1.1)
+        for problem in (carrier_problem(as_read, curves) for curves in (CURVES, exact))
+    ]
+    known, unknown = (own.parameters["flexible_pins"]["rho_f"] for own in published)
+    half = np.diff(known.ci95).item() / 2.0
+    # Of 5.7 % of the size, and what the interval holds besides.
+    assert half >= 0.99 * np.hypot(0.057 * known.value, np.diff(unknown.ci95).item() / 2.0)
+    assert half < 0.08 * known.value
+    assert np.diff(unknown.ci95) < 0.5 * half
+    assert published[1].gains.endswith("mesh (curves --mesh-error) is not included")
 
 
 def test_a_baseline_without_parameters_has_none_that_a_misread_signal_moves(campaign):

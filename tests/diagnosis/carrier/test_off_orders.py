@@ -163,7 +163,7 @@ def test_without_declared_noise_a_line_is_a_class_and_not_the_floor():
     assert classes == ["nonsynchronous/0.47X", "housing/tilt/undetermined"]
     assert document["effects"] == ["torque_tilt"]
     heading = verdict_heading(diagnosis)
-    assert heading.startswith("The simulation lacks torque tilt, and motion at 0.47X, between the")
+    assert heading.startswith("The gap is explained by torque tilt, and motion at 0.47X, betw")
     # Effect and line leave the noise alone.
     far = document["how_far"]
     assert far["rms_before"] > 2.5 * NOISE

@@ -47,6 +47,17 @@ def test_what_the_prediction_lacks_is_named(make):
     assert_allclose(own.attribution.parameters["baseline"]["K1"].value, STIFFNESS, rtol=1e-3)
 
 
+def test_a_prediction_in_millimetres_whose_fit_runs_away_is_refused_with_its_size():
+    measured = force_campaign(no_law)
+    campaign = beside(measured, measured)
+    runs = tuple(
+        replace(run, predictions={"q": 1e3 * run.predictions["q"]}) for run in campaign.runs
+    )
+    size = 1e3 * max(np.abs(run.signals["q"]).max() for run in measured.runs)
+    with pytest.raises(ValueError, match=rf"predictions of channel q reach {size:.3g}, where no"):
+        problem_of(replace(campaign, runs=runs))
+
+
 def test_the_gap_is_measured_less_predicted():
     measured, predicted = displacement_campaign(cubic), displacement_campaign(no_law, noise=1e-12)
     problem, _ = problem_of(beside(measured, predicted))

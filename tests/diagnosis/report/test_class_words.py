@@ -1,15 +1,12 @@
-"""Words of an answer by class."""
+"""Words of an answer by class in the table of causes."""
+
+from dataclasses import replace
 
 import pytest
 
-from carrierflex.diagnosis.element.laws import CLASSES_OF_LAW
-from carrierflex.diagnosis.report.verdict_words import _share_words, class_sentence
+from carrierflex.diagnosis.report.cause_rows import _shape_values
+from carrierflex.diagnosis.report.verdict_words import share_words
 from tests.diagnosis.class_answers import one_class
-
-
-def sentence(name, law, **options):
-    """Words of one class whose law is named."""
-    return class_sentence(one_class(name, law, CLASSES_OF_LAW, **options))
 
 
 @pytest.mark.parametrize(
@@ -26,20 +23,16 @@ def sentence(name, law, **options):
     ],
 )
 def test_a_share_is_never_rounded_to_nothing_nor_above_the_whole(share, expected):
-    assert _share_words(share) == expected
+    assert share_words(share) == expected
 
 
-def test_a_class_that_is_named_is_not_nothing():
-    told = sentence("time_variation", "drifting_stiffness", share=0.0)
-    assert told.startswith("Time variation (below 0.5 %;")
-
-
-def test_a_law_of_the_speed_is_a_part_of_a_surface():
-    told = sentence("force_surface", "coulomb_friction")
-    assert told.endswith("; of it the library has the law Coulomb friction.")
-
-
-@pytest.mark.parametrize("name", ["dissipation", "hysteresis"])
-def test_a_class_of_which_a_law_holds_all_follows_it(name):
-    told = sentence(name, "coulomb_friction")
-    assert told.endswith("; law: Coulomb friction.")
+def test_a_class_is_told_with_its_law_or_the_nearest_and_its_share_of_it():
+    named = one_class("dissipation", "coulomb_friction", {}).classes[0]
+    assert _shape_values(named) == [("", "law: Coulomb friction")]
+    near = replace(named, law_named=False, law_share=0.25, share=0.5)
+    assert _shape_values(near) == [
+        ("", "no law of the library, nearest Coulomb friction: 50 % of it")
+    ]
+    assert _shape_values(replace(named, law="")) == []
+    unknown = replace(named, id="housing/tilt/undetermined")
+    assert "load dependence cannot be determined" in _shape_values(unknown)[-1][1]

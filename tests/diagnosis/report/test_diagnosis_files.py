@@ -34,7 +34,7 @@ def test_file_holds_the_contract(tmp_path, diagnosis):
     assert document["verdict"] in VERDICTS
     assert document["effects"] == ["cubic_stiffness"]
     stiffness = document["parameters"]["cubic_stiffness"]["K3"]
-    assert set(stiffness) == {"value", "std", "unit", "ci95"}
+    assert set(stiffness) == {"value", "sources", "std", "unit", "ci95"}
     half_width = 0.5 * (stiffness["ci95"][1] - stiffness["ci95"][0])
     assert np.isclose(half_width, 1.96 * stiffness["std"], rtol=1e-4)
     assert np.isclose(np.mean(stiffness["ci95"]), stiffness["value"])
@@ -91,7 +91,11 @@ def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign, comm
     assert done.returncode == 0, done.stderr
     assert "cubic_stiffness" in done.stdout
     assert read_diagnosis(tmp_path / "out" / "diagnosis.json")["verdict"] == "named"
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"diagnosis.json", "report.html"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "diagnosis.json",
+        "report.html",
+        "report.json",
+    }
 
 
 def test_without_a_report_none_is_drawn_and_none_of_an_earlier_diagnosis_stays(
@@ -102,7 +106,10 @@ def test_without_a_report_none_is_drawn_and_none_of_an_earlier_diagnosis_stays(
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "report.html").write_text("of an earlier diagnosis")
     assert command("diagnose", "campaign", "--out", "out", "--no-report").returncode == 0
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["diagnosis.json"]
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "diagnosis.json",
+        "report.json",
+    }
 
 
 def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign, command):

@@ -1,16 +1,11 @@
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import GapMoment
-from carrierflex.diagnosis.inference.results import GapReduction, SelectionStep
-from carrierflex.diagnosis.report.figures import gap_in_time_figure
 from carrierflex.diagnosis.report.gap_map_figure import (
     colour_limits,
     gap_grids,
     gap_map_figure,
-    selection_figure,
 )
 
 NAN = float("nan")
@@ -81,46 +76,3 @@ def test_only_what_is_significant_is_coloured():
     coloured = figure.axes[0].collections[1].get_array()
     assert_allclose(coloured.compressed(), [2.0])
     assert figure.axes[1].get_xlabel() == "RMS of the gap [µm]"
-
-
-@pytest.mark.parametrize(("rho", "scale"), [(0.03, "log"), (0.6, "linear")])
-def test_selection_shows_each_step_with_its_interval_and_the_lines(rho, scale):
-    steps = (
-        SelectionStep("baseline", 1.0, 1.0, (NAN, NAN)),
-        SelectionStep("carrier_tilt", rho, rho, (0.9 * rho, 1.2 * rho)),
-    )
-    reduction = GapReduction(
-        1.0,
-        rho,
-        0.5 * rho,
-        rho,
-        (0.0, 1.0),
-        0.9,
-        (0.8, 1.0),
-        3.0,
-        NAN,
-        steps,
-        (),
-        (),
-        (),
-    )
-    panel = selection_figure(reduction).axes[0]
-    assert panel.get_xscale() == scale
-    points, (_, _), (bars,) = panel.containers[0]
-    assert_allclose(points.get_xdata(), [1.0, rho])
-    ends = np.sort([segment[:, 0] for segment in bars.get_segments()])
-    assert_allclose(ends, [[1.0, 1.0], [0.9 * rho, 1.2 * rho]])
-    labels = [line.get_label() for line in panel.lines]
-    assert [label for label in labels if not label.startswith("_")] == [
-        f"noise floor: {0.5 * rho:.3f}"
-    ]
-
-
-def test_gap_in_time_draws_the_runs_with_the_largest_gap_in_one_unit():
-    moments = [
-        GapMoment(f"R{k}", t, (k + 1) * 1e-6 * (1.0 + t)) for k in range(8) for t in (0.0, 0.5)
-    ]
-    panel = gap_in_time_figure(moments, "m").axes[0]
-    assert [line.get_label() for line in panel.lines] == ["R2", "R3", "R4", "R5", "R6", "R7"]
-    assert_allclose(panel.lines[-1].get_xydata(), [[0.0, 8.0], [0.5, 12.0]])
-    assert (panel.get_xlabel(), panel.get_ylabel()) == ("time [s]", "RMS of the gap [µm]")

@@ -120,7 +120,7 @@ def test_of_more_runs_than_a_file_holds_some_of_every_condition_are_kept(monkeyp
         ({"n_planets": 0}, "key 'n_planets' is 0"),
         ({"radius": -1.0}, "key 'radius' is -1.0"),
         ({"signals": []}, "key 'signals' holds nothing to draw"),
-        ({"signals": [{}]}, "no key 'direction'"),
+        ({"signals": [{}]}, "no key 'sensor_angle_deg'"),
         ({"carrier_angle_deg": [0.0, 1.0]}, "key 'measured' has shape \\(90,\\), not 2"),
         ({"effects": None}, "expected a file that diagnose wrote"),
     ],

@@ -14,6 +14,9 @@ KINDS = ("carrier", "element", "mounting")
 PHONE = 390
 SCREEN = 1280
 PAPER = 688
+PAPER_HEIGHT = 1017
+#: What is seen without scrolling: an iPhone 14, a laptop.
+FOLD = {PHONE: 844.0, SCREEN: 800.0}
 
 #: Pairs of texts whose boxes overlap, whatever they belong to: every line of every text is a box.
 _OVERLAPS = """JSON.stringify((() => {
@@ -112,13 +115,26 @@ def test_a_printed_page_is_whole(addresses, window):
     assert found == dict.fromkeys(found, NONE)
 
 
-def test_answer_and_next_step_stand_above_the_fold(addresses, window):
+@pytest.mark.parametrize("width", [PHONE, SCREEN])
+def test_answer_and_next_step_stand_above_the_fold(addresses, width, window):
     below = {}
     for verdict, address in addresses.items():
-        opened(window, address, SCREEN)
-        for part in ("#verdict h2", "#next"):
+        opened(window, address, width)
+        for part in ("#headline", "#next"):
             bottom = window.value(_BOTTOM.format(part))
             assert bottom > 0.0
-            if bottom > 800.0:
+            if bottom > FOLD[width]:
                 below[verdict, part] = bottom
     assert below == {}
+
+
+def test_the_summary_is_one_printed_page_and_the_annex_begins_another(addresses, window):
+    heights = {}
+    for verdict, address in addresses.items():
+        opened(window, address, PAPER)
+        window.call("Emulation.setEmulatedMedia", media="print")
+        heights[verdict] = window.value(_BOTTOM.format("#verdict"))
+        breaks = "getComputedStyle(document.querySelector('#annex')).breakBefore"
+        assert window.value(breaks) == "page"
+        window.call("Emulation.setEmulatedMedia", media="")
+    assert max(heights.values()) < PAPER_HEIGHT, heights

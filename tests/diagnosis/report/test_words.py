@@ -3,14 +3,10 @@ import re
 import pytest
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
-from carrierflex.diagnosis.gap.findings import Drift, Exponent, NonSynchronousCell, PartGrowth
+from carrierflex.diagnosis.gap.findings import Exponent, PartGrowth
 from carrierflex.diagnosis.report import words
 from carrierflex.diagnosis.report.figures import inline_svg
-from carrierflex.diagnosis.report.words import (
-    raised,
-    scaled_unit,
-    scatter_rows,
-)
+from carrierflex.diagnosis.report.words import raised, scaled_unit
 
 NAN, INF = float("nan"), float("inf")
 
@@ -50,7 +46,6 @@ def test_shares_ratios_and_intervals():
     assert words.interval((0.99999, 1.0)) == "± < 0.001"
     assert words.in_one_unit([3.14e-7, 0.0, 1.75e-4], "m") == (["0.314", "0", "175"], "µm")
     assert (words.ratio(0.0361), words.number(9.8123)) == ("0.036", "9.81")
-    assert words.p_value(1e-300) == "< 1e-06"
 
 
 def test_powers_are_raised_and_everything_else_is_escaped():
@@ -116,22 +111,13 @@ def test_only_exponents_that_tell_one_law_from_another_are_listed():
     assert rows == [("m=2, order 0", "housing", "torque", sharp), ("q", "–", "v", sharp)]
 
 
-def test_only_what_is_beyond_chance_is_listed():
-    rows = [Drift("A", "m=0", 0.0, 1e-6, 0.5, p) for p in (0.5, 1e-3, NAN)]
-    assert words.beyond_chance(rows) == [rows[1]]
+def test_a_value_is_told_with_its_interval_under_one_power_of_ten():
+    def told(value, error, unit="N/m"):
+        return words.value_words(words._ParameterRow("e", "", "k", value, error, unit, {}))
+
+    assert told(0.5951, 0.0137, "mrad") == "0.595 ± 0.014 mrad"
+    assert told(8.82e6, 0.9e6) == "(8.82 ± 0.90)·10^6 N/m"
+    assert told(0.6119, 0.0023, "1") == "0.6119 ± 0.0023"
+    assert told(7.0, NAN) == "7 N/m, not determined"
     assert words.pair((0.91, 1.13)) == "0.9 to 1.1"
     assert words.pair((-0.04, 0.04)) == "0.0 ± < 0.1"
-
-
-def test_what_does_not_repeat_stands_in_one_unit():
-    cells = [
-        NonSynchronousCell("A", "m=0", 3.0, 4e-12, -1e-20, 1e-12, 2.5e-13, 1e-9),
-        NonSynchronousCell("B", "m=1", None, 9e-12, NAN, 1e-12, 1e-12, 1e-3),
-        NonSynchronousCell("B", "m=2", None, 1.0, 1.0, 1.0, 1.0, 0.5),
-    ]
-    rows, unit = scatter_rows(cells, "m")
-    assert unit == "µm"
-    assert rows == [
-        ("m=0, order 3", "A", ["2", "0", "0.5"], 1e-9),
-        ("m=1, off the orders", "B", ["3", "–", "1"], 1e-3),
-    ]

@@ -16,7 +16,8 @@ from carrierflex.diagnosis.inference.results import (
     NamedValue,
 )
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.diagnosis.report.page import ReportSource, report_page
+from carrierflex.diagnosis.report.page import report_page
+from carrierflex.diagnosis.report.report_data import ReportSource, report_data
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
@@ -64,9 +65,15 @@ def found(kind):
     return diagnose(problem, campaign=f"twin {kind}", kind=kind), campaign
 
 
+SOURCE = ReportSource("folder/twin", {"numpy": "2.0.1"}, "2026-01-02 03:04")
+
+
+def data_of(diagnosis, campaign):
+    return report_data(diagnosis, campaign, SOURCE)
+
+
 def page_of(diagnosis, campaign):
-    source = ReportSource(campaign, "folder/twin", {"numpy": "2.0.1"}, "2026-01-02 03:04")
-    return report_page(diagnosis, source)
+    return report_page(data_of(diagnosis, campaign))
 
 
 def pages(kind):
@@ -91,12 +98,15 @@ def with_verdict(diagnosis, verdict):
     if verdict in (NONE_OF_THESE, AT_NOISE_FLOOR):
         return _without_effects(diagnosis, verdict)
     if verdict == CLASS_NAMED:
-        answer = diagnosis.classes or _class_answer()
-        nothing = replace(which, effects=())
+        answer = replace(diagnosis.classes or _class_answer(), ties=())
+        nothing = replace(which, effects=(), aliases=())
         return replace(diagnosis, verdict=verdict, classes=answer, attribution=nothing)
     several = SEVERAL[diagnosis.kind]
     value = NamedValue(5.951e-4, 2e-6, "rad", (5.9e-4, 6e-4))
     more = {effect: {"amplitude": value, "phase": value} for effect in several}
+    if verdict != ALIASED:
+        classes = diagnosis.classes and replace(diagnosis.classes, ties=())
+        diagnosis, which = replace(diagnosis, classes=classes), replace(which, aliases=())
     which = replace(which, effects=several, parameters={**which.parameters, **more})
     reason = (
         "explains 98.9% of the gap above the floor (mean square) on held-out records; what is left "

@@ -20,7 +20,7 @@ from carrierflex.diagnosis.inference.results import (
     Attribution,
     GapReduction,
 )
-from carrierflex.diagnosis.report.verdict_words import alias_sentence, verdict_heading
+from carrierflex.diagnosis.report.verdict_words import headlines, verdict_heading
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import LinearRecord
 from carrierflex.diagnosis.wiring.refits import (
@@ -339,7 +339,7 @@ REDUCTION = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0)
 
 def named(verdict=NAMED, phi=0.875, effects=("tilt",), reduction=REDUCTION, classes=()):
     which = Attribution(effects, (("tilt", "offset"),), {}, (), "")
-    found = SimpleNamespace(ids=classes)
+    found = SimpleNamespace(ids=classes, ties=())
     return Diagnosis(
         "c",
         "carrier",
@@ -400,10 +400,9 @@ def test_where_no_law_is_named_the_wiring_is_an_alias_of_the_class():
     alone = replace(alone, attribution=replace(alone.attribution, aliases=()))
     found = with_findings(alone, (), BaselineCheck((), ((rival(1.0), 0.99),)))
     assert found.attribution.aliases == (("housing/tilt/torque", "wiring/torque_sign"),)
-    # Before, it was "from ." with nothing named.
-    assert alias_sentence(found) == (
-        "In these records tilt of the housing, following torque cannot be distinguished from "
-        "a fault of the measurement (torque sign)."
+    assert headlines(found)[1] == (
+        "Cannot be distinguished in these records: one of tilt of the housing, following torque; "
+        "a fault of the measurement (torque sign)"
     )
 
 
@@ -463,11 +462,15 @@ def test_the_headline_names_the_fault_first_and_every_alternative():
     one = replace(rival(1.0), id="wiring/polarity")
     told = with_findings(named(NAMED, 0.9), (), BaselineCheck((fault,), ((one, 0.98),)))
     assert verdict_heading(told) == (
-        "Check s1 first (polarity): it explains 98 % of the gap; otherwise the simulation lacks "
-        "tilt"
+        "Check s1 first (polarity): it explains 98 % of the gap; otherwise the gap is explained by "
+        "one of several causes. Cannot be distinguished in these records: one of tilt; offset; a "
+        "fault of the measurement (polarity)"
     )
     tied = named(ALIASED, 0.9)
-    assert verdict_heading(tied) == "The simulation lacks one of: tilt, offset"
+    assert headlines(tied) == (
+        "The gap is explained by one of several causes",
+        "Cannot be distinguished in these records: one of tilt; offset",
+    )
 
 
 def test_a_fault_beside_the_named_law_is_a_finding_and_beside_one_of_several_an_alternative():

@@ -207,7 +207,7 @@ def test_elements_are_judged_by_class_from_plan_to_page(tmp_path):
 def test_an_exported_check_tells_nothing_and_scores_what_others_answer(tmp_path):
     check, entry = tmp_path / "check", tmp_path / "entry"
     options = {"kind": ("mounting",), "cases": 3, "seed": 12, "quiet": True}
-    made = main(out=check, export=entry, **options)
+    made = main(out=check, sealed_campaigns=entry, **options)
     assert made.cases == 3
     names = sorted(path.name for path in (entry / "campaigns").iterdir())
     assert names == ["mounting-0001", "mounting-0002", "mounting-0003"]
@@ -240,7 +240,7 @@ def test_an_exported_check_tells_nothing_and_scores_what_others_answer(tmp_path)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("keep", encoding="utf-8")
     with pytest.raises(ValueError, match="holds other files; expected a new or empty folder"):
-        main(out=check, export=tmp_path / "mine", **options)
+        main(out=check, sealed_campaigns=tmp_path / "mine", **options)
     assert (tmp_path / "mine" / "notes.txt").read_text(encoding="utf-8") == "keep"
 
 

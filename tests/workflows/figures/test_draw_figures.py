@@ -198,7 +198,7 @@ def phi_of(stage, load_case):
 
 @pytest.mark.acceptance
 def test_all_figures_are_drawn(tmp_path):
-    drawn = main(out=tmp_path / "figures", element_size=0.06, evaluations=200, quiet=True)
+    drawn = main(out=tmp_path / "figures", size=0.06, evaluations=200, quiet=True)
     assert len(drawn.figures) == 26
     for figure in drawn.figures:
         assert (drawn.folder / figure.file).stat().st_size > 20_000

@@ -26,7 +26,7 @@ COARSE = 0.06
 def job(tmp_path_factory):
     # Longer than a line of the screen, whatever folder the tests run in.
     folder = tmp_path_factory.mktemp("job") / ("turbine_" * 10) / "out"
-    return run.main(out=folder, size=COARSE, study_sizes=(0.07, 0.06), quiet=True)
+    return run.main(out=folder, size=COARSE, mesh_sizes=(0.07, 0.06), quiet=True)
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +112,7 @@ def test_files_are_whole_and_readable(job_folder):
     assert {path.name for path in (job_folder / "gap").iterdir()} == {
         "diagnosis.json",
         "report.html",
+        "report.json",
         "rim_motion.json",
     }
     checked_document(job_folder / "gap" / "rim_motion.json")

@@ -104,7 +104,7 @@ def test_a_body_without_certificate_is_refused(body, tmp_path):
 
 def test_cut_off_frequency_keeps_the_modes_below_it(tmp_path):
     path = tmp_path / "pin.h5"
-    reduce_body.main(body="pin", out=path, max_frequency=12_000.0, size=COARSE, quiet=True)
+    reduce_body.main(body="pin", out=path, modes_below=12_000.0, size=COARSE, quiet=True)
     frequencies = [
         float(label.split("(")[1].split(" ")[0])
         for label in read_body(path).labels
@@ -113,7 +113,7 @@ def test_cut_off_frequency_keeps_the_modes_below_it(tmp_path):
     assert frequencies
     assert max(frequencies) < 12_000.0
     with pytest.raises(ValueError, match="expected one of them"):
-        reduce_body.main(body="pin", out=path, modes=3, max_frequency=1.0, quiet=True)
+        reduce_body.main(body="pin", out=path, modes=3, modes_below=1.0, quiet=True)
 
 
 @pytest.mark.long

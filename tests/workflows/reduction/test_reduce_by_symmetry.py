@@ -26,7 +26,7 @@ _DEFAULTS = {
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("more", [{"modes": 9}, {"frf_tolerance": 0.1, "frf_up_to": 600.0}])
+@pytest.mark.parametrize("more", [{"modes": 9}, {"frf_tolerance": 0.1, "up_to": 600.0}])
 def test_the_body_file_holds_what_the_whole_carrier_gives(more, tmp_path):
     arguments = {"body": "carrier", "size": SIZE, "cache": False, "quiet": True}
     arguments |= {"shapes": True, "stresses": True}

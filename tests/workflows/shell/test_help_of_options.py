@@ -8,7 +8,7 @@ import pytest
 
 from carrierflex.workflows import command_line
 from carrierflex.workflows.shell.called_commands import options_of, workflow_of
-from carrierflex.workflows.shell.commands import COMMANDS, GROUPS
+from carrierflex.workflows.shell.commands import COMMANDS, GROUPS, HOLDERS, RELATED
 from carrierflex.workflows.shell.shown_defaults import units_of
 
 WORKFLOWS = {name: workflow_of(command) for name, command in COMMANDS.items()}
@@ -24,11 +24,18 @@ ONE_MEANING = {
     "seed": "[Ss]eed|Of the reference's noise",
     "workers": "Processes",
     "scheduler": "Dask scheduler",
-    "out": "[Ff]older|[Ff]ile|Map|write",
+    "out": r"^ (Folder|File) to write",
     "curves": "[Dd]eflection curves",
     "torque": "[Tt]orque",
     "duration": "Length",
 }
+
+
+def command_of(name):
+    app = command_line.application()
+    for word in name.split():
+        app = app[word]
+    return app
 
 
 def texts(docstring):
@@ -74,19 +81,53 @@ def test_an_option_means_one_thing_over_all_commands(name, key, option):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_option_has_help_on_the_screen(name):
-    shown = command_line.application()[name].assemble_argument_collection(parse_docstring=True)
+    shown = command_of(name).assemble_argument_collection(parse_docstring=True)
     helpless = [item.name for item in shown if item.show and not item.parameter.help]
     assert not helpless
 
 
-def test_every_command_is_in_one_group():
-    grouped = [name for names in GROUPS.values() for name in names]
-    assert sorted(grouped) == sorted(COMMANDS)
+def test_every_command_is_shown_once_and_the_first_help_shows_28_at_most(command):
+    first = [name for names in GROUPS.values() for name in names]
+    nested = [name for name in COMMANDS if name.split()[0] in HOLDERS]
+    related = [name for names in RELATED.values() for name in names]
+    assert sorted([*first, *nested, *related]) == sorted([*COMMANDS, *HOLDERS])
+    assert {*RELATED} <= {*first}
+    assert len(first) <= 28
+    shown = command("--help").stdout
+    listed = [line.split()[0] for line in shown.splitlines() if re.match(r"  [a-z]", line)]
+    assert [name for name in listed if name != "carrierflex"] == first
+    assert shown.count("\n") <= 50
+
+
+@pytest.mark.parametrize("name", RELATED)
+def test_a_help_ends_with_the_commands_that_belong_to_it(command, name):
+    shown = command(name, "--help").stdout if name != "run" else command("--help").stdout
+    related = shown.partition("Related:")[2]
+    for other in RELATED[name]:
+        assert f"carrierflex {other} " in related
+        assert COMMANDS[other].help in related
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_no_flag_is_switched_off_that_is_off_and_no_list_emptied(command, name):
+    shown = command(*name.split(), "--help").stdout
+    on = [key for key, option in OPTIONS[name].items() if option.default is True]
+    negative = {f"--no-{key.replace('_', '-')}" for key in on}
+    assert set(re.findall(r"--no-[\w-]+", shown)) == negative
+    assert "--empty-" not in shown
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_what_is_named_by_its_place_has_no_option(command, name):
+    shown = command(*name.split(), "--help").stdout
+    for key, option in OPTIONS[name].items():
+        if option.kind is option.POSITIONAL_OR_KEYWORD:
+            assert f"--{key.replace('_', '-')} " not in shown
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_default_is_shown(command, name):
-    shown = " ".join(command(name, "--help").stdout.replace("│", " ").split())
+    shown = " ".join(command(*name.split(), "--help").stdout.split())
     for key, option in OPTIONS[name].items():
         is_number = isinstance(option.default, int | float) and not isinstance(option.default, bool)
         if key == "quiet" or not (is_number or isinstance(option.default, str)):
@@ -97,6 +138,7 @@ def test_every_default_is_shown(command, name):
 
 
 def test_defaults_have_the_unit_that_people_use(command):
-    shown = " ".join(command("torsion", "--help").stdout.replace("│", " ").split())
+    shown = " ".join(command("study", "torsion", "--help").stdout.split())
     assert "[default: 360 kN m (360000 N m)]" in shown
+    shown = " ".join(command("study", "order-one", "--help").stdout.split())
     assert "[default: 30 mm (0.03 m)]" in shown

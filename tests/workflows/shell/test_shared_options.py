@@ -18,7 +18,7 @@ MESH = ("mesh", "--size", "0.1", "--out", "a.msh")
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_tells_the_options_that_all_have(command, name):
-    shown = command(name, "--help").stdout
+    shown = command(*name.split(), "--help").stdout
     assert [option for option in SHARED if option not in shown] == []
 
 
@@ -33,7 +33,7 @@ def test_json_stands_alone_on_standard_output(command, tmp_path):
 
 
 def test_json_of_a_command_with_a_document_is_that_document(command, tmp_path):
-    done = command("printed-tables", "--out", "out", "--json")
+    done = command("papers", "printed-tables", "--out", "out", "--json")
     told = json.loads(done.stdout)
     stored = json.loads((tmp_path / "out" / "printed_tables.json").read_text(encoding="utf-8"))
     assert told["result"] == stored

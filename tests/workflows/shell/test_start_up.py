@@ -49,7 +49,7 @@ def run_in_one_process(lines, folder):
 
 def test_help_of_every_command_and_a_refused_option_load_no_library_of_the_work(tmp_path):
     lines = [["--version"], ["--help"], ["diagnoze"]]
-    lines += [[name, "--help"] for name in COMMANDS]
+    lines += [[*name.split(), "--help"] for name in COMMANDS]
     lines += with_unknown_option()
     told, loaded = run_in_one_process(lines, tmp_path)
     codes = [code for code, _ in told]

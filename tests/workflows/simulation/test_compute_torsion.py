@@ -7,9 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from rich.console import Console
 
-from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from carrierflex.workflows.screen.simulation_tables import torsion_table
 from carrierflex.workflows.simulation import compute_torsion, stage_bodies
 from tests.workflows.checked_documents import checked_document
@@ -17,11 +15,10 @@ from tests.workflows.checked_documents import checked_document
 
 @pytest.fixture
 def coarse(flexible_reduction, pin_reduction, monkeypatch):
-    def body(pin_fit, _size):
-        carrier = carrier_with_pins(flexible_reduction.model, pin_reduction.model, pin_fit)
-        return joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
+    def bodies(_size, stage, _files):
+        return flexible_reduction.model, pin_reduction.model, stage.gear
 
-    monkeypatch.setattr(stage_bodies, "default_stage_body", body)
+    monkeypatch.setattr(stage_bodies, "reduced_carrier_and_pin", bodies)
 
 
 @pytest.mark.usefixtures("coarse")
@@ -50,7 +47,7 @@ def test_the_mounting_is_as_soft_as_the_gearbox_and_lowers_the_frequency(tmp_pat
 def test_given_inertias_and_bushings_decide(tmp_path):
     torsion = compute_torsion.main(
         out=tmp_path / "torsion",
-        mounting=shipped_case("mounting_2011"),
+        case=shipped_case("mounting_2011"),
         rotor_inertia=1.9e5,
         quiet=True,
     )

@@ -26,7 +26,7 @@ def test_a_diagnosis_writes_the_rim_and_the_page_that_its_report_links_to(
     ended = command("diagnose", "campaign", *FEW, "--out", "out", "--view")
     assert ended.returncode == 0, ended.stderr
     out = tmp_path / "out"
-    names = {"diagnosis.json", "report.html", "rim_motion.json", "view.html"}
+    names = {"diagnosis.json", "report.html", "report.json", "rim_motion.json", "view.html"}
     assert {path.name for path in out.iterdir()} == names
     assert 'href="view.html"' in (out / "report.html").read_text(encoding="utf-8")
     checked_document(out / "rim_motion.json")

@@ -1,0 +1,227 @@
+"""The first screen's table: one row a cause with its share, its values and where it acts."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from carrierflex.diagnosis.classes.results import ClassFinding
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.inference.results import (
+    AT_NOISE_FLOOR,
+    FLOOR_UNKNOWN,
+    GapReduction,
+    Interval,
+    SelectionStep,
+)
+from carrierflex.diagnosis.report.report_data import ReportData
+from carrierflex.diagnosis.report.verdict_words import fault_words, share_words
+from carrierflex.diagnosis.report.words import (
+    UNKNOWN,
+    counted,
+    named_rows,
+    number,
+    scaled_unit,
+    sized,
+    value_words,
+)
+from carrierflex.diagnosis.results import Diagnosis
+
+#: States of a row, as the page writes them.
+NAMED, SEVERAL, UNEXPLAINED, FAULT = "named", "one of several", "unexplained", "check first"
+#: Values of one cause and findings of the check that stand on the first screen.
+_MOST_VALUES = 3
+_MOST_FAULTS = 3
+#: Sizes that differ by less than this factor are called equal.
+_EQUAL = 1.3
+#: Names that measured shapes have as laws begin with this.
+_MEASURED = "measured "
+
+
+class CauseRow(NamedTuple):
+    """One cause, what remains, or a fault of the measurement."""
+
+    state: str
+    """One of NAMED, SEVERAL, UNEXPLAINED, FAULT."""
+    name: str
+    """Cause in words."""
+    share: float
+    """Share of the gap above the floor, 0 to 1; NaN where it has none."""
+    ci95: Interval
+    """Its interval."""
+    values: Sequence[tuple[str, str]]
+    """Values with their 95 % intervals and what they are, or the curve in words."""
+    acts: str
+    """Where it acts: runs with their loads, time."""
+
+    @property
+    def share_text(self) -> str:
+        """Share with its interval: ``46 % (35 to 57 %)``."""
+        if math.isnan(self.share):
+            return ""
+        low, high = (_digits(end) for end in self.ci95)
+        text = share_words(self.share)
+        return text if UNKNOWN in (low, high) or low == high else f"{text} ({low} to {high} %)"
+
+
+def _digits(share: float) -> str:
+    """Share in per cent without its sign, one decimal below one."""
+    value = 100.0 * min(max(share, 0.0), 1.0)
+    return number(round(value, 0 if value >= 1.0 else 1))
+
+
+def cause_rows(data: ReportData) -> list[CauseRow]:
+    """Faults of the measurement, causes by their share, and what remains."""
+    diagnosis = data.diagnosis
+    far = diagnosis.reduction
+    causes = [*_of_steps(data), *_of_classes(diagnosis)]
+    causes.sort(key=lambda row: -row.share)
+    return [*_faults(diagnosis), *causes, *(_remaining(diagnosis, far) if far is not None else ())]
+
+
+def _faults(diagnosis: Diagnosis) -> Iterator[CauseRow]:
+    for warning in diagnosis.warnings[:_MOST_FAULTS]:
+        what = f" ({fault_words(warning.id)})" if warning.id else ""
+        share = min(warning.figure, 1.0) if warning.id.startswith("wiring/") else math.nan
+        nothing = (math.nan, math.nan)
+        yield CauseRow(
+            FAULT, f"{warning.about}{what}", share, nothing, [("", warning.text)], warning.line
+        )
+
+
+def _of_steps(data: ReportData) -> Iterator[CauseRow]:
+    """Effects in the order in which they were added to the baseline."""
+    diagnosis = data.diagnosis
+    far, which = diagnosis.reduction, diagnosis.attribution
+    rivals = {group[0]: group[1:] for group in which.aliases}
+    steps = far.steps[1:] if far is not None else ()
+    findings = [_finding_of(diagnosis, step) for step in steps]
+    # Shares of classes do not depend on an order; two effects of one class have those of the steps.
+    is_by_class = None not in findings and len({id(one) for one in findings}) == len(findings)
+    for step, finding in zip(steps, findings, strict=True):
+        others = list(rivals.get(step.added, ()))
+        if not which.effects and finding is not None and diagnosis.classes is not None:
+            others = [" and ".join(map(plain_name, tie)) for tie in diagnosis.classes.ties]
+        values = _values(diagnosis, step.added)
+        for name in others:
+            values += [("", f"or {plain_name(name)}"), *_values(diagnosis, name)]
+        name = plain_name(step.added.removeprefix(_MEASURED))
+        if finding is not None and not values:
+            named = _values(diagnosis, finding.law) if finding.law_named else []
+            values = [*_shape_values(finding), *named]
+        state = SEVERAL if others else NAMED
+        of = finding if is_by_class and finding is not None else step
+        yield CauseRow(state, name, of.share, of.share_ci95, values, _acts(data, step))
+
+
+def _finding_of(diagnosis: Diagnosis, step: SelectionStep) -> ClassFinding | None:
+    """Class that a step is of."""
+    classes = diagnosis.classes.classes if diagnosis.classes is not None else ()
+    ids = (one for one in classes if one.id == step.added.removeprefix(_MEASURED))
+    return next(ids, None) or next((one for one in classes if one.law == step.added), None)
+
+
+def _of_classes(diagnosis: Diagnosis) -> Iterator[CauseRow]:
+    """Classes of the answer that no step is of."""
+    answer, far = diagnosis.classes, diagnosis.reduction
+    steps = far.steps[1:] if far is not None else ()
+    stepped = [_finding_of(diagnosis, step) for step in steps]
+    for finding in answer.classes if answer is not None else ():
+        if finding in stepped or finding.law in diagnosis.attribution.effects:
+            continue
+        state = SEVERAL if answer is not None and answer.ties else NAMED
+        values = _shape_values(finding)
+        yield CauseRow(
+            state, plain_name(finding.id), finding.share, finding.share_ci95, values,
+            _range_words(finding),
+        )  # fmt: skip
+
+
+def _values(diagnosis: Diagnosis, effect: str) -> list[tuple[str, str]]:
+    """Values of one effect with their 95 % intervals."""
+    rows = named_rows(diagnosis, effect)
+    texts = [(value_words(row), row.words or row.name) for row in rows[:_MOST_VALUES]]
+    more = len(rows) - _MOST_VALUES
+    return [*texts, ("", f"and {counted(more, 'more value')} below")] if more > 0 else texts
+
+
+def _shape_values(finding: ClassFinding) -> list[tuple[str, str]]:
+    """Measured curve of a class in words, and the nearest law with its share of it."""
+    texts = [finding.shape.words] if finding.shape is not None and finding.shape.words else []
+    if finding.law:
+        share = finding.law_share / finding.share if finding.share > 0.0 else math.nan
+        law = plain_name(finding.law)
+        near = f"no law of the library, nearest {law}: {share_words(share)} of it"
+        texts.append(f"law: {law}" if finding.law_named else near)
+    if finding.id.endswith("/undetermined"):
+        texts.append("its load dependence cannot be determined from these records")
+    return [("", text) for text in texts]
+
+
+def _range_words(finding: ClassFinding) -> str:
+    """Range of deflection, speed or time in which the curve of a class was measured."""
+    if finding.shape is None or not finding.shape.x.size:
+        return ""
+    x = finding.shape.x
+    factor, unit = scaled_unit(float(abs(x).max()), finding.shape.units[0])
+    ends = f"{number(factor * float(x.min()))} to {number(factor * float(x.max()))} {unit}"
+    return f"{finding.shape.labels[0]} {ends}"
+
+
+def _acts(data: ReportData, step: SelectionStep) -> str:
+    """Where an effect acts: the runs in which it is largest and smallest, and when."""
+    unit = data.diagnosis.unit
+    by_run = sorted(step.by_run, key=lambda run: -step.by_run[run])
+    if not by_run:
+        return ""
+    most, least = by_run[0], by_run[-1]
+    text = f"{sized(step.by_run[most], unit)} in {most}{_level_words(data, most, least)}"
+    if most != least:
+        low = step.by_run[least]
+        text += f", {sized(low, unit) if low > 0.0 else 'nothing'} in {least}"
+    first, second = step.halves
+    if not (math.isfinite(first) and math.isfinite(second)):
+        return text
+    if max(first, second) < _EQUAL * min(first, second):
+        return f"{text}; steady in time"
+    return (
+        f"{text}; {sized(first, unit)} in the first half of the runs, {sized(second, unit)} later"
+    )
+
+
+def _level_words(data: ReportData, run: str, other: str) -> str:
+    """Load, speed or amplitude of a run that differs most from that of another, in brackets."""
+    levels = {one.name: one.levels for one in data.campaign.runs}
+    if run not in levels or other not in levels:
+        return ""
+
+    def difference(name: str) -> float:
+        values = [abs(one.get(name, 0.0)) for one in levels.values()]
+        most = max(values)
+        return abs(levels[run][name] - levels[other].get(name, 0.0)) / most if most > 0.0 else 0.0
+
+    name = max(levels[run], key=difference, default="")
+    if not name or difference(name) < 1.0 - 1.0 / _EQUAL:
+        return ""
+    what, _, unit = name.rstrip("]").partition(" [")
+    return f" ({what} {sized(levels[run][name], unit)})"
+
+
+def _remaining(diagnosis: Diagnosis, far: GapReduction) -> Iterator[CauseRow]:
+    """What no cause explains, with the run in which it is largest."""
+    nothing = (math.nan, math.nan)
+    if diagnosis.verdict == AT_NOISE_FLOOR:
+        yield CauseRow(UNEXPLAINED, "the gap is noise", math.nan, nothing, [], "")
+        return
+    is_answered = len(far.steps) > 1 or diagnosis.shrinks_by_class
+    errors = {
+        row.run: row.error_after if is_answered else row.error_before for row in far.validation
+    }
+    run = max(errors, key=lambda name: errors[name], default="")
+    acts = f"{sized(errors[run], diagnosis.unit)} in {run} above the noise" if run else ""
+    size = far.rms_after if is_answered else far.rms_before
+    values = [(number(size / far.noise_floor), "times the noise")] if far.noise_floor > 0.0 else []
+    if diagnosis.reason_id == FLOOR_UNKNOWN:
+        values = [("", "how much of it is noise is not known")]
+    share = 1.0 - far.phi if is_answered else 1.0
+    ci95 = (1.0 - far.phi_ci95[1], 1.0 - far.phi_ci95[0]) if is_answered else nothing
+    yield CauseRow(UNEXPLAINED, "not explained", share, ci95, values, acts)

@@ -1,0 +1,200 @@
+"""What one diagnosis of a fleet says: causes, their sizes with intervals, the gap by its noise."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
+from carrierflex.diagnosis.inference.thresholds import INTERVAL
+from carrierflex.diagnosis.report.words import UNKNOWN, parameter_words, scaled_unit, shown_unit
+from carrierflex.identification.estimation.resampling import two_level_counts
+
+#: Cause of a size that every diagnosis has: all that the baseline leaves above the noise.
+GAP = "gap"
+#: Parameter that is the RMS of what a cause leaves.
+RMS = "rms"
+#: Verdict of a campaign that could not be diagnosed.
+FAILED = "error"
+#: Parameters that are directions have no size; those of one run say nothing of a turbine.
+_DIRECTION, _OF_RUN = "theta", " of "
+_WIDTHS_OF_STD = 3.92
+#: Findings that are about the model: a carrier that is not as drawn, a prior that is contradicted.
+_OF_THE_MODEL = ("drawing", "prior")
+_DRAWS, _SEED = 400, 17
+
+
+@dataclass(frozen=True, eq=False)
+class CauseSize:
+    """Size of a cause in one campaign."""
+
+    cause: Annotated[
+        str, "Effect; class, where no effect of it is named; gap: all that the baseline leaves"
+    ]
+    parameter: Annotated[str, "Parameter of the effect; rms: RMS of what the cause leaves"]
+    value: Annotated[float, "Value [unit]"]
+    std: Annotated[float, "Its standard deviation [unit]"]
+    ci95: Annotated[Interval, "Its 95 % interval [unit]"]
+    unit: Annotated[str, "Unit"]
+    is_named: Annotated[bool, "Whether the diagnosis names the cause; else the baseline holds it"]
+
+
+@dataclass(frozen=True, eq=False)
+class CampaignRow:
+    """One campaign of a fleet."""
+
+    campaign: Annotated[str, "Folder of the campaign, below that of the fleet"]
+    turbine: Annotated[str, "Turbine: key of campaign.toml, or folder below that of the fleet"]
+    recorded: Annotated[str, "Day of the records as 2026-01-31; empty where it is not stated"]
+    kind: Annotated[str, "Kind of the campaign; empty where it could not be read"]
+    verdict: Annotated[str, "Verdict of the diagnosis; error where there is none"]
+    text: Annotated[str, "What the diagnosis says first, or why there is none"]
+    causes: Annotated[tuple[str, ...], "Effects named, or classes where no effect is"] = ()
+    unit: Annotated[str, "Unit of the gap"] = ""
+    noise_floor: Annotated[float, "RMS of the noise [unit]"] = math.nan
+    gap_floors: Annotated[float, "RMS of the gap above the noise, over that of the noise"] = (
+        math.nan
+    )
+    rho: Annotated[float, "Held-out RMS with the causes over that without"] = math.nan
+    rho_ci95: Annotated[Interval, "Its 95 % interval"] = NO_INTERVAL
+    sizes: Annotated[tuple[CauseSize, ...], "Size of every cause"] = ()
+    faults: Annotated[tuple[str, ...], "What does not look right in the measurement"] = ()
+
+    @property
+    def is_diagnosed(self) -> bool:
+        """Whether there is a diagnosis."""
+        return self.verdict != FAILED
+
+
+def campaign_row(
+    document: Mapping[str, Any], campaign: str, turbine: str, recorded: str
+) -> CampaignRow:
+    """Row of a diagnosed campaign.
+
+    Parameters
+    ----------
+    document : mapping
+        Content of diagnosis.json.
+    campaign, turbine, recorded : str
+        Folder, machine and day.
+
+    Returns
+    -------
+    CampaignRow
+        Sizes of named causes and of those in the baseline; the gap's first.
+    """
+    far = document["how_far"]
+    sizes = [*_gap_size(document), *_parameter_sizes(document)]
+    gap = sizes[0].value if sizes and sizes[0].cause == GAP else math.nan
+    if not document["effects"]:
+        sizes += _class_sizes(document, gap)
+    floor = _number(far["noise_floor"])
+    classes = [finding["id"] for finding in document["classes"]]
+    return CampaignRow(
+        campaign=campaign,
+        turbine=turbine,
+        recorded=recorded,
+        kind=document["kind"],
+        verdict=document["verdict"],
+        text=document["headline"],
+        causes=tuple(document["effects"] or classes),
+        unit=document["unit"],
+        noise_floor=floor,
+        gap_floors=gap / floor if floor > 0.0 else math.nan,
+        rho=_number(far["rho"]),
+        rho_ci95=_interval(far["rho_ci95"]),
+        sizes=tuple(sizes),
+        faults=tuple(
+            f"{one['about']}: {one['text']}"
+            for one in document["warnings"]
+            if one["check"] not in _OF_THE_MODEL
+        ),
+    )
+
+
+def _gap_size(document: Mapping[str, Any]) -> Iterator[CauseSize]:
+    """RMS of the gap above the noise, ``sqrt(rms^2 - floor^2)``, over draws of held-out blocks."""
+    blocks = document["held_out"]
+    floor = _number(document["how_far"]["noise_floor"])
+    if not blocks or not math.isfinite(floor):
+        return
+    samples = np.array([block["samples"] for block in blocks], dtype=np.float64)
+    squares = samples * np.array([block["mean_square"] for block in blocks], dtype=np.float64)
+    conditions = [block["condition"] for block in blocks]
+    rng = np.random.default_rng(_SEED)
+    counts = two_level_counts(conditions, n_samples=_DRAWS, rng=rng)
+    drawn = (counts @ squares) / (counts @ samples) - floor**2
+    square = max(float(squares.sum() / samples.sum()) - floor**2, 0.0)
+    of_square = float(drawn.std(ddof=1))
+    low, high = np.sqrt(np.maximum(np.quantile(drawn, INTERVAL), 0.0))
+    # Derivative of the root; where the square is within its error of zero, at that error.
+    std = of_square / (2.0 * math.sqrt(max(square, of_square))) if of_square > 0.0 else math.nan
+    value = math.sqrt(square)
+    yield CauseSize(GAP, RMS, value, std, (float(low), float(high)), document["unit"], False)
+
+
+def _parameter_sizes(document: Mapping[str, Any]) -> Iterator[CauseSize]:
+    """Parameters of named effects and of the baseline that are sizes, with finite errors."""
+    for cause, values in document["parameters"].items():
+        for parameter, one in values.items():
+            value, std = _number(one["value"]), _number(one["std"])
+            is_size = not parameter.startswith(_DIRECTION) and _OF_RUN not in parameter
+            if is_size and math.isfinite(value) and math.isfinite(std) and std > 0.0:
+                is_named = cause in document["effects"]
+                interval = _interval(one["ci95"])
+                yield CauseSize(cause, parameter, value, std, interval, one["unit"], is_named)
+
+
+def _class_sizes(document: Mapping[str, Any], gap: float) -> Iterator[CauseSize]:
+    """RMS of every named class, ``sqrt(share) gap``."""
+    for finding in document["classes"]:
+        share, ends = _number(finding["share"]), _interval(finding["share_ci95"])
+        low, high = (gap * math.sqrt(end) for end in ends)
+        std = (high - low) / _WIDTHS_OF_STD
+        if math.isfinite(share) and math.isfinite(std) and std > 0.0:
+            value = gap * math.sqrt(share)
+            interval = (low, high)
+            yield CauseSize(finding["id"], RMS, value, std, interval, document["unit"], True)
+
+
+def _number(value: Any) -> float:
+    """Number of the file; null is not a number."""
+    return math.nan if value is None else float(value)
+
+
+def _interval(ends: Any) -> Interval:
+    return (_number(ends[0]), _number(ends[1]))
+
+
+def size_name(cause: str, parameter: str) -> str:
+    """A size in words: ``carrier tilt: tilt of the carrier``."""
+    if cause == GAP:
+        return "gap above the noise"
+    words = "" if parameter == RMS else parameter_words(cause, parameter) or parameter
+    return f"{plain_name(cause)}: {words}" if words else f"{plain_name(cause)} (RMS)"
+
+
+def factor_of(value: float, parameter: str, unit: str) -> tuple[float, str]:
+    """Factor to an engineer's unit of a size, and that unit."""
+    factor, shown = shown_unit(parameter, unit)
+    if unit == "1":
+        return 1.0, ""
+    return (factor, shown) if shown != unit else scaled_unit(abs(value), unit)
+
+
+def shown_size(value: float, parameter: str, unit: str, std: float = math.nan) -> str:
+    """Size with its unit, and the half width of its interval: ``0.0524 ± 0.001 mrad``."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    factor, shown = factor_of(value, parameter, unit)
+    error = f" ± {1.96 * factor * std:.2g}" if math.isfinite(std) else ""
+    return f"{factor * value:.3g}{error} {shown}".strip()
+
+
+def shown_span(ends: Interval, parameter: str, unit: str) -> str:
+    """Interval with its unit: ``0.051 to 0.054 mrad``."""
+    factor, shown = factor_of(max(map(abs, ends)), parameter, unit)
+    return f"{factor * ends[0]:.3g} to {factor * ends[1]:.3g} {shown}".strip()

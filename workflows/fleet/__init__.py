@@ -1,0 +1,1 @@
+"""Commands for a fleet: many campaigns diagnosed alike, and what they say together."""
