@@ -90,7 +90,7 @@ def main(
     campaign : Path
         Campaign folder.
     out : Path
-        Folder for diagnosis.json, report.html, which needs no network to be read, and report.json,
+        Folder to write: diagnosis.json, report.html, which needs no network to be read, and report.json,
         from which carrierflex report draws that page anew.
     law : list of Path, optional
         Law files (TOML) of --save-law from campaigns of the same kind, further candidates; may be
