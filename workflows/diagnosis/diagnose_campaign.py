@@ -90,8 +90,8 @@ def main(
     campaign : Path
         Campaign folder.
     out : Path
-        Folder to write: diagnosis.json, report.html, which needs no network to be read, and report.json,
-        from which carrierflex report draws that page anew.
+        Folder to write: diagnosis.json, report.html, which needs no network to be read, and
+        report.json, from which carrierflex report draws that page anew.
     law : list of Path, optional
         Law files (TOML) of --save-law from campaigns of the same kind, further candidates; may be
         given several times. Units of an element's law (of force and deflection, time in s) are
