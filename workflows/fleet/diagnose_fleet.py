@@ -411,6 +411,7 @@ def table_rows(fleet: FleetDiagnosis) -> Iterator[dict[str, Any]]:
             "rho_low": row.rho_ci95[0],
             "rho_high": row.rho_ci95[1],
             "faults": "; ".join(row.faults),
+            "first_fault": row.first_fault,
         }
         for size in row.sizes or (None,):
             one = in_fleet.get((row.campaign, size.cause, size.parameter)) if size else None
