@@ -22,6 +22,7 @@ from carrierflex.identification.campaign.declarations import (
     input_conflicts,
 )
 from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.carrier.effect import Effect
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +47,8 @@ class Campaign:
         What is declared of input columns: units of a voltage analogue, errors.
     notes : tuple of str
         What the reader left out of the files, for the user.
+    causes : tuple of Effect
+        Further effects, whose signals the simulator behind the predictions computes.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class Campaign:
     runs: tuple[Run, ...]
     inputs: tuple[InputSignal, ...] = ()
     notes: tuple[str, ...] = ()
+    causes: tuple[Effect, ...] = ()
 
     def __post_init__(self) -> None:
         kind = self.contract

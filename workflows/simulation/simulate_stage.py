@@ -116,7 +116,7 @@ def main(
     weights = (1.0,) * (first + len(what.runs)) + (0.0,)
     stages = Stages(len(weights), quiet, weights, timed_from=first)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        body = _body(what, size)
+        body = stage_body_of_case(what, size)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
     if linearised is not None:
         with stages.stage(f"writing {linearised}"):
@@ -148,7 +148,14 @@ def main(
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
 
 
-def _body(what: StageCase, size: float) -> StageBody:
+def stage_body_of_case(what: StageCase, size: float) -> StageBody:
+    """Body of a case, of its files or of default bodies by elements of `size` [m].
+
+    Raises
+    ------
+    ValueError
+        Where a file is refused, or the case states another number of planets.
+    """
     if what.bodies:
         body = stage_body_of_files(
             what.bodies,

@@ -1,0 +1,343 @@
+"""What of a stage may differ from its case, as effects at the rim whose columns the stage computes.
+
+Ids are ``stage/<name>``. A cause of one quantity is solved at a few sizes of its range: what it
+adds lies on straight lines between them, and a response near one allows for what they miss. Places
+of the pins and the joint's tilt are secants.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.simulation.carrier.effect import Effect, tilt_pair
+from carrierflex.simulation.carrier.effects.inside_stage import (
+    GROUPS,
+    JOINT_TILT,
+    PIN_PLACES,
+    RESPONSE,
+    RESPONSE_STD,
+    effect_of_stage,
+)
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.simulation.carrier.run_cases import Sensor
+from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.stage.predicted_readings import (
+    LoadPoints,
+    PredictedStage,
+    StageReadings,
+    stage_readings,
+)
+from carrierflex.simulation.stage.statics import NotConvergedError
+
+Array = NDArray[np.float64]
+
+#: Bounds of a response.
+_RESPONSE_BOUNDS = (0.5, 1.5)
+#: Tilt of the joint [rad], 2012 paper, table 5, and place of a pin [m], three times the drawing's
+#: tolerance, at which their secants are taken.
+_TILT, _PIN_PLACE = 0.5e-3, 30e-6
+
+
+@dataclass(frozen=True)
+class SizedCause:
+    """A quantity of the stage that may have another size.
+
+    Parameters
+    ----------
+    table, key : str
+        Where it stands in a stage case.
+    unit : str
+        SI unit.
+    sizes : tuple of float
+        Sizes at which the stage is solved, ascending; the range, and one beyond it.
+    words : str
+        Source of the range.
+    is_factor : bool
+        Whether sizes are multiples of the case's value.
+    along : mapping of str to float
+        What else must be there for it to act, by key; in a case without the quantity.
+    """
+
+    table: str
+    key: str
+    unit: str
+    sizes: tuple[float, ...]
+    words: str
+    is_factor: bool = False
+    along: Mapping[str, float] = field(default_factory=dict)
+
+    def value(self, stage: PredictedStage) -> float:
+        """Value in a stage."""
+        return float(getattr(_table(stage, self.table), self.key))
+
+    def nodes(self, stage: PredictedStage) -> list[float]:
+        """Sizes with the stage's own among them, ascending."""
+        own = self.value(stage)
+        factor = own if self.is_factor else 1.0
+        return sorted({own, *(factor * size for size in self.sizes)})
+
+    def changed(self, stage: PredictedStage, size: float) -> PredictedStage:
+        """Stage with the quantity at a size."""
+        along = self.along if self.value(stage) == 0.0 else {}
+        return _with(stage, self.table, **along, **{self.key: size})
+
+
+_DERIVED = "half to twice the derived value (load_sharing.md)"
+_BEARING = "ISO 5753 group CN about the published 0.275 and 0.245 mm of diameter, and none"
+_CLEARANCES = (0.0, 0.06e-3, 0.12e-3, 0.18e-3, 0.25e-3, 0.4e-3)
+#: Causes of one quantity by name.
+SIZED_CAUSES: Mapping[str, SizedCause] = {
+    "sun_radial": SizedCause(
+        "bearings", "sun_radial", "N/m",
+        (1e6, 2e7, 6e7, 2e8, 6e8, 1.4e9, 3e9), "slender to shortest quill (load_sharing.md)",
+    ),
+    "sun_friction": SizedCause(
+        "bearings", "sun_friction", "1", (0.03, 0.06, 0.1, 0.15, 0.25),
+        "lubricated steel, on a quill of 5e8 N/m in a spline of 0.15 mm",
+        along={"sun_radial": 5e8, "sun_clearance": 0.15e-3},
+    ),
+    "upwind_clearance": SizedCause(
+        "bearings", "upwind_clearance", "m", _CLEARANCES, _BEARING
+    ),
+    "downwind_clearance": SizedCause(
+        "bearings", "downwind_clearance", "m", _CLEARANCES, _BEARING
+    ),
+    "planet_clearance": SizedCause(
+        "bearings", "planet_clearance", "m", (0.0, 30e-6, 60e-6, 120e-6),
+        "usual of the size",
+    ),
+    "upwind_radial": SizedCause(
+        "bearings", "upwind_radial", "N/m", (0.5, 2.0, 4.0), _DERIVED, True
+    ),
+    "downwind_radial": SizedCause(
+        "bearings", "downwind_radial", "N/m", (0.5, 2.0, 4.0), _DERIVED, True
+    ),
+    "sun_stiffness": SizedCause(
+        "mesh", "sun_stiffness", "N/m", (0.7, 1.4, 2.0), _DERIVED, True
+    ),
+    "ring_stiffness": SizedCause(
+        "mesh", "ring_stiffness", "N/m", (0.7, 1.4, 2.0), _DERIVED, True
+    ),
+    "axial_stiffness": SizedCause(
+        "mounting", "axial_stiffness", "N/m", (0.5e6, 2e6, 8e6, 20.2e6, 40e6),
+        "each bushing (order_one.md)",
+    ),
+    "tilt_stiffness": SizedCause(
+        "mounting", "tilt_stiffness", "N m/rad", (1e4, 2e5, 8e5, 2e6),
+        "each bushing (order_one.md)",
+    ),
+    "pin_fit_play": SizedCause(
+        "effects", "pin_fit_play", "rad", (0.2e-3, 0.5e-3, 0.75e-3, 1.5e-3),
+        "clearance of the fit over the length of the bore",
+    ),
+}  # fmt: skip
+
+def _table(stage: PredictedStage, table: str) -> object:
+    return stage.effects if table == "effects" else getattr(stage.data, table)
+
+
+def _with(stage: PredictedStage, table: str, **values: object) -> PredictedStage:
+    changed = replace(_table(stage, table), **values)  # type: ignore[type-var]
+    if table == "effects":
+        return replace(stage, effects=changed)
+    return replace(stage, data=replace(stage.data, **{table: changed}))
+
+
+@dataclass(frozen=True, eq=False)
+class StagePrediction:
+    """Readings of a stage and the causes that may change them.
+
+    Parameters
+    ----------
+    readings : StageReadings
+        Of the stage as its case has it.
+    causes : tuple of Effect
+        Effects whose signals the stage computes.
+    not_solved : tuple of str
+        Causes without equilibrium beside the case; they are left out.
+    """
+
+    readings: StageReadings
+    causes: tuple[Effect, ...]
+    not_solved: tuple[str, ...]
+
+
+def stage_prediction(
+    stage: PredictedStage,
+    sensors: Sequence[Sensor],
+    points: LoadPoints,
+    executor: Executor | None = None,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> StagePrediction:
+    """Readings of a stage and of every cause, at the same load points.
+
+    Parameters
+    ----------
+    stage : PredictedStage
+        Stage as its case has it.
+    sensors : sequence of Sensor
+        Sensors of the campaign.
+    points : LoadPoints
+        Loads of the records.
+    executor : concurrent.futures.Executor, optional
+        Where stages are solved; here by default. Each begins at the equilibria of the case.
+    note : callable
+        Hears which cause is solved, and the share that is done.
+
+    Raises
+    ------
+    NotConvergedError
+        Where the stage of the case has no equilibrium.
+    """
+    readings, start = stage_readings(stage, sensors, points)
+    changes = {name: list(_changes(name, stage)) for name in GROUPS}
+    solve = partial(_difference, stage, tuple(sensors), readings, start)
+    jobs = [(name, change) for name, of_name in changes.items() for change in of_name]
+    results = (executor.map if executor else map)(solve, [change for _, change in jobs])
+    solved: dict[str, list[StageReadings | None]] = {}
+    for number, ((name, _), result) in enumerate(zip(jobs, results, strict=True)):
+        solved.setdefault(name, []).append(result)
+        note(name.replace("_", " "), (number + 1) / len(jobs))
+    causes, not_solved = [], []
+    for name, differences in solved.items():
+        if name in SIZED_CAUSES:
+            effect = _of_sizes(name, stage, differences)
+        else:
+            effect = _of_directions(name, differences)
+        if effect is None:
+            not_solved.append(effect_of_stage(name))
+        else:
+            causes.append(effect)
+    return StagePrediction(readings, tuple(causes), tuple(not_solved))
+
+
+@dataclass(frozen=True, eq=False)
+class _Change:
+    """A stage that differs from the case, and what its difference is divided by."""
+
+    stage: PredictedStage
+    step: float = 1.0
+
+
+def _changes(name: str, stage: PredictedStage) -> Iterator[_Change]:
+    """Stages that a cause asks for; the case itself, which adds nothing, is not among them."""
+    if name in SIZED_CAUSES:
+        cause = SIZED_CAUSES[name]
+        for size in cause.nodes(stage):
+            if size != cause.value(stage):
+                yield _Change(cause.changed(stage, size))
+        return
+    effects = stage.effects
+    if name == JOINT_TILT:
+        tilt = effects.phi_PLC * np.exp(1j * effects.theta_PLC)
+        for step in (_TILT, 1j * _TILT):
+            other = tilt + step
+            polar = {"phi_PLC": float(abs(other)), "theta_PLC": float(np.angle(other))}
+            yield _Change(_with(stage, "effects", **polar), _TILT)
+        return
+    n_planets = stage.body.n_planets
+    places = np.array(effects.of_planets("pin_offset", n_planets))
+    # All pins moved alike turn the carrier.
+    for step in _PIN_PLACE * np.eye(n_planets)[1:]:
+        moved = tuple((places + step).tolist())
+        yield _Change(_with(stage, "effects", pin_offset=moved), _PIN_PLACE)
+
+
+def _difference(
+    stage: PredictedStage,
+    sensors: tuple[Sensor, ...],
+    readings: StageReadings,
+    start: Array,
+    change: _Change,
+) -> StageReadings | None:
+    """Readings of a changed stage less those of the case, per step; None without equilibrium."""
+    try:
+        changed, _ = stage_readings(change.stage, sensors, readings.points, start)
+    except NotConvergedError:
+        return None
+    return (changed - readings) * (1.0 / change.step)
+
+
+@dataclass(frozen=True, eq=False)
+class _Directions:
+    """Signals per unit of each of several parameters."""
+
+    slopes: tuple[StageReadings, ...]
+
+    def __call__(self, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> Array:
+        """Rows by parameter, shape (n_parameters, n)."""
+        return np.array([slope.signal(sensor, inputs) for slope in self.slopes])
+
+
+@dataclass(frozen=True, eq=False)
+class _Sizes:
+    """Signal of a response of one at a size, straight between sizes."""
+
+    nodes: Array
+    added: tuple[StageReadings, ...]
+
+    def __call__(
+        self, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, size: float
+    ) -> Array:
+        """Row of the response, shape (1, n)."""
+        shares = [float(np.interp(size, self.nodes, unit)) for unit in np.eye(self.nodes.size)]
+        series = sum(
+            share * one.series for share, one in zip(shares, self.added, strict=True) if share
+        )
+        return replace(self.added[0], series=series).signal(sensor, inputs)[None]
+
+    def of_rig(self, rig: CarrierRig, largest_load: float) -> Array:
+        """Sizes between which the signals are straight."""
+        return self.nodes
+
+
+def _of_directions(name: str, slopes: Sequence[StageReadings | None]) -> Effect | None:
+    """Cause that is linear in its parameters; None where the stage was not solved."""
+    whole = tuple(slope for slope in slopes if slope is not None)
+    if len(whole) < len(slopes):
+        return None
+    if name == JOINT_TILT:
+        parameters = tilt_pair("phi_PLC", "theta_PLC")
+    else:
+        farthest = 10.0 * _PIN_PLACE
+        parameters = tuple(
+            EffectParameter(f"pin_{k + 2}", "m", -farthest, farthest, _PIN_PLACE)
+            for k in range(len(whole))
+        )
+    return _effect(name, parameters=parameters, pattern=_Directions(whole))
+
+
+def _of_sizes(
+    name: str, stage: PredictedStage, differences: Sequence[StageReadings | None]
+) -> Effect | None:
+    """Cause of one quantity between the sizes that were solved; None where none was."""
+    cause = SIZED_CAUSES[name]
+    own = cause.value(stage)
+    others = [size for size in cause.nodes(stage) if size != own]
+    added = {
+        size: one for size, one in zip(others, differences, strict=True) if one is not None
+    }
+    if not added:
+        return None
+    added[own] = next(iter(added.values())) * 0.0
+    nodes = np.array(sorted(added))
+    sizes = _Sizes(nodes, tuple(added[size] for size in nodes.tolist()))
+    response = EffectParameter(RESPONSE, "1", *_RESPONSE_BOUNDS, RESPONSE_STD)
+    ends, scale = (float(nodes[0]), float(nodes[-1])), float(np.ptp(nodes))
+    size = EffectParameter(cause.key, cause.unit, *ends, scale, shape=True)
+    return _effect(name, parameters=(response, size), pattern=sizes, shape_nodes=sizes.of_rig)
+
+
+def _effect(name: str, **of_cause: Any) -> Effect:
+    words = name.replace("_", " ")
+    return Effect(
+        effect_of_stage(name),
+        equation=f"s(stage with another {words}) - s(stage of the case)",
+        signature="what the stage of the case reads with another value, under every load",
+        **of_cause,
+    )

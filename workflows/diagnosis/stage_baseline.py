@@ -1,0 +1,126 @@
+"""The planetary stage as the simulation behind a campaign: ``[baseline] source = "stage"``.
+
+The stage of the case is solved under the measured loads of every run; its causes come along.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.rim import inputs_of_columns
+from carrierflex.simulation.carrier.run_cases import Sensor
+from carrierflex.simulation.stage.causes import StagePrediction, stage_prediction
+from carrierflex.simulation.stage.predicted_readings import (
+    PredictedStage,
+    load_points,
+)
+from carrierflex.simulation.stage.stage_cases import read_stage_case
+from carrierflex.workflows.simulation.simulate_stage import stage_body_of_case
+
+#: Samples of a run among which load points are sought.
+_SAMPLES = 2000
+
+
+def with_stage(
+    campaign: Campaign,
+    folder: Path,
+    *,
+    size: float = DEFAULT_SIZE,
+    executor: Executor | None = None,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> Campaign:
+    """Campaign with the predictions of its stage as columns, and the causes inside the stage.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        As it was read; one with another baseline is returned as it is.
+    folder : Path
+        Its folder, in which the case is.
+    size : float
+        Element edge length [m] of default bodies.
+    executor : concurrent.futures.Executor, optional
+        Where stages are solved.
+    note : callable
+        Hears which cause is solved, and the share that is done.
+
+    Raises
+    ------
+    ValueError
+        Where the case is refused or does not fit the campaign.
+    """
+    if campaign.baseline.source != "stage":
+        return campaign
+    path = folder / campaign.baseline.case
+    case = read_stage_case(path)
+    if case.rig["n_planets"] != campaign.rig["n_planets"]:
+        raise ValueError(
+            f"{path}: key 'n_planets' of [rig] is {case.rig['n_planets']}; expected "
+            f"{campaign.rig['n_planets']} as in campaign.toml"
+        )
+    stage = PredictedStage(
+        stage_body_of_case(case, size),
+        case.data,
+        case.effects,
+        replace(case.reading, sensors=None),
+        case.speed,
+        case.rest_angle,
+        case.runs[0].load.gravity,
+    )
+    return predicted_by(campaign, stage, executor=executor, note=note)
+
+
+def predicted_by(
+    campaign: Campaign,
+    stage: PredictedStage,
+    *,
+    executor: Executor | None = None,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> Campaign:
+    """Campaign whose predictions and causes are those of a stage; see :func:`with_stage`."""
+    runs = campaign.runs
+    loads = np.concatenate([_loads(run) for run in runs])
+    largest = float(np.hypot(loads[:, 1], loads[:, 2]).max()) or 1.0
+    scale = np.array([float(campaign.rig["nominal_torque"]), largest, largest])
+    sensors = [
+        Sensor(channel.name, channel.quantity, channel.angle or 0.0, channel.radius or 0.0)
+        for channel in campaign.channels
+    ]
+    points = load_points(loads, scale)
+    prediction = stage_prediction(stage, sensors, points, executor, note)
+    notes = tuple(
+        f"cause {name} is left out: the stage has no equilibrium at one of its sizes"
+        for name in prediction.not_solved
+    )
+    return replace(
+        campaign,
+        baseline=replace(campaign.baseline, source="columns", case=""),
+        runs=tuple(_predicted(campaign, run, prediction) for run in runs),
+        notes=(*campaign.notes, *notes),
+        causes=prediction.causes,
+    )
+
+
+def _loads(run: Run) -> np.ndarray:
+    """Torque and radial load of some samples, shape (n, 3)."""
+    every = max(1, run.time.size // _SAMPLES)
+    zero = np.zeros(run.time.size)
+    names = ("torque", "ntl_y", "ntl_z")
+    return np.column_stack([run.inputs.get(name, zero)[::every] for name in names])
+
+
+def _predicted(campaign: Campaign, run: Run, prediction: StagePrediction) -> Run:
+    zero = np.zeros(run.time.size)
+    inputs = inputs_of_columns({"ntl_y": zero, "ntl_z": zero, **run.inputs, "time": run.time})
+    predictions = {
+        channel.name: prediction.readings.signal(rim_sensor(channel), inputs)
+        for channel in campaign.channels
+    }
+    return replace(run, predictions=predictions)
