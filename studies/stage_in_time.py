@@ -62,15 +62,11 @@ def record_in_time(model: StageModel, load: SteadyLoad, step: float, turns: floa
     stage, channels, loads = modal_stage(model), model.channels, model.loads
     h, D, Phi = step, stage.D, stage.Phi
     data = model.data
-    A_inverse = np.linalg.inv(
-        np.diag(4.0 / h**2 + stage.omega**2) + 2.0 / h * D
-    )
+    A_inverse = np.linalg.inv(np.diag(4.0 / h**2 + stage.omega**2) + 2.0 / h * D)
     B = Phi.T @ channels.B
     Z = A_inverse @ B
     W = B.T @ Z
-    wanted = data.ratio * model.speed - load.torque / (
-        data.ratio * data.chain.generator_constant
-    )
+    wanted = data.ratio * model.speed - load.torque / (data.ratio * data.chain.generator_constant)
     constant = Phi.T @ (
         loads.torque * load.torque
         + loads.generator * data.chain.generator_constant * wanted
@@ -141,7 +137,7 @@ def series_in_time(
     *,
     step: float,
     highest_order: int,
-    settled: float = 0.3,
+    settled: float = 0.15,
 ) -> NDArray[np.complex128]:
     """Orders of what sensors read over a turn after some of a turn to settle [m].
 

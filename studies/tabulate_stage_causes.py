@@ -1,14 +1,18 @@
 """What the diagnosis says of campaigns that the stage predicts and something inside it differs.
 
     python -m studies.tabulate_stage_causes --cases 30 --seed 1 --out stage_causes
+    python -m studies.tabulate_stage_causes --cases 30 --truth held_sun --out held_sun_stage
 
 The case of each campaign is a stage with clearances, pins and supports of the housing drawn within
 their sourced ranges. The truth has one thing else (a held sun, a clearance, places of the pins, a
 tilt of the joint, a support), or nothing, and runs through time by another integrator than the
 simulator's at half its step (:mod:`studies.stage_in_time`), under six loads, with sensors of 5 um
 of noise and 0.3 % of gain and a torque that is 1 % off. The diagnosis has the case, ``[baseline]
-source = "stage"``. Truths that leave less than two floors are drawn again. A file a campaign, made
-where it is missing, then stage_causes.md. A good answer: the class alone, or tied, in 90 %.
+source = "stage"``. Truths that leave less than two floors are drawn again. With ``--truth
+held_sun`` the records are those of :mod:`studies.tabulate_held_sun` of two floors and more: static
+equilibria with
+a sun that friction holds. A file a campaign, made where it is missing, then stage_causes.md. A
+good answer: the class alone, or tied, in 90 %.
 """
 
 from collections import Counter
@@ -49,11 +53,13 @@ from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.case_files import make_missing, read_case, write_table
 from studies.stage_in_time import series_in_time
-from studies.tabulate_held_sun import FLOOR, VISIBLE, drawn_data
+from studies.tabulate_held_sun import FLOOR, VISIBLE, drawn_data, held_sun_campaign
 
 #: Classes in turn; nothing differs in the last.
 NOTHING = "nothing"
 CLASSES = ("sun_restraint", "carrier_clearance", "pin_places", "joint_tilt", "mounting", NOTHING)
+#: Truth of another study, whose class is the first.
+HELD_SUN = "held_sun"
 #: Step of the truth [s], half of the simulator's in the shipped cases.
 _STEP = 5e-4
 _SPEED, _HIGHEST_ORDER = 2.3, 9
@@ -126,6 +132,9 @@ def class_of(name: str) -> str:
 def drawn_pair(truth: str, rng: np.random.Generator) -> tuple[_Data, _Data]:
     """Data and effects of the case, and of the stage behind the records."""
     held, floating, pins = drawn_data(rng)
+    # A spline that rubs moves on in time where the carrier floats in its clearances.
+    quill = replace(held.bearings, sun_friction=0.0, sun_clearance=0.0)
+    held = replace(held, bearings=quill)
     case = floating, pins
     if truth == NOTHING:
         return case, case
@@ -168,9 +177,7 @@ def drawn_campaign(
             gap = _size(at_rest - predicted)
             if truth != NOTHING and gap < VISIBLE * FLOOR:
                 continue
-            true = series_in_time(
-                other, SENSORS, LOADS, step=_STEP, highest_order=_HIGHEST_ORDER
-            )
+            true = series_in_time(other, SENSORS, LOADS, step=_STEP, highest_order=_HIGHEST_ORDER)
             break
         except NotConvergedError:
             continue
@@ -197,9 +204,7 @@ def _pairs(series: NDArray[np.complex128]) -> NDArray[np.float64]:
     return np.delete(pairs, 1, axis=2)
 
 
-def answered(
-    campaign: Campaign, case: PredictedStage, truth: str, gap: float
-) -> StageAnswer:
+def answered(campaign: Campaign, case: PredictedStage, truth: str, gap: float) -> StageAnswer:
     """Answer of the diagnosis to records that a stage predicts."""
     problem, is_measured = problem_of(predicted_by(campaign, case), default_curves())
     answer = diagnose(
@@ -237,11 +242,22 @@ def answers_table(rows: Sequence[StageAnswer]) -> list[str]:
     return lines
 
 
-def _write(body: StageBody, seed: int, number: int, path: Path) -> None:
-    truth = CLASSES[number % len(CLASSES)]
+def _of_held_sun(body: StageBody, seed: int, number: int) -> tuple[Campaign, PredictedStage, float]:
+    """As :func:`drawn_campaign`, of the other study."""
+    made, *data = held_sun_campaign(body, seed, number)
+    case = PredictedStage(body, *data, ReadingEffects(), rest_angle=0.0)
+    return made.campaign, case, made.gap / made.floor
+
+
+def _write(body: StageBody, seed: int, truth: str | None, number: int, path: Path) -> None:
+    drawn = truth or CLASSES[number % len(CLASSES)]
     with single_threaded():
-        campaign, case, gap = drawn_campaign(body, truth, np.random.default_rng([seed, number]))
-        row = answered(campaign, case, truth, gap)
+        if drawn == HELD_SUN:
+            campaign, case, gap = _of_held_sun(body, seed, number)
+            drawn = CLASSES[0]
+        else:
+            campaign, case, gap = drawn_campaign(body, drawn, np.random.default_rng([seed, number]))
+        row = answered(campaign, case, drawn, gap)
     save_json(path, row)
 
 
@@ -256,6 +272,7 @@ def main(
     out: Path,
     cases: int = 30,
     seed: int = 1,
+    truth: str | None = None,
     size: float = 0.06,
     workers: int = 1,
     quiet: bool = False,
@@ -267,9 +284,11 @@ def main(
     out
         Folder; campaigns that stand there are not made again.
     cases
-        Campaigns; classes take turns.
+        Campaigns.
     seed
         Seed.
+    truth
+        One class, nothing or held_sun; by default all but the last take turns.
     size
         Element edge length of carrier and pins [m].
     workers
@@ -282,8 +301,9 @@ def main(
         body = default_stage_body(PAPER_STIFFNESS, size)
     files = [folder / f"{seed}-{number:03d}.json" for number in range(cases)]
     with stages.stage(f"{cases} campaigns"), work_executor(workers) as executor:
-        make_missing(range(cases), files, partial(_write, body, seed), executor, stages)
+        make_missing(range(cases), files, partial(_write, body, seed, truth), executor, stages)
     rows = [read_case(file, "a campaign of this study", _row) for file in files]
+    rows = [row for row in rows if row.truth == NOTHING or row.gap >= VISIBLE]
     lines = answers_table(rows)
     write_table(folder / "stage_causes.md", lines)
     print("\n".join(lines))

@@ -170,7 +170,11 @@ class BaselineTable(TomlTable):
             raise ValueError(
                 "missing key 'effects'; expected a list of strings where source is 'model'",
             )
-        baseline_of(self)
+        if (self.source == "stage") != (self.case is not None):
+            raise ValueError(
+                f"key 'case' is {self.case!r} and key 'source' is '{self.source}'; expected the "
+                "file of a stage case where source is 'stage', and only there"
+            )
         return self
 
 

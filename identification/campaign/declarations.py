@@ -126,7 +126,7 @@ class Baseline:
     clock_shift : mapping of str to KnownValue
         Seconds by which an import moved the predictions, by run.
     case : str
-        File of the stage case behind ``stage``; empty otherwise.
+        File of the stage case behind the prediction; empty where no stage makes it.
     """
 
     source: str
@@ -141,11 +141,6 @@ class Baseline:
             raise ValueError(
                 f"[baseline]: key 'source' is '{self.source}'; expected one of model, columns, "
                 "stage"
-            )
-        if (self.source == "stage") != bool(self.case):
-            raise ValueError(
-                f"[baseline]: key 'case' is '{self.case}' and key 'source' is '{self.source}'; "
-                "expected the file of a stage case where source is 'stage', and only there"
             )
 
 

@@ -7,7 +7,7 @@ of the pins and the joint's tilt are secants.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -18,7 +18,6 @@ from carrierflex.simulation.carrier.effect import Effect, tilt_pair
 from carrierflex.simulation.carrier.effects.inside_stage import (
     GROUPS,
     JOINT_TILT,
-    PIN_PLACES,
     RESPONSE,
     RESPONSE_STD,
     effect_of_stage,
@@ -59,8 +58,6 @@ class SizedCause:
         Source of the range.
     is_factor : bool
         Whether sizes are multiples of the case's value.
-    along : mapping of str to float
-        What else must be there for it to act, by key; in a case without the quantity.
     """
 
     table: str
@@ -69,11 +66,11 @@ class SizedCause:
     sizes: tuple[float, ...]
     words: str
     is_factor: bool = False
-    along: Mapping[str, float] = field(default_factory=dict)
 
     def value(self, stage: PredictedStage) -> float:
         """Value in a stage."""
-        return float(getattr(_table(stage, self.table), self.key))
+        table = stage.effects if self.table == "effects" else getattr(stage.data, self.table)
+        return float(getattr(table, self.key))
 
     def nodes(self, stage: PredictedStage) -> list[float]:
         """Sizes with the stage's own among them, ascending."""
@@ -83,69 +80,42 @@ class SizedCause:
 
     def changed(self, stage: PredictedStage, size: float) -> PredictedStage:
         """Stage with the quantity at a size."""
-        along = self.along if self.value(stage) == 0.0 else {}
-        return _with(stage, self.table, **along, **{self.key: size})
+        return _with(stage, self.table, **{self.key: size})
 
 
 _DERIVED = "half to twice the derived value (load_sharing.md)"
 _BEARING = "ISO 5753 group CN about the published 0.275 and 0.245 mm of diameter, and none"
 _CLEARANCES = (0.0, 0.06e-3, 0.12e-3, 0.18e-3, 0.25e-3, 0.4e-3)
+_BUSHING = "each bushing (order_one.md)"
+_BONDED = "clearance of the fit over the length of the bore"
+_QUILL = (1e6, 2e7, 6e7, 2e8, 6e8, 1.4e9, 3e9)
+_AXIAL, _TILTING = (0.5e6, 2e6, 8e6, 20.2e6, 40e6), (1e4, 2e5, 8e5, 2e6)
+_HALF_TO_TWICE, _TEETH, _PLAY = (0.5, 2.0, 3.0), (0.7, 1.4, 2.0), (0.3e-3, 0.75e-3, 1.5e-3)
+_PER_METRE, _PER_RADIAN = "N/m", "N m/rad"
 #: Causes of one quantity by name.
 SIZED_CAUSES: Mapping[str, SizedCause] = {
-    "sun_radial": SizedCause(
-        "bearings", "sun_radial", "N/m",
-        (1e6, 2e7, 6e7, 2e8, 6e8, 1.4e9, 3e9), "slender to shortest quill (load_sharing.md)",
-    ),
-    "sun_friction": SizedCause(
-        "bearings", "sun_friction", "1", (0.03, 0.06, 0.1, 0.15, 0.25),
-        "lubricated steel, on a quill of 5e8 N/m in a spline of 0.15 mm",
-        along={"sun_radial": 5e8, "sun_clearance": 0.15e-3},
-    ),
-    "upwind_clearance": SizedCause(
-        "bearings", "upwind_clearance", "m", _CLEARANCES, _BEARING
-    ),
-    "downwind_clearance": SizedCause(
-        "bearings", "downwind_clearance", "m", _CLEARANCES, _BEARING
-    ),
-    "planet_clearance": SizedCause(
-        "bearings", "planet_clearance", "m", (0.0, 30e-6, 60e-6, 120e-6),
-        "usual of the size",
-    ),
-    "upwind_radial": SizedCause(
-        "bearings", "upwind_radial", "N/m", (0.5, 2.0, 4.0), _DERIVED, True
-    ),
-    "downwind_radial": SizedCause(
-        "bearings", "downwind_radial", "N/m", (0.5, 2.0, 4.0), _DERIVED, True
-    ),
-    "sun_stiffness": SizedCause(
-        "mesh", "sun_stiffness", "N/m", (0.7, 1.4, 2.0), _DERIVED, True
-    ),
-    "ring_stiffness": SizedCause(
-        "mesh", "ring_stiffness", "N/m", (0.7, 1.4, 2.0), _DERIVED, True
-    ),
-    "axial_stiffness": SizedCause(
-        "mounting", "axial_stiffness", "N/m", (0.5e6, 2e6, 8e6, 20.2e6, 40e6),
-        "each bushing (order_one.md)",
-    ),
-    "tilt_stiffness": SizedCause(
-        "mounting", "tilt_stiffness", "N m/rad", (1e4, 2e5, 8e5, 2e6),
-        "each bushing (order_one.md)",
-    ),
-    "pin_fit_play": SizedCause(
-        "effects", "pin_fit_play", "rad", (0.2e-3, 0.5e-3, 0.75e-3, 1.5e-3),
-        "clearance of the fit over the length of the bore",
-    ),
-}  # fmt: skip
-
-def _table(stage: PredictedStage, table: str) -> object:
-    return stage.effects if table == "effects" else getattr(stage.data, table)
+    cause.key: cause
+    for cause in (
+        SizedCause("bearings", "sun_radial", _PER_METRE, _QUILL, "slender to shortest quill"),
+        SizedCause("bearings", "upwind_clearance", "m", _CLEARANCES, _BEARING),
+        SizedCause("bearings", "downwind_clearance", "m", _CLEARANCES, _BEARING),
+        SizedCause("bearings", "upwind_radial", _PER_METRE, _HALF_TO_TWICE, _DERIVED, True),
+        SizedCause("bearings", "downwind_radial", _PER_METRE, _HALF_TO_TWICE, _DERIVED, True),
+        SizedCause("mesh", "sun_stiffness", _PER_METRE, _TEETH, _DERIVED, True),
+        SizedCause("mesh", "ring_stiffness", _PER_METRE, _TEETH, _DERIVED, True),
+        SizedCause("mounting", "axial_stiffness", _PER_METRE, _AXIAL, _BUSHING),
+        SizedCause("mounting", "tilt_stiffness", _PER_RADIAN, _TILTING, _BUSHING),
+        SizedCause("effects", "pin_fit_play", "rad", _PLAY, _BONDED),
+    )
+}
 
 
 def _with(stage: PredictedStage, table: str, **values: object) -> PredictedStage:
-    changed = replace(_table(stage, table), **values)  # type: ignore[type-var]
+    """Stage with other values in a table of its case."""
     if table == "effects":
-        return replace(stage, effects=changed)
-    return replace(stage, data=replace(stage.data, **{table: changed}))
+        return replace(stage, effects=replace(stage.effects, **values))  # type: ignore[arg-type]
+    changed = {table: replace(getattr(stage.data, table), **values)}
+    return replace(stage, data=replace(stage.data, **changed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,9 +256,7 @@ class _Sizes:
     ) -> Array:
         """Row of the response, shape (1, n)."""
         shares = [float(np.interp(size, self.nodes, unit)) for unit in np.eye(self.nodes.size)]
-        series = sum(
-            share * one.series for share, one in zip(shares, self.added, strict=True) if share
-        )
+        series = np.tensordot(shares, [one.series for one in self.added], axes=1)
         return replace(self.added[0], series=series).signal(sensor, inputs)[None]
 
     def of_rig(self, rig: CarrierRig, largest_load: float) -> Array:
@@ -319,9 +287,7 @@ def _of_sizes(
     cause = SIZED_CAUSES[name]
     own = cause.value(stage)
     others = [size for size in cause.nodes(stage) if size != own]
-    added = {
-        size: one for size, one in zip(others, differences, strict=True) if one is not None
-    }
+    added = {size: one for size, one in zip(others, differences, strict=True) if one is not None}
     if not added:
         return None
     added[own] = next(iter(added.values())) * 0.0

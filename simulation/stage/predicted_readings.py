@@ -2,10 +2,11 @@
 
 Loads of a run change slowly beside the stage's vibrations, so that each sample is an equilibrium:
 
-    ``s(theta, p) = Re sum_k a_k(p) exp(j k theta)``,  ``p`` = torque and radial load over their scales.
+    ``s(theta, p) = Re sum_k a_k(p) exp(j k theta)``,
 
-The series a_k are computed at load points of the records and lie between them on the surface
-``sum_i w_i |p - p_i| + const``: exact at the points, straight between two of them.
+p torque and radial load over their scales. The series a_k are computed at load points of the
+records and lie between them on the surface ``sum_i w_i |p - p_i| + const``: exact at the points,
+straight between two of them.
 """
 
 from collections.abc import Sequence
@@ -140,13 +141,12 @@ class StageReadings:
 
     def signal(self, sensor: RimSensor, inputs: CarrierInputs) -> Array:
         """Reading of the sensor that stands next to a rim sensor [m], shape (n,)."""
-        turns = [
-            np.inf if (own.quantity == AXIAL) != sensor.is_axial else 1.0 - np.cos(own.angle - sensor.angle)
-            for own in self.sensors
-        ]
-        series = self.points.weights(inputs) @ self.series[:, int(np.argmin(turns))]
-        turned = np.outer(inputs.carrier_angle, np.arange(series.shape[1]))
-        return np.asarray((series * np.exp(1j * turned)).sum(axis=1).real)
+        others = np.array([(own.quantity == AXIAL) != sensor.is_axial for own in self.sensors])
+        turned = 1.0 - np.cos([own.angle - sensor.angle for own in self.sensors])
+        nearest = int(np.argmin(np.where(others, np.inf, turned)))
+        series = self.points.weights(inputs) @ self.series[:, nearest]
+        waves = np.exp(1j * np.outer(inputs.carrier_angle, np.arange(series.shape[1])))
+        return np.asarray((series * waves).sum(axis=1).real)
 
 
 def _finer(turn: StageRecord) -> StageRecord:
@@ -199,7 +199,9 @@ def stage_readings(
     series, coordinates = [], []
     for number, load in enumerate(points.loads.tolist()):
         near = None if start is None else start[number]
-        turn = quasi_static_turn(model, SteadyLoad(*load, stage.gravity), N_ANGLES, start=near)
+        turn = quasi_static_turn(
+            model, SteadyLoad(*load, gravity=stage.gravity), N_ANGLES, start=near
+        )
         signals = sensor_signals(model, _finer(turn), sensors, effects=quiet, reader=reader)
         values = np.array([signals[sensor.name] - zero[sensor.name] for sensor in sensors])
         amplitudes = 2.0 * np.fft.rfft(values, axis=1)[:, : HIGHEST_ORDER + 1] / _READ_ANGLES

@@ -101,7 +101,7 @@ def predicted_by(
     )
     return replace(
         campaign,
-        baseline=replace(campaign.baseline, source="columns", case=""),
+        baseline=replace(campaign.baseline, source="columns"),
         runs=tuple(_predicted(campaign, run, prediction) for run in runs),
         notes=(*campaign.notes, *notes),
         causes=prediction.causes,

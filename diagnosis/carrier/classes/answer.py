@@ -276,7 +276,9 @@ def _groups_of_model(
     of_stage = np.array([group_of_effect(owner) for owner in rows.effects.owners])
     for name in dict.fromkeys(filter(None, of_stage.tolist())):
         columns = rows.of_row[1 + rows.effects.n_base + np.flatnonzero(of_stage == name)]
-        groups[f"{STAGE}:{name}"] = ColumnGroup(columns, np.eye(columns.size))
+        # Between two sizes a cause is a sum of what it is at both.
+        is_sized = all(model.effects[owner].n_shapes for owner in owners[of_stage == name])
+        groups[f"{STAGE}:{name}"] = ColumnGroup(columns, np.eye(columns.size), is_sized)
     return groups
 
 

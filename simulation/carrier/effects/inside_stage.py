@@ -15,10 +15,8 @@ JOINT_TILT, PIN_PLACES = "joint_tilt", "pin_places"
 #: Group of each cause, its class, by the cause's name.
 GROUPS: Mapping[str, str] = {
     "sun_radial": "sun_restraint",
-    "sun_friction": "sun_restraint",
     "upwind_clearance": "carrier_clearance",
     "downwind_clearance": "carrier_clearance",
-    "planet_clearance": "planet_clearance",
     "upwind_radial": "carrier_bearings",
     "downwind_radial": "carrier_bearings",
     "sun_stiffness": "mesh_stiffness",
