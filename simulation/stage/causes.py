@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,9 @@ Array = NDArray[np.float64]
 
 #: Bounds of a response.
 _RESPONSE_BOUNDS = (0.5, 1.5)
+#: Sizes between two that are tried where records favour a cause, rounds of it, and the share of the
+#: gap's square that it must leave at most.
+_BETWEEN, _ROUNDS, _FAVOURED = 8, 4, 0.75
 #: Tilt of the joint [rad], 2012 paper, table 5, and place of a pin [m], three times the drawing's
 #: tolerance, at which their secants are taken.
 _TILT, _PIN_PLACE = 0.5e-3, 30e-6
@@ -137,10 +141,38 @@ class StagePrediction:
     not_solved: tuple[str, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class GapSeries:
+    """Series of the gap of records under steady loads.
+
+    Parameters
+    ----------
+    series : ndarray of complex, shape (n_runs, n_sensors, n_orders)
+        What sensors read beyond the case [m].
+    weights : ndarray, shape (n_runs, n_points)
+        Share of every load point in the load of a run.
+    is_axial : ndarray of bool, shape (n_sensors,)
+        Sensors that share an offset, which each run has of its own.
+    """
+
+    series: NDArray[np.complex128]
+    weights: Array
+    is_axial: NDArray[np.bool_]
+
+    def left(self, added: StageReadings) -> float:
+        """Sum of squares that is left where the stage reads so much more."""
+        rest = self.series - np.tensordot(self.weights, added.series, axes=1)
+        axial = rest[:, self.is_axial, 0]
+        rest[:, self.is_axial, 0] = axial - axial.mean(axis=1, keepdims=True)
+        square = np.abs(rest) ** 2
+        return float(square[:, :, 0].sum() + 0.5 * square[:, :, 1:].sum())
+
+
 def stage_prediction(
     stage: PredictedStage,
     sensors: Sequence[Sensor],
     points: LoadPoints,
+    gap_of: Callable[[StageReadings], GapSeries] | None = None,
     executor: Executor | None = None,
     note: Callable[[str, float], None] = lambda text, share: None,
 ) -> StagePrediction:
@@ -154,6 +186,9 @@ def stage_prediction(
         Sensors of the campaign.
     points : LoadPoints
         Loads of the records.
+    gap_of : callable, optional
+        Gap of the records to readings. Causes that take some of it are solved again at the size
+        that takes most, and between that and its neighbours: a secant search in the simulator.
     executor : concurrent.futures.Executor, optional
         Where stages are solved; here by default. Each begins at the equilibria of the case.
     note : callable
@@ -173,17 +208,15 @@ def stage_prediction(
     for number, ((name, _), result) in enumerate(zip(jobs, results, strict=True)):
         solved.setdefault(name, []).append(result)
         note(name.replace("_", " "), (number + 1) / len(jobs))
-    causes, not_solved = [], []
-    for name, differences in solved.items():
-        if name in SIZED_CAUSES:
-            effect = _of_sizes(name, stage, differences)
-        else:
-            effect = _of_directions(name, differences)
-        if effect is None:
-            not_solved.append(effect_of_stage(name))
-        else:
-            causes.append(effect)
-    return StagePrediction(readings, tuple(causes), tuple(not_solved))
+    gap = gap_of(readings) if gap_of else None
+    refine = partial(_refined, stage, solve, gap)
+    sized = {name: _sizes(name, stage, solved.pop(name)) for name in SIZED_CAUSES}
+    finer = (executor.map if executor else map)(refine, sized.items())
+    effects = {name: _of_sizes(name, sizes) for name, sizes in zip(sized, finer, strict=True)}
+    effects |= {name: _of_directions(name, slopes) for name, slopes in solved.items()}
+    causes = tuple(effect for effect in effects.values() if effect is not None)
+    not_solved = tuple(effect_of_stage(name) for name, one in effects.items() if one is None)
+    return StagePrediction(readings, causes, not_solved)
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,9 +288,19 @@ class _Sizes:
         self, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, size: float
     ) -> Array:
         """Row of the response, shape (1, n)."""
+        return self.at(size).signal(sensor, inputs)[None]
+
+    def at(self, size: float) -> StageReadings:
+        """What is read more at a size."""
         shares = [float(np.interp(size, self.nodes, unit)) for unit in np.eye(self.nodes.size)]
         series = np.tensordot(shares, [one.series for one in self.added], axes=1)
-        return replace(self.added[0], series=series).signal(sensor, inputs)[None]
+        return replace(self.added[0], series=series)
+
+    def with_size(self, size: float, added: StageReadings) -> "_Sizes":
+        """With one size more."""
+        number = int(np.searchsorted(self.nodes, size))
+        others = self.added[:number], self.added[number:]
+        return _Sizes(np.insert(self.nodes, number, size), (*others[0], added, *others[1]))
 
     def of_rig(self, rig: CarrierRig, largest_load: float) -> Array:
         """Sizes between which the signals are straight."""
@@ -280,10 +323,10 @@ def _of_directions(name: str, slopes: Sequence[StageReadings | None]) -> Effect 
     return _effect(name, parameters=parameters, pattern=_Directions(whole))
 
 
-def _of_sizes(
+def _sizes(
     name: str, stage: PredictedStage, differences: Sequence[StageReadings | None]
-) -> Effect | None:
-    """Cause of one quantity between the sizes that were solved; None where none was."""
+) -> _Sizes | None:
+    """The sizes of a cause that were solved, and the case's own; None where none was."""
     cause = SIZED_CAUSES[name]
     own = cause.value(stage)
     others = [size for size in cause.nodes(stage) if size != own]
@@ -291,8 +334,40 @@ def _of_sizes(
     if not added:
         return None
     added[own] = next(iter(added.values())) * 0.0
-    nodes = np.array(sorted(added))
-    sizes = _Sizes(nodes, tuple(added[size] for size in nodes.tolist()))
+    nodes = sorted(added)
+    return _Sizes(np.array(nodes), tuple(added[size] for size in nodes))
+
+
+def _refined(
+    stage: PredictedStage,
+    solve: Callable[[_Change], StageReadings | None],
+    gap: GapSeries | None,
+    named: tuple[str, _Sizes | None],
+) -> _Sizes | None:
+    """Sizes of a cause with those that records favour, where they favour any."""
+    name, sizes = named
+    if sizes is None or gap is None:
+        return sizes
+    before = gap.left(sizes.added[0] * 0.0)
+    for _ in range(_ROUNDS):
+        ends = pairwise(sizes.nodes.tolist())
+        tried = np.concatenate([np.linspace(a, b, _BETWEEN, endpoint=False)[1:] for a, b in ends])
+        left = [gap.left(sizes.at(size)) for size in tried.tolist()]
+        size = float(tried[int(np.argmin(left))])
+        if min(left) > _FAVOURED * before:
+            break
+        added = solve(_Change(SIZED_CAUSES[name].changed(stage, size)))
+        if added is None:
+            break
+        sizes = sizes.with_size(size, added)
+    return sizes
+
+
+def _of_sizes(name: str, sizes: _Sizes | None) -> Effect | None:
+    """Cause of one quantity between the sizes that were solved."""
+    if sizes is None:
+        return None
+    cause, nodes = SIZED_CAUSES[name], sizes.nodes
     response = EffectParameter(RESPONSE, "1", *_RESPONSE_BOUNDS, RESPONSE_STD)
     ends, scale = (float(nodes[0]), float(nodes[-1])), float(np.ptp(nodes))
     size = EffectParameter(cause.key, cause.unit, *ends, scale, shape=True)

@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 
 #: Carrier angles of a turn that are solved, angles between which they are read, and orders of the
 #: series. In the carrier's frame the stage moves with the first few orders, while the rim's curve
-#: has those of the planets: read at the solved angles alone, order 15 would pass for order 9.
-N_ANGLES, _READ_ANGLES, HIGHEST_ORDER = 16, 64, 15
+#: has those of the planets: read at 24 solved angles alone, order 15 would pass for order 9.
+N_ANGLES, _READ_ANGLES, HIGHEST_ORDER = 16, 96, 24
 #: Distance of a load from the nearest point, over the loads' scales, and points at most.
 _NEAR, _MOST_POINTS = 0.02, 40
 

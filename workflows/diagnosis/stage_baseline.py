@@ -6,6 +6,7 @@ The stage of the case is solved under the measured loads of every run; its cause
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,13 @@ from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import rim_sensor
-from carrierflex.simulation.carrier.rim import inputs_of_columns
-from carrierflex.simulation.carrier.run_cases import Sensor
-from carrierflex.simulation.stage.causes import StagePrediction, stage_prediction
+from carrierflex.simulation.carrier.rim import CarrierInputs, inputs_of_columns
+from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.stage.causes import GapSeries, StagePrediction, stage_prediction
 from carrierflex.simulation.stage.predicted_readings import (
+    LoadPoints,
     PredictedStage,
+    StageReadings,
     load_points,
 )
 from carrierflex.simulation.stage.stage_cases import read_stage_case
@@ -70,7 +73,7 @@ def with_stage(
         case.data,
         case.effects,
         replace(case.reading, sensors=None),
-        case.speed,
+        _mean_speed(campaign),
         case.rest_angle,
         case.runs[0].load.gravity,
     )
@@ -94,7 +97,8 @@ def predicted_by(
         for channel in campaign.channels
     ]
     points = load_points(loads, scale)
-    prediction = stage_prediction(stage, sensors, points, executor, note)
+    gap_of = partial(_gap, campaign, points)
+    prediction = stage_prediction(stage, sensors, points, gap_of, executor, note)
     notes = tuple(
         f"cause {name} is left out: the stage has no equilibrium at one of its sizes"
         for name in prediction.not_solved
@@ -108,6 +112,39 @@ def predicted_by(
     )
 
 
+def _gap(campaign: Campaign, points: LoadPoints, readings: StageReadings) -> GapSeries:
+    """Gap of every run by order, at its mean load; nothing of a channel without samples."""
+    waves, shares = [], []
+    orders = np.arange(readings.series.shape[2])
+    for run in campaign.within_use().runs:
+        inputs = _inputs(run)
+        every = slice(None, None, max(1, run.time.size // _SAMPLES))
+        turned = np.exp(1j * np.outer(run.inputs["carrier_angle"][every], orders))
+        columns = np.hstack([turned.real, -turned.imag[:, 1:]])
+        of_run = []
+        for channel in campaign.channels:
+            gap = run.signals[channel.name] - readings.signal(rim_sensor(channel), inputs)
+            is_read = np.isfinite(gap[every])
+            fit, *_ = np.linalg.lstsq(columns[is_read], gap[every][is_read], rcond=None)
+            of_run.append(fit[: orders.size] + 1j * np.append(0.0, fit[orders.size :]))
+        waves.append(of_run)
+        shares.append(points.weights(inputs).mean(axis=0))
+    is_axial = np.array([own.quantity == AXIAL for own in readings.sensors])
+    return GapSeries(np.array(waves), np.array(shares), is_axial)
+
+
+def _inputs(run: Run) -> CarrierInputs:
+    zero = np.zeros(run.time.size)
+    return inputs_of_columns({"ntl_y": zero, "ntl_z": zero, **run.inputs, "time": run.time})
+
+
+def _mean_speed(campaign: Campaign) -> float:
+    """Carrier speed over all runs [rad/s]."""
+    turned = [float(np.ptp(run.inputs["carrier_angle"])) for run in campaign.runs]
+    lasted = [float(np.ptp(run.time)) for run in campaign.runs]
+    return sum(turned) / sum(lasted) if any(lasted) else 0.0
+
+
 def _loads(run: Run) -> np.ndarray:
     """Torque and radial load of some samples, shape (n, 3)."""
     every = max(1, run.time.size // _SAMPLES)
@@ -117,8 +154,7 @@ def _loads(run: Run) -> np.ndarray:
 
 
 def _predicted(campaign: Campaign, run: Run, prediction: StagePrediction) -> Run:
-    zero = np.zeros(run.time.size)
-    inputs = inputs_of_columns({"ntl_y": zero, "ntl_z": zero, **run.inputs, "time": run.time})
+    inputs = _inputs(run)
     predictions = {
         channel.name: prediction.readings.signal(rim_sensor(channel), inputs)
         for channel in campaign.channels

@@ -215,7 +215,7 @@ def carrier_class_table(
     # In place: the products of all blocks are the table's alone.
     gram *= np.outer(unit, unit)
     laws = _laws(rows, model)
-    model_laws = {name: of_body for name, of_body in laws.items() if shape_of(name) == _MODEL}
+    model_laws = {name: of_class for name, of_class in laws.items() if name in class_groups}
     table = GramTable(
         gram=gram,
         n_base=rows.n_base,
