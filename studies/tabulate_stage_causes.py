@@ -244,8 +244,8 @@ def answers_table(rows: Sequence[StageAnswer]) -> list[str]:
 
 def _of_held_sun(body: StageBody, seed: int, number: int) -> tuple[Campaign, PredictedStage, float]:
     """As :func:`drawn_campaign`, of the other study."""
-    made, *data = held_sun_campaign(body, seed, number)
-    case = PredictedStage(body, *data, ReadingEffects(), rest_angle=0.0)
+    made, data, pins = held_sun_campaign(body, seed, number)
+    case = PredictedStage(body, data, pins, ReadingEffects(), rest_angle=0.0)
     return made.campaign, case, made.gap / made.floor
 
 

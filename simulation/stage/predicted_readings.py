@@ -11,6 +11,7 @@ straight between two of them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,9 +145,17 @@ class StageReadings:
         others = np.array([(own.quantity == AXIAL) != sensor.is_axial for own in self.sensors])
         turned = 1.0 - np.cos([own.angle - sensor.angle for own in self.sensors])
         nearest = int(np.argmin(np.where(others, np.inf, turned)))
-        series = self.points.weights(inputs) @ self.series[:, nearest]
-        waves = np.exp(1j * np.outer(inputs.carrier_angle, np.arange(series.shape[1])))
-        return np.asarray((series * waves).sum(axis=1).real)
+        weights, waves = _basis(self.points, inputs, self.series.shape[2])
+        return np.asarray(((weights @ self.series[:, nearest]) * waves).sum(axis=1).real)
+
+
+@lru_cache(maxsize=2)
+def _basis(
+    points: LoadPoints, inputs: CarrierInputs, n_orders: int
+) -> tuple[Array, NDArray[np.complex128]]:
+    """Shares of the points and waves of the orders in every sample, for causes in a row."""
+    waves = np.exp(1j * np.outer(inputs.carrier_angle, np.arange(n_orders)))
+    return points.weights(inputs), waves
 
 
 def _finer(turn: StageRecord) -> StageRecord:
@@ -197,11 +206,10 @@ def stage_readings(
             model, sensors, stage.rest_angle, effects=quiet, gravity=stage.gravity
         )
     series, coordinates = [], []
-    for number, load in enumerate(points.loads.tolist()):
+    for number, (torque, y, z) in enumerate(points.loads.tolist()):
+        load = SteadyLoad(torque, y, z, stage.gravity)
         near = None if start is None else start[number]
-        turn = quasi_static_turn(
-            model, SteadyLoad(*load, gravity=stage.gravity), N_ANGLES, start=near
-        )
+        turn = quasi_static_turn(model, load, N_ANGLES, start=near)
         signals = sensor_signals(model, _finer(turn), sensors, effects=quiet, reader=reader)
         values = np.array([signals[sensor.name] - zero[sensor.name] for sensor in sensors])
         amplitudes = 2.0 * np.fft.rfft(values, axis=1)[:, : HIGHEST_ORDER + 1] / _READ_ANGLES
