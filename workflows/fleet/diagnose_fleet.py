@@ -141,8 +141,8 @@ def main(
         Folder with campaign folders at any depth.
     out : Path
         Folder to write: fleet.json, fleet.csv, fleet.parquet and fleet.html, and a folder of
-        results for each campaign. The same folder again goes on: campaigns whose files, options and versions
-        are unchanged are not diagnosed again, those that failed are.
+        results for each campaign. The same folder again goes on: campaigns whose files, options and
+        versions are unchanged are not diagnosed again, those that failed are.
     baseline : list of str, optional
         Effects that the baseline of every campaign contains, in place of those of campaign.toml;
         may be given several times.
