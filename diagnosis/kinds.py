@@ -115,6 +115,11 @@ def _has_predictions(campaign: Campaign) -> bool:
 def _carrier(
     campaign: Campaign, curves: Curves | None, laws: Sequence[Law]
 ) -> tuple[ComparisonProblem, bool]:
+    if campaign.baseline.source == "stage":
+        raise ValueError(
+            f"campaign '{campaign.name}': [baseline]: key 'source' is 'stage'; expected "
+            "predictions of the stage with it, which diagnose and check compute"
+        )
     if curves is None:
         raise ValueError(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"

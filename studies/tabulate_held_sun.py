@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.blind_check.truth.carrier.stage import LOADS, series_campaign
+from carrierflex.blind_check.truth.carrier.stage import LOADS, SeriesCampaign, series_campaign
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.files.json_files import save_json
@@ -144,8 +144,16 @@ def series(body: StageBody, data: StageData, effects: StageEffects) -> NDArray[n
     return np.delete(pairs, 1, axis=2)
 
 
-def held_sun(body: StageBody, seed: int, number: int) -> HeldSun:
-    """Draw a campaign and diagnose it; stages without an equilibrium are drawn again."""
+def held_sun_campaign(
+    body: StageBody, seed: int, number: int
+) -> tuple[SeriesCampaign, StageData, StageEffects]:
+    """Draw a campaign; stages without an equilibrium are drawn again.
+
+    Returns
+    -------
+    tuple of (SeriesCampaign, StageData, StageEffects)
+        Records with their prediction, and the stage that predicts them.
+    """
     rng = np.random.default_rng([seed, number])
     while True:
         held, floating, pins = drawn_data(rng)
@@ -157,6 +165,12 @@ def held_sun(body: StageBody, seed: int, number: int) -> HeldSun:
     made = series_campaign(
         f"held sun {number}", true, predicted, lambda _: FLOOR, rng, rng.spawn(1)[0]
     )
+    return made, floating, pins
+
+
+def held_sun(body: StageBody, seed: int, number: int) -> HeldSun:
+    """Draw a campaign and diagnose it."""
+    made, _, _ = held_sun_campaign(body, seed, number)
     problem, is_measured = problem_of(made.campaign, default_curves())
     answer = diagnose(
         problem, campaign=made.campaign.name, kind="carrier", floor_is_measured=is_measured

@@ -74,6 +74,7 @@ from carrierflex.simulation.carrier.effects.drawing import (
     drawing_effects,
     pin_fit_effect,
 )
+from carrierflex.simulation.carrier.effects.inside_stage import RESPONSE, RESPONSE_STD
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.laws import Law
 
@@ -537,6 +538,9 @@ def carrier_problem(
     known = known_physics(campaign)
     contained = tuple(campaign.baseline.effects)
     effects = carrier_library(rig, effects_of_laws(measured_laws, campaign))
+    if campaign.causes:
+        known = _with_responses(known, campaign.causes)
+        effects |= {cause.id: cause for cause in campaign.causes}
     if TOLERANCES in campaign.rig:
         contained, known, of_drawing = _by_drawing(campaign, curves, known)
         effects |= of_drawing
@@ -553,6 +557,17 @@ def carrier_problem(
     model = CarrierModel(source, records.index, contained, runs, channels, known, classes)
     noise = _channel_noise(campaign, records)
     return CarrierProblem(campaign, model, records, noise, motion)
+
+
+def _with_responses(known: KnownPhysics, causes: Sequence[Effect]) -> KnownPhysics:
+    """What is known, with the sizes of causes inside the stage: those that it was solved at."""
+    response = KnownValue(1.0, RESPONSE_STD)
+    fixed = {
+        f"{cause.id}.{RESPONSE}": response
+        for cause in causes
+        if cause.parameters[0].name == RESPONSE
+    }
+    return replace(known, fixed={**fixed, **known.fixed})
 
 
 def _by_drawing(

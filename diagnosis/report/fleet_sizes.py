@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
+from carrierflex.diagnosis.inference.results import FLOOR_UNKNOWN, NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.words import UNKNOWN, parameter_words, scaled_unit, shown_unit
 from carrierflex.identification.estimation.resampling import two_level_counts
@@ -62,6 +62,9 @@ class CampaignRow:
     rho_ci95: Annotated[Interval, "Its 95 % interval"] = NO_INTERVAL
     sizes: Annotated[tuple[CauseSize, ...], "Size of every cause"] = ()
     faults: Annotated[tuple[str, ...], "What does not look right in the measurement"] = ()
+    first_fault: Annotated[
+        str, "Fault of the measurement that explains as much as the causes; empty where none"
+    ] = ""
 
     @property
     def is_diagnosed(self) -> bool:
@@ -87,10 +90,11 @@ def campaign_row(
         Sizes of named causes and of those in the baseline; the gap's first.
     """
     far = document["how_far"]
-    sizes = [*_gap_size(document), *_parameter_sizes(document)]
-    gap = sizes[0].value if sizes and sizes[0].cause == GAP else math.nan
-    if not document["effects"]:
-        sizes += _class_sizes(document, gap)
+    gaps = list(_gap_size(document))
+    sizes = [*gaps, *_parameter_sizes(document)]
+    for gap in gaps if not document["effects"] else ():
+        of_classes = (size_left(one["id"], one, gap) for one in document["classes"])
+        sizes += [size for size in of_classes if size is not None]
     floor = _number(far["noise_floor"])
     classes = [finding["id"] for finding in document["classes"]]
     return CampaignRow(
@@ -103,7 +107,7 @@ def campaign_row(
         causes=tuple(document["effects"] or classes),
         unit=document["unit"],
         noise_floor=floor,
-        gap_floors=gap / floor if floor > 0.0 else math.nan,
+        gap_floors=gaps[0].value / floor if gaps else math.nan,
         rho=_number(far["rho"]),
         rho_ci95=_interval(far["rho_ci95"]),
         sizes=tuple(sizes),
@@ -112,6 +116,7 @@ def campaign_row(
             for one in document["warnings"]
             if one["check"] not in _OF_THE_MODEL
         ),
+        first_fault="" if document["reason_id"] == FLOOR_UNKNOWN else document["reason_id"],
     )
 
 
@@ -148,16 +153,27 @@ def _parameter_sizes(document: Mapping[str, Any]) -> Iterator[CauseSize]:
                 yield CauseSize(cause, parameter, value, std, interval, one["unit"], is_named)
 
 
-def _class_sizes(document: Mapping[str, Any], gap: float) -> Iterator[CauseSize]:
-    """RMS of every named class, ``sqrt(share) gap``."""
-    for finding in document["classes"]:
-        share, ends = _number(finding["share"]), _interval(finding["share_ci95"])
-        low, high = (gap * math.sqrt(end) for end in ends)
-        std = (high - low) / _WIDTHS_OF_STD
-        if math.isfinite(share) and math.isfinite(std) and std > 0.0:
-            value = gap * math.sqrt(share)
-            interval = (low, high)
-            yield CauseSize(finding["id"], RMS, value, std, interval, document["unit"], True)
+def size_left(cause: str, finding: Mapping[str, Any], gap: CauseSize) -> CauseSize | None:
+    """RMS of what a named cause leaves, ``sqrt(share) gap``; None where its share is not known.
+
+    Parameters
+    ----------
+    cause : str
+        Its name.
+    finding : mapping
+        Its class in diagnosis.json.
+    gap : CauseSize
+        Gap above the noise; its error and that of the share are taken as independent.
+    """
+    share, (low, high) = _number(finding["share"]), _interval(finding["share_ci95"])
+    if not (share > 0.0 and gap.value > 0.0 and math.isfinite(low) and math.isfinite(high)):
+        return None
+    value = math.sqrt(share) * gap.value
+    of_share = (high - low) / (_WIDTHS_OF_STD * 2.0 * share)
+    std = value * math.hypot(of_share, gap.std / gap.value)
+    half = 0.5 * _WIDTHS_OF_STD * std
+    interval = (max(value - half, 0.0), value + half)
+    return CauseSize(cause, RMS, value, std, interval, gap.unit, True)
 
 
 def _number(value: Any) -> float:

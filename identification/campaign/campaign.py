@@ -23,6 +23,7 @@ from carrierflex.identification.campaign.declarations import (
     input_conflicts,
 )
 from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.carrier.effect import Effect
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +52,8 @@ class Campaign:
         Machine of a fleet that was measured; empty where the campaign does not say.
     recorded : date, optional
         Day of the records.
+    causes : tuple of Effect
+        Further effects, whose signals the simulator behind the predictions computes.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class Campaign:
     notes: tuple[str, ...] = ()
     turbine: str = ""
     recorded: date | None = None
+    causes: tuple[Effect, ...] = ()
 
     def __post_init__(self) -> None:
         kind = self.contract

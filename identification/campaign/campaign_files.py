@@ -416,6 +416,8 @@ def _version(document: Mapping[str, Any]) -> int:
 
 def _baseline_table(baseline: Baseline) -> dict[str, Any]:
     table: dict[str, Any] = {"source": baseline.source, "effects": list(baseline.effects)}
+    if baseline.case:
+        table["case"] = baseline.case
     for key, values in (("fixed", baseline.fixed), ("clock_shift", baseline.clock_shift)):
         if values:
             table[key] = {

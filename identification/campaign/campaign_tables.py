@@ -139,8 +139,17 @@ class KnownValueTable(TomlTable):
 class BaselineTable(TomlTable):
     """The simulation whose gap is to be explained."""
 
-    source: Annotated[Literal["model", "columns"], Expected("one of model, columns")] = key(
-        "model: this program's simulator; columns: predictions <channel>_sim in the run files",
+    source: Annotated[
+        Literal["model", "columns", "stage"], Expected("one of model, columns, stage")
+    ] = key(
+        "model: this program's simulator; columns: predictions <channel>_sim in the run files; "
+        "stage: the planetary stage of `case` under the measured loads (kind carrier)",
+        newer_values={"stage": 2},
+    )
+    case: Annotated[Text, AfterValidator(_plain_file)] | None = key(
+        "Stage case of source = 'stage', a TOML file in the campaign's folder",
+        since=2,
+        default=None,
     )
     effects: Texts = key("Effects that the baseline already contains", default_factory=list)
     fixed: dict[str, KnownValueTable] = key(
@@ -161,6 +170,11 @@ class BaselineTable(TomlTable):
         if self.source == "model" and "effects" not in self.model_fields_set:
             raise ValueError(
                 "missing key 'effects'; expected a list of strings where source is 'model'",
+            )
+        if (self.source == "stage") != (self.case is not None):
+            raise ValueError(
+                f"key 'case' is {self.case!r} and key 'source' is '{self.source}'; expected the "
+                "file of a stage case where source is 'stage', and only there"
             )
         return self
 
@@ -202,7 +216,8 @@ def baseline_of(table: BaselineTable) -> Baseline:
         {name: KnownValue(known.value, known.std) for name, known in tables.items()}
         for tables in (table.fixed, table.clock_shift)
     )
-    return Baseline(table.source, tuple(table.effects), fixed, tuple(table.impossible), shifts)
+    effects, impossible = tuple(table.effects), tuple(table.impossible)
+    return Baseline(table.source, effects, fixed, impossible, shifts, table.case or "")
 
 
 class CarrierRigTable(TomlTable):

@@ -115,8 +115,8 @@ class Baseline:
     Parameters
     ----------
     source : str
-        ``model`` (our simulator, driven with the measured inputs) or ``columns`` (predictions in
-        the run files).
+        ``model`` (our simulator, driven with the measured inputs), ``columns`` (predictions in
+        the run files) or ``stage`` (predictions by the planetary stage of `case`).
     effects : tuple of str
         Effects the baseline already contains, re-fitted together with any candidate.
     fixed : mapping of str to KnownValue
@@ -125,6 +125,8 @@ class Baseline:
         Effects that are not to be looked for.
     clock_shift : mapping of str to KnownValue
         Seconds by which an import moved the predictions, by run.
+    case : str
+        File of the stage case behind the prediction; empty where no stage makes it.
     """
 
     source: str
@@ -132,11 +134,13 @@ class Baseline:
     fixed: Mapping[str, KnownValue] = field(default_factory=dict)
     impossible: tuple[str, ...] = ()
     clock_shift: Mapping[str, KnownValue] = field(default_factory=dict)
+    case: str = ""
 
     def __post_init__(self) -> None:
-        if self.source not in ("model", "columns"):
+        if self.source not in ("model", "columns", "stage"):
             raise ValueError(
-                f"[baseline]: key 'source' is '{self.source}'; expected one of model, columns"
+                f"[baseline]: key 'source' is '{self.source}'; expected one of model, columns, "
+                "stage"
             )
 
 
@@ -179,6 +183,8 @@ def baseline_conflicts(baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
             if effect not in kind.effects:
                 known = ", ".join(kind.effects)
                 yield f"unknown effect '{effect}' in '{key}'; kind {kind.name} knows {known}"
+    if baseline.source == "stage" and kind.name != "carrier":
+        yield f"key 'source' is 'stage'; expected model or columns, kind {kind.name} has no stage"
     for effect in baseline.effects:
         if effect in baseline.impossible:
             yield f"effect '{effect}' is in 'effects' and in 'impossible'; expected one of them"

@@ -50,6 +50,8 @@ def record_digests(campaign: Campaign, folder: Path) -> RecordDigests:
     curves = campaign.rig.get("deflection_curves")
     if curves is not None:
         names.append(str(curves))
+    if campaign.baseline.case:
+        names.append(campaign.baseline.case)
     return RecordDigests(
         measured=hashlib.sha256(lines.encode()).hexdigest(),
         runs=runs,

@@ -19,7 +19,13 @@ from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad, linear_statics, static_coordinates
 
 
-def quasi_static_turn(model: StageModel, load: SteadyLoad, n_angles: int = 12) -> StageRecord:
+def quasi_static_turn(
+    model: StageModel,
+    load: SteadyLoad,
+    n_angles: int = 12,
+    *,
+    start: NDArray[np.float64] | None = None,
+) -> StageRecord:
     """States of one turn at equal carrier angles from 0, meshes with their mean stiffness.
 
     Parameters
@@ -30,6 +36,8 @@ def quasi_static_turn(model: StageModel, load: SteadyLoad, n_angles: int = 12) -
         Torque, radial load and gravity.
     n_angles : int
         Angles; orders below half of it are told apart.
+    start : ndarray, shape (n_angles, n), optional
+        Coordinates of a turn of a stage that differs a little, where the contact iteration begins.
 
     Returns
     -------
@@ -43,10 +51,13 @@ def quasi_static_turn(model: StageModel, load: SteadyLoad, n_angles: int = 12) -
     """
     angles = 2.0 * np.pi * np.arange(n_angles) / n_angles
     linear = linear_statics(model)
+    starts = [None] * n_angles if start is None else list(start)
     c = np.array(
         [
-            static_coordinates(model, load, float(angle), mean_stiffness=True, linear=linear)
-            for angle in angles
+            static_coordinates(
+                model, load, float(angle), mean_stiffness=True, linear=linear, start=near
+            )
+            for angle, near in zip(angles, starts, strict=True)
         ]
     )
     drive = np.tile([load.torque, 0.0, load.ntl_y, load.ntl_z], (n_angles, 1))

@@ -273,6 +273,7 @@ def static_coordinates(
     *,
     mean_stiffness: bool = False,
     linear: LinearStatics | None = None,
+    start: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Coordinates c of the stage at rest in its turning frame: ``K_yy y = f + B lambda(Bᵀ y)``.
 
@@ -291,6 +292,9 @@ def static_coordinates(
         Use the meshes' mean stiffness instead of the one at `angle`.
     linear : LinearStatics, optional
         Of this model, where many equilibria are sought; made here where it is missing.
+    start : ndarray, shape (n,), optional
+        Coordinates of an equilibrium that is close, of this stage or of another; without contact
+        by default.
 
     Returns
     -------
@@ -315,6 +319,8 @@ def static_coordinates(
     delta_free = B.T @ y_free - channels.free
     size = np.abs(scale * f).max()
     lambda_ = np.zeros(len(W))
+    if start is not None:
+        lambda_ = channel_forces(channels, B.T @ start[1:] - channels.free, angle, k)[0]
     kept = _FLOATING
     closed = np.diag(_closed_stiffness(channels))
     unit = np.eye(len(W))

@@ -13,7 +13,11 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.diagnosis.diagnose_campaign import (
+    campaign_curves,
+    with_stage_baseline,
+)
+from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.progress import Stages
 
 
@@ -55,10 +59,11 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
         Where the campaign is refused.
     """
     stages = Stages(3, quiet)
-    with single_threaded():
+    with single_threaded(), work_executor() as executor:
         with stages.stage(f"reading {campaign}"):
             measured = read_campaign(campaign)
             curves = campaign_curves(measured, campaign)
+            measured = with_stage_baseline(measured, campaign, executor, stages)
 
         from carrierflex.workflows.diagnosis.examination import examined
 

@@ -90,8 +90,8 @@ def main(
     campaign : Path
         Campaign folder.
     out : Path
-        Folder for diagnosis.json, report.html, which needs no network to be read, and report.json,
-        from which carrierflex report draws that page anew.
+        Folder to write: diagnosis.json, report.html, which needs no network to be read, and
+        report.json, from which carrierflex report draws that page anew.
     law : list of Path, optional
         Law files (TOML) of --save-law from campaigns of the same kind, further candidates; may be
         given several times. Units of an element's law (of force and deflection, time in s) are
@@ -152,7 +152,7 @@ def main(
 
     brought = tuple(read_law(path) for path in law or ())
     stages = Stages(4, quiet)
-    with single_threaded():
+    with single_threaded(), work_executor(workers, scheduler) as executor:
         with stages.stage(f"reading {campaign}"):
             measured = campaign_part(
                 read_campaign(campaign),
@@ -162,21 +162,19 @@ def main(
                 effects=effects or (),
             )
             curves = campaign_curves(measured, campaign)
+            measured = with_stage_baseline(measured, campaign, executor, stages)
 
         from carrierflex.diagnosis.report.rim_motion_files import rim_motion
         from carrierflex.workflows.view3d.rim_scene import rim_scene
 
-        with work_executor(workers, scheduler) as executor:
-            diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
-            # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
-            _return_unused_memory()
-            diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
-            motion = rim_motion(diagnosis, measured) if report else None
-            if view and motion is None:
-                stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
-            _write(
-                diagnosis, measured, campaign, out, stages, report=report, motion=motion, view=view
-            )
+        diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
+        # Sums and order amplitudes of hundreds of runs take 0.5 GB; what is written is found.
+        _return_unused_memory()
+        diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
+        motion = rim_motion(diagnosis, measured) if report else None
+        if view and motion is None:
+            stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
+        _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion, view=view)
         if view and motion is not None:
             with stages.stage(f"writing {out / VIEW_FILE}"):
                 write_view(rim_scene(motion), out / VIEW_FILE)
@@ -297,6 +295,18 @@ def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: s
 def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:
     """Deflection curves of a carrier: the campaign's own, or the default carrier's."""
     return curves_of_rig(campaign.rig, folder) if campaign.kind == "carrier" else None
+
+
+def with_stage_baseline(
+    campaign: Campaign, folder: Path, executor: Executor, stages: Stages
+) -> Campaign:
+    """Campaign with what its stage predicts; as it is where its baseline is no stage."""
+    if campaign.baseline.source != "stage":
+        return campaign
+
+    from carrierflex.workflows.diagnosis.stage_baseline import with_stage
+
+    return with_stage(campaign, folder, executor=executor, note=stages.note)
 
 
 def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:

@@ -23,6 +23,7 @@ from carrierflex.diagnosis.report.fleet_sizes import (
     campaign_row,
     shown_size,
     shown_span,
+    size_left,
     size_name,
 )
 from carrierflex.diagnosis.report.page import rendered_page
@@ -146,16 +147,8 @@ def _of_both(first: CauseSize, second: CauseSize) -> SizeDifference:
 
 def _left_by(cause: str, document: Mapping[str, Any], gap: CauseSize | None) -> CauseSize | None:
     """RMS of what a named cause leaves in one measurement, by the share of its class."""
-    shares = [
-        finding["share_ci95"]
-        for finding in document["classes"]
-        if cause in (finding["law"], finding["id"])
-    ]
-    if gap is None or not shares or None in shares[0]:
-        return None
-    low, high = (end * math.sqrt(share) for end, share in zip(gap.ci95, shares[0], strict=True))
-    std = (high - low) / (2.0 * _WIDTH)
-    return CauseSize(cause, RMS, 0.5 * (low + high), std, (low, high), gap.unit, True)
+    classes = [own for own in document["classes"] if cause in (own["law"], own["id"])]
+    return size_left(cause, classes[0], gap) if gap is not None and classes else None
 
 
 def _of_one(

@@ -29,7 +29,7 @@ def main(diagnosis: Path, *, out: Path) -> WrittenReport:
         diagnosis.json that diagnose wrote, or its folder; report.json beside it holds the curves
         of the pictures.
     out : Path
-        HTML file for the page, which needs no network to be read.
+        File to write: the page as HTML, which needs no network to be read.
 
     Returns
     -------

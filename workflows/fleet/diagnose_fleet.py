@@ -140,9 +140,9 @@ def main(
     folder : Path
         Folder with campaign folders at any depth.
     out : Path
-        Folder for fleet.json, fleet.csv, fleet.parquet and fleet.html, and a folder of results for
-        each campaign. The same folder again goes on: campaigns whose files, options and versions
-        are unchanged are not diagnosed again, those that failed are.
+        Folder to write: fleet.json, fleet.csv, fleet.parquet and fleet.html, and a folder of
+        results for each campaign. The same folder again goes on: campaigns whose files, options and
+        versions are unchanged are not diagnosed again, those that failed are.
     baseline : list of str, optional
         Effects that the baseline of every campaign contains, in place of those of campaign.toml;
         may be given several times.
@@ -411,6 +411,7 @@ def table_rows(fleet: FleetDiagnosis) -> Iterator[dict[str, Any]]:
             "rho_low": row.rho_ci95[0],
             "rho_high": row.rho_ci95[1],
             "faults": "; ".join(row.faults),
+            "first_fault": row.first_fault,
         }
         for size in row.sizes or (None,):
             one = in_fleet.get((row.campaign, size.cause, size.parameter)) if size else None

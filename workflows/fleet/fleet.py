@@ -98,12 +98,15 @@ def fleet_diagnosis(rows: Sequence[CampaignRow]) -> FleetDiagnosis:
     """Priors, turbines that differ, and trends of diagnosed campaigns.
 
     Sizes of different kinds, parameters or units are never put together. A prior takes the last
-    campaign of each turbine.
+    campaign of each turbine. Where a fault of the measurement explains as much as the causes, the
+    sizes are those of the fault: such a campaign is in no prior and in no trend.
     """
     ordered = tuple(sorted(rows, key=lambda row: (row.turbine, row.recorded, row.campaign)))
     fleet = FleetDiagnosis(ordered, (), ())
-    priors = sorted(_priors(fleet.latest), key=lambda prior: prior.turbines[0].p_value)
-    return FleetDiagnosis(ordered, tuple(priors), tuple(_trends(ordered)))
+    sound = [row for row in fleet.latest if not row.first_fault]
+    priors = sorted(_priors(sound), key=lambda prior: prior.turbines[0].p_value)
+    trends = _trends([row for row in ordered if not row.first_fault])
+    return FleetDiagnosis(ordered, tuple(priors), tuple(trends))
 
 
 def _priors(latest: Sequence[CampaignRow]) -> Iterator[FleetPrior]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_names import set_name
+from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg, shortened
 from carrierflex.diagnosis.report.fleet_sizes import (
     GAP,
@@ -74,11 +74,16 @@ def fleet_page(fleet: FleetDiagnosis, folder: Path, campaigns: str, report: str)
 def fleet_sentences(fleet: FleetDiagnosis) -> list[str]:
     """What the fleet says, most important first."""
     turbines = {row.turbine for row in fleet.rows}
-    named = [row for row in fleet.latest if row.causes]
+    named = [row for row in fleet.latest if row.causes and not row.first_fault]
+    faulty = [row.turbine for row in fleet.latest if row.first_fault]
     sentences = [
         f"{counted(len(fleet.rows), 'campaign')} of {counted(len(turbines), 'turbine')}: a cause "
         f"is named in the last campaign of {len({row.turbine for row in named})}."
     ]
+    if faulty:
+        sentences.append(
+            f"Check the measurement first, a fault of it explains as much: {_first(faulty)}."
+        )
     if named:
         first = named[0]
         sentences.append(
@@ -116,7 +121,9 @@ def _first(names: Sequence[str]) -> str:
 
 
 def causes_of(row: CampaignRow) -> str:
-    """Named causes in words."""
+    """Named causes in words; the measurement first where a fault of it explains as much."""
+    if row.first_fault:
+        return f"check the measurement first: {plain_name(row.first_fault)}"
     return set_name(row.causes) if row.causes else "nothing named"
 
 

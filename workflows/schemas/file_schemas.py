@@ -37,6 +37,7 @@ from carrierflex.identification.logs.map_tables import (
     MountingMapDocument,
 )
 from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
+from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
@@ -228,6 +229,6 @@ def _figures(main: Callable[..., Any]) -> Schema:
     kind = {"type": "string", "description": "Kind of a value that is not made of numbers."}
     return result_schema(
         type_hints(main)["return"],
-        given={np.ndarray: array},
+        given={np.ndarray: array, Effect: {"type": "object"}},
         other=kind,
     )

@@ -31,7 +31,7 @@ def fleet_table(fleet: FleetDiagnosis) -> RenderableType:
                 "; ".join(
                     shown_size(size.value, size.parameter, size.unit, size.std)
                     for size in row.sizes
-                    if size.is_named
+                    if size.is_named and not row.first_fault
                 ),
                 number(row.gap_floors),
                 ratio(row.rho),

@@ -15,7 +15,7 @@ from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.workflows.simulation.linearise_mounting import operating_point
 from carrierflex.workflows.simulation.linearise_stage import rim_readings
-from carrierflex.workflows.simulation.simulate_stage import case_body
+from carrierflex.workflows.simulation.simulate_stage import stage_body_of_case
 
 
 def case_state_space(
@@ -48,7 +48,7 @@ def case_state_space(
                 "run: leave --run out"
             )
         what = read_stage_case(path)
-        body = case_body(what, size)
+        body = stage_body_of_case(what, size)
         model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
         names = [sensor.name for sensor in what.sensors]
         return stage_state_space(modal_stage(model), rim_readings(what, model), names, what.name)

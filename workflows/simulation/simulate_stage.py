@@ -128,7 +128,7 @@ def main(
     weights = (1.0,) * (first + len(what.runs)) + (0.0,)
     stages = Stages(len(weights), quiet, weights, timed_from=first)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        body = case_body(what, size, stresses)
+        body = stage_body_of_case(what, size, stresses)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
     if linearised is not None:
         with stages.stage(f"writing {linearised}"):
@@ -187,7 +187,9 @@ def carrier_stresses(case: Path, bodies: Mapping[str, Path]) -> BodyStresses:
     return stresses
 
 
-def case_body(what: StageCase, size: float, stresses: BodyStresses | None = None) -> StageBody:
+def stage_body_of_case(
+    what: StageCase, size: float, stresses: BodyStresses | None = None
+) -> StageBody:
     """Elastic body of a case: its files, or the default's by finite elements of `size` [m].
 
     `stresses` are rows of its carrier file that the body is to read too.

@@ -39,6 +39,7 @@ from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.drawing import body_of_effect
+from carrierflex.simulation.carrier.effects.inside_stage import STAGE, group_of_effect
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import (
     BY_BOTH,
     BY_RADIAL_LOAD,
@@ -214,7 +215,7 @@ def carrier_class_table(
     # In place: the products of all blocks are the table's alone.
     gram *= np.outer(unit, unit)
     laws = _laws(rows, model)
-    model_laws = {name: of_body for name, of_body in laws.items() if shape_of(name) == _MODEL}
+    model_laws = {name: of_class for name, of_class in laws.items() if name in class_groups}
     table = GramTable(
         gram=gram,
         n_base=rows.n_base,
@@ -235,7 +236,7 @@ def carrier_class_table(
         for name, members in class_groups.items()
     }
     for name in class_groups:
-        if shape_of(name) == _MODEL:
+        if shape_of(name) == _MODEL or shape_of(name).startswith(STAGE):
             sizes[name] = _n_combinations(table, groups[class_groups[name][0]])
     return CarrierTable(table, sizes, visited)
 
@@ -263,7 +264,7 @@ def _known_of_base(
 def _groups_of_model(
     model: CarrierModel, rows: "_TableRows", unit: FloatArray
 ) -> dict[str, ColumnGroup]:
-    """Causes of every body, each penalised by its change over its tolerance."""
+    """Causes of every body, each penalised by its change over its tolerance; those of the stage."""
     owners = np.array(rows.effects.owners)
     bodies = np.array([body_of_effect(owner) for owner in rows.effects.owners])
     groups = {}
@@ -272,6 +273,12 @@ def _groups_of_model(
         std = [model.effects[owner].parameters[0].scale for owner in owners[bodies == body]]
         weight = (unit[columns] / np.array(std)) ** 2
         groups[f"{_MODEL}:{body}"] = ColumnGroup(columns, np.diag(weight / weight.mean()))
+    of_stage = np.array([group_of_effect(owner) for owner in rows.effects.owners])
+    for name in dict.fromkeys(filter(None, of_stage.tolist())):
+        columns = rows.of_row[1 + rows.effects.n_base + np.flatnonzero(of_stage == name)]
+        # Between two sizes a cause is a sum of what it is at both.
+        is_sized = all(model.effects[owner].n_shapes for owner in owners[of_stage == name])
+        groups[f"{STAGE}:{name}"] = ColumnGroup(columns, np.eye(columns.size), is_sized)
     return groups
 
 
@@ -443,13 +450,16 @@ def _groups_of_classes(model: CarrierModel, *, has_torques: bool) -> dict[str, t
         if effect not in model.contained:
             groups[f"{name}/{NONE}"] = (f"{name}:{NONE}",)
     for name in filter(None, map(_model_class, model.effects)):
-        groups[name] = (f"{_MODEL}:{way_of(name)}",)
+        frame, pattern, *_ = name.split("/")
+        groups[name] = (f"{frame}:{pattern}",)
     return groups
 
 
 def _model_class(law: str) -> str:
-    """Class of a cause of the drawing, the body that it is of; empty of another law."""
-    body = body_of_effect(law)
+    """Class of a cause of drawing or stage, the body or group it is of; empty of another law."""
+    body, group = body_of_effect(law), group_of_effect(law)
+    if group:
+        return f"{STAGE}/{group}/{BY_TORQUE}+{BY_RADIAL_LOAD}"
     return f"{_MODEL}/{body}" if body else ""
 
 
@@ -509,7 +519,7 @@ def carrier_class_answer(
 
 def _with_each(nearest: Sequence[Effects], causes: Sequence[str]) -> tuple[Effects, ...]:
     """Every cause of a body, alone and in the nearest set of laws in the place of its own."""
-    others = [law for laws in nearest for law in laws if not body_of_effect(law)]
+    others = [law for laws in nearest for law in laws if not _model_class(law)]
     sets = [(cause,) for cause in causes]
     return tuple(dict.fromkeys((*sets, *(tuple(sorted((*others, cause))) for cause in causes))))
 

@@ -15,8 +15,9 @@ def document(*, scatter=0.02, n_blocks=60, seed=1, **keys):
     blocks = [{"condition": "one", "samples": 400, "mean_square": float(one)} for one in square]
     far = {"noise_floor": FLOOR, "rho": None, "rho_ci95": [None, None]}
     return {
-        "kind": "carrier", "unit": "m", "verdict": "class_named", "headline": "", "effects": [],
-        "classes": [], "parameters": {}, "warnings": [], "how_far": far, "held_out": blocks, **keys,
+        "kind": "carrier", "unit": "m", "verdict": "class_named", "headline": "", "reason_id": "",
+        "effects": [], "classes": [], "parameters": {}, "warnings": [],
+        "how_far": far, "held_out": blocks, **keys,
     }  # fmt: skip
 
 
@@ -33,13 +34,17 @@ def test_the_gap_is_what_lies_above_the_noise_and_its_interval_holds():
 
 
 def test_a_class_without_a_law_has_the_root_of_its_share():
-    finding = {"id": "carrier/waves/torque", "law": None, "share": 0.64, "share_ci95": [0.49, 0.81]}
+    finding = {"id": "carrier/waves/torque", "law": None, "share": 0.64, "share_ci95": [0.48, 0.80]}
     row = campaign_row(document(scatter=1e-6, classes=[finding]), "T1/a", "T1", "2026-01-31")
     size = row.sizes[-1]
     assert (size.cause, size.is_named, row.causes) == (finding["id"], True, (finding["id"],))
-    np.testing.assert_allclose(
-        (size.value, *size.ci95), LEFT * np.array([0.8, 0.7, 0.9]), rtol=1e-4
-    )
+    # A share of 0.64 +- 0.16 has a root of 0.8 +- 0.1, as long as the gap has no error.
+    expected = LEFT * np.array([0.8, 0.7, 0.9])
+    np.testing.assert_allclose((size.value, *size.ci95), expected, rtol=1e-4)
+    # With one, the two add as squares; of a certain share the gap's relative error is left.
+    sure = {**finding, "share_ci95": [0.64, 0.64]}
+    gap, size = campaign_row(document(scatter=0.3, classes=[sure]), "T1/a", "T1", "").sizes
+    np.testing.assert_allclose(size.std / size.value, gap.std / gap.value)
 
 
 def test_directions_offsets_of_runs_and_unbounded_values_are_no_sizes():

@@ -228,3 +228,33 @@ def test_samples_outside_the_windows_are_missing_and_kept_in_the_record():
     inside = ((run.time >= 0.5) & (run.time <= 1.0)) | ((run.time >= 2.0) & (run.time <= 2.5))
     np.testing.assert_array_equal(np.isfinite(run.within_use().signals["s047"]), inside)
     assert np.isfinite(run.signals["s047"]).all()
+
+
+def test_a_stage_as_the_baseline_comes_back_with_its_case(tmp_path):
+    baseline = Baseline("stage", case="stage.toml")
+    write_campaign(replace(carrier_campaign(SHORT), baseline=baseline), tmp_path / "c")
+    assert "version = 2" in (tmp_path / "c" / "campaign.toml").read_text()
+    assert vars(read_campaign(tmp_path / "c").baseline) == vars(baseline)
+
+
+@pytest.mark.parametrize(
+    ("table", "text"),
+    [
+        ({"source": "stage"}, "key 'case' is None and key 'source' is 'stage'; expected the file"),
+        (
+            {"source": "columns", "case": "stage.toml"},
+            "key 'case' is 'stage.toml' and key 'source' is 'columns'; expected the file",
+        ),
+        ({"source": "stage", "case": "../stage.toml"}, "key 'case' '../stage.toml' leads out"),
+        ({"source": "stages"}, "expected one of model, columns, stage"),
+    ],
+)
+def test_a_stage_goes_with_its_case(folder, table, text):
+    rewritten(folder, {**document(), "version": 2, "baseline": table})
+    with pytest.raises(ValueError, match=text):
+        read_campaign(folder)
+
+
+def test_only_a_carrier_has_a_stage():
+    with pytest.raises(ValueError, match="kind element has no stage"):
+        replace(element_campaign(), baseline=Baseline("stage", case="stage.toml"))

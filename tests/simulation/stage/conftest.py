@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from carrierflex.geometry.pins import PAPER_STIFFNESS
+from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from carrierflex.simulation.stage.stage_model import stage_model
 

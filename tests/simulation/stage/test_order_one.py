@@ -11,7 +11,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.geometry.parameters import GearData
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from carrierflex.geometry.pins import PAPER_STIFFNESS
+from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.effects import StageEffects

@@ -8,9 +8,10 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.stress_recovery import stress_rows
+from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.geometry.tet_mesh import boundary_facets
 from carrierflex.reduction.held_structure import HeldStructure
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.reduction.shapes.body_stresses import body_stresses
 from carrierflex.reduction.shapes.stress_measures import von_mises
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft

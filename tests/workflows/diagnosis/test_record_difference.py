@@ -18,8 +18,9 @@ def write_diagnosis(folder, measured, **keys):
     far = {"noise_floor": FLOOR, "rho": 0.3, "rho_ci95": [0.28, 0.32]}
     document = {
         "format": FORMAT, "version": VERSION, "campaign": folder.name, "kind": "carrier",
-        "unit": "m", "verdict": "named", "headline": "", "effects": [], "classes": [],
-        "parameters": {}, "warnings": [], "separating_test": "", "gains": None, "how_far": far,
+        "unit": "m", "verdict": "named", "headline": "", "reason_id": "", "effects": [],
+        "classes": [], "parameters": {}, "warnings": [], "separating_test": "", "gains": None,
+        "how_far": far,
         "records": {"measured": measured * 64}, "held_out": blocks(4e-6),
     }  # fmt: skip
     folder.mkdir()

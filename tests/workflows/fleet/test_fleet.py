@@ -1,5 +1,7 @@
 """Turbines and days of a fleet: what is put together, which turbine differs, what changes."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
@@ -65,6 +67,17 @@ def test_a_size_that_grows_changes_and_others_do_not():
     assert "Changing with time: T99" in " ".join(fleet_sentences(fleet))
     page = fleet_page(fleet, "records", "campaigns", "report.html")
     assert "Sizes that change with time" in page
+
+
+def test_a_fault_of_the_measurement_comes_first_and_is_in_no_prior():
+    rng = np.random.default_rng(4)
+    faulty = replace(row("T98", 1, 9e-4), first_fault="wiring/sensor_order")
+    fleet = fleet_diagnosis([*drawn_rows(20, 1, rng), faulty])
+    assert len(fleet.priors[0].turbines) == 20
+    assert not any(one.differs for one in fleet.priors[0].turbines)
+    sentences = fleet_sentences(fleet)
+    assert sentences[1].startswith("Check the measurement first")
+    assert "in the last campaign of 20." in sentences[0]
 
 
 def test_sizes_of_different_units_are_never_put_together():

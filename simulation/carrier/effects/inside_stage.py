@@ -1,0 +1,40 @@
+"""Ids of causes inside the planetary stage, and which of them are one class.
+
+Their signals are computed by :mod:`carrierflex.simulation.stage.causes`; here is what needs no
+stage.
+"""
+
+from collections.abc import Mapping
+
+#: What ids of these causes begin with.
+STAGE = "stage"
+#: Parameter of a cause that is solved at a few sizes, its standard deviation about one. Chosen: a
+#: straight line between two sizes misses a tenth.
+RESPONSE, RESPONSE_STD = "response", 0.1
+JOINT_TILT, PIN_PLACES = "joint_tilt", "pin_places"
+#: Group of each cause, its class, by the cause's name.
+GROUPS: Mapping[str, str] = {
+    "sun_radial": "sun_restraint",
+    "upwind_clearance": "carrier_clearance",
+    "downwind_clearance": "carrier_clearance",
+    "upwind_radial": "carrier_bearings",
+    "downwind_radial": "carrier_bearings",
+    "sun_stiffness": "mesh_stiffness",
+    "ring_stiffness": "mesh_stiffness",
+    "axial_stiffness": "mounting",
+    "tilt_stiffness": "mounting",
+    "pin_fit_play": "pin_play",
+    JOINT_TILT: JOINT_TILT,
+    PIN_PLACES: PIN_PLACES,
+}
+
+
+def effect_of_stage(name: str) -> str:
+    """Effect id of a cause inside the stage."""
+    return f"{STAGE}/{name}"
+
+
+def group_of_effect(effect: str) -> str:
+    """Group of a cause inside the stage; empty of another effect."""
+    frame, _, name = effect.partition("/")
+    return GROUPS.get(name, "") if frame == STAGE else ""

@@ -1,0 +1,84 @@
+"""A campaign folder with a stage case: what `diagnose` reads, and what it refuses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.declarations import Baseline
+from carrierflex.reduction.body_files import write_body
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.stage import causes
+from carrierflex.simulation.stage.predicted_readings import (
+    LoadPoints,
+    PredictedStage,
+    stage_readings,
+)
+from carrierflex.simulation.stage.stage_cases import read_stage_case
+from carrierflex.workflows.diagnosis.stage_baseline import with_stage
+from carrierflex.workflows.simulation.simulate_stage import stage_body_of_case
+from tests.identification.synthetic_campaigns import carrier_campaign, run_case
+
+RUNS = [run_case("LC1", duration=6.0), run_case("LC2", duration=6.0)]
+
+
+@pytest.fixture
+def folder(tmp_path, flexible_reduction, pin_reduction):
+    """Campaign of two runs beside the case of a stage with bodies of its own."""
+    write_campaign(
+        replace(carrier_campaign(RUNS), baseline=Baseline("stage", case="stage.toml")),
+        tmp_path / "c",
+    )
+    write_body(flexible_reduction.model, tmp_path / "c" / "carrier.h5")
+    write_body(pin_reduction.model, tmp_path / "c" / "pin.h5")
+    bodies = '[bodies]\ncarrier = "carrier.h5"\npin = "pin.h5"\n\n[effects] '
+    text = shipped_case("stage_lc1").read_text(encoding="utf-8")
+    (tmp_path / "c" / "stage.toml").write_text(text.replace("[effects] ", bodies, 1))
+    return tmp_path / "c"
+
+
+def test_predictions_are_the_stages_readings_under_the_measured_loads(folder, monkeypatch):
+    few = {"sun_radial": replace(causes.SIZED_CAUSES["sun_radial"], sizes=(1e8, 1e9))}
+    monkeypatch.setattr(causes, "SIZED_CAUSES", few)
+    monkeypatch.setattr(causes, "GROUPS", {name: causes.GROUPS[name] for name in few})
+    measured = read_campaign(folder)
+    campaign = with_stage(measured, folder)
+    assert campaign.baseline.source == "columns"
+    assert [cause.id for cause in campaign.causes] == ["stage/sun_radial"]
+    run = campaign.runs[0]
+    channel = campaign.channels[0]
+    case = read_stage_case(folder / "stage.toml")
+    speed = np.ptp(run.inputs["carrier_angle"]) / np.ptp(run.time)
+    stage = PredictedStage(
+        stage_body_of_case(case, 0.06),
+        case.data,
+        case.effects,
+        replace(case.reading, sensors=None),
+        speed,
+    )
+    load = np.array([[run.inputs[name][0] for name in ("torque", "ntl_y", "ntl_z")]])
+    sensor = Sensor(channel.name, AXIAL, channel.angle, channel.radius)
+    readings, _ = stage_readings(stage, [sensor], LoadPoints(load, np.full(3, 1e5)))
+    turned = np.exp(1j * run.inputs["carrier_angle"][0] * np.arange(readings.series.shape[2]))
+    expected = float((readings.series[0, 0] * turned).sum().real)
+    assert run.predictions[channel.name][0] == pytest.approx(expected, abs=1e-9)
+    assert abs(expected) > 1e-6
+
+
+def test_another_baseline_stays_as_it_is(folder):
+    campaign = carrier_campaign(RUNS)
+    assert with_stage(campaign, folder) is campaign
+
+
+def test_a_case_of_other_planets_is_refused(folder):
+    campaign = read_campaign(folder)
+    with pytest.raises(ValueError, match=r"stage\.toml: key 'n_planets' of \[rig\] is 3; expected"):
+        with_stage(replace(campaign, rig={**campaign.rig, "n_planets": 4}), folder)
+
+
+def test_a_case_that_is_not_there_is_named(folder):
+    (folder / "stage.toml").unlink()
+    with pytest.raises(FileNotFoundError, match=r"stage\.toml"):
+        with_stage(read_campaign(folder), folder)
