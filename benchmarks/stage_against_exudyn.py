@@ -3,7 +3,7 @@
     python -m benchmarks.stage_against_exudyn [LOAD_CASE] [SIZE]
 
 Bearings with their clearances, kink, main shaft, bushings, masses and loads are those of the
-reference (docs/table_5.md); the carrier is rigid in both. Ours is run as the simulations of the
+reference (docs/papers.md); the carrier is rigid in both. Ours is run as the simulations of the
 table are, implicit midpoint rule in the carrier frame; Exudyn's in the fixed frame with large
 rotations.
 """

@@ -14,7 +14,7 @@ from carrierflex.files.problems import refuse
 #: Fewest and most planets of a carrier: two hold no symmetric tilt, nine leave no room for webs.
 FEWEST_PLANETS, MOST_PLANETS = 3, 8
 #: Element edge length [m]; order 3 of delta_f is then 4 % below its limit, order 6 of delta_s 3 %
-#: (docs/mesh_study.md).
+#: (docs/cad.md).
 DEFAULT_SIZE = 0.03
 #: No planet carrier is larger [m]; a value in millimetres is.
 _LARGEST_RADIUS = 5.0

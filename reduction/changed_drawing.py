@@ -1,7 +1,7 @@
 """Curves of a carrier whose drawing is changed, by finite elements at the changed values.
 
 New meshes differ in every node, and what they make of a small change scatters by some per cent of
-it (docs/sensitivities.md). Here the nodes of one mesh move with the dimensions, as the boundary
+it (docs/reduction.md). Here the nodes of one mesh move with the dimensions, as the boundary
 does (:mod:`carrierflex.geometry.shape_velocity`), so that the error of the mesh is in the curves
 before and after and drops out of their difference.
 """

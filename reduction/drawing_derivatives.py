@@ -63,7 +63,7 @@ def drawn_curves(
     """Curves that a parametric carrier may have: for any pin fit, and causes off their drawing.
 
     Between pins without bending stiffness and rigidly fitted ones the torque curves lie on a
-    straight line to 0.1 % (docs/pin_fit.md), ``delta_f + w d`` with w from 0 to 1, so that d and
+    straight line to 0.1 % (docs/reduction.md), ``delta_f + w d`` with w from 0 to 1, so that d and
     the derivatives of both by every cause are the whole family.
 
     Parameters

@@ -11,7 +11,7 @@ from carrierflex.reduction.assembly import Joint, assembled
 from carrierflex.reduction.reduced_model import ReducedModel, turned
 
 #: Derived with beams for pins: gives the rim deflection of the paper's Table 4 (this chain's own
-#: figure: docs/pin_fit.md).
+#: figure: docs/reduction.md).
 TABLE_4_STIFFNESS = 1.4e7
 #: Pin fits by name [N m/rad]: pins that pivot freely, the paper's, the one of Table 4, pins clamped
 #: into rigid bores.

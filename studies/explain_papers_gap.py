@@ -97,7 +97,7 @@ def read_run(run: Run, seed: int, path: Path) -> Samples:
 def main(
     *, out: Path, size: float = 0.045, seed: int = 2012, workers: int = 1, quiet: bool = False
 ) -> None:
-    """Sample every hypothesis and write the tables and pictures of docs/papers_gap.md.
+    """Sample every hypothesis and write the tables and pictures of docs/papers.md.
 
     Parameters
     ----------

@@ -206,7 +206,7 @@ def ring_row(case: RingCase) -> RingRow:
 
 
 def ring_table(rows: Iterable[RingRow]) -> list[str]:
-    """Table of docs/papers_gap.md."""
+    """Table of docs/papers.md."""
     lines = [
         "| ring | order 3, axial [um] | order 6, axial [um] | order 3, radial [um] | "
         "saddle by 360 kN m [um] | saddle by 200 kN at the hub [um] |",

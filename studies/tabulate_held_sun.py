@@ -7,7 +7,7 @@ within their sourced ranges are solved in static equilibrium under the six loads
 check's carrier, with their sun held by friction and with a floating one, which is the prediction;
 the sensors' noise is 5 um. A file a campaign, made where it is missing, then held_sun.md. The
 library has no such effect: right is the tilt of the housing that follows the radial load, as which
-a held sun shows (docs/load_sharing.md). A good answer: so in 90 % of those of two floors and more.
+a held sun shows (docs/stage_model.md). A good answer: so in 90 % of those of two floors and more.
 """
 
 from collections import Counter
@@ -184,7 +184,7 @@ def held_sun(body: StageBody, seed: int, number: int) -> HeldSun:
 
 
 def held_sun_table(rows: Sequence[HeldSun]) -> list[str]:
-    """Table of docs/load_sharing.md."""
+    """Table of docs/stage_model.md."""
     gaps = np.array([row.gap for row in rows])
     shown = [row for row in rows if row.gap >= VISIBLE]
     lines = [

@@ -101,7 +101,7 @@ def spline_rows(body: StageBody) -> list[SplineRow]:
 
 
 def spline_table(rows: Iterable[SplineRow]) -> list[str]:
-    """Table of docs/load_sharing.md."""
+    """Table of docs/stage_model.md."""
     lines = [
         "| spline | factor | -300 kN m | +300 kN m | static, RMS [um] | order 1 [um] | "
         "order 3 [um] |",

@@ -16,9 +16,9 @@ PICTURES = ROOT / "docs" / "pictures" / "gallery"
 PAGE = ROOT / "docs" / "gallery.md"
 _HEAD = """# Gallery
 
-Each picture is made by the script below it: `python docs/gallery/NAME.py FOLDER` writes
+A click on a picture opens its script; `python docs/gallery/NAME.py FOLDER` writes
 `FOLDER/NAME.png`. `make gallery` makes them all and this page. Meshes are coarse (60 to 80 mm), so
-that a script takes seconds; figures of the default mesh stand in the other pages.
+that a script takes seconds.
 """
 
 
@@ -47,12 +47,10 @@ def page() -> str:
     parts = [_HEAD]
     for entry in entries():
         name = entry.path.stem
-        code = entry.path.read_text(encoding="utf-8").split('"""\n', 2)[-1].strip()
         parts.append(
             f"## {entry.title}\n\n"
-            f"![{entry.title}](pictures/gallery/{name}.png)\n\n"
-            f"`carrierflex {entry.command}`, {entry.kind}: "
-            f"[gallery/{name}.py](gallery/{name}.py)\n\n```python\n{code}\n```\n"
+            f"[![{entry.title}](pictures/gallery/{name}.png)](gallery/{name}.py)\n\n"
+            f"`carrierflex {entry.command}`, {entry.kind}\n"
         )
     return "\n".join(parts)
 

@@ -1,8 +1,8 @@
-"""Pages of the site that follow from the source.
+"""Pages and sections of the site that follow from the source.
 
 Commands, Python names, decisions, comparisons with others, theory with its sources.
 
-mkdocs calls `on_files`; nothing of carrierflex is imported.
+mkdocs calls the functions named `on_...`; nothing of carrierflex is imported.
 """
 
 import ast
@@ -30,20 +30,25 @@ IN_PYTHON = ROOT / "carrierflex" / "__init__.py"
 
 def on_files(files: Files, *, config: Any) -> Files:
     """Add the pages that follow from the source."""
-    pages = {
-        "reference/commands.md": commands_page(),
-        "reference/python.md": python_page(),
-        "reference/tools.md": tools_page(),
-        "decisions/index.md": decisions_page(),
-        "reference/compared.md": compared_page(),
-        "reference/theory.md": theory_page(),
-    }
+    pages = {"decisions/index.md": decisions_page(), "reference/tools.md": tools_page()}
     for place, text in pages.items():
         files.append(File.generated(config, place, content=text))
     return files
 
 
-def commands_page() -> str:
+def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
+    """Page with the section that follows from the source at its end."""
+    sections = {
+        "commands.md": every_command,
+        "python.md": every_name,
+        "performance.md": every_comparison,
+        "glossary.md": theory,
+    }
+    section = sections.get(page.file.src_uri)
+    return markdown if section is None else f"{markdown}\n\n{section()}"
+
+
+def every_command() -> str:
     """Every command with the docstring of its workflow."""
     tree = ast.parse(COMMANDS.read_text(encoding="utf-8"))
     table = next(
@@ -52,13 +57,13 @@ def commands_page() -> str:
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "COMMANDS"
     )
     assert isinstance(table, ast.Dict)
-    lines = ["# Commands", "", "`carrierflex COMMAND --help` shows the same text.", ""]
+    lines = ["## Every command", "", "`carrierflex COMMAND --help` shows the same text.", ""]
     for key, value in zip(table.keys, table.values, strict=True):
         assert isinstance(key, ast.Constant)
         assert isinstance(value, ast.Call)
         workflow = ast.literal_eval(value.args[0])
         lines += [
-            f"## carrierflex {key.value}",
+            f"### carrierflex {key.value}",
             "",
             f"::: carrierflex.workflows.{workflow}.main",
             "    options: {show_root_heading: false, show_root_toc_entry: false}",
@@ -93,9 +98,9 @@ def tools_page() -> str:
         "",
         "## Bodies and linear models",
         "",
-        "`carrierflex export BODY.h5 --format FORMAT --out FILE` ([exports](../exports.md)); the "
-        "linear mounting as a unit of FMI 2.0: `carrierflex export-fmu` "
-        "([co-simulation](../co_simulation.md)).",
+        "`carrierflex export BODY.h5 --format FORMAT --out FILE` ([exports]"
+        "(../matrices.md#bodies-and-linear-models-for-other-programs)); the linear mounting as a "
+        "unit of FMI 2.0: `carrierflex fmu` ([co-simulation](../mounting_model.md#co-simulation)).",
         "",
         "| tool | format | files | read back by |",
         "|---|---|---|---|",
@@ -128,7 +133,7 @@ def _entries(path: Path, name: str) -> list[Any]:
     ]
 
 
-def python_page() -> str:
+def every_name() -> str:
     """What ``import carrierflex as cf`` offers."""
     tree = ast.parse(IN_PYTHON.read_text(encoding="utf-8"))
     modules = next(
@@ -136,10 +141,14 @@ def python_page() -> str:
         for node in tree.body
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "_MODULES"
     )
-    lines = ["# Python", "", "What `import carrierflex as cf` offers.", ""]
+    lines = ["## Every name of `import carrierflex as cf`", ""]
     for module, names in modules.items():
         for name in sorted(names, key=str.lower):
-            lines += [f"::: carrierflex.workflows.in_python.{module}.{name}", ""]
+            lines += [
+                f"::: carrierflex.workflows.in_python.{module}.{name}",
+                "    options: {heading_level: 3}",
+                "",
+            ]
     return "\n".join(lines)
 
 
@@ -152,17 +161,9 @@ def decisions_page() -> str:
     return "\n".join(lines) + "\n"
 
 
-def compared_page() -> str:
+def every_comparison() -> str:
     """Every comparison with another code or method, what it asks, and its command."""
-    lines = [
-        "# Comparison with other codes",
-        "",
-        "Each row is measured with its peer in the same run; the figures are on the pages linked "
-        "below, and `make bench` prints all of them anew with the machine, the load and the date.",
-        "",
-        "| what is compared | command |",
-        "|---|---|",
-    ]
+    lines = ["## Comparison with other codes", "", "| what is compared | command |", "|---|---|"]
     for path in sorted(BENCHMARKS.glob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         if any(isinstance(node, ast.FunctionDef) and node.name == "ratios" for node in tree.body):
@@ -171,25 +172,25 @@ def compared_page() -> str:
         [
             *lines,
             "",
-            "Beside these: [speed and memory](../performance.md), [the mounting beside "
-            "Exudyn](../mounting_model.md), [table 5 rebuilt in Exudyn](../table_5.md), [bases of "
-            "the reduction](../reduction_bases.md), [matrices of CalculiX and "
-            "others](../matrices.md), [diagnoses beside two plain methods](../blind_check.md). "
-            "CalculiX and Code_Aster are met by tests too (`tests/independent_codes`).",
+            "Other comparisons: [the mounting and Exudyn](mounting_model.md#speed), [table 5 in "
+            "Exudyn](papers.md#table-5), [couplings and bases of the reduction](reduction.md), "
+            "[matrices of CalculiX and others](matrices.md), [diagnoses and two plain "
+            "methods](validation.md#others-can-enter). Tests compare with CalculiX and Code_Aster "
+            "too (`tests/independent_codes`).",
             "",
         ]
     )
 
 
-def theory_page() -> str:
+def theory() -> str:
     """What each module computes and where it comes from: modules whose docstrings name sources."""
     lines = [
-        "# Theory and its sources",
+        "## Theory and its sources",
         "",
-        "Equations and signs stand in the modules that compute them; these name their sources.",
+        "Docstrings of the modules have equations and signs; these modules name their sources.",
     ]
     for package in PACKAGES:
-        lines += ["", f"## {package}", ""]
+        lines += ["", f"### {package}", ""]
         for path in sorted((ROOT / package).rglob("*.py")):
             tree = ast.parse(path.read_text(encoding="utf-8"))
             sources = sorted(set(_sources(tree)))

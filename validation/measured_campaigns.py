@@ -2,7 +2,7 @@
 
     python -m validation.measured_campaigns DATA --out FOLDER/campaigns/measured
 
-`DATA` holds one folder a record (docs/measured_records.md), and of the plain ones
+`DATA` holds one folder a record (docs/validation.md), and of the plain ones
 
 double_beam
     ``data.mat``: twelve hammer decays of a bolted double beam, laser velocity (two modes in 1:2

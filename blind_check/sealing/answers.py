@@ -1,4 +1,4 @@
-"""Answers of any tool to the sealed campaigns: one JSON file (docs/blind_check.md).
+"""Answers of any tool to the sealed campaigns: one JSON file (docs/validation.md).
 
 An answer holds what the score reads of a diagnosis, under the same names.
 """

@@ -49,7 +49,7 @@ from carrierflex.simulation.sensing import delayed_angle
 _CARRIER_ANGLE = "carrier_angle"
 #: Relative standard deviation of a wave beside the largest of its curve, of a carrier with pins
 #: that give way and with stiff ones: order 6 over order 3, and order 3 over order 6, of the default
-#: mesh against the finest one (0.0889 and 0.0865; 0.894 and 0.939; docs/mesh_study.md).
+#: mesh against the finest one (0.0889 and 0.0865; 0.894 and 0.939; docs/cad.md).
 _STD = {"f": 0.027, "s": 0.048}
 #: Curves of a carrier under a torque, and under the force of one pin.
 _UNDER_TORQUE, _OF_ONE_PIN = "delta_", "g_"

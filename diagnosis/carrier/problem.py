@@ -87,7 +87,7 @@ _RIGID_FIT, _MESH_ERROR = 0.69, 0.06
 _CURVES_STD = 0.01
 #: Standard deviation of a derivative of the curves, over its value: its mesh (5 % of the outer
 #: radius') and the change's own size (5 to 10 % at 8 %), against carriers of another finite element
-#: code (docs/blind_check.md).
+#: code (docs/validation.md).
 _DERIVATIVE_STD = 0.1
 #: Difference of loads, over the largest, that is the same condition.
 _AS_RECORDED = 0.05
@@ -139,7 +139,7 @@ class CarrierProblem(ComparisonProblem):
         """A carrier more flexible than drawn with whatever fit of its pins.
 
         From pins without stiffness to a rigid fit the shares of the drawn carrier stay below the
-        line ``rho_f + 0.69 rho_s = 1`` (docs/pin_fit.md: from 0 and 1 to 1.26 and 0.13).
+        line ``rho_f + 0.69 rho_s = 1`` (docs/reduction.md: from 0 and 1 to 1.26 and 0.13).
         """
         rho_s = values.get(("stiff_pins", "rho_s"), 0.0)
         rho_f = values.get(("flexible_pins", "rho_f"), 0.0)

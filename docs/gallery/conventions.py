@@ -1,4 +1,4 @@
-"""Frame, housing angle, carrier angle and pin 1.
+"""Frame, carrier angle, sensor angle, pin 1, positive torque and positive probe signals.
 
 Command: simulate, conventions
 """
@@ -10,30 +10,38 @@ import numpy as np
 from matplotlib.figure import Figure
 
 picture = Path(sys.argv[1]) / f"{Path(__file__).stem}.png"
-BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#586069"
-arrow = {"arrowstyle": "-|>", "lw": 1.5, "shrinkA": 0, "shrinkB": 0}
-figure = Figure(figsize=(7.2, 5.8), layout="constrained")
-axes = figure.subplots(subplot_kw={"aspect": "equal", "xlim": (-1.5, 1.8), "ylim": (-1.1, 1.6)})
-axes.axis("off")
-
-
-def e(angle_deg):
-    """Unit vectors seen downwind: z is up and y to the left, so that angles turn clockwise."""
-    return np.array([np.sin(np.deg2rad(angle_deg)), np.cos(np.deg2rad(angle_deg))])
-
-
-axes.plot(*e(np.arange(361.0)), color=GREY)
-for angle, radius, colour, text in ((35.0, 1.1, ORANGE, "theta"), (137.0, 1.3, BLUE, "v, sensor")):
-    axes.plot(*np.array([(0, 0), radius * e(angle)]).T, color=colour, lw=1)
-    axes.plot(*(radius * e(np.linspace(0.0, angle - 3.0))), color=colour)
-    end, start = radius * e(angle), radius * e(angle - 4.0)
-    axes.annotate("", end, start, arrowprops=arrow | {"color": colour})
-    axes.text(*((radius + 0.06) * e(0.5 * angle)), text, color=colour)
-for k in range(3):
-    axes.plot(*(0.68 * e(35.0 + 120.0 * k)), "o", ms=32, mfc="white", mec=GREY)
-    axes.text(*(0.68 * e(35.0 + 120.0 * k)), f"pin {k + 1}", ha="center", va="center", fontsize=8)
-axes.plot(*e(137.0), "s", ms=9, color=BLUE)
-for end, text in (((0.0, 1.5), "z, up"), ((-1.4, 0.0), "y"), ((0.0, 0.0), "⊗ x")):
-    axes.annotate("", end, (0, 0), arrowprops=arrow)
-    axes.text(end[0] + 0.05, end[1] - 0.13 * (end[1] == 0.0), text)
+figure = Figure(figsize=(10.4, 5.1), layout="constrained")
+limits = {"aspect": "equal", "xlim": (-1.5, 2.0), "ylim": (-1.4, 1.65)}
+face, side = figure.subplots(1, 2, subplot_kw=limits)
+u = np.exp(-1j * np.deg2rad(np.arange(361))) * 1j  # angles: clockwise from z, which is up
+face.plot(u.real, u.imag, color="grey")
+face.plot(*[[0, 1.1 * u[35].real], [0, 1.1 * u[35].imag]], color="tab:orange", lw=1)
+face.plot(u[137].real, u[137].imag, "s", color="tab:blue", ms=10)
+side.barh(
+    [0, 0, 0.68, -0.68], [0.2, 0.2, 0.8, 0.8], [2, 1.6, 0.2, 0.2], [0, 0.6, 0, 0], fc="silver"
+)
+side.plot([-0.15, 0.14], [0.92, -1.14], "s", color="tab:blue", ms=10)
+for axes, points, colour, text, at in (
+    (face, [0, 1.45j], "black", "z, up", 1.55j),
+    (face, [0, -1.35], "black", "y", -1.45),
+    (face, 1.1 * u[:36], "tab:orange", "theta", 1.21 * u[17]),
+    (face, 1.35 * u[:138], "tab:blue", "angle v\nof a sensor", 1.74 * u[75]),
+    (face, 1.15 * u[200:251], "tab:green", "positive torque", -0.95 - 1.22j),
+    (side, [0, 1.45j], "black", "z, up", 1.55j),
+    (side, [0, 1.3], "black", "x, downwind", 1.3 - 0.12j),
+    (side, [0.92j, 0.45 + 0.92j], "tab:blue", "axial probe: +", -0.75 + 0.92j),
+    (side, [-0.04 - 0.98j, -0.04 - 1.32j], "tab:blue", "radial probe: +", 0.85 - 1.14j),
+):
+    points, at = np.array(points, complex), complex(at)
+    axes.plot(points.real, points.imag, color=colour)
+    ends = [(p.real, p.imag) for p in points[-2:]]
+    axes.annotate("", ends[1], ends[0], arrowprops={"arrowstyle": "-|>", "color": colour})
+    axes.text(at.real, at.imag, text, color=colour, ha="center", va="center")
+for pin in (1, 2, 3):
+    at = 0.68 * u[120 * pin - 85]
+    style = {"boxstyle": "circle", "fc": "white", "ec": "grey"}
+    face.text(at.real, at.imag, f"pin {pin}", ha="center", va="center", bbox=style)
+for axes, title in ((face, "seen downwind, along +x"), (side, "seen along +y")):
+    axes.set_title(title, y=0.97)
+    axes.axis("off")
 figure.savefig(picture, dpi=110)

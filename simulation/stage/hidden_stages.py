@@ -86,7 +86,7 @@ _DERIVED = "over the derived value; chosen"
 #: Ranges by quantity. The first two decide what the sensors read per load.
 HIDDEN: Mapping[str, HiddenRange] = {
     "pin_fit": HiddenRange(
-        3e6, 1e8, True, "N m/rad each interface: nearly free pins to six peaks (pin_fit.md)"
+        3e6, 1e8, True, "N m/rad each interface: nearly free pins to six peaks (reduction.md)"
     ),
     "elasticity": HiddenRange(
         0.9, 1.1, True, "stiffness of the carrier over the body's: grade of iron, mesh"
@@ -95,7 +95,7 @@ HIDDEN: Mapping[str, HiddenRange] = {
     "upwind_bearing": HiddenRange(0.5, 2.0, True, f"stiffness {_DERIVED}"),
     "downwind_bearing": HiddenRange(0.5, 2.0, True, f"stiffness {_DERIVED}"),
     "main_bearing": HiddenRange(0.5, 2.0, True, f"stiffness {_DERIVED}"),
-    "sun_radial": HiddenRange(1e6, 3e9, True, "N/m, slender to shortest quill (load_sharing.md)"),
+    "sun_radial": HiddenRange(1e6, 3e9, True, "N/m, slender to shortest quill (stage_model.md)"),
     "sun_friction": HiddenRange(0.0, 0.15, False, "of the spline: none to lubricated steel"),
     "sun_clearance": HiddenRange(0.0, 0.3e-3, False, "m, radial, of the spline; chosen"),
     "upwind_clearance": HiddenRange(
@@ -108,8 +108,8 @@ HIDDEN: Mapping[str, HiddenRange] = {
     "sun_meshes": HiddenRange(0.7, 1.4, True, f"stiffness {_DERIVED}"),
     "ring_meshes": HiddenRange(0.7, 1.4, True, f"stiffness {_DERIVED}"),
     "mounting_radial": HiddenRange(14e6, 40e6, True, "N/m each bushing: 2011 paper, table 3"),
-    "mounting_axial": HiddenRange(0.5e6, 20.2e6, True, "N/m each bushing (order_one.md)"),
-    "mounting_tilt": HiddenRange(1e4, 8e5, True, "N m/rad each bushing (order_one.md)"),
+    "mounting_axial": HiddenRange(0.5e6, 20.2e6, True, "N/m each bushing (papers.md)"),
+    "mounting_tilt": HiddenRange(1e4, 8e5, True, "N m/rad each bushing (papers.md)"),
     "mounting_x": HiddenRange(-0.05, 0.5, False, "m, place of the bushings; chosen"),
     "coupling_mass": HiddenRange(3700.0, 4500.0, False, "kg: 2011 paper's 4100, 10 %"),
     "kink_y": HiddenRange(-1e-3, 1e-3, False, "rad, carrier on shaft: 2012 paper, table 5"),

@@ -1,7 +1,7 @@
 """A turn of the stage without inertia: static equilibria at equal carrier angles.
 
 What the sensors read in them, by order. At the speeds of the rig the sensors' first orders are
-those of the run in time (``docs/order_one.md``), at a hundredth of its cost. Likewise what they
+those of the run in time (``docs/papers.md``), at a hundredth of its cost. Likewise what they
 read at rest, which records of zeroed sensors count from.
 """
 

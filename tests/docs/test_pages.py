@@ -14,9 +14,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def blocks(language):
-    """Blocks of a language in all pages but tutorials and the gallery, whose scripts are files."""
+    """Blocks of a language in all pages but tutorials."""
     for path in sorted((ROOT / "docs").rglob("*.md")):
-        if path.name == "gallery.md" or path.parent.name == "tutorials":
+        if path.parent.name == "tutorials":
             continue
         text = path.read_text(encoding="utf-8")
         found = re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)

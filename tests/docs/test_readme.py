@@ -113,7 +113,7 @@ def test_every_option_of_a_page_is_one_of_its_command(page, line):
 
 
 def test_every_test_and_case_that_the_papers_page_names_exists():
-    page = (ROOT / "docs" / "papers_audit.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
     named = re.findall(r"`(test_\w+\.py)(?:::(test_\w+))?`", page)
     assert len(named) > 15
     for file, test in named:

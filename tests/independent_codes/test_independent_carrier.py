@@ -74,7 +74,7 @@ def test_a_loose_fit_ends_at_simply_supported_pins_and_a_tight_one_at_six_peaks(
     truth = TruthCarrier(Carrier(), COARSE)
     flexible, pin = truth.flexible(), truth.pin_stiffness()
     free = flexible.without_pins()
-    # The pins hold the bores at their length: 0.1 % (docs/pin_fit.md).
+    # The pins hold the bores at their length: 0.1 % (docs/reduction.md).
     assert_allclose(flexible.with_pins(pin, 1.0), free, atol=2e-3 * np.abs(free).max())
     sizes = np.abs([flexible.with_pins(pin, fit)[1] for fit in (1e6, 1e7, 1e8, np.inf)])
     assert (np.diff(sizes) < 0.0).all()

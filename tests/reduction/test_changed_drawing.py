@@ -111,7 +111,7 @@ def test_nodes_that_move_make_the_curves_of_a_new_mesh_within_its_scatter():
     remeshed = half_sector_curves(flexible_half_sector(stage.carrier, 0.04), stage)["delta_f"]
     difference = moved.after["delta_f"].axial - moved.before["delta_f"].axial
     scatter = remeshed.axial - moved.after["delta_f"].axial
-    # docs/sensitivities.md: 3 % of the derivative at elements of 30 to 20 mm.
+    # docs/reduction.md: 3 % of the derivative at elements of 30 to 20 mm.
     assert np.std(scatter) < 0.1 * np.std(difference)
 
 

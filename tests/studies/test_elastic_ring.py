@@ -132,7 +132,7 @@ def test_planets_that_pass_make_orders_three_and_six_alone():
 
 @pytest.mark.long
 def test_the_page_shows_the_table():
-    page = (Path(__file__).parents[2] / "docs" / "papers_gap.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "papers.md").read_text(encoding="utf-8")
     rows = [ring_row(case) for case in CASES]
     assert "\n".join(ring_table(rows)) in page
     # "One order of magnitude smaller" than the carrier's 42 um, axially.

@@ -133,7 +133,7 @@ def test_one_case_meets_all_seven_numbers_in_statics_and_in_time(body, compare):
     in_time = numbers_in_time(body, case)
     np.testing.assert_allclose(in_time, statics[:7], rtol=0.01)
     # The page's elements are half as long.
-    page = (Path(__file__).parents[2] / "docs" / "papers_gap.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "papers.md").read_text(encoding="utf-8")
     sentence = page.partition("In time it gives")[2].partition("with a load sharing factor")[0]
     shown = [float(number) for number in re.findall(r"\b\d{2,3}\b", sentence)]
     np.testing.assert_allclose(

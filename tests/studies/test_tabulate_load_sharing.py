@@ -81,7 +81,7 @@ def test_the_moment_reaches_the_planets_through_the_sun_as_the_closed_form_says(
 
 
 def test_the_page_shows_what_the_stage_gives(factor):
-    page = (Path(__file__).parents[2] / "docs" / "load_sharing.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "stage_model.md").read_text(encoding="utf-8")
     for name in ("with clearances", "preloaded", "quill 1.3e8 N/m, 150 mm x 0.5 m"):
         (line,) = re.findall(rf"^\| {re.escape(name)} \| (.*) \|$", page, re.MULTILINE)
         shown = line.split(" | ")

@@ -11,7 +11,7 @@ from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joine
 from carrierflex.simulation.stage.stage_data import StageData
 from studies.tabulate_spline_play import BACKLASHES, backlash_table, spline_rows
 
-PAGE = Path(__file__).parents[2] / "docs" / "load_sharing.md"
+PAGE = Path(__file__).parents[2] / "docs" / "stage_model.md"
 
 
 @pytest.mark.long

@@ -4,7 +4,7 @@ Campaigns whose missing effect is sealed, diagnosed, and only then opened.
 
 Writes seals.json before the first diagnosis, a diagnosis.json for each case, then labels.json,
 blind_check.json and blind_check.md. A good answer: every wanted figure is met by a full run
-(docs/blind_check.md).
+(docs/validation.md).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ Every folder of `campaigns/` is one measurement campaign beside a baseline simul
 docs/campaign_format.md of carrierflex). In some of them the baseline lacks one effect or several,
 in others it lacks nothing. What is missing?
 
-Answers go into one JSON file: its keys are in docs/blind_check.md, "Others can enter". `seals.json`
+Answers go into one JSON file: its keys are in docs/validation.md, "Others can enter". `seals.json`
 fixes the truth of every case: SHA-256 of its label and a salt that are published with the score.
 
 Digest of the seals: {digest}

@@ -20,7 +20,7 @@ MESH_ERROR_FILE = "mesh_error.json"
 #: Difference of RMS up to which curves are the default carrier's on another mesh.
 _SAME_CARRIER = 0.1
 #: Error of the largest wave of the curves of pins that give way and of stiff ones: limits of 0.2105
-#: for 0.1992 and of 0.0267 for 0.0255 um per kN m (docs/mesh_study.md).
+#: for 0.1992 and of 0.0267 for 0.0255 um per kN m (docs/cad.md).
 _MESH_ERROR = {"f": 0.057, "s": 0.047}
 
 

@@ -60,7 +60,7 @@ _CARRIER = (
 )
 _RECORDS = (
     "The records are simulated by the case <code>stage_papers_gap</code>: the stage in time with "
-    "the most probable causes of tables 4 and 5 (docs/papers_gap.md). Tilt of the measured face, "
+    "the most probable causes of tables 4 and 5 (docs/papers.md). Tilt of the measured face, "
     "saddle and the pin out of place were fitted to those tables, the rim deflection by a pin fit "
     "to table 4. Sensor zeroes and gains are chosen."
 )
@@ -480,7 +480,7 @@ FIGURES_2012 = (
         "Pilots of <code>carrierflex reduce --variant flexible</code>; every fourth of the nodes "
         "that a pilot averages is drawn.",
         "The interface is the paper's. It calls RBE3 rigid; distributing couplings, as here, are "
-        "not (docs/couplings.md).",
+        "not (docs/reduction.md).",
         pilot_nodes, ("flexible", "bodies"),
     ),
     PaperFigure(

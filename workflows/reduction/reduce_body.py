@@ -89,7 +89,7 @@ def main(
     interface
         fixed: modes with the pilots held (Craig-Bampton); free: free modes of the body and residual
         flexibility (Rubin), far closer at the same size where most pilots stay free
-        (docs/reduction_bases.md), but not taken by every code.
+        (docs/reduction.md), but not taken by every code.
     up_to
         Frequency [Hz] up to which the body is to be used (750 where nothing else is given): keeps
         the fixed-interface modes below four times that, or the free modes below twice that, and

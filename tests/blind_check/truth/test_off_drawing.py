@@ -40,7 +40,7 @@ def test_drawn_curves_are_the_projects_to_the_error_of_its_mesh(tmp_path):
     write_drawn_curves(tmp_path / "curves.csv")
     theirs, ours = read_curves(tmp_path / "curves.csv"), default_curves()
     for name in ("delta_s", "delta_f"):
-        # Elements of 0.03 m are 4 % too stiff (docs/mesh_study.md), both together 6 % apart.
+        # Elements of 0.03 m are 4 % too stiff (docs/cad.md), both together 6 % apart.
         difference = theirs[name].axial - ours[name].axial
         assert np.sqrt(np.mean(difference**2)) < 0.06 * ours[name].rms
 

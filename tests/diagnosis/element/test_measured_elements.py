@@ -1,7 +1,7 @@
 """Public measured records, diagnosed from their files; skipped where these are absent.
 
 The folder is that of the environment variable CARRIERFLEX_DATA, or shared/data beside the
-repository; docs/measured_records.md says what it holds and what is expected.
+repository; docs/validation.md says what it holds and what is expected.
 """
 
 import os

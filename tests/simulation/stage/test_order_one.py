@@ -312,8 +312,8 @@ def changes(value, nominal):
 
 def documented_orders():
     """Order 1 [um] by support, from the page's table."""
-    page = (Path(__file__).parents[3] / "docs" / "order_one.md").read_text(encoding="utf-8")
-    section = page.partition("## The table")[2].partition("\n## ")[0]
+    page = (Path(__file__).parents[3] / "docs" / "papers.md").read_text(encoding="utf-8")
+    section = page.partition("### Order 1 by support")[2].partition("\n#")[0]
     rows = [line.strip("| ").split(" | ") for line in section.splitlines() if line[:2] == "| "]
     return {name: float(order_1) for name, order_1, *_ in rows[1:]}
 

@@ -55,14 +55,14 @@ def test_the_papers_model_shares_the_torque_and_follows_its_carrier():
     pull = sum(columns[f"pin_{planet}_force_tangential"] for planet in (1, 2, 3))
     np.testing.assert_allclose(-pull * 0.308, 360e3, rtol=1e-3)
     # A sun on its default quill of 5e6 N/m takes no lateral force: below what any gearbox of this
-    # family measured (docs/load_sharing.md).
+    # family measured (docs/stage_model.md).
     assert 1.0 < columns["load_sharing_factor"].max() < 1.08
-    # Pin fit of 1e6 N m/rad: 0.18 um per kN m of order 3 (docs/pin_fit.md).
+    # Pin fit of 1e6 N m/rad: 0.18 um per kN m of order 3 (docs/reduction.md).
     assert 50e-6 < orders.mean_amplitude(3) < 80e-6
 
 
 def test_the_fit_of_table_4_gives_the_rim_deflection_of_table_4():
     orders, _, _ = orders_of("stage_table4_lc1")
     # 0.083 um RMS per kN m, almost all of it order 3; the coarse mesh is 13 % stiffer than the one
-    # that docs/pin_fit.md derives the fit with.
+    # that docs/reduction.md derives the fit with.
     assert orders.mean_amplitude(3) == pytest.approx(0.083e-6 * 2.0**0.5 * 360.0, rel=0.15)

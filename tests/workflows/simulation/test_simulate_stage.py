@@ -69,7 +69,7 @@ def test_a_stage_case_becomes_a_campaign_that_shows_three_peaks_a_revolution(tmp
     turn = np.exp(-1j * np.outer(np.arange(6), run.inputs["carrier_angle"]))
     two_turns = run.inputs["carrier_angle"] < 4.0 * np.pi
     orders = 2.0 * np.abs((turn[:, two_turns] * run.signals["s047"][two_turns]).mean(axis=1))
-    # Pin fit of 1e6 N m/rad: 0.18 um per kN m of order 3 (docs/pin_fit.md).
+    # Pin fit of 1e6 N m/rad: 0.18 um per kN m of order 3 (docs/reduction.md).
     assert 50e-6 < orders[3] < 80e-6
     assert orders[3] > 10.0 * orders[[2, 4, 5]].max()
 

@@ -81,7 +81,7 @@ def test_every_axis_changes_what_it_names():
 
 def test_the_kink_misaligns_the_teeth_where_it_reaches_the_sensors(study):
     slope = {row.name: row.sun_slope for row in study.rows}
-    # 41 urad of mesh misalignment are 1.5 % of contact pressure (docs/order_one.md).
+    # 41 urad of mesh misalignment are 1.5 % of contact pressure (docs/papers.md).
     assert slope[supports()[0].name] < 2e-6
     assert slope["housing held"] > 10.0 * slope[supports()[0].name]
     assert slope["tilt of the face in place of the misalignment"] < 1e-9
