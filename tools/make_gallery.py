@@ -49,7 +49,7 @@ def page() -> str:
         name = entry.path.stem
         parts.append(
             f"## {entry.title}\n\n"
-            f"[![{entry.title}](pictures/gallery/{name}.png)](gallery/{name}.py)\n\n"
+            f"[![{name}](pictures/gallery/{name}.png)](gallery/{name}.py)\n\n"
             f"`carrierflex {entry.command}`, {entry.kind}\n"
         )
     return "\n".join(parts)

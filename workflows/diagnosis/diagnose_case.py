@@ -22,6 +22,7 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
+from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE
 
 #: What the references answer to a case.
 _REFERENCES_FILE = "references.json"
@@ -47,6 +48,9 @@ def diagnose_case(
     if references:
         _refer(campaign, out)
     _kept(out, lambda: diagnose_campaign(campaign, out=out, report=report, quiet=True))
+    if not report:
+        # Of thousands of cases no page is drawn later.
+        (out / REPORT_DATA_FILE).unlink(missing_ok=True)
 
 
 def reference_verdict(out: Path, name: str) -> Verdict:

@@ -5,14 +5,16 @@ left in its folder; nothing is fitted again. A good answer: a page with the numb
 diagnosis.json.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 from carrierflex.files.json_files import save_text
 from carrierflex.files.whole_files import check_file_writable, refuse_foreign
 
 
-class WrittenReport(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class WrittenReport:
     """A report page that was written."""
 
     path: Annotated[Path, "The page"]

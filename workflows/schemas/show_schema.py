@@ -18,6 +18,7 @@ Name = Literal[
     "law",
     "diagnosis",
     "rim-motion",
+    "report",
     "comparison",
     "calibration",
     "fleet",

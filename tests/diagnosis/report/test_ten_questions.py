@@ -4,11 +4,14 @@ Three campaigns of every kind, each with every verdict; and a page that belongs 
 """
 
 import html
+import itertools
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from markupsafe import Markup
+from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.diagnose import diagnose
@@ -214,3 +217,23 @@ def test_a_page_of_another_answer_fails_the_questions(diagnosed):
     far = replace(one.reduction, rms_after=1.1 * one.reduction.rms_after)
     answered = answers(page_of(replace(one, reduction=far), campaign), diagnosis_document(one))
     assert not answered["how far it shrinks"]
+
+
+def test_shares_add_up_to_phi_runs_to_the_gap_and_sources_to_the_interval(diagnosed):
+    for diagnosis, _ in diagnosed:
+        far = diagnosis.reduction
+        assert_allclose(sum(step.share for step in far.steps[1:]), far.phi, rtol=1e-9)
+        samples = {}
+        for block in far.blocks:
+            samples[block.run] = samples.get(block.run, 0) + block.samples
+        for before, step in itertools.pairwise(far.steps):
+            square = sum(n * step.by_run[run] * abs(step.by_run[run]) for run, n in samples.items())
+            taken = before.rms**2 - step.rms**2
+            assert_allclose(square / sum(samples.values()), taken, rtol=1e-6)
+        values = diagnosis.attribution.parameters.values()
+        known = [
+            one for of in values for one in of.values() if np.isfinite(one.std) and one.sources
+        ]
+        assert known
+        for one in known:
+            assert_allclose(sum(part**2 for part in one.sources.values()), one.std**2, rtol=1e-9)

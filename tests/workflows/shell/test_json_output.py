@@ -54,6 +54,7 @@ LONG = {
     "simulate mounting_2011 --out housing": 0,
     "diagnose campaign --out gap": 0,
     "calibrate campaign --out calibration": 0,
+    "report gap --out gap.html": 0,
     "compare gap gap": 0,
     "compare gap gap --out change": 0,
     "papers printed-tables --out printed_tables": 0,
