@@ -61,7 +61,7 @@ def surface_picture(
     )
     nothing = np.zeros((0, 3))
     picture, _ = taken_with_pixels(
-        plotter, nothing, viewpoint=viewpoint, window_centre=(0.0, 0.0), zoom=1.5
+        plotter, nothing, viewpoint=viewpoint, window_centre=(0.0, 0.0), zoom=1.2
     )
     beyond = (picture.shape[1] - picture.shape[0]) // 2
     return picture[:, beyond:-beyond]
