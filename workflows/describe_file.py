@@ -32,7 +32,10 @@ _FORMATS = {
         "law that a diagnosis saved",
         ("simulate CASE --law {} --out CAMPAIGN", "diagnose CAMPAIGN --law {} --out GAP"),
     ),
-    "carrierflex-diagnosis": ("diagnosis", ("compare {0.parent} LATER",)),
+    "carrierflex-diagnosis": (
+        "diagnosis",
+        ("report {} --out report.html", "compare {0.parent} LATER"),
+    ),
     "carrierflex-rim-motion": ("motion of a rim, measured and simulated", ("view {}",)),
     "carrierflex-answers": (
         "answers to a blind check",

@@ -31,7 +31,7 @@ class WrittenView:
 
 
 def main(
-    shown: Path, *, html: bool = True, out: Path | None = None, quiet: bool = False
+    shown: Path, *, html: bool = False, out: Path | None = None, quiet: bool = False
 ) -> WrittenView:
     """Write a page on which a body, deflection curves or the gap of a rim turn in space.
 
@@ -43,8 +43,8 @@ def main(
         deflection_curves.csv: the rim under unit loads. Folder of carrierflex diagnose or its
         rim_motion.json (kind carrier): measured and simulated rim with the gap in colour.
     html
-        The page is HTML, one file below 15 MB with viewer and data inside (the only form there
-        is); it needs carrierflex[view] to be written and a browser with WebGL 2 to be read.
+        Names the only form there is, and may be left out: one file below 15 MB with viewer and
+        data inside. carrierflex[view] writes it, a browser with WebGL 2 shows it.
     out
         File to write (.html); default: view.html in the folder, or the file's name with .html.
     quiet
@@ -60,8 +60,6 @@ def main(
     FileNotFoundError, ValueError
         Where the file is none of these or damaged, a body has no shapes, or k3d is not installed.
     """
-    if not html:
-        raise ValueError("--no-html leaves nothing to write; expected --html")
     source = _source(shown)
     page = out or (shown / VIEW_FILE if shown.is_dir() else shown.with_suffix(".html"))
     if page.suffix != ".html":

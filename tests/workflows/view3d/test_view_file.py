@@ -48,7 +48,7 @@ def test_what_is_none_of_these_is_refused(command, tmp_path, curves):
     assert "suffix '.txt'; expected a body (.h5)" in refused(command, "notes.txt", "--html")
     assert "holds neither rim_motion.json nor" in refused(command, ".", "--html")
     assert "suffix '.png'; expected .html" in refused(command, "curves", "--out", "page.png")
-    assert "--no-html leaves nothing to write" in refused(command, "curves", "--no-html")
+    assert "Unknown option: --no-html" in refused(command, "curves", "--no-html")
     assert "none.csv: no such file or folder" in refused(command, "none.csv", "--html")
 
 
