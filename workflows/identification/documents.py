@@ -3,16 +3,24 @@
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal, NotRequired, TypedDict
 
-from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.files.versions import Software
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.carrier.robust_loss import Outliers
 
 
+class IdentifiedValue(TypedDict):
+    """A parameter's value with its 95 % interval."""
+
+    value: Annotated[float, "Value"]
+    std: Annotated[float, "Half the width of its interval over 1.96"]
+    unit: Annotated[str, "Unit of both"]
+    ci95: Annotated[tuple[float, float], "The interval; null where nothing bounds it"]
+
+
 class IdentifiedRun(TypedDict):
     """Identification of one run."""
 
-    parameters: Annotated[Mapping[str, NamedValue], "Its own parameters"]
+    parameters: Annotated[Mapping[str, IdentifiedValue], "Its own parameters"]
     rms: Annotated[float, "RMS of the residual [unit of the channels]"]
     rms_by_channel: Annotated[Mapping[str, float], "The same by channel"]
 
@@ -32,7 +40,7 @@ class BushingRow(TypedDict):
     simulation_seconds: Annotated[float, "Time of one simulation [s]"]
     accuracy: Annotated[float, "Objective over that of the linear model"]
     rms: Annotated[float, "RMS of the residual [m]"]
-    parameters: Annotated[Mapping[str, NamedValue], "By published name"]
+    parameters: Annotated[Mapping[str, IdentifiedValue], "By published name"]
     model_runs: Annotated[int, "Simulations that the fit took"]
     seconds: Annotated[float, "Time of the fit [s]"]
     complex_model_runs: Annotated[int | None, "Simulations of the complex method"]
@@ -48,7 +56,7 @@ class IdentificationDocument(TypedDict):
     campaign: Annotated[str, "Name of the campaign"]
     model: Annotated[str, "Model that was fitted"]
     software: Software
-    shared: Annotated[Mapping[str, NamedValue], "Parameters of all runs"]
+    shared: Annotated[Mapping[str, IdentifiedValue], "Parameters of all runs"]
     runs: Annotated[Mapping[str, IdentifiedRun], "By run"]
     undetermined: Annotated[
         Sequence[str], "Parameters and combinations that the records do not determine"
