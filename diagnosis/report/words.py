@@ -267,6 +267,10 @@ def with_error(value: float, std: float) -> tuple[str, str]:
     return value_text, error_text
 
 
+#: Sources of error below this part of an interval are not listed.
+_SMALLEST_SOURCE = 0.01
+
+
 class _ParameterRow(NamedTuple):
     """Row of the table of parameters; errors are half widths of 95 % intervals."""
 
@@ -301,7 +305,8 @@ def parameter_rows(diagnosis: Diagnosis) -> list[_ParameterRow]:
 def _parameter_row(effect: str, name: str, named: NamedValue) -> _ParameterRow:
     factor, unit = shown_unit(name, named.unit)
     wide = NORMAL_95 * factor
-    sources = {source: wide * std for source, std in named.sources.items()}
+    least = _SMALLEST_SOURCE * named.std
+    sources = {source: wide * std for source, std in named.sources.items() if std >= least}
     words = parameter_words(effect, name)
     return _ParameterRow(effect, words, name, factor * named.value, wide * named.std, unit, sources)
 
