@@ -36,10 +36,10 @@ def test_a_diagnosis_writes_the_rim_and_the_page_that_its_report_links_to(
     ended = command("view", "out", "--html", "--out", "again.html")
     assert ended.returncode == 0, ended.stderr
     assert f"{motion.signals[0].run}, {motion.signals[0].channel}: with effects" in ended.stdout
-    # Without a report nothing of an earlier gap stays.
+    # Without a page nothing of an earlier gap stays but what a page is drawn from.
     ended = command("diagnose", "campaign", *FEW, "--out", "out", "--no-report")
     assert ended.returncode == 0, ended.stderr
-    assert {path.name for path in out.iterdir()} == {"diagnosis.json"}
+    assert {path.name for path in out.iterdir()} == {"diagnosis.json", "report.json"}
 
 
 def test_a_page_that_cannot_be_written_is_refused_before_the_work(campaign, command, monkeypatch):
