@@ -260,13 +260,15 @@ def _with_change(diagnosis: Diagnosis, effect: str) -> str:
 
 def _with_alternatives(diagnosis: Diagnosis) -> list[str]:
     """Named effects, each with the effects that cannot be distinguished from it."""
+    named = diagnosis.attribution.effects
+    # What is named beside an effect is no alternative to it: a fault may stand for all of them.
     groups = {
-        group[0]: [name for name in group if not _is_fault(name)]
+        group[0]: [group[0], *(n for n in group if not _is_fault(n) and n not in named)]
         for group in diagnosis.attribution.aliases
     }
     return [
         _either([_with_change(diagnosis, name) for name in groups.get(effect, [effect])])
-        for effect in diagnosis.attribution.effects
+        for effect in named
     ]
 
 
