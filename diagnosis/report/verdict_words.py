@@ -173,7 +173,8 @@ def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[li
             if _is_fault(name)
             else _with_change(diagnosis, name)
             for name in others
-            if with_faults or not _is_fault(name)
+            # What is named beside an effect is no alternative to it: a fault may stand for all.
+            if name not in which.effects and (with_faults or not _is_fault(name))
         )
     return list(groups.values())
 

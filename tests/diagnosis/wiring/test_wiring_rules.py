@@ -480,3 +480,12 @@ def test_a_fault_beside_the_named_law_is_a_finding_and_beside_one_of_several_an_
     several = with_findings(named(NAMED, 0.99, effects=("tilt", "warp")), (), check)
     assert several.verdict == ALIASED
     assert several.attribution.aliases[-1] == ("warp", "wiring/polarity")
+
+
+def test_causes_that_a_fault_stands_for_together_are_no_alternatives_of_each_other():
+    both = named(effects=("sensor_delay", "maxwell_branch"))
+    warning = CampaignWarning("wiring", "q", "text", "remedy", 1.0, "line", rival(0.0).id)
+    check = BaselineCheck((warning,), ((rival(0.0), 1.0),))
+    heading = verdict_heading(with_findings(both, (), check))
+    assert "the gap is explained by sensor delay, Maxwell branch and" in heading
+    assert "sensor delay; Maxwell branch" not in heading
