@@ -36,6 +36,11 @@ _FORMATS = {
         "diagnosis",
         ("report {} --out report.html", "compare {0.parent} LATER"),
     ),
+    "carrierflex-report": (
+        "what the page of a diagnosis is drawn from",
+        ("report {0.parent} --out report.html",),
+    ),
+    "carrierflex-fleet": ("diagnoses of a fleet", ("batch CAMPAIGNS --out {0.parent}",)),
     "carrierflex-rim-motion": ("motion of a rim, measured and simulated", ("view {}",)),
     "carrierflex-answers": (
         "answers to a blind check",
@@ -58,10 +63,11 @@ _OF_FOLDERS = (
     "loads.json",
     "plan.json",
     "comparison.json",
+    "fleet.json",
     "deflection_curves.csv",
 )
 _STEP = (".step", ".stp")
-_LOGS = (".csv", ".txt", ".dat", ".asc", ".tsv", ".parquet", ".hdf5", ".mat", ".tdms")
+_TEXT_LOGS = (".csv", ".txt", ".dat", ".asc", ".tsv")
 _MOST_LISTED = 6
 
 
@@ -209,7 +215,13 @@ def _hdf5(path: Path) -> FileDescription:
     import h5py
 
     from carrierflex.files.hdf5_trial import try_hdf5
-    from carrierflex.reduction.body_files import FORMAT, read_body, read_certificate, read_shapes
+    from carrierflex.reduction.body_files import (
+        FORMAT,
+        read_body,
+        read_certificate,
+        read_shapes,
+        read_stresses,
+    )
 
     try_hdf5(path)
     try:
@@ -229,6 +241,7 @@ def _hdf5(path: Path) -> FileDescription:
         "mass": f"{body.mass_properties.mass:.4g} kg",
         "certificate": "none" if certificate is None else "met" if certificate.met else "not met",
         "shapes for view": "yes" if has_shapes else "no",
+        "stress for simulate --stress": "no" if read_stresses(path) is None else "yes",
     }
     view = ("view {}",) if has_shapes else ()
     commands = ("certificate {}", "export {} --format FORMAT --out FILE", *view)
@@ -282,12 +295,14 @@ def _foreign(path: Path) -> FileDescription:
     """A mesh, a matrix or a logger's file, by its suffix; a deck may be both of the first."""
     from carrierflex.fe.matrices.matrix_files import SUFFIXES as MATRICES
     from carrierflex.geometry.given_meshes.solid_files import SUFFIXES as MESHES
+    from carrierflex.identification.logs.log_formats import FORMAT_OF_SUFFIX
 
     suffix = path.suffix.lower()
+    may_be_log = suffix in {*FORMAT_OF_SUFFIX, *_TEXT_LOGS} or suffix not in {*MESHES, *MATRICES}
     readers = [
         *([_mesh] if suffix in MESHES else []),
         *([_matrix] if suffix in MATRICES else []),
-        *([_log] if suffix in _LOGS or suffix not in {*MESHES, *MATRICES} else []),
+        *([_log] if may_be_log else []),
     ]
     if any(suffix in suffixes for suffixes in (MESHES, MATRICES)):
         readers.append(_text_of_ours)
