@@ -129,7 +129,7 @@ def test_curves_of_different_length_are_refused_and_nothing_is_written(tmp_path)
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     path = tmp_path / "curves.csv"
-    path.write_text("old")
+    path.write_text("theta_deg old")
 
     def fail(*_):
         raise OSError("disk full")
@@ -138,4 +138,4 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
         patch.setattr("os.replace", fail)
         with pytest.raises(OSError, match="disk full"):
             write_curves(path, curve_set())
-    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("curves.csv", "old")]
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("curves.csv", "theta_deg old")]
