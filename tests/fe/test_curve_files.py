@@ -138,4 +138,6 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
         patch.setattr("os.replace", fail)
         with pytest.raises(OSError, match="disk full"):
             write_curves(path, curve_set())
-    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("curves.csv", "theta_deg old")]
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [
+        ("curves.csv", "theta_deg old")
+    ]

@@ -238,6 +238,7 @@ def failed(certificate):
     return {check.name.split(",")[0] for check in certificate.checks if not check.met}
 
 
+@pytest.mark.long
 def test_each_damage_fails_its_line_of_the_certificate_by_blocks(paths):
     *_, symmetric = paths
     m = len(symmetric.basis.K_bb)

@@ -55,6 +55,7 @@ def test_a_package_that_is_missing_or_old_fails_where_it_is_required(
         assert not installation.met
 
 
+@pytest.mark.long
 def test_a_library_that_ends_its_process_is_told(monkeypatch):
     monkeypatch.setattr(check_installation, "_mesh", abort)
     items = {item.name: item for item in check_installation._trials()}

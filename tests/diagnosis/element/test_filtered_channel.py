@@ -48,7 +48,11 @@ def filters_told(change):
 
 
 @pytest.mark.parametrize(
-    ("change", "size"), [(low_passed, "q behind a filter of 0.01 s"), (mean_of_two, "a mean of 2")]
+    ("change", "size"),
+    [
+        pytest.param(low_passed, "q behind a filter of 0.01 s", marks=pytest.mark.long),
+        (mean_of_two, "a mean of 2"),
+    ],
 )
 def test_a_filter_is_named_with_its_size(change, size):
     (text,) = filters_told(change)

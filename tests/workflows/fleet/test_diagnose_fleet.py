@@ -84,6 +84,7 @@ def test_a_batch_holds_every_campaign_and_goes_on_where_it_was(tmp_path):
     assert sorted(redone) == ["bad", "one"]
 
 
+@pytest.mark.long
 def test_a_process_that_is_lost_takes_no_other_campaign_with_it(tmp_path):
     names = ("a", "kills", "b", "once", "raises", "c", "d")
     tasks = [Task(name, tmp_path, tmp_path / "out" / name, "now") for name in names]

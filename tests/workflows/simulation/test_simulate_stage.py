@@ -331,6 +331,7 @@ def test_loads_are_for_stages_alone(tmp_path):
         main(shipped_case(), out=tmp_path / "campaign", loads=tmp_path / "loads")
 
 
+@pytest.mark.long
 def test_stress_of_a_carrier_file_stands_beside_the_record(
     tmp_path, curves, flexible_mesh, flexible_reduction
 ):
