@@ -176,6 +176,11 @@ def main(
     """
     if seed < 0:
         raise ValueError(f"--seed is {seed}; expected a whole number >= 0")
+    from carrierflex.simulation.law_files import read_law
+
+    for path in law or ():
+        # A law that is refused ends no batch of hours.
+        read_law(path)
     options = _Options(baseline, effects, [path.resolve() for path in law or ()], seed, report)
     stated = options.document()
     _refuse_foreign(out)

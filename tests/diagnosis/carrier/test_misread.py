@@ -127,11 +127,13 @@ def test_places_and_delays_move_whatever_is_fitted(effects, what):
 @pytest.mark.long
 def test_waves_of_a_curve_that_are_off_move_the_fit_as_a_fit_with_such_curves_does():
     campaign = twin_campaign("ring_pass", channels=AXIAL, **SHORT)
-    fit, _, scale = _moved(carrier_problem(campaign, CURVES), ("ring_pass",), 0)
-    misreading = carrier_problem(campaign, CURVES).misreading(("ring_pass",), fit.theta)
+    # Curves whose size has no error of the mesh.
+    curves = {name: replace(curve, mesh_error=0.0) for name, curve in CURVES.items()}
+    fit, _, scale = _moved(carrier_problem(campaign, curves), ("ring_pass",), 0)
+    misreading = carrier_problem(campaign, curves).misreading(("ring_pass",), fit.theta)
     assert not misreading.errors
     changes = []
-    for rig in _rigs_of_curve_errors(CARRIER_RIG):
+    for rig in _rigs_of_curve_errors(replace(CARRIER_RIG, curves=curves)):
         again = fit_effects(carrier_problem(campaign, rig.curves), ("ring_pass",))
         changes.append((again.theta - fit.theta) / scale)
     shown = [change for change in changes if np.abs(change).max() > 1e-5]

@@ -74,7 +74,7 @@ def test_an_effect_that_was_missing_takes_the_gap_when_it_is_added(folders, tmp_
     document = checked_document(tmp_path / "out" / "comparison.json")
     assert document["text"].startswith("The change took ")
     assert document["causes"]["solved"] == ["torque_tilt"]
-    assert "<h2>The change took " in (tmp_path / "out" / "comparison.html").read_text("utf-8")
+    assert "<h1>The change took " in (tmp_path / "out" / "comparison.html").read_text("utf-8")
 
 
 def test_the_other_way_round_the_same_cells_come(folders):
