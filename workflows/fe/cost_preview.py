@@ -15,9 +15,9 @@ the whole body where its half sector serves ("by symmetry").
 ======== ========= ============== ========= ============== ============== ===============
 n        curves, s curves, GB     reduce, s reduce, GB     by symmetry, s by symmetry, GB
 ======== ========= ============== ========= ============== ============== ===============
-34 434   0.6       0.22           4.4       0.48           1.4            0.25
-125 946  3.0       0.91           20        1.51           4.2            0.55
-329 634  23        3.04           83        4.01           12             1.26
+34 434   0.6       0.22           4.4       0.48           2.5            0.22
+125 946  3.0       0.91           20        1.51           7.0            0.53
+329 634  23        3.04           83        4.01           25             1.33
 ======== ========= ============== ========= ============== ============== ===============
 
 between the points by power laws, beyond them by the last one. A reduction's time grows with the
@@ -65,8 +65,8 @@ _REDUCTION = {
 }
 _BY_SYMMETRY = {
     "n": (34434, 125946, 329634),
-    "seconds": (1.4, 4.2, 12.0),
-    "gigabytes": (0.25, 0.55, 1.26),
+    "seconds": (2.5, 7.0, 25.0),
+    "gigabytes": (0.22, 0.53, 1.33),
 }
 #: Memory of the program without any mesh [GB].
 _PROGRAM = 0.25

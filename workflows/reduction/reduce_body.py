@@ -128,7 +128,7 @@ def main(
     symmetry
         Compute the parametric carrier from its half sector where coupling, interface and assembly
         are the defaults and no residual vectors are kept: the same numbers, certificate included,
-        several times faster and in a third of the memory. --no-symmetry: from the whole mesh.
+        in less than half the time and memory. --no-symmetry: from the whole mesh.
     shapes
         Keep in the file what carrierflex view needs: the body's surface and every coordinate's
         displacement on it, 12 bytes a surface corner and coordinate (5 MB for the default

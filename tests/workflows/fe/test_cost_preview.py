@@ -77,7 +77,7 @@ def test_costs_grow_with_fineness_and_modes_and_meet_the_measured_points():
         "flexible_carrier", STAGE, 0.03, n_modes=20, files=NONE, by_symmetry=True
     )
     assert by_symmetry.n_dofs == coarse.n_dofs
-    assert by_symmetry.seconds < coarse.seconds / 3.0
+    assert by_symmetry.seconds < coarse.seconds / 2.0
     assert by_symmetry.memory_gb < coarse.memory_gb / 2.0
     assert "by symmetry" in str(by_symmetry)
     assert curves_cost(STAGE, 0.03, NONE).seconds < coarse.seconds
