@@ -20,7 +20,7 @@ from carrierflex.geometry.tet_mesh import TET_EDGES, TetMesh
 #: Order of the components of a stress.
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
 #: Axes of each component.
-_AXES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+AXES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 #: Turn of the surface's normal across a concave edge [rad] above which the edge is re-entrant:
 #: twice the 15 degrees between neighbours around a bore of 24 facets.
 _REENTRANT = np.deg2rad(30.0)
@@ -133,7 +133,7 @@ def _stress_of_gradients(g: NDArray[np.float64], lame: NDArray[np.float64]) -> N
     """Coefficients (p, 6, 10, 3) of the stress from gradients (p, 10, 3)."""
     lam, mu = lame.T[:, :, None]
     values = np.zeros((len(g), 6, 10, 3))
-    for component, (i, j) in enumerate(_AXES):
+    for component, (i, j) in enumerate(AXES):
         if i == j:
             values[:, component] += lam[:, :, None] * g
         values[:, component, :, i] += mu * g[:, :, j]

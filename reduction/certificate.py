@@ -64,7 +64,6 @@ _LIMITS = {
 FREE_MESH = ("symmetry_order", "1")
 #: Singular value of pilots' rigid motions over the largest below which one is not held.
 _HELD = 1e-8
-_SIX = 6
 
 
 @dataclass(frozen=True)
@@ -349,9 +348,10 @@ def compliance_errors_of_stiffness(
     All pilots have six coordinates; K_full has the shape (6 p, 6 p).
     """
     reference, *others = model.pilots
+    first = len(model.coordinates_of(reference))
     C = pilot_compliance(model, [reference])
-    difference = (K_full - model.K[: len(K_full), : len(K_full)])[_SIX:, _SIX:]
-    rows = {name: np.arange(_SIX * i, _SIX * i + _SIX) for i, name in enumerate(others)}
+    difference = (K_full - model.K[: len(K_full), : len(K_full)])[first:, first:]
+    rows = {name: model.coordinates_of(name) - first for name in others}
     return _by_pilot(C @ difference @ C, C, rows)
 
 

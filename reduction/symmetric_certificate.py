@@ -85,11 +85,10 @@ def certify_by_blocks(
 
 def response_by_blocks(reduction: SymmetricReduction) -> FullResponse:
     """Frequency response of the full body, and of its reduction from the half sector."""
-    blocks = [
-        symmetry_block(reduction.basis.half, kind)
-        for kind in reduction.basis.half.group.representations
-    ]
-    responses = [_response(block, GroundedBlock(block), reduction) for block in blocks]
+    half, responses = reduction.basis.half, []
+    for kind in half.group.representations:
+        block = symmetry_block(half, kind)
+        responses.append(_response(block, GroundedBlock(block), reduction))
     return _of_whole_body(responses, reduction)
 
 

@@ -53,23 +53,34 @@ class BodyShapes:
         n, k = len(self.points), len(self.triangles)
         if self.T.shape[:2] != (n, 3):
             raise ValueError(f"shapes have {self.T.shape}; expected ({n}, 3, coordinates)")
-        if k and not (0 <= self.triangles.min() and self.triangles.max() < n):
-            raise ValueError(
-                f"a triangle refers to point {self.triangles.max()}; expected below {n}"
-            )
         if self.surface_of.shape != (k,):
             raise ValueError(f"{self.surface_of.size} triangles have a surface; expected {k}")
-        if k and not (
-            self.surface_of.min() >= UNNAMED and self.surface_of.max() < len(self.surface_names)
-        ):
-            raise ValueError(
-                f"a triangle is of surface {self.surface_of.max()}; expected below "
-                f"{len(self.surface_names)}"
-            )
+        refuse_unknown_numbers(n, self.triangles, self.surface_names, self.surface_of, "triangle")
 
     def displacement(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacement of the nodes [m], shape (n, 3): ``u = T q``."""
         return self.T @ q
+
+
+def refuse_unknown_numbers(
+    n_points: int,
+    triangles: NDArray[np.int64],
+    surface_names: tuple[str, ...],
+    surface_of: NDArray[np.int64],
+    member: str,
+) -> None:
+    """Raise ValueError where a triangle or its surface is none of a body's boundary.
+
+    `member` says what has a surface: triangle or node.
+    """
+    if triangles.size and not (0 <= triangles.min() and triangles.max() < n_points):
+        raise ValueError(f"a triangle refers to point {triangles.max()}; expected below {n_points}")
+    if surface_of.size and not (
+        surface_of.min() >= UNNAMED and surface_of.max() < len(surface_names)
+    ):
+        raise ValueError(
+            f"a {member} is of surface {surface_of.max()}; expected below {len(surface_names)}"
+        )
 
 
 def body_shapes(mesh: GivenMesh, fields: NDArray[np.float64]) -> BodyShapes:

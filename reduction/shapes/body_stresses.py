@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.stress_recovery import COMPONENTS, reentrant_nodes, stress_rows
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
-
-#: Surface of a node that no named surface holds.
-UNNAMED = -1
+from carrierflex.reduction.shapes.body_shapes import UNNAMED, refuse_unknown_numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,15 +51,7 @@ class BodyStresses:
             raise ValueError(f"S has {self.S.shape}; expected ({k}, 6, coordinates)")
         if self.surface_of.shape != (k,) or self.singular.shape != (k,):
             raise ValueError(f"expected one surface and one mark a node, {k}")
-        if self.triangles.size and not (0 <= self.triangles.min() and self.triangles.max() < k):
-            raise ValueError(
-                f"a triangle refers to point {self.triangles.max()}; expected below {k}"
-            )
-        names = len(self.surface_names)
-        if k and not (UNNAMED <= self.surface_of.min() and self.surface_of.max() < names):
-            raise ValueError(
-                f"a node is of surface {self.surface_of.max()}; expected below {names}"
-            )
+        refuse_unknown_numbers(k, self.triangles, self.surface_names, self.surface_of, "node")
 
 
 def body_stresses(

@@ -20,12 +20,7 @@ _MEANING = (
 def fill_shapes(group: h5py.Group, shapes: BodyShapes) -> None:
     """Write shapes; fields with single precision, which a picture needs no more than."""
     group.attrs.update(version=VERSION, meaning=_MEANING)
-    group["points"] = shapes.points
-    group["triangles"] = shapes.triangles.astype(np.int32)
-    group.create_dataset(
-        "surface_names", data=list(shapes.surface_names), dtype=h5py.string_dtype()
-    )
-    group["surface_of"] = shapes.surface_of.astype(np.int32)
+    _fill_boundary(group, shapes)
     group["T"] = shapes.T.astype(np.float32)
 
 
@@ -60,12 +55,7 @@ def fill_stresses(group: h5py.Group, stresses: BodyStresses) -> None:
         "of each node (-1: none), nodes at re-entrant edges, and S[node, component, coordinate], "
         f"the stress {', '.join(COMPONENTS)} [Pa] for one unit of each coordinate",
     )
-    group["points"] = stresses.points
-    group["triangles"] = stresses.triangles.astype(np.int32)
-    group.create_dataset(
-        "surface_names", data=list(stresses.surface_names), dtype=h5py.string_dtype()
-    )
-    group["surface_of"] = stresses.surface_of.astype(np.int32)
+    _fill_boundary(group, stresses)
     group["singular"] = stresses.singular
     group["S"] = stresses.S.astype(np.float32)
 
@@ -86,6 +76,15 @@ def stresses_of(group: h5py.Group, n_coordinates: int) -> BodyStresses:
         )
     except ValueError as error:
         raise PartError(f"stresses: {error}") from error
+
+
+def _fill_boundary(group: h5py.Group, boundary: BodyShapes | BodyStresses) -> None:
+    group["points"] = boundary.points
+    group["triangles"] = boundary.triangles.astype(np.int32)
+    group.create_dataset(
+        "surface_names", data=list(boundary.surface_names), dtype=h5py.string_dtype()
+    )
+    group["surface_of"] = boundary.surface_of.astype(np.int32)
 
 
 def _refuse_newer(group: h5py.Group, name: str) -> None:

@@ -6,8 +6,8 @@ Components stand in the order of :data:`carrierflex.fe.stress_recovery.COMPONENT
 import numpy as np
 from numpy.typing import NDArray
 
-#: Axes of the components.
-_AXES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+from carrierflex.fe.stress_recovery import AXES
+
 #: Planes among which the critical one is looked for.
 _DIRECTIONS = 1000
 
@@ -49,8 +49,8 @@ def critical_plane(stress: NDArray[np.float64]) -> tuple[NDArray[np.float64], ND
         Normal stress on it [Pa].
     """
     n = _half_sphere()
-    twice = np.where([i == j for i, j in _AXES], 1.0, 2.0)
-    weights = np.stack([n[:, i] * n[:, j] for i, j in _AXES], axis=1) * twice
+    twice = np.where([i == j for i, j in AXES], 1.0, 2.0)
+    weights = np.stack([n[:, i] * n[:, j] for i, j in AXES], axis=1) * twice
     normal = weights @ stress
     best = int(np.ptp(normal, axis=1).argmax())
     return n[best], normal[best]

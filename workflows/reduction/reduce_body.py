@@ -221,12 +221,13 @@ def _cost(
     from carrierflex.workflows.fe.bodies import body_name
     from carrierflex.workflows.fe.cost_preview import reduction_cost
 
-    name, by_symmetry = (
-        body_name(options["body"], options["variant"]),
-        _by_symmetry(files, options),
-    )
     return reduction_cost(
-        name, stage, size, n_modes=options["modes"], files=files, by_symmetry=by_symmetry
+        body_name(options["body"], options["variant"]),
+        stage,
+        size,
+        n_modes=options["modes"],
+        files=files,
+        by_symmetry=_by_symmetry(files, options),
     )
 
 

@@ -9,16 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pyyeti import cyclecount
 
-from carrierflex.reduction.shapes.body_stresses import UNNAMED, BodyStresses
+from carrierflex.reduction.shapes.body_shapes import UNNAMED
+from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.reduction.shapes.stress_measures import critical_plane
 from carrierflex.reduction.view import surface_picture
 from carrierflex.simulation.stage.response import StageDivergedError
 from carrierflex.simulation.stage.stage_run import StageResponse
-from carrierflex.simulation.stage.stress import (
-    PeakStress,
-    StressReader,
-    no_stress_yet,
-)
+from carrierflex.simulation.stage.stress import PeakStress, StressReader, no_stress_yet
 from carrierflex.workflows.outputs import save_figure, save_table
 
 if TYPE_CHECKING:
