@@ -16,14 +16,16 @@ def test_shipped_curves_are_those_of_the_default_carrier(tmp_path):
     fresh = main(out=tmp_path, derivatives=True, quiet=True)
     fresh |= read_derivatives(tmp_path / "deflection_curves.csv")
     for name, shipped in with_derivatives(default_curves()).items():
-        scale = np.abs(shipped.axial).max()
-        computed = resampled(fresh[name], shipped.axial.size)
-        # Another release of the mesher may move nodes: that changes a curve by less than a mesh
-        # size does.
-        np.testing.assert_allclose(computed.axial, shipped.axial, atol=0.01 * scale)
-        np.testing.assert_allclose(
-            computed.radial, shipped.radial, atol=0.01 * np.abs(shipped.radial).max()
-        )
+        # Derivatives are shipped at every third angle; a node of the rim has orders beyond those,
+        # so that only values at equal angles can be compared.
+        every = fresh[name].axial.size // shipped.axial.size
+        for computed, expected in (
+            (fresh[name].axial[::every], shipped.axial),
+            (fresh[name].radial[::every], shipped.radial),
+        ):
+            # Another release of the mesher may move nodes: that changes a curve by less than a
+            # mesh size does.
+            np.testing.assert_allclose(computed, expected, atol=0.01 * np.abs(expected).max())
 
 
 def test_shipped_curves_have_six_and_three_peaks():
