@@ -91,6 +91,14 @@ def test_refit_of_a_linear_element_leaves_nothing():
         assert left.std() < 3e-3 * np.array(signals).std()
 
 
+def test_a_refit_that_runs_away_ends():
+    """One mass on a spring cannot answer as one with a mass on top of it: no refit holds."""
+    plan = CasePlan("element", 36, 51002, OUTSIDE, ("tuned_mass",), 0.709, "sines")
+    _, label = case_campaign(plan)
+    assert label.gap_over_floor == pytest.approx(0.709)
+    assert 0.0 < label.floor < 1e-3
+
+
 def test_refit_of_linear_decays_leaves_nothing():
     time = 0.01 * np.arange(500.0)
     swings = [
