@@ -160,7 +160,7 @@ class ForcedRefit:
         for _ in range(30):
             target, matrix = np.concatenate(left), np.concatenate(columns)
             size = np.linalg.norm(matrix, axis=0)
-            # Where the refit runs away, to a mass that stands still, no parameter moves it any more.
+            # Where the refit runs away, to a mass that stands still, no parameter moves it.
             size[size == 0.0] = 1.0
             # At one frequency mass and spring are one parameter: the shortest step then.
             change = np.linalg.lstsq(matrix / size, target, rcond=1e-7)[0] / size
