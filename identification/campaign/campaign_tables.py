@@ -61,6 +61,7 @@ from carrierflex.identification.campaign.signal_tables import (
     channel_of,
     input_of,
 )
+from carrierflex.simulation.carrier.effects.inside_stage import STAGE_EFFECTS
 from carrierflex.simulation.element.drives import BASE, FREE_DECAY
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
@@ -201,8 +202,12 @@ class KnownEffects:
         """Schema of the table with the ids that the kind knows."""
         table = dict(handler.resolve_ref_schema(handler(schema)))
         properties = dict(table["properties"])
-        for name in ("effects", "impossible"):
-            properties[name] = {**properties[name], "items": {"enum": list(self.kind.effects)}}
+        inside = STAGE_EFFECTS if self.kind.name == "carrier" else ()
+        for name, known in (
+            ("effects", self.kind.effects),
+            ("impossible", (*self.kind.effects, *inside)),
+        ):
+            properties[name] = {**properties[name], "items": {"enum": list(known)}}
         return {**table, "properties": properties}
 
     def _checked(self, table: BaselineTable) -> BaselineTable:

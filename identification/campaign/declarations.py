@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from carrierflex.files.problems import refuse, repeated_names
 from carrierflex.files.shown_values import shortened
 from carrierflex.identification.campaign.campaign_kinds import NOT_SI_UNITS, CampaignKind
+from carrierflex.simulation.carrier.effects.inside_stage import STAGE_EFFECTS
 
 #: Column of a run file that holds another simulator's prediction of a channel.
 PREDICTION_SUFFIX = "_sim"
@@ -180,8 +181,9 @@ def baseline_conflicts(baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
     for key, effects in (("effects", baseline.effects), ("impossible", baseline.impossible)):
         yield from repeated_names(effects, "effect")
         for effect in dict.fromkeys(effects):
-            if effect not in kind.effects:
-                known = ", ".join(kind.effects)
+            inside = STAGE_EFFECTS if baseline.source == "stage" and key == "impossible" else ()
+            if effect not in (*kind.effects, *inside):
+                known = ", ".join((*kind.effects, *inside))
                 yield f"unknown effect '{effect}' in '{key}'; kind {kind.name} knows {known}"
     if baseline.source == "stage" and kind.name != "carrier":
         yield f"key 'source' is 'stage'; expected model or columns, kind {kind.name} has no stage"

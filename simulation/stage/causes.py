@@ -5,7 +5,7 @@ adds lies on straight lines between them, and a response near one allows for wha
 of the pins and the joint's tilt are secants.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -175,6 +175,7 @@ def stage_prediction(
     gap_of: Callable[[StageReadings], GapSeries] | None = None,
     executor: Executor | None = None,
     note: Callable[[str, float], None] = lambda text, share: None,
+    impossible: Collection[str] = (),
 ) -> StagePrediction:
     """Readings of a stage and of every cause, at the same load points.
 
@@ -193,6 +194,8 @@ def stage_prediction(
         Where stages are solved; here by default. Each begins at the equilibria of the case.
     note : callable
         Hears which cause is solved, and the share that is done.
+    impossible : collection of str
+        Effect ids that are not solved.
 
     Raises
     ------
@@ -200,7 +203,8 @@ def stage_prediction(
         Where the stage of the case has no equilibrium.
     """
     readings, start = stage_readings(stage, sensors, points)
-    changes = {name: list(_changes(name, stage)) for name in GROUPS}
+    names = [name for name in GROUPS if effect_of_stage(name) not in impossible]
+    changes = {name: list(_changes(name, stage)) for name in names}
     solve = partial(_difference, stage, tuple(sensors), readings, start)
     jobs = [(name, change) for name, of_name in changes.items() for change in of_name]
     results = (executor.map if executor else map)(solve, [change for _, change in jobs])
@@ -210,7 +214,9 @@ def stage_prediction(
         note(name.replace("_", " "), (number + 1) / len(jobs))
     gap = gap_of(readings) if gap_of else None
     refine = partial(_refined, stage, solve, gap)
-    sized = {name: _sizes(name, stage, solved.pop(name)) for name in SIZED_CAUSES}
+    sized = {
+        name: _sizes(name, stage, solved.pop(name)) for name in SIZED_CAUSES if name in solved
+    }
     finer = (executor.map if executor else map)(refine, sized.items())
     effects = {name: _of_sizes(name, sizes) for name, sizes in zip(sized, finer, strict=True)}
     effects |= {name: _of_directions(name, slopes) for name, slopes in solved.items()}

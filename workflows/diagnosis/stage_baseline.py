@@ -15,6 +15,7 @@ from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.effects.inside_stage import STAGE_EFFECTS
 from carrierflex.simulation.carrier.rim import CarrierInputs, inputs_of_columns
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.causes import GapSeries, StagePrediction, stage_prediction
@@ -98,14 +99,19 @@ def predicted_by(
     ]
     points = load_points(loads, scale)
     gap_of = partial(_gap, campaign, points)
-    prediction = stage_prediction(stage, sensors, points, gap_of, executor, note)
+    impossible = campaign.baseline.impossible
+    prediction = stage_prediction(stage, sensors, points, gap_of, executor, note, impossible)
     notes = tuple(
         f"cause {name} is left out: the stage has no equilibrium at one of its sizes"
         for name in prediction.not_solved
     )
     return replace(
         campaign,
-        baseline=replace(campaign.baseline, source="columns"),
+        baseline=replace(
+            campaign.baseline,
+            source="columns",
+            impossible=tuple(name for name in impossible if name not in STAGE_EFFECTS),
+        ),
         runs=tuple(_predicted(campaign, run, prediction) for run in runs),
         notes=(*campaign.notes, *notes),
         causes=prediction.causes,

@@ -34,6 +34,10 @@ def effect_of_stage(name: str) -> str:
     return f"{STAGE}/{name}"
 
 
+#: Effect ids of all causes inside the stage.
+STAGE_EFFECTS: tuple[str, ...] = tuple(effect_of_stage(name) for name in GROUPS)
+
+
 def group_of_effect(effect: str) -> str:
     """Group of a cause inside the stage; empty of another effect."""
     frame, _, name = effect.partition("/")

@@ -67,6 +67,32 @@ def test_predictions_are_the_stages_readings_under_the_measured_loads(folder, mo
     assert abs(expected) > 1e-6
 
 
+def test_causes_that_are_impossible_are_not_solved(folder, monkeypatch):
+    few = {name: replace(one, sizes=(1e8,)) for name, one in causes.SIZED_CAUSES.items()}
+    few = {name: few[name] for name in ("sun_radial", "axial_stiffness")}
+    monkeypatch.setattr(causes, "SIZED_CAUSES", few)
+    monkeypatch.setattr(causes, "GROUPS", {name: causes.GROUPS[name] for name in few})
+    measured = read_campaign(folder)
+    baseline = replace(
+        measured.baseline, impossible=("stage/axial_stiffness", "stage/pin_places", "face_runout")
+    )
+    campaign = with_stage(replace(measured, baseline=baseline), folder)
+    assert [cause.id for cause in campaign.causes] == ["stage/sun_radial"]
+    assert campaign.baseline.impossible == ("face_runout",)
+
+
+def test_a_cause_inside_the_stage_is_no_effect_of_another_baseline(folder):
+    text = (folder / "campaign.toml").read_text()
+    impossible = 'impossible = ["stage/sun_radial"]'
+    (folder / "campaign.toml").write_text(text.replace("[baseline]", f"[baseline]\n{impossible}"))
+    assert read_campaign(folder).baseline.impossible == ("stage/sun_radial",)
+    other = text.replace('source = "stage"', f'source = "model"\n{impossible}')
+    other = "\n".join(line for line in other.splitlines() if not line.startswith("case ="))
+    (folder / "campaign.toml").write_text(other)
+    with pytest.raises(ValueError, match=r"unknown effect 'stage/sun_radial' in 'impossible'"):
+        read_campaign(folder)
+
+
 def test_another_baseline_stays_as_it_is(folder):
     campaign = carrier_campaign(RUNS)
     assert with_stage(campaign, folder) is campaign
