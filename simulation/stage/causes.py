@@ -214,9 +214,7 @@ def stage_prediction(
         note(name.replace("_", " "), (number + 1) / len(jobs))
     gap = gap_of(readings) if gap_of else None
     refine = partial(_refined, stage, solve, gap)
-    sized = {
-        name: _sizes(name, stage, solved.pop(name)) for name in SIZED_CAUSES if name in solved
-    }
+    sized = {name: _sizes(name, stage, solved.pop(name)) for name in SIZED_CAUSES if name in solved}
     finer = (executor.map if executor else map)(refine, sized.items())
     effects = {name: _of_sizes(name, sizes) for name, sizes in zip(sized, finer, strict=True)}
     effects |= {name: _of_directions(name, slopes) for name, slopes in solved.items()}
