@@ -164,22 +164,8 @@ def saved_law(
 ) -> Law:
     """Measured shape of a class as a law of the campaign's kind.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Diagnosed campaign.
-    answer : ClassAnswer
-        Its answer by class.
-    wanted : str, optional
-        Class as its table calls it, of a carrier frame and pattern; default: that of the
-        largest share.
-    values : mapping of str to mapping of str to float
-        Fitted parameters of the named laws, by name.
-
-    Raises
-    ------
-    ValueError
-        Where the class is not kept in a file, or none is named.
+    `wanted` is a class as its table calls it, of a carrier frame and pattern; default: that of the
+    largest share. `values` are fitted parameters of the named laws.
     """
     return _LAWS[campaign.kind](answer, campaign.name, wanted, values)
 

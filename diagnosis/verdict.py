@@ -75,29 +75,11 @@ def verdict_of(
 ) -> Verdict:
     """Verdict from the laws that were fitted and the classes of the table.
 
-    Parameters
-    ----------
-    selection : Selection
-        Laws that the held-out records support.
-    reduction : GapReduction
-        How far they shrink the gap.
-    answer : ClassAnswer, optional
-        Classes that the records show.
-    limits : Thresholds
-        Limits.
-    floor_is_measured : bool
-        Whether the noise floor was declared or comes from repeats.
-    by_shapes : callable
-        How far the measured shapes of the classes of an answer shrink the gap once they are in the
-        simulator, or why the records do not support them there; None where a class has none.
-    predictive : tuple of str
-        Laws of which the size alone is free.
-
-    Returns
-    -------
-    Verdict
-        The first of these that holds: nothing visible; no gap; laws that lie in the classes of the
-        answer, or explain as much as all classes; the class; none of these.
+    The first of these that holds: nothing visible; no gap; laws that lie in the classes of the
+    answer, or explain as much as all classes; the class; none of these. `by_shapes` says how far
+    the measured shapes of an answer shrink the gap in the simulator, or why the records do not
+    support them there (None: a class has none); `predictive` are laws of which the size alone is
+    free.
     """
     verdict, reason = _of_laws(
         selection, reduction, answer, limits, floor_is_measured=floor_is_measured

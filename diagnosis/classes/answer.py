@@ -129,23 +129,10 @@ def class_decision(
 ) -> tuple[Shares, Decision]:
     """Which class the gap shows, and the shares that it was judged by.
 
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares of the table.
-    candidates : sequence of str
-        Classes that these records can show.
-    inseparable : sequence of str
-        Classes that this drive shows only mixed with others.
-    shows_two_causes : bool
-        Whether the drive tells two causes from another two.
-    shows_small_causes : bool
-        Whether the drive moves at so many frequencies that a small second cause is seen.
-    floor_is_known : bool
-        Whether shares are of the gap above the floor, or of all that the baseline leaves: a floor
-        that was taken from what no class learns would make the best class right by definition.
-    drive_note : str
-        What the drive does not separate.
+    `floor_is_known`: whether shares are of the gap above the floor, or of all that the baseline
+    leaves: a floor that was taken from what no class learns would make the best class right by
+    definition. The other options are those of
+    :func:`carrierflex.diagnosis.classes.decision.decide`.
     """
     table, constants = scores.table, scores.constants
     floor_of_shares = table.floor if floor_is_known else np.zeros_like(table.floor)

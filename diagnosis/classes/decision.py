@@ -472,11 +472,6 @@ def _sum_or_product(
     it leaves little of a sum too. A damping of the speed alone gives way to both arguments where
     they take half of what it leaves, in block after block, and to a product that gains what takes
     the name from a law of the speed.
-
-    Returns
-    -------
-    tuple of str
-        The coupled class with what stands beside it, the sum, or the answer itself.
     """
     table, limits = scores.table, scores.constants
     sum_classes = table.coupled_parts

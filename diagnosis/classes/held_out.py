@@ -78,19 +78,8 @@ def _class_model(
 def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = None) -> FloatArray:
     """Products of the target and a model's columns, from those of all columns of a table.
 
-    Parameters
-    ----------
-    gram : ndarray, shape (..., n_table, n_table)
-        Products of all columns of the table, the target first.
-    model : ClassModel
-        Columns.
-    blocks : ndarray of int, optional
-        Which along the first axis; all of them where it is left out.
-
-    Returns
-    -------
-    ndarray, shape (..., 1 + n, 1 + n)
-        The target first, then the model's columns in their order.
+    Products (..., n_table, n_table), the target first, to (..., 1 + n, 1 + n); `blocks` are numbers
+    along the first axis, default: all.
     """
     columns_of_table = np.concatenate([[0], model.columns])
     n_blocks = gram.shape[:-2] if blocks is None else blocks.shape

@@ -124,13 +124,6 @@ class Shares:
         lack alike, is in no difference; what one of them lacks is alike in all blocks of a
         condition, so that these are one draw. A difference of less than the least that a result is
         taken to leave is none.
-
-        Parameters
-        ----------
-        better, other : HeldOutSquares
-            Two results.
-        folds : ndarray of int, shape (n_blocks,)
-            Fold in which each block was held out.
         """
         differences = np.bincount(folds, weights=other.squares - better.squares)
         n_folds = differences.size

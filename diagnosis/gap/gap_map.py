@@ -88,15 +88,6 @@ def band_amplitudes(n: int, step: float, edges_hz: FloatArray) -> FloatArray:
 
     Row b holds, for each line, how many of its amplitudes lie in band b: two, or one at the mean
     and at half the sampling frequency.
-
-    Parameters
-    ----------
-    n : int
-        Samples.
-    step : float
-        Their distance [s].
-    edges_hz : ndarray, shape (n_bands + 1,)
-        Ends of the bands [Hz].
     """
     amplitudes, ends = _lines_by_band(n, step, edges_hz)
     line = np.arange(amplitudes.size)

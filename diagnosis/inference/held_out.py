@@ -78,18 +78,6 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     these are fitted on the even blocks of the held-out runs to score the odd ones, and the other
     way round. Two conditions: half of the blocks of one condition at a time. One condition: a
     quarter of the blocks at a time.
-
-    Parameters
-    ----------
-    segments : sequence of Segment
-        Segments of the comparison problem.
-    runs_have_own : bool
-        Whether a run has parameters that other runs do not share.
-
-    Returns
-    -------
-    tuple of Fold
-        At least two.
     """
     condition = np.array([segment.condition for segment in segments])
     block = np.array([segment.block for segment in segments])

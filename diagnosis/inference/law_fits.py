@@ -323,13 +323,7 @@ def candidate_sets(
 ) -> tuple[Effects, ...]:
     """Sets of laws that are fitted.
 
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Its cards are the laws on trial.
-    of_table : sequence of tuple of str, optional
-        Sets that the table of the classes proposes; None where the records are too short for a
-        table, and every law is fitted by itself.
+    Those that the table of the classes proposes; without a table every law by itself.
     """
     if of_table is None:
         return tuple((law,) for law in problem.cards)
@@ -342,20 +336,7 @@ def candidate_sets(
 
 
 def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
-    """Fit sets of laws and accept the smallest supported one that predicts as well as the best.
-
-    Parameters
-    ----------
-    fits : LawFits
-        Fits and held-out scores; grows by the sets.
-    sets : sequence of tuple of str
-        Sets of laws, small ones first.
-
-    Returns
-    -------
-    Selection
-        Accepted set, rivals, ranking.
-    """
+    """Fit sets of laws and accept the smallest supported one that predicts as well as the best."""
     fits.score(())
     for size in sorted({len(laws) for laws in sets}):
         fits.score_all([laws for laws in sets if len(laws) == size])

@@ -114,24 +114,7 @@ class _Noise:
 
 
 def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
-    """Thinned records of every run.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Of kind ``mounting``.
-
-    Returns
-    -------
-    tuple of MountingRecord
-        In the order of the runs.
-
-    Raises
-    ------
-    ValueError
-        Where a channel holds nothing, no signal changes, the loads never change, or a run is too
-        short.
-    """
+    """Thinned records of every run."""
     for run in campaign.within_use().runs:
         _check(run, campaign)
     if all(_is_constant(run.inputs[name]) for run in campaign.runs for name in _LOADS):

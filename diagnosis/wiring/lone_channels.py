@@ -166,21 +166,8 @@ def lone_rivals(
 ) -> Iterator[WiringRival]:
     """The channel, and the run, without which the baseline meets the others.
 
-    Parameters
-    ----------
-    linear : callable
-        ``() -> runs`` beside the fitted baseline, one after the other: never all in memory.
-    campaign : Campaign
-        The campaign.
-    refitted : callable
-        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
-    gap : GapSquare
-        What the baseline leaves of all records.
-
-    Yields
-    ------
-    WiringRival
-        At most one channel, one run, and values by run; each checked by a fit.
+    At most one channel, one run, and values by run; each checked by a fit. `linear` gives the runs
+    beside the fitted baseline one after the other: never all in memory.
     """
     sums = _sums(linear())
     if sums is None:

@@ -148,20 +148,8 @@ def carrier_class_table(
 ) -> CarrierTable | None:
     """Table of all classes of a campaign and of the laws; None where the blocks are too few.
 
-    Parameters
-    ----------
-    model : CarrierModel
-        Weights of baseline and laws.
-    campaign : Campaign
-        Records.
-    records : CarrierSums
-        Segments and loads.
-    noise : ndarray, shape (n_channels,)
-        Variance of the noise [m²].
-    candidates : tuple of str
-        Laws beside the baseline; those with a value for every run are in no table.
-    base : ndarray, shape (p,)
-        Parameters of the fitted baseline.
+    `noise` is the variance by channel [m²], `base` the parameters of the fitted baseline. Laws with
+    a value for every run are in no table.
     """
     if len(records.segments) < _CONSTANTS.fewest_blocks:
         return None
@@ -466,17 +454,7 @@ def _model_class(law: str) -> str:
 def carrier_class_answer(
     model: CarrierModel, classes: CarrierTable, candidates: Effects
 ) -> ClassAnswer:
-    """Class of the missing effect.
-
-    Parameters
-    ----------
-    model : CarrierModel
-        Baseline and library.
-    classes : CarrierTable
-        Table of classes and laws.
-    candidates : tuple of str
-        Laws on trial.
-    """
+    """Class of the missing effect."""
     by_run = tuple(name for name in candidates if model.effects[name].per_run)
     scores = ClassScores(classes.table, _CONSTANTS)
     shares = Shares(scores.of(()).squares, classes.table.floor, _CONSTANTS)

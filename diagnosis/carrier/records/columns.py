@@ -458,15 +458,6 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
 
     With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is not
     known and what is a combination elsewhere is none.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        Records within their windows of use.
-    source : ColumnSource
-        Effects, rig and typical speed.
-    n_samples : int
-        Evenly spaced samples of a run.
     """
     chosen = []
     inputs_by_run = []

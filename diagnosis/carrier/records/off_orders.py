@@ -127,16 +127,6 @@ def campaign_off_orders(campaign: Campaign) -> CampaignOffOrders:
     is gone whatever its size. How the orders follow torque and radial load in runs too short to
     tell it is fitted to all runs together. Of a campaign too large for the memory some runs are
     searched, drawn over all.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Runs; signals less another simulator's prediction where there is one.
-
-    Returns
-    -------
-    CampaignOffOrders
-        Runs that are long enough, in their order.
     """
     numbers = _searched(campaign)
     followed = _followed_orders(campaign)

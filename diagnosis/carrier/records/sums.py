@@ -275,12 +275,8 @@ class CarrierSums:
     def with_target(self, columns: IntArray, weights: FloatArray) -> "CarrierSums":
         """Sums of the same record, its target replaced by a combination of columns.
 
-        Parameters
-        ----------
-        columns : ndarray of int, shape (u,)
-            Numbers of the columns, the target first.
-        weights : ndarray, shape (n_runs, C, u)
-            Weight of each of them by run and channel; zero for the target.
+        The `columns` (target first) are weighted by run and channel, shape (n_runs, C, u); zero for
+        the target.
         """
         every = np.arange(self.basis.size)
         triangle = self.triangle(every[:, None], every)
@@ -304,25 +300,7 @@ class CarrierSums:
 
 
 def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
-    """Accumulate the sums of a campaign.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    source : ColumnSource
-        Columns.
-
-    Returns
-    -------
-    CarrierSums
-        Sums of all runs.
-
-    Raises
-    ------
-    ValueError
-        Where the carrier turns by less than one revolution in a run, or the campaign is too large.
-    """
+    """Accumulate the sums of a campaign."""
     runs = campaign.within_use().runs
     index = columns_of_campaign(runs[0], campaign.channels[0], source)
     n_channels = len(campaign.channels)
@@ -375,13 +353,7 @@ def _filled(
 
 
 def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
-    """Blocks that every run is divided into: as many as leave memory free, 1 to 12.
-
-    Raises
-    ------
-    ValueError
-        Where one block a run does not fit.
-    """
+    """Blocks that every run is divided into: as many as leave memory free, 1 to 12."""
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
     needed = _needed_memory(campaign, index.size, n_basis)
     if needed > _MOST_MEMORY:
