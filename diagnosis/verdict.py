@@ -35,32 +35,18 @@ from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What is said of the cause.
+    """What is said of the cause."""
 
-    Parameters
-    ----------
-    verdict, reason : str
-        Verdict and its reason.
-    effects : tuple of str
-        Laws that are named.
-    answer : ClassAnswer, optional
-        Classes; where a law decides between tied ones reduced to its own. None where the records
-        are too short for a comparison of classes.
-    reduction : GapReduction
-        How far what is named shrinks the gap.
-    reason_id : str
-        FLOOR_UNKNOWN where the size of the noise is not known; else empty.
-    experiment : str
-        What would decide it; empty where the verdict needs nothing more.
-    """
-
+    #: verdict, reason: verdict and its reason
     verdict: str
     reason: str
-    effects: Effects
+    effects: Effects  # Laws that are named
+    #: Classes; where a law decides between tied ones reduced to its own. None where the records are
+    #: too short for a comparison of classes.
     answer: ClassAnswer | None
-    reduction: GapReduction
-    reason_id: str = ""
-    experiment: str = ""
+    reduction: GapReduction  # How far what is named shrinks the gap
+    reason_id: str = ""  # FLOOR_UNKNOWN where the size of the noise is not known; else empty
+    experiment: str = ""  # What would decide it; empty where the verdict needs nothing more
 
 
 def verdict_of(

@@ -156,21 +156,12 @@ def _radial_frame(component: _Component, components: Sequence[_Component]) -> st
 
 @dataclass(frozen=True, eq=False)
 class GapComponents:
-    """Components of a gap, what each is fixed to and how it grows with the loads.
+    """Components of a gap, what each is fixed to and how it grows with the loads."""
 
-    Parameters
-    ----------
-    cells : sequence of GapCell
-        The map.
-    conditions : mapping of str to mapping of str to float
-        ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes.
-    n_planets : int
-        Planets.
-    """
-
-    cells: Sequence[GapCell]
+    cells: Sequence[GapCell]  # The map
+    #: ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes
     conditions: Mapping[str, Mapping[str, float]]
-    n_planets: int
+    n_planets: int  # Planets
 
     def growth(self) -> tuple[PartGrowth, ...]:
         """Frame and growth of the largest significant components."""

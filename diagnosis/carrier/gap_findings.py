@@ -67,27 +67,13 @@ _SEED, _SEED_OFF_ORDERS = 3, 5
 
 @dataclass(frozen=True, eq=False)
 class CarrierGap:
-    """Residual of one model by revolution.
+    """Residual of one model by revolution."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Channels and runs.
-    records : CarrierSums
-        Orders of the measured signals, scatter off them, loads.
-    noise : ndarray, shape (C,)
-        Variance of the noise of every channel [m²].
-    residual : ndarray of complex, shape (R, C, n + 1)
-        Order amplitudes of the residual, 0 to n.
-    motion : OffOrders
-        Lines and bands off the orders, which are not in `records`.
-    """
-
-    campaign: Campaign
-    records: CarrierSums
-    noise: FloatArray
-    residual: ComplexArray
-    motion: OffOrders
+    campaign: Campaign  # Channels and runs
+    records: CarrierSums  # Orders of the measured signals, scatter off them, loads
+    noise: FloatArray  # Variance of the noise of every channel [m²], shape (C,)
+    residual: ComplexArray  # Order amplitudes of the residual, 0 to n, shape (R, C, n + 1)
+    motion: OffOrders  # Lines and bands off the orders, which are not in `records`
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:

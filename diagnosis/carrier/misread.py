@@ -64,30 +64,14 @@ _SAMPLES = 48
 
 @dataclass(frozen=True, eq=False)
 class CarrierReading:
-    """A fitted set of effects, whose records may be misread.
+    """A fitted set of effects, whose records may be misread."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    model : CarrierModel
-        Weights of the columns, and what the campaign declares.
-    products : RunSlices
-        Products of the columns.
-    effects : tuple of str
-        Effects beside the baseline.
-    theta : ndarray, shape (p,)
-        Parameters of the set.
-    choice : mapping of str to int
-        Channel of every effect of one sensor.
-    """
-
-    campaign: Campaign
-    model: CarrierModel
-    products: RunSlices
-    effects: Effects
-    theta: FloatArray
-    choice: Choice
+    campaign: Campaign  # Records
+    model: CarrierModel  # Weights of the columns, and what the campaign declares
+    products: RunSlices  # Products of the columns
+    effects: Effects  # Effects beside the baseline
+    theta: FloatArray  # Parameters of the set, shape (p,)
+    choice: Choice  # Channel of every effect of one sensor
 
     def misread(self) -> Misreading:
         """What every declared error, then every error of the curves, does to the gradient."""

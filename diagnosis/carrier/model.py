@@ -74,22 +74,12 @@ class WeightTable:
     """Weights of the columns in use, summed up term by term; u columns, q unknowns of a run.
 
     Unknowns that are another run's are omitted: with hundreds of runs they are nearly all.
-
-    Parameters
-    ----------
-    columns : ndarray of int, shape (u,)
-        Numbers of the columns, ascending, the target first.
-    unknowns : ndarray of int, shape (n_runs, q)
-        Numbers of the unknowns that act in every run.
-    values : ndarray, shape (n_runs, n_channels, u)
-        Weights.
-    slopes : ndarray, shape (n_runs, n_channels, q, u)
-        Their derivatives by the unknowns of the run.
     """
 
-    columns: IntArray
-    unknowns: IntArray
-    values: FloatArray
+    columns: IntArray  # Numbers of the columns, ascending, the target first, shape (u,)
+    unknowns: IntArray  # Numbers of the unknowns that act in every run, shape (n_runs, q)
+    values: FloatArray  # Weights, shape (n_runs, n_channels, u)
+    #: Their derivatives by the unknowns of the run, shape (n_runs, n_channels, q, u)
     slopes: FloatArray
 
     @property
@@ -122,30 +112,16 @@ class WeightTable:
 
 @dataclass(frozen=True, eq=False)
 class CarrierModel:
-    """Parameters and weights of any set of effects.
+    """Parameters and weights of any set of effects."""
 
-    Parameters
-    ----------
-    source : ColumnSource
-        Columns, with all effects.
-    index : ColumnIndex
-        Their numbers.
-    contained : tuple of str
-        Effects of the baseline.
-    runs, channels : tuple of str
-        Names.
-    known : KnownPhysics
-        Known values and declared errors of the sensors.
-    class_of_measured : mapping of str to str
-        Frame and pattern of effects that are measured laws of files.
-    """
-
-    source: ColumnSource
-    index: ColumnIndex
-    contained: Effects
+    source: ColumnSource  # Columns, with all effects
+    index: ColumnIndex  # Their numbers
+    contained: Effects  # Effects of the baseline
+    #: runs, channels: names
     runs: tuple[str, ...]
     channels: tuple[str, ...]
-    known: KnownPhysics = NOTHING_KNOWN
+    known: KnownPhysics = NOTHING_KNOWN  # Known values and declared errors of the sensors
+    #: Frame and pattern of effects that are measured laws of files
     class_of_measured: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -481,24 +457,13 @@ class _RowTable:
 
 @dataclass(frozen=True, eq=False)
 class EffectRows:
-    """Rows of target, baseline and effects.
+    """Rows of target, baseline and effects."""
 
-    Parameters
-    ----------
-    groups : tuple of _RowTable
-        The target and the baseline's regressors, then each effect at each of its variants.
-    n_base : int
-        Regressors of the baseline.
-    owners : tuple of str
-        Effect of every row after them.
-    variants : tuple of tuple of float
-        Its channel, or its shape; empty where it has neither.
-    """
-
+    #: The target and the baseline's regressors, then each effect at each of its variants
     groups: tuple[_RowTable, ...]
-    n_base: int
-    owners: tuple[str, ...]
-    variants: tuple[tuple[float, ...], ...]
+    n_base: int  # Regressors of the baseline
+    owners: tuple[str, ...]  # Effect of every row after them
+    variants: tuple[tuple[float, ...], ...]  # Its channel, or its shape; empty where it has neither
 
     @property
     def size(self) -> int:

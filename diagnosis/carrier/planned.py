@@ -62,21 +62,12 @@ _SAMPLES_A_TURN = 36
 
 @dataclass(frozen=True, eq=False)
 class CarrierPool:
-    """Campaign as planned with all that could be added, and the additions.
+    """Campaign as planned with all that could be added, and the additions."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Planned runs first, planned channels first; signals of what is added are blank.
-    planned : Addition
-        What is planned alone.
-    additions : tuple of Addition
-        What could be added.
-    """
-
+    #: Planned runs first, planned channels first; signals of what is added are blank
     campaign: Campaign
-    planned: Addition
-    additions: tuple[Addition, ...]
+    planned: Addition  # What is planned alone
+    additions: tuple[Addition, ...]  # What could be added
 
 
 @dataclass(frozen=True)

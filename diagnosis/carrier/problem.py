@@ -108,26 +108,13 @@ class CarrierProblem(ComparisonProblem):
     """Rim sensors of a planet carrier.
 
     See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    model : CarrierModel
-        Parameters and weights.
-    records : CarrierSums
-        Sums over the records.
-    noise : ndarray, shape (n_channels,)
-        Variance of the noise of every channel [m²].
-    motion : OffOrders
-        Lines and bands off the orders; `campaign` and `records` are without them.
     """
 
-    campaign: Campaign
-    model: CarrierModel
-    records: CarrierSums
-    noise: FloatArray
-    motion: OffOrders
+    campaign: Campaign  # Records
+    model: CarrierModel  # Parameters and weights
+    records: CarrierSums  # Sums over the records
+    noise: FloatArray  # Variance of the noise of every channel [m²], shape (n_channels,)
+    motion: OffOrders  # Lines and bands off the orders; `campaign` and `records` are without them
 
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of; another process computes again what is kept of earlier steps."""

@@ -21,24 +21,12 @@ from carrierflex.simulation.laws import Law
 
 @dataclass(frozen=True, eq=False)
 class NearestLaw:
-    """Law of a class that explains most.
+    """Law of a class that explains most."""
 
-    Parameters
-    ----------
-    id : str
-        Law; empty where the class holds none.
-    columns : ndarray of int
-        Places of its columns, at its best shape.
-    held : HeldOutSquares, optional
-        Its result in place of the class.
-    is_equal : bool
-        Whether the records cannot tell it from the class.
-    """
-
-    id: str
-    columns: IntArray
-    held: HeldOutSquares | None
-    is_equal: bool
+    id: str  # Law; empty where the class holds none
+    columns: IntArray  # Places of its columns, at its best shape
+    held: HeldOutSquares | None  # Its result in place of the class
+    is_equal: bool  # Whether the records cannot tell it from the class
 
 
 def nearest_law(scores: ClassScores, shares: Shares, name: str, partners: Classes) -> NearestLaw:

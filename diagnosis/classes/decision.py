@@ -46,32 +46,16 @@ _SURFACE_NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """Which classes the rule names.
+    """Which classes the rule names."""
 
-    Parameters
-    ----------
-    state : str
-        As :class:`carrierflex.diagnosis.classes.results.ClassAnswer`.
-    classes : tuple of str
-        Answer; empty for "nothing". Where no class is named, the best one all the same.
-    ties : tuple of tuple of str
-        Sets that are equal to the answer.
-    held : HeldOutSquares
-        Result of the answer.
-    best_pair : tuple of str
-        The pair that leaves least.
-    note : str
-        What is not separable in these records.
-    is_inseparable : bool
-        Whether a class would be named, did these records not hold its cause mixed with others.
-    """
-
-    state: str
+    state: str  # As :class:`carrierflex.diagnosis.classes.results.ClassAnswer`
+    #: Answer; empty for "nothing". Where no class is named, the best one all the same.
     classes: Classes
-    ties: tuple[Classes, ...]
-    held: HeldOutSquares
-    best_pair: Classes
-    note: str = ""
+    ties: tuple[Classes, ...]  # Sets that are equal to the answer
+    held: HeldOutSquares  # Result of the answer
+    best_pair: Classes  # The pair that leaves least
+    note: str = ""  # What is not separable in these records
+    #: Whether a class would be named, did these records not hold its cause mixed with others
     is_inseparable: bool = False
 
 

@@ -20,21 +20,11 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """Shares of the gap above the floor, ``1 - sum(e - s) / sum(e_0 - s)``.
+    """Shares of the gap above the floor, ``1 - sum(e - s) / sum(e_0 - s)``."""
 
-    Parameters
-    ----------
-    before : ndarray, shape (n_blocks,)
-        Squares that the baseline leaves, e_0.
-    floor : ndarray, shape (n_blocks,)
-        Squares of the noise, s.
-    constants : ClassConstants
-        Limits.
-    """
-
-    before: FloatArray
-    floor: FloatArray
-    constants: ClassConstants
+    before: FloatArray  # Squares that the baseline leaves, e_0, shape (n_blocks,)
+    floor: FloatArray  # Squares of the noise, s, shape (n_blocks,)
+    constants: ClassConstants  # Limits
 
     @cached_property
     def gap(self) -> float:

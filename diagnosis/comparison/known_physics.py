@@ -39,21 +39,12 @@ _ERROR_KEYS = {
 
 @dataclass(frozen=True, eq=False)
 class KnownPhysics:
-    """What is known before any fit.
+    """What is known before any fit."""
 
-    Parameters
-    ----------
-    fixed : mapping of str to KnownValue
-        Known values by ``effect.parameter``, under their published names.
-    channels : tuple of Channel
-        Channels with the errors that they declare.
-    inputs : tuple of InputSignal
-        Inputs with theirs.
-    """
-
+    #: Known values by ``effect.parameter``, under their published names
     fixed: Mapping[str, KnownValue] = field(default_factory=dict)
-    channels: tuple[Channel, ...] = ()
-    inputs: tuple[InputSignal, ...] = ()
+    channels: tuple[Channel, ...] = ()  # Channels with the errors that they declare
+    inputs: tuple[InputSignal, ...] = ()  # Inputs with theirs
 
     def prior(self, parameter: Parameter, name: str) -> Parameter:
         """Parameter with what is known of it as its prior; held where that is exact.
@@ -128,19 +119,14 @@ LOADS_AS_READ = "load-cell errors are not included: they scale stiffness and val
 
 @dataclass(frozen=True)
 class DeclaredGains:
-    """Relative standard deviations of the gains of an element's two signals.
+    """Relative standard deviations of the gains of an element's two signals."""
 
-    Parameters
-    ----------
-    force, deflection : float, optional
-        Relative standard deviation; None where none is declared: the gain is taken as exact.
-    force_is_inertia : bool
-        Whether the force is the mass times the measured acceleration (free decay): its gain is then
-        that of the deflection.
-    """
-
+    #: force, deflection: relative standard deviation; None where none is declared: the gain is
+    #: taken as exact
     force: float | None = None
     deflection: float | None = None
+    #: Whether the force is the mass times the measured acceleration (free decay): its gain is then
+    #: that of the deflection
     force_is_inertia: bool = False
 
     def of(self, powers: tuple[int, int, int]) -> float:
@@ -184,23 +170,13 @@ _OF_INPUTS = (Measurement.GAIN, Measurement.ZERO)
 
 @dataclass(frozen=True)
 class DeclaredError:
-    """One constant error of a signal.
+    """One constant error of a signal."""
 
-    Parameters
-    ----------
-    signal : str
-        Channel or input; of a delay, which all channels share, the first that declares it.
-    part : Measurement
-        Part of the measurement model that is off.
-    std : float
-        Standard deviation: relative, or in the unit of the signal, [s] or [rad].
-    channel : int, optional
-        Number of the channel; None for an input and for the delay of all channels.
-    """
-
+    #: Channel or input; of a delay, which all channels share, the first that declares it
     signal: str
-    part: Measurement
-    std: float
+    part: Measurement  # Part of the measurement model that is off
+    std: float  # Standard deviation: relative, or in the unit of the signal, [s] or [rad]
+    #: Number of the channel; None for an input and for the delay of all channels
     channel: int | None = None
 
     @property
@@ -217,23 +193,13 @@ class DeclaredError:
 
 @dataclass(frozen=True, eq=False)
 class Misreading:
-    """Declared errors and what each of them does to the gradient of a fit.
+    """Declared errors and what each of them does to the gradient of a fit."""
 
-    Parameters
-    ----------
-    errors : tuple of DeclaredError
-        Declared errors.
-    scores : ndarray, shape (E, p)
-        ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the
-        noise of a run, of the waves of a carrier's curves.
-    further : str
-        What those are.
-    curves: str
-        What intervals hold of the size of a carrier's curves, in words.
-    """
-
-    errors: tuple[DeclaredError, ...]
+    errors: tuple[DeclaredError, ...]  # Declared errors
+    #: ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the noise
+    #: of a run, of the waves of a carrier's curves, shape (E, p)
     scores: FloatArray
+    #: What those are. curves: str What intervals hold of the size of a carrier's curves, in words.
     further: str
     curves: str = ""
 

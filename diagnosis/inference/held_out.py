@@ -27,18 +27,11 @@ _WORST = 1e12
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """One split of the segments.
+    """One split of the segments."""
 
-    Parameters
-    ----------
-    name : str
-        What is left out, in words.
-    training, run_specific, held_out : ndarray of bool, shape (n_segments,)
-        Segments that fit what runs share; segments of held-out runs that fit the
-        parameters of those runs only; segments scored.
-    """
-
-    name: str
+    name: str  # What is left out, in words
+    #: training, run_specific, held_out: segments that fit what runs share; segments of held-out
+    #: runs that fit the parameters of those runs only; segments scored, shape (n_segments,)
     training: BoolArray
     run_specific: BoolArray
     held_out: BoolArray
@@ -46,24 +39,13 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Held-out score of one set of effects.
+    """Held-out score of one set of effects."""
 
-    Parameters
-    ----------
-    fit : EffectFit
-        Fit to all segments.
-    square : ndarray, shape (n_segments,)
-        Sum of squared held-out residuals.
-    log_density : ndarray, shape (n_segments,)
-        Log predictive density, leftover of training as discrepancy.
-    theta_by_fold : ndarray, shape (n_folds, p)
-        Parameters of every fold.
-    """
-
-    fit: EffectFit
-    square: FloatArray
+    fit: EffectFit  # Fit to all segments
+    square: FloatArray  # Sum of squared held-out residuals, shape (n_segments,)
+    #: Log predictive density, leftover of training as discrepancy, shape (n_segments,)
     log_density: FloatArray
-    theta_by_fold: FloatArray
+    theta_by_fold: FloatArray  # Parameters of every fold, shape (n_folds, p)
 
     @property
     def elpd(self) -> float:

@@ -29,35 +29,18 @@ _MOST_SETS = 12
 
 @dataclass(eq=False)
 class LawFits:
-    """Sets of laws fitted so far, each once.
+    """Sets of laws fitted so far, each once."""
 
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records and simulator.
-    folds : sequence of Fold
-        Splits.
-    thresholds : Thresholds
-        Limits.
-    note : callable
-        Told what is tried, for progress.
-    executor : Executor, optional
-        Where sets that do not wait for each other are fitted and scored; None in this process.
-    scores : dict
-        Held-out scores by sorted set.
-    fits : dict
-        Fits by sorted set, also of those that were not worth a held-out score.
-    failed_searches : dict
-        Sets whose search ended above a set they contain, and how; none of them is supported.
-    """
-
-    problem: ComparisonProblem
-    folds: Sequence[Fold]
-    thresholds: Thresholds
-    note: Callable[[str], None]
+    problem: ComparisonProblem  # Records and simulator
+    folds: Sequence[Fold]  # Splits
+    thresholds: Thresholds  # Limits
+    note: Callable[[str], None]  # Told what is tried, for progress
+    #: Where sets that do not wait for each other are fitted and scored; None in this process
     executor: Executor | None = None
-    scores: dict[Effects, HeldOut] = field(default_factory=dict)
+    scores: dict[Effects, HeldOut] = field(default_factory=dict)  # Held-out scores by sorted set
+    #: Fits by sorted set, also of those that were not worth a held-out score
     fits: dict[Effects, EffectFit] = field(default_factory=dict)
+    #: Sets whose search ended above a set they contain, and how; none of them is supported
     failed_searches: dict[Effects, str] = field(default_factory=dict)
 
     def score(self, effects: Effects) -> HeldOut:
@@ -300,22 +283,14 @@ def law_fits(
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What the fits of the laws say.
+    """What the fits of the laws say."""
 
-    Parameters
-    ----------
-    accepted : tuple of str
-        Smallest supported set within one standard error of the best; empty where none is supported.
-    rivals : tuple of tuple of str
-        Other supported sets, equal to it within the standard error, of as many parameters or fewer,
-        or of laws that the cards call its aliases and that leave less.
-    ranking : tuple of RankedSet
-        All sets that were fitted, smallest held-out RMS first.
-    """
-
+    #: Smallest supported set within one standard error of the best; empty where none is supported
     accepted: Effects
+    #: Other supported sets, equal to it within the standard error, of as many parameters or fewer,
+    #: or of laws that the cards call its aliases and that leave less
     rivals: tuple[Effects, ...]
-    ranking: tuple[RankedSet, ...]
+    ranking: tuple[RankedSet, ...]  # All sets that were fitted, smallest held-out RMS first
 
 
 def candidate_sets(

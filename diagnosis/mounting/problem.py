@@ -69,15 +69,9 @@ UnderLoads = Callable[[MountingRecord, Effects, FloatArray], ComparisonProblem |
 
 @dataclass(frozen=True, eq=False)
 class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
-    """One mounting, its records and its library.
+    """One mounting, its records and its library."""
 
-    Parameters
-    ----------
-    noise_is_measured : bool
-        Whether the noise was declared.
-    """
-
-    noise_is_measured: bool
+    noise_is_measured: bool  # Whether the noise was declared
     difference = 1e-4
 
     @property

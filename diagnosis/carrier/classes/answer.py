@@ -121,21 +121,11 @@ _CONSTANTS = ClassConstants(ridges=_RIDGES, pair_ridges=_PAIR_RIDGES, second_cau
 
 @dataclass(frozen=True, eq=False)
 class CarrierTable:
-    """Table with what its columns are.
+    """Table with what its columns are."""
 
-    Parameters
-    ----------
-    table : GramTable
-        Products.
-    sizes : mapping of str to int
-        Columns of each class.
-    visited : VisitedLoads
-        Loads of the records, over which amplitudes are tabulated.
-    """
-
-    table: GramTable
-    sizes: Mapping[str, int]
-    visited: VisitedLoads
+    table: GramTable  # Products
+    sizes: Mapping[str, int]  # Columns of each class
+    visited: VisitedLoads  # Loads of the records, over which amplitudes are tabulated
 
 
 def carrier_class_table(

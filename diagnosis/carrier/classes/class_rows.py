@@ -294,24 +294,12 @@ class _RowGroup:
 
 @dataclass(frozen=True, eq=False)
 class ClassRows:
-    """Rows of all classes, group by group; the last ones are the offset that changes in time.
+    """Rows of all classes, group by group; the last ones are the offset that changes in time."""
 
-    Parameters
-    ----------
-    groups : mapping of str to _RowGroup
-        By ``frame/pattern:dependence``.
-    n_channels : int
-        Channels.
-    offset : ndarray, shape (n_channels,)
-        One where an offset of the run shows.
-    numbers : mapping of tuple to int
-        Number of a wave times a load among the columns of the flexible model.
-    """
-
-    groups: Mapping[str, _RowGroup]
-    n_channels: int
-    offset: FloatArray
-    numbers: _Numbers
+    groups: Mapping[str, _RowGroup]  # By ``frame/pattern:dependence``
+    n_channels: int  # Channels
+    offset: FloatArray  # One where an offset of the run shows, shape (n_channels,)
+    numbers: _Numbers  # Number of a wave times a load among the columns of the flexible model
 
     @property
     def rows_of_groups(self) -> dict[str, tuple[slice, FloatArray]]:

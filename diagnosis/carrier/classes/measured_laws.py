@@ -145,32 +145,17 @@ def _largest(law: Law, load: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class VisitedLoads:
-    """Loads of the records, and what they are counted in.
+    """Loads of the records, and what they are counted in."""
 
-    Parameters
-    ----------
-    loads : ndarray, shape (n, 3)
-        Torque [N m] and radial load [N] along y and z, of every revolution.
-    scale : ndarray, shape (3,)
-        Nominal torque, and the largest radial load twice.
-    n_torques : int
-        Torques that differ.
-    quantities : tuple of str
-        Quantities of the sensors.
-    n_planets : int
-        Planets.
-    sensor_radius : float
-        Radius of the sensors [m].
-    weights : mapping of str to ndarray, shape (n_patterns, n_columns)
-        Sums of columns that the amplitudes of a group are of, by group.
-    """
-
+    #: Torque [N m] and radial load [N] along y and z, of every revolution, shape (n, 3)
     loads: FloatArray
-    scale: FloatArray
-    n_torques: int
-    quantities: tuple[str, ...]
-    n_planets: int
-    sensor_radius: float
+    scale: FloatArray  # Nominal torque, and the largest radial load twice, shape (3,)
+    n_torques: int  # Torques that differ
+    quantities: tuple[str, ...]  # Quantities of the sensors
+    n_planets: int  # Planets
+    sensor_radius: float  # Radius of the sensors [m]
+    #: Sums of columns that the amplitudes of a group are of, by group, shape (n_patterns,
+    #: n_columns)
     weights: Mapping[str, FloatArray]
 
     @property

@@ -37,27 +37,14 @@ _ALIKE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class RunOffOrders:
-    """One run without its orders, at the samples that every channel has.
+    """One run without its orders, at the samples that every channel has."""
 
-    Parameters
-    ----------
-    name : str
-        Its name.
-    time : ndarray, shape (n,)
-        Time [s].
-    turns : ndarray, shape (n,)
-        Turns of the carrier since the first sample of the run, growing.
-    values : ndarray, shape (C, n)
-        Gap of every channel without its orders, in the unit of the channel.
-    orders : ndarray, shape (n, k)
-        Orthonormal basis of what was taken out.
-    """
-
-    name: str
-    time: FloatArray
-    turns: FloatArray
+    name: str  # Its name
+    time: FloatArray  # Time [s], shape (n,)
+    turns: FloatArray  # Turns of the carrier since the first sample of the run, growing, shape (n,)
+    #: Gap of every channel without its orders, in the unit of the channel, shape (C, n)
     values: FloatArray
-    orders: FloatArray
+    orders: FloatArray  # Orthonormal basis of what was taken out, shape (n, k)
 
     @property
     def speed(self) -> float:
@@ -71,24 +58,13 @@ class RunOffOrders:
 
 @dataclass(frozen=True, eq=False)
 class CampaignOffOrders:
-    """Runs without their orders: those that are searched, the others made when required.
+    """Runs without their orders: those that are searched, the others made when required."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        All runs.
-    searched : tuple of RunOffOrders
-        Runs that lines are looked for in, long enough, in their order.
-    shared : _SharedOrders, optional
-        What the orders make of the loads in every run alike.
-    searches_all : bool
-        Whether these are all runs.
-    """
-
-    campaign: Campaign
+    campaign: Campaign  # All runs
+    #: Runs that lines are looked for in, long enough, in their order
     searched: tuple[RunOffOrders, ...]
-    shared: "_SharedOrders | None"
-    searches_all: bool
+    shared: "_SharedOrders | None"  # What the orders make of the loads in every run alike
+    searches_all: bool  # Whether these are all runs
 
     def every(self) -> Iterator[RunOffOrders]:
         """All runs that are long enough, one after the other."""
