@@ -465,10 +465,7 @@ def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:
 
 
 def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:
-    """Parameters of the baseline on a bound.
-
-    A mass, a stiffness or a damping of zero is physical; nothing but zeros is not.
-    """
+    """Parameters of the baseline on a bound."""
     of_rig = [k for k, p in enumerate(fit.parameters) if p.effect == BASELINE and p.lower == 0.0]
     nothing = bool(of_rig) and all(_is_at_bound(fit, k) for k in of_rig)
     for k, parameter in enumerate(fit.parameters):

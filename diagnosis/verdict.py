@@ -214,10 +214,7 @@ def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) ->
 
 
 def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
-    """Classes of the answer, or of a tie, each of which holds one law and every law in one.
-
-    Also the answer with the class that learns some of what it leaves.
-    """
+    """Classes of the answer, or of a tie, each of which holds one law and every law in one."""
     if not laws:
         return None
     for classes in (answer.ids, *answer.ties, (*answer.ids, *answer.learnt_by)):
@@ -260,10 +257,7 @@ def _covers(laws: Effects, classes: Sequence[str], answer: ClassAnswer) -> bool:
 
 
 def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effects) -> ClassAnswer:
-    """Answer of the classes whose laws are named.
-
-    Those that a tie put in question, or a second one that the laws show beside the first.
-    """
+    """Answer of the classes whose laws are named."""
     known = {finding.id: finding for finding in answer.classes}
     findings = []
     for name in classes:
@@ -316,10 +310,7 @@ def _without_class(
 def _by_laws(
     answer: ClassAnswer, laws: Effects, reduction: GapReduction, preferred: Sequence[str] = ()
 ) -> ClassAnswer:
-    """Answer whose classes are those of the named laws.
-
-    Of the classes of a law the `preferred` one, else the narrowest.
-    """
+    """Answer whose classes are those of the named laws."""
     law_of_class: dict[str, str] = {}
     for law in laws:
         holders = answer.classes_of_law.get(law, ())

@@ -397,10 +397,7 @@ def _signed_orders(amplitudes: ComplexArray) -> FloatArray:
 
 
 def _degrees_of(amplitudes: ComplexArray) -> FloatArray:
-    """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis.
-
-    Two, or one where they are real throughout.
-    """
+    """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis."""
     return np.where(np.abs(amplitudes.imag).max(axis=0) == 0.0, 1.0, 2.0)
 
 
@@ -442,11 +439,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
 
 
 def _off_order_tables(motion: OffOrders) -> Iterator[CellTable]:
-    """Cells of every run off the orders, each motion at its strongest line; orders are turns.
-
-    ``mean_square`` of a cell is that over all channels, as of every cell; the noise of a fitted
-    amplitude is taken off, and draws add it once more.
-    """
+    """Cells of every run off the orders, each motion at its strongest line; orders are turns."""
     if not motion.members:
         return
     rng = np.random.default_rng(_SEED_OFF_ORDERS)

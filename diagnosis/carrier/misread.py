@@ -177,10 +177,7 @@ class CarrierReading:
         return scores
 
     def _of_prediction(self, quantity: Measurement) -> FloatArray:
-        """``J.T dr/de`` by channel of an angle or a delay, of another simulator's prediction.
-
-        Nobody can make its columns again.
-        """
+        """``J.T dr/de`` by channel of an angle or a delay, of another simulator's prediction."""
         if not self.model.index.has_prediction:
             return np.zeros((len(self.campaign.channels), self.theta.size))
         still = {

@@ -263,10 +263,7 @@ class CarrierModel:
     def _without_sensor_errors(
         self, first: Mapping[str, int], theta: FloatArray
     ) -> list[_WeightedColumn]:
-        """Terms of the prediction of another simulator and of every effect that adds a signal.
-
-        `theta`, shape (n_runs, q), are the values in every run.
-        """
+        """Terms of the prediction of another simulator and of every effect that adds a signal."""
         terms = []
         if self.index.has_prediction:
             column = self.index.of(PREDICTION)
@@ -421,10 +418,7 @@ def _lagrange(nodes: FloatArray, value: float) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=8)
 def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
-    """Polynomials that are one at one node and zero at the others, and their derivatives.
-
-    Coefficients, lowest power first.
-    """
+    """Polynomials that are one at one node and zero at the others, and their derivatives."""
     positions = np.array(nodes)
     rows = []
     for k in range(positions.size):
@@ -544,10 +538,7 @@ def rows_at(
 
 
 def _base_rows(table: WeightTable, base: FloatArray, expected: FloatArray) -> _RowTable:
-    """The target less the parts that are no parameter's (another simulator's prediction).
-
-    Less the baseline at its expected values, too, and the derivatives by its parameters.
-    """
+    """The target less the parts that are no parameter's (another simulator's prediction)."""
     linear = np.einsum("rcqk,rq->rck", table.slopes, (base - expected)[table.unknowns])
     target = -(table.values - linear)
     target[..., 0] += 1.0

@@ -318,10 +318,7 @@ def _without(run: RunOffOrders, chosen: Sequence[_Line]) -> RunOffOrders:
 def _fitted_lines(
     runs: Iterable[RunOffOrders], chosen: Sequence[_Line]
 ) -> tuple[tuple[OffOrderLine, ...], dict[str, float]]:
-    """Amplitudes of all lines, fitted together off the orders, and their errors.
-
-    With them the mean speed [turns/s] of every run, in their order.
-    """
+    """Amplitudes of all lines, fitted together off the orders, and their errors."""
     amplitudes = []
     errors = []
     speeds = {}
@@ -341,10 +338,7 @@ def _fitted_lines(
 
 
 def _explained(runs: Sequence[RunOffOrders], chosen: Sequence[_Line]) -> float:
-    """Share of the lines' power that amplitudes fitted to half of the turns predict in the other.
-
-    Turns are taken by fours; both halves predict each other.
-    """
+    """Share of the lines' power that amplitudes of half of the turns predict in the other."""
     before = after = noise = 0.0
     for run in runs:
         waves = run.without_orders(_waves(run, chosen))

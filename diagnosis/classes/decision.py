@@ -258,11 +258,7 @@ def _needed(
     sizes: Mapping[str, int],
     as_good: _AsGood,
 ) -> Classes:
-    """Answer without members that pay no more once the others follow the loads as they do best.
-
-    As in its growth each has to gain, and all together to take their part of what the best of them
-    leaves alone.
-    """
+    """Answer without members that pay no more once the others follow the loads as they do best."""
     if len(answer) == 1:
         return answer
     least = shares.constants.second_cause
@@ -412,10 +408,7 @@ def _with_small_cause(scores: ClassScores, shares: Shares, decision: Decision) -
 def _with_surface(
     scores: ClassScores, shares: Shares, decision: Decision, candidates: Sequence[str]
 ) -> Decision:
-    """Decision for the coupled class, with a second cause that it does not hold where there is one.
-
-    It takes the place of the classes that it holds where it clearly gains.
-    """
+    """Decision for the coupled class, with a second cause beyond it where there is one."""
     table, second_cause = scores.table, scores.constants.second_cause
     if not table.surface:
         return decision

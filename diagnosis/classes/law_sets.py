@@ -122,10 +122,7 @@ def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns
 def _completed(
     scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns], entry: _LawSet
 ) -> _LawSet:
-    """Set of laws of a library with those that it lacks, and without those that explain nothing.
-
-    A class may hold several laws: the housing tilts with the torque and with the radial load.
-    """
+    """Set of laws of a library with those that it lacks, and without those that explain nothing."""
     least = scores.constants.least_gain
     entry = _fitted_set(scores, [library[name] for name in entry.laws if name in library])
     while larger := _larger(scores, [entry], library):

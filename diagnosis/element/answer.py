@@ -272,10 +272,7 @@ def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[
 
 
 def _partners(decision: Decision, surface: str) -> list[str]:
-    """Classes that may go with a smooth loop in place of two answered ones.
-
-    Of a surface one of the dampings that it holds: with a loop that damps it takes both.
-    """
+    """Classes that may go with a smooth loop in place of two answered ones."""
     if HYSTERESIS in decision.classes:
         return []
     others = [name for name in decision.classes if name != surface]

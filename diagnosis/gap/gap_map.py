@@ -363,10 +363,7 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
 
 
 def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray) -> FloatArray:
-    """Values of the cells in use of one table, as a map has them.
-
-    `total` is the coherent part of all tables, `p_values` are adjusted.
-    """
+    """Values of the cells in use of one table, as a map has them."""
     low, high = _share_intervals(table, total)
     share = table.coherent / (total if total > 0.0 else np.nan)
     bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz

@@ -209,10 +209,7 @@ def _validation(
     after: Sequence[GapCell],
     fit: EffectFit,
 ) -> tuple[RunValidation, ...]:
-    """Comparison error by run.
-
-    RMS of the coherent gap; u_val from the step of integration and the floor of the map.
-    """
+    """Comparison error by run."""
     numerical = problem.numerical_error(fit.effects, fit.theta)
     errors = [_by_run(cells, lambda cell: cell.coherent) for cells in (before, after)]
     noise = _by_run(after, lambda cell: max(cell.mean_square - cell.coherent, 0.0))

@@ -242,10 +242,7 @@ class LawFits:
 def _fitted_set(
     problem: ComparisonProblem, effects: Effects, contained: Sequence[EffectFit]
 ) -> tuple[EffectFit, str]:
-    """Fit of a set, and how its search ended above a set that it contains; empty where it did not.
-
-    A pure function, so that it can be called in another process.
-    """
+    """Fit of a set; how its search ended above a set that it contains, empty where it did not."""
     with single_threaded():
         try:
             return fit_effects(problem, effects, contained=contained), ""

@@ -205,10 +205,7 @@ class DifferencedResiduals(Generic[R]):
             yield residual, self._derivatives(record, theta, residual)
 
     def _derivatives(self, record: R, theta: FloatArray, residual: FloatArray) -> FloatArray:
-        """Change of the prediction by every parameter, shape (p, *residual.shape).
-
-        Zero where the changed motion diverges.
-        """
+        """Change of the prediction by every parameter, shape (p, *residual.shape)."""
         rows = np.zeros((theta.size, *residual.shape))
         moving = [k for k, at in enumerate(self.parameters) if at.run in (None, record.name)]
         steps = [self._step(theta, k) for k in moving]

@@ -164,10 +164,7 @@ class MountingModel(ModelInTime):
         added: tuple[ForceLaw | None, FloatArray | None],
         refined: int,
     ) -> FloatArray | None:
-        """All six sensors relative to their zero; None where the motion leaves the model.
-
-        `added` are a user's law and packed laws of files.
-        """
+        """All six sensors relative to their zero; None where the motion leaves the model."""
         user_law, tables = added
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)

@@ -135,10 +135,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
     def _under(
         self, record: MountingRecord, effects: Effects, theta: FloatArray
     ) -> "MountingProblem | None":
-        """ComparisonProblem whose only record has the signals of a model.
-
-        None where the model leaves its range.
-        """
+        """ComparisonProblem whose only record has the signals of a model."""
         predicted = self.model.predicted(record, effects, theta, self.choice(effects))
         if not np.isfinite(predicted).all():
             return None

@@ -403,10 +403,7 @@ def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
 def _with_contained(
     model: MountingModel, total: FloatArray, rows: TableRows
 ) -> tuple[IntArray, int]:
-    """Order of the columns in which contained laws stand behind the baseline, and its number.
-
-    They are copies, each law at the shape that fits best beside the others.
-    """
+    """Order of the columns in which contained laws stand behind the baseline, and its number."""
     n_base = rows.n_base
     base = list(range(1, 1 + n_base))
     for law in model.contained:

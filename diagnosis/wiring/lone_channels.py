@@ -367,10 +367,7 @@ def _run_rival(
 def _channel_rival(
     reading: _Reading, name: str, square: float, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """Rival that says what is wrong with a channel, without which a mean square is left.
-
-    None of a channel that is only noisier than it declares.
-    """
+    """Rival that says what is wrong with a channel, without which a mean square is left."""
     noise = gap.floor * reading.measured.size
     unread = reading.measured - reading.expected
     unexplained = float(np.sum(unread**2))

@@ -269,10 +269,7 @@ def _n_combinations(table: GramTable, group: ColumnGroup) -> int:
 
 
 def _block_of_each_segment(records: CarrierSums, n_columns: int) -> IntArray:
-    """Block of the table of every segment, numbered as they come; as many as memory holds.
-
-    Neighbouring segments of a run, or, of more runs than blocks, neighbouring runs of a condition.
-    """
+    """Block of the table of every segment, numbered as they come; as many as memory holds."""
     n_runs = int(records.run_of_segment.max()) + 1
     bytes_of_block = n_columns**2 * np.dtype(float).itemsize
     n_blocks = int(np.clip(_MOST_MEMORY // bytes_of_block, _FEWEST_BLOCKS, _MOST_BLOCKS))

@@ -462,10 +462,7 @@ def _target_rows(
 def _prediction_rows(
     run: Run, channel: Channel, samples: IntArray, delays: FloatArray
 ) -> dict[Key, FloatArray]:
-    """Another simulator's prediction, at the nodes of a delay too; empty where there is none.
-
-    It is moved in time only, by `delays` [s]: its waves turn with the carrier.
-    """
+    """Another simulator's prediction, at the nodes of a delay too; empty where there is none."""
     if channel.name not in run.predictions:
         return {}
     prediction = run.predictions[channel.name]

@@ -165,10 +165,7 @@ def _shared_orders(
 def _run_off_orders(
     run: Run, channels: tuple[Channel, ...], followed_orders: int
 ) -> tuple[RunOffOrders, list[FloatArray]] | None:
-    """One run, and its orders times each load that all runs share; None where it is too short.
-
-    Orders up to `followed_orders` follow the loads.
-    """
+    """One run, and its orders times each load that all runs share; None where it is too short."""
     gap = np.array([_gap(run, channel.name) for channel in channels])
     present = np.isfinite(gap).all(axis=0)
     angle = run.inputs["carrier_angle"]
