@@ -318,7 +318,7 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
     if fault == FILTERED_CHANNEL:
         # One size is as good where it leaves as little, however much both explain.
         floor, gap = far.noise_floor**2, far.rms_before**2 - far.noise_floor**2
-        most = max(far.rms_after**2, floor) * Thresholds().never_equal_rms ** 2
+        most = max(far.rms_after**2, floor) * Thresholds().remainder ** 2
         return min(1.0 - (most - floor) / gap, 1.0) if gap > 0.0 else 1.0
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)

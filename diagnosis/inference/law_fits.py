@@ -3,11 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from itertools import permutations
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
+from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
 from carrierflex.diagnosis.inference.held_out import (
@@ -144,45 +143,11 @@ class LawFits:
                     f"{parameter.name} of {plain_name(parameter.effect)} is at its physical bound"
                 )
                 return Rejection("bound", parameter.effect, text)
-        if self._fits_any_curve(effects):
-            text = (
-                f"{set_name(effects)} are laws of one kind along one motion: "
-                "together they fit any curve"
-            )
-            return Rejection("any_curve", "", text)
         others = {effect: tuple(e for e in effects if e != effect) for effect in effects}
         # Sets that are scored already come first: they may settle it without another fit.
         by_scored = sorted(effects, key=lambda effect: others[effect] not in self.scores)
         rejections = (self._member_rejection(score, effect, others[effect]) for effect in by_scored)
-        rejection = next((rejection for rejection in rejections if rejection), None)
-        if rejection is None and not self._is_consistent(score):
-            text = "its parameters change from fold to fold beyond their error"
-            return Rejection("folds", "", text)
-        return rejection
-
-    def _is_consistent(self, score: HeldOut) -> bool:
-        """Whether no effect moves, between folds, by more than its error and half its signal.
-
-        The change of an effect's signal is ``(d' M d)^1/2`` with M the Gauss-Newton matrix of its
-        parameters: several of them may trade against one another in a fold that cannot tell them
-        apart.
-        """
-        fit, limits = score.fit, self.thresholds
-        std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-        matrix = fit.sums.total_matrix()
-        for effect in fit.effects:
-            named = [
-                k
-                for k, parameter in enumerate(fit.parameters)
-                if parameter.effect == effect and not parameter.shape and parameter.run is None
-            ]
-            block, theta = matrix[np.ix_(named, named)], fit.theta[named]
-            signal = theta @ block @ theta
-            for moved in score.theta_by_fold[:, named] - theta:
-                is_beyond_error = (np.abs(moved) > limits.fold_consistency * std[named]).any()
-                if is_beyond_error and moved @ block @ moved > limits.fold_signal**2 * signal:
-                    return False
-        return True
+        return next((rejection for rejection in rejections if rejection), None)
 
     def _member_rejection(self, score: HeldOut, effect: str, others: Effects) -> Rejection | None:
         """Why an effect of a set does not belong to it beside the others."""
@@ -215,18 +180,6 @@ class LawFits:
             )
             return Rejection("draws", effect, text)
         return None
-
-    def _fits_any_curve(self, effects: Effects) -> bool:
-        """Whether three mutual aliases or more act on one channel.
-
-        Aliases by their cards, each of every other.
-        """
-        cards = self.problem.cards
-        return (
-            self.problem.n_channels == 1
-            and len(effects) > 2
-            and all(other in cards[effect].aliases for effect, other in permutations(effects, 2))
-        )
 
     def reduction_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
         """Bootstrap draws of RMS after over before."""
@@ -282,10 +235,10 @@ def law_fits(
 class Selection:
     """What the fits of the laws say."""
 
-    #: Smallest supported set within one standard error of the best; empty where none is supported
+    #: Smallest supported set that predicts as well as the best; empty where none is supported
     accepted: Effects
-    #: Other supported sets, equal to it within the standard error, of as many parameters or fewer,
-    #: or of laws that the cards call its aliases and that leave less
+    #: Other supported sets that predict as well, of as many parameters or fewer, or of laws that
+    #: the cards call its aliases and that leave less
     rivals: tuple[Effects, ...]
     ranking: tuple[RankedSet, ...]  # All sets that were fitted, smallest held-out RMS first
 
@@ -324,7 +277,7 @@ def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
         best = min(supported, key=fits.mean_square)
         # The best is as good as itself, also where nothing is left and no ratio can be made.
         equal = [laws for laws in supported if laws == best or _equal(fits, laws, best)]
-        accepted = min(equal, key=lambda laws: (*_size(fits, laws), -fits.scores[laws].elpd))
+        accepted = min(equal, key=lambda laws: (*_size(fits, laws), fits.mean_square(laws)))
         rivals = [laws for laws in equal if laws != accepted and _is_rival(fits, laws, accepted)]
     ranking = [
         RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), _reason(rejections[laws]))
@@ -335,13 +288,9 @@ def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
 
 
 def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:
-    """Whether a set predicts as well as the best: within one standard error or a few per cent."""
-    difference = fits.scores[best].log_density - fits.scores[laws].log_density
-    error = float(np.sqrt(difference.size) * difference.std(ddof=1))
-    ratio = float(np.sqrt(fits.mean_square(laws) / fits.mean_square(best)))
-    limits = fits.thresholds
-    is_near = float(difference.sum()) <= error or ratio <= limits.equal_rms
-    return is_near and ratio <= limits.never_equal_rms
+    """Whether a set predicts as well as the best."""
+    ratio = np.sqrt(fits.mean_square(laws) / fits.mean_square(best))
+    return bool(ratio <= fits.thresholds.equal_rms)
 
 
 def _is_rival(fits: LawFits, laws: Effects, accepted: Effects) -> bool:

@@ -55,7 +55,7 @@ class NamedValue:
 #: laws that together fit any curve; an effect explains too little of the gap left without it, or of
 #: the whole gap; the held-out gap grows in too many bootstrap samples; parameters change from
 #: fold to fold.
-REJECTION_RULES = ("search", "bound", "any_curve", "explained", "material", "draws", "folds")
+REJECTION_RULES = ("search", "bound", "explained", "material", "draws")
 
 
 @dataclass(frozen=True)

@@ -38,18 +38,12 @@ class Thresholds:
     #: passes for a quadratic one at 0.6.
     named_share: float = 0.7
     near_floor: float = 1.15  # RMS left over the floor up to which laws leave no more than noise
-    #: Largest difference of a parameter between folds, in its standard deviations over the folds
-    fold_consistency: float = 3.0
     remainder: float = 1.25  # RMS left over the floor above which a remainder is reported
     #: An effect whose signature keeps less than this beside the baseline cannot be seen at all
     surviving_share: float = 0.05
     #: Aliased where the other effect reproduces the fitted one up to this many floors
     exchange_ratio: float = 2.0
-    #: Held-out RMS within this ratio counts as equal, whatever the standard error says
-    equal_rms: float = 1.05
-    #: Above this ratio of held-out RMS two sets are not equal, however much the score scatters over
-    #: the segments
-    never_equal_rms: float = 1.25
+    equal_rms: float = 1.05  # Held-out RMS within this ratio counts as equal
     #: Draws of every interval: enough for the 2.5 % quantile to be within half a per cent
     bootstrap_samples: int = 1000
     seed: int = 0  # Of these draws; no verdict may hang on it
@@ -59,8 +53,5 @@ class Thresholds:
     #: RMS ratio of a bootstrap sample that holds none of the conditions in which an effect acts:
     #: one, but for how shared parameters shift
     unchanged: float = 1.001
-    #: Beyond its error, a parameter may change between folds by as much as changes this share of
-    #: the effect's signal: several effects may trade against one another in a fold
-    fold_signal: float = 0.5
     fewest_segments: int = 4  # Fewer segments of the record carry no held-out score
     fewest_samples: int = 200  # Fewer samples a run carry no diagnosis
