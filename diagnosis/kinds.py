@@ -12,7 +12,7 @@ from carrierflex.diagnosis.carrier.classes.measured_laws import (
 )
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
 from carrierflex.diagnosis.carrier.wiring import (
-    carrier_left,
+    carrier_mean_square,
     carrier_predictions,
     carrier_records,
     carrier_rivals,
@@ -188,13 +188,13 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
     if isinstance(problem, CarrierProblem):
         carrier = problem
 
-        def beside(laws: Effects, values: Mapping[tuple[str, str], float]) -> WiringChecks:
+        def with_laws(laws: Effects, values: Mapping[tuple[str, str], float]) -> WiringChecks:
             """Checks with laws beside the baseline; none of a law that adds no signal."""
             if any(carrier.model.effects[law].pattern is None for law in laws):
                 return WiringChecks.none()
             return replace(
                 WiringChecks.none(),
-                refitted=lambda other: carrier_left(carrier, other, laws, values),
+                refitted=lambda other: carrier_mean_square(carrier, other, laws, values),
                 linear=lambda theta: carrier_records(carrier, laws, values),
                 has_cheap_refits=True,
             )
@@ -202,9 +202,9 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
         return WiringChecks(
             lambda: carrier_rivals(carrier),
             lambda theta: carrier_predictions(carrier),
-            lambda other: carrier_left(carrier, other),
+            lambda other: carrier_mean_square(carrier, other),
             lambda theta: carrier_records(carrier),
-            beside=beside,
+            with_laws=with_laws,
             has_cheap_refits=True,
             unchecked=unchecked_records(carrier),
         )

@@ -77,7 +77,7 @@ class CarrierReading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
         as_read = self._scores(self.model, self.products)
-        quantities = {error.part for error in errors if error.channel is not None}
+        quantities = {error.quantity for error in errors if error.channel is not None}
         has_angles = Measurement.ANGLE in quantities
         of_channels = {
             quantity: self._of_sensors(quantity) for quantity in quantities - {Measurement.ANGLE}
@@ -90,11 +90,11 @@ class CarrierReading:
             if error.channel is None:
                 runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
                 change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
-                if error.part is Measurement.DELAY:
-                    change += error.std * self._of_prediction(error.part).sum(axis=0)
+                if error.quantity is Measurement.DELAY:
+                    change += error.std * self._of_prediction(error.quantity).sum(axis=0)
             else:
-                change = error.std * of_channels[error.part][error.channel]
-                if error.part is Measurement.ANGLE:
+                change = error.std * of_channels[error.quantity][error.channel]
+                if error.quantity is Measurement.ANGLE:
                     change += moved[error.channel]
             scores.append(change)
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
@@ -116,7 +116,7 @@ class CarrierReading:
         """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""
         channels = list(self.campaign.channels)
         for error in errors:
-            if error.part is Measurement.ANGLE and error.channel is not None:
+            if error.quantity is Measurement.ANGLE and error.channel is not None:
                 channels[error.channel] = _behind(channels[error.channel], error.std)
         return self._made_again(replace(self.campaign, channels=tuple(channels)))
 
@@ -237,7 +237,7 @@ def _behind(channel: Channel, angle: float) -> Channel:
 
 def _misread_run(run: Run, error: DeclaredError) -> Run:
     """Run with an input, or with all channels' delay, one standard deviation off."""
-    if error.part is Measurement.DELAY:
+    if error.quantity is Measurement.DELAY:
         # Channels that are late show a carrier that has turned further.
         ahead = delayed_angle(run.time, run.inputs[_CARRIER_ANGLE], -error.std)
         return replace(run, inputs={**run.inputs, _CARRIER_ANGLE: ahead})

@@ -502,12 +502,12 @@ def expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatA
     bound: it stands for a cause then, and so do the others.
     """
     known = np.array([p.prior_mean if np.isfinite(p.prior_std) else 0.0 for p in parameters])
-    held = np.array([is_held(p, value) for p, value in zip(parameters, base, strict=True)])
+    is_fixed = np.array([is_held(p, value) for p, value in zip(parameters, base, strict=True)])
     errors = np.array([p.effect == CURVE_ERROR for p in parameters], dtype=bool)
     lower, upper = bounds_of(parameters)
     if ((base <= lower) | (base >= upper))[errors].any():
         base = np.where(errors, 0.0, base)
-    return np.where(held, base, known)
+    return np.where(is_fixed, base, known)
 
 
 def is_held(parameter: Parameter, value: float) -> bool:

@@ -255,7 +255,7 @@ def carrier_records(
         )
 
 
-def carrier_left(
+def carrier_mean_square(
     problem: CarrierProblem,
     campaign: Campaign,
     laws: Effects = (),

@@ -25,7 +25,7 @@ class NearestLaw:
 
     id: str  # Law; empty where the class holds none
     columns: IntArray  # Places of its columns, at its best shape
-    held: HeldOutSquares | None  # Its result in place of the class
+    squares: HeldOutSquares | None  # Its result in place of the class
     is_equal: bool  # Whether the records cannot tell it from the class
 
 
@@ -196,7 +196,7 @@ def answer_of(
         finding, law = _finding(scores, shares, decision, name, shape_of)
         findings.append(finding)
         laws.append(law)
-    result = decision.held
+    result = decision.squares
     learnable = max(shares.of(scores.ceiling()), shares.of(scores.of(decision.best_pair)))
     pair_gains = shares.gain(scores.of(decision.best_pair), result) > constants.least_gain
     is_class = decision.state != NO_CLASS
@@ -260,16 +260,16 @@ def _finding(
     others = tuple(name for name in decision.classes if name != class_id)
     law = nearest_law(scores, shares, class_id, others)
     before, other = scores.of(()), scores.of(others)
-    total = shares.of(decision.held)
+    total = shares.of(decision.squares)
     # Each part lies within the whole, and both add up to it, also where one class harms alone.
-    share, interval = shares.part(before, other, scores.of((class_id,)), decision.held)
+    share, interval = shares.contribution(before, other, scores.of((class_id,)), decision.squares)
     if others:
         share = min(max(share, 0.0), max(total, 0.0)) / max(total, 1.0)
     law_share = float("nan")
-    if law.held is not None:
+    if law.squares is not None:
         alone = scores.with_law((), law.columns)
-        law_share = at_most_one(shares.part(before, other, alone, law.held)[0])
-    shape, measured_law = shape_of(scores, class_id, decision.held, law)
+        law_share = at_most_one(shares.contribution(before, other, alone, law.squares)[0])
+    shape, measured_law = shape_of(scores, class_id, decision.squares, law)
     finding = ClassFinding(
         id=class_id,
         share=at_most_one(share),

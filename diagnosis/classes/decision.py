@@ -52,7 +52,7 @@ class Decision:
     #: Answer; empty for "nothing". Where no class is named, the best one all the same.
     classes: Classes
     ties: tuple[Classes, ...]  # Sets that are equal to the answer
-    held: HeldOutSquares  # Result of the answer
+    squares: HeldOutSquares  # Result of the answer
     best_pair: Classes  # The pair that leaves least
     note: str = ""  # What is not separable in these records
     #: Whether a class would be named, did these records not hold its cause mixed with others
@@ -374,7 +374,7 @@ def decide(
         decision = with_small
     else:
         decision = coupled(decision, shows_small_causes=False)
-    result, surface, limits = decision.held, scores.table.surface, scores.constants
+    result, surface, limits = decision.squares, scores.table.surface, scores.constants
     is_single = len(decision.classes) == 1 and decision.classes != (surface,)
     holds_all = surface in decision.classes and not shows_small_causes
     gains = (
@@ -400,9 +400,9 @@ def _with_small_cause(scores: ClassScores, shares: Shares, decision: Decision) -
     if len(decision.classes) > 1 or set(pair) == scores.table.coupled_parts:
         return decision
     takes = scores.constants.small_cause_takes
-    if not shares.takes_of_left(scores.of(pair), decision.held, takes):
+    if not shares.takes_of_remaining(scores.of(pair), decision.squares, takes):
         return decision
-    return replace(decision, classes=pair, ties=(), held=scores.of(pair))
+    return replace(decision, classes=pair, ties=(), squares=scores.of(pair))
 
 
 def _with_surface(
@@ -421,9 +421,9 @@ def _with_surface(
         is_cause = shares.is_clear_gain(scores.of(pair), scores.of(classes), second_cause)
         classes = pair if is_cause else classes
     result = scores.of(classes)
-    if not shares.is_clear_gain(result, decision.held, second_cause):
+    if not shares.is_clear_gain(result, decision.squares, second_cause):
         return decision
-    return replace(decision, classes=classes, ties=(), held=result)
+    return replace(decision, classes=classes, ties=(), squares=result)
 
 
 def _with_damping(
@@ -435,7 +435,7 @@ def _with_damping(
     )
     if classes == decision.classes:
         return decision
-    return replace(decision, classes=classes, ties=(), held=scores.of(classes))
+    return replace(decision, classes=classes, ties=(), squares=scores.of(classes))
 
 
 def _sum_or_product(
@@ -465,11 +465,11 @@ def _sum_or_product(
     )
     both, result = scores.of(surface_set), scores.of(answer)
     if any(map(table.is_in_surface, partners)):
-        takes = shares.takes_of_left(both, result, limits.gain_of_left)
+        takes = shares.takes_of_remaining(both, result, limits.gain_of_left)
         return surface_set if takes else answer
     product, total = _product(scores, partners), scores.of((*sorted(sum_classes), *partners))
     least = min(both, product, total, key=lambda squares: squares.total)
-    takes = shares.takes_of_left(least, result, limits.gain_of_left)
+    takes = shares.takes_of_remaining(least, result, limits.gain_of_left)
     if product.total < total.total:
         # A law of the speed loses its name to a product that gains as much: so does its class.
         takes = takes or shares.is_gain(product, result, limits.law_parameter)
@@ -494,7 +494,7 @@ def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
     missing are more causes than two, or one that no class holds whole.
     """
     least = scores.constants.second_cause
-    return shares.is_gain(scores.ceiling(), decision.held, least)
+    return shares.is_gain(scores.ceiling(), decision.squares, least)
 
 
 def state_of(shares: Shares, result: HeldOutSquares) -> str:

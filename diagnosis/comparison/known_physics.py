@@ -174,7 +174,7 @@ class DeclaredError:
 
     #: Channel or input; of a delay, which all channels share, the first that declares it
     signal: str
-    part: Measurement  # Part of the measurement model that is off
+    quantity: Measurement  # Part of the measurement model that is off
     std: float  # Standard deviation: relative, or in the unit of the signal, [s] or [rad]
     #: Number of the channel; None for an input and for the delay of all channels
     channel: int | None = None
@@ -182,11 +182,11 @@ class DeclaredError:
     @property
     def is_of_input(self) -> bool:
         """Whether an input is misread."""
-        return self.channel is None and self.part in _OF_INPUTS
+        return self.channel is None and self.quantity in _OF_INPUTS
 
     def misread(self, values: FloatArray) -> FloatArray:
         """Signal as it is read one standard deviation off in gain or zero, of the same shape."""
-        if self.part is Measurement.GAIN:
+        if self.quantity is Measurement.GAIN:
             return np.asarray((1.0 + self.std) * values)
         return np.asarray(values + self.std)
 
@@ -207,7 +207,7 @@ class Misreading:
     def sources(self) -> list[str]:
         """Source of error of every row of the scores: ``load cell``, ``probes`` ..."""
         of_errors = [
-            "load cell" if error.is_of_input else _SOURCES[error.part] for error in self.errors
+            "load cell" if error.is_of_input else _SOURCES[error.quantity] for error in self.errors
         ]
         return of_errors + [self.further] * (len(self.scores) - len(of_errors))
 
@@ -262,21 +262,21 @@ def errors_words(errors: Sequence[DeclaredError]) -> str:
     clauses = [
         f"{_WORDS[measurement][0]} ({', '.join(_declared_words(errors, measurement))})"
         for measurement in _WORDS
-        if any(error.part is measurement for error in errors)
+        if any(error.quantity is measurement for error in errors)
     ]
     text = (
         f"intervals hold the declared standard deviations of {', '.join(clauses)}"
         if clauses
         else ""
     )
-    has_load = any(error.is_of_input and error.part is Measurement.GAIN for error in errors)
+    has_load = any(error.is_of_input and error.quantity is Measurement.GAIN for error in errors)
     return "; ".join(clause for clause in (text, "" if has_load else LOADS_AS_READ) if clause)
 
 
 def _declared_words(errors: Sequence[DeclaredError], measurement: Measurement) -> Iterator[str]:
     """Inputs by name, then all channels together."""
     _, factor, unit = _WORDS[measurement]
-    chosen = [error for error in errors if error.part is measurement]
+    chosen = [error for error in errors if error.quantity is measurement]
     yield from (
         f"{error.signal} {factor * error.std:.3g}{unit}" for error in chosen if error.is_of_input
     )

@@ -312,7 +312,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             refitted,
             self.linear_records,
             lambda: element_clocks(self.records, by_force=self.model.by_force),
-            beside=lambda laws, values: self.wiring_beside(
+            with_laws=lambda laws, values: self.wiring_beside(
                 laws, lambda other: mean_square_of(element_problem(other), laws)
             ),
         )

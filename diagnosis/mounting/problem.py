@@ -165,7 +165,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
     ) -> FloatArray:
         """Change of the residual where a signal is read one standard deviation off, (n, C)."""
         choice = self.choice(effects)
-        if error.is_of_input or error.part is Measurement.DELAY:
+        if error.is_of_input or error.quantity is Measurement.DELAY:
             predicted = self.model.predicted(record, effects, theta, choice)
             if not error.is_of_input:
                 late = (*effects, SENSOR_DELAY.id), np.append(theta, error.std)
@@ -216,7 +216,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             self.predictions,
             lambda other: mean_square_of(mounting_problem(other)),
             self.linear_records,
-            beside=lambda laws, values: self.wiring_beside(
+            with_laws=lambda laws, values: self.wiring_beside(
                 laws, lambda other: mean_square_of(mounting_problem(other), laws)
             ),
         )

@@ -231,11 +231,11 @@ def _known_of_base(
     for k, parameter in enumerate(model.parameters((), contained_channels(model))):
         if parameter.run is not None:
             continue
-        place = int(rows.of_row[1 + k])
+        number = int(rows.of_row[1 + k])
         if is_held(parameter, float(base[k])):
-            penalty[place - 1] = _EXACT
+            penalty[number - 1] = _EXACT
         elif np.isfinite(parameter.prior_std):
-            penalty[place - 1] = variance * (unit[place] / parameter.prior_std) ** 2
+            penalty[number - 1] = variance * (unit[number] / parameter.prior_std) ** 2
     return penalty
 
 
