@@ -140,7 +140,7 @@ def checked_baseline(
     # None of another simulator's prediction: it stands as it is.
     if records:
         gap = GapSquare(before, floor)
-        enough = gap.left(1.0 - _AS_GOOD)
+        enough = gap.remaining(1.0 - _AS_GOOD)
         late = [refitted_clock(campaign, guess, wiring.refitted, enough) for guess in wiring.late()]
         clocks += drifting_clocks(records, campaign, wiring.refitted)
         clocks += _drifting_by_steps(late, campaign)
@@ -184,9 +184,9 @@ def _beside_law(
     if not _GAP * floor < before < np.inf:
         return
     gap = GapSquare(before, floor)
-    beside = wiring.beside(fit.effects, fit.known)
-    for rival in _lone_and_load_rivals(beside, campaign, fit.theta, gap):
-        if rival.mean_square <= gap.left(NEARLY_ALL):
+    checks = wiring.with_laws(fit.effects, fit.known)
+    for rival in _lone_and_load_rivals(checks, campaign, fit.theta, gap):
+        if rival.mean_square <= gap.remaining(NEARLY_ALL):
             yield replace(rival, laws=(law,))
 
 
@@ -206,7 +206,7 @@ def _lone_and_load_rivals(
         yield WiringRival(fault.id, fault.about, fault.text, square, line)
     if wiring.has_cheap_refits:
         sized = sized_faults(campaign, wiring.refitted)
-        yield from (rival for rival in sized if rival.mean_square <= gap.left(NEARLY_ALL))
+        yield from (rival for rival in sized if rival.mean_square <= gap.remaining(NEARLY_ALL))
 
 
 def _drifting(
@@ -318,7 +318,7 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
     if fault == FILTERED_CHANNEL:
         # One size is as good where it leaves as little, however much both explain.
         floor, gap = far.noise_floor**2, far.rms_before**2 - far.noise_floor**2
-        most = max(far.rms_after**2, floor) * Thresholds().never_equal_rms ** 2
+        most = max(far.rms_after**2, floor) * Thresholds().remainder ** 2
         return min(1.0 - (most - floor) / gap, 1.0) if gap > 0.0 else 1.0
     named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
@@ -428,10 +428,10 @@ def _late_by_steps(
 ) -> Iterator[CampaignWarning]:
     """A delay of all signals that a fit of the baseline cannot find, put back."""
     step = mean_step(campaign.runs[0].time)
-    for clock, left in late:
+    for clock, remaining in late:
         if clock.run or abs(clock.delay) < _FEWEST_STEPS * step:
             continue
-        share = (before - left) / (before - floor)
+        share = (before - remaining) / (before - floor)
         if share >= _TOLD:
             sure = f"put back, the baseline alone explains {share:.0%} of the gap"
             yield _delay_warning("", clock.delay, sure)
@@ -442,9 +442,9 @@ def _drifting_by_steps(
 ) -> Iterator[WiringRival]:
     """Clocks that drift by more than a fit of the baseline finds its way back from."""
     files = {run.name: run.file for run in campaign.runs}
-    for clock, left in late:
+    for clock, remaining in late:
         if clock.run:
-            yield clock_rival(clock.run, clock.growth, left, files[clock.run])
+            yield clock_rival(clock.run, clock.growth, remaining, files[clock.run])
 
 
 def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:
@@ -465,10 +465,7 @@ def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:
 
 
 def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:
-    """Parameters of the baseline on a bound.
-
-    A mass, a stiffness or a damping of zero is physical; nothing but zeros is not.
-    """
+    """Parameters of the baseline on a bound."""
     of_rig = [k for k, p in enumerate(fit.parameters) if p.effect == BASELINE and p.lower == 0.0]
     nothing = bool(of_rig) and all(_is_at_bound(fit, k) for k in of_rig)
     for k, parameter in enumerate(fit.parameters):

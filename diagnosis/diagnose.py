@@ -146,10 +146,7 @@ def diagnose(
 
 
 def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | Rejection | None:
-    """How far the measured shapes of an answer shrink the gap in the simulator.
-
-    A class without a shape of its own is its nearest law; None where a class has neither.
-    """
+    """How far the measured shapes of an answer shrink the gap in the simulator."""
     fits.note("measured shapes")
     shapes = {
         finding.id: replace(finding.measured_law, name=f"measured {finding.id}")

@@ -12,7 +12,7 @@ from carrierflex.diagnosis.carrier.classes.measured_laws import (
 )
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
 from carrierflex.diagnosis.carrier.wiring import (
-    carrier_left,
+    carrier_mean_square,
     carrier_predictions,
     carrier_records,
     carrier_rivals,
@@ -164,22 +164,8 @@ def saved_law(
 ) -> Law:
     """Measured shape of a class as a law of the campaign's kind.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Diagnosed campaign.
-    answer : ClassAnswer
-        Its answer by class.
-    wanted : str, optional
-        Class as its table calls it, of a carrier frame and pattern; default: that of the
-        largest share.
-    values : mapping of str to mapping of str to float
-        Fitted parameters of the named laws, by name.
-
-    Raises
-    ------
-    ValueError
-        Where the class is not kept in a file, or none is named.
+    `wanted` is a class as its table calls it, of a carrier frame and pattern; default: that of the
+    largest share. `values` are fitted parameters of the named laws.
     """
     return _LAWS[campaign.kind](answer, campaign.name, wanted, values)
 
@@ -202,13 +188,13 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
     if isinstance(problem, CarrierProblem):
         carrier = problem
 
-        def beside(laws: Effects, values: Mapping[tuple[str, str], float]) -> WiringChecks:
+        def with_laws(laws: Effects, values: Mapping[tuple[str, str], float]) -> WiringChecks:
             """Checks with laws beside the baseline; none of a law that adds no signal."""
             if any(carrier.model.effects[law].pattern is None for law in laws):
                 return WiringChecks.none()
             return replace(
                 WiringChecks.none(),
-                refitted=lambda other: carrier_left(carrier, other, laws, values),
+                refitted=lambda other: carrier_mean_square(carrier, other, laws, values),
                 linear=lambda theta: carrier_records(carrier, laws, values),
                 has_cheap_refits=True,
             )
@@ -216,9 +202,9 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
         return WiringChecks(
             lambda: carrier_rivals(carrier),
             lambda theta: carrier_predictions(carrier),
-            lambda other: carrier_left(carrier, other),
+            lambda other: carrier_mean_square(carrier, other),
             lambda theta: carrier_records(carrier),
-            beside=beside,
+            with_laws=with_laws,
             has_cheap_refits=True,
             unchecked=unchecked_records(carrier),
         )

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
@@ -28,12 +29,9 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 
-#: RMS of all motion beside the orders over the noise floor from which it is more than noise, and
-#: its share of the gap from which it is part of the answer.
+#: RMS of all motion beside the orders over the noise floor from which it is more than noise.
 _SMALLEST = 0.5
-_SMALLEST_SHARE = 0.025
-#: Share of the gap from which classes are named, and from which they lead.
-_NAMED, _LEADING = 0.8, 0.5
+_LIMITS = ClassConstants()
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,60 +69,67 @@ def line_verdict(
     LineVerdict or None
         None where there is no such motion, or none worth a name.
     """
-    sizes = [_mean_square(motion, reduction) for motion in motions]
-    beside = sum(sizes)
+    squares = [_mean_square(motion, reduction) for motion in motions]
+    of_lines = sum(squares)
     floor = reduction.noise_floor**2
     on_orders = max(reduction.rms_before**2 - floor, 0.0) if verdict != AT_NOISE_FLOOR else 0.0
-    gap = on_orders + beside
-    if beside < _SMALLEST**2 * floor or beside < _SMALLEST_SHARE * gap or not gap > 0.0:
+    gap = on_orders + of_lines
+    smallest = _LIMITS.second_cause * gap
+    if of_lines < _SMALLEST**2 * floor or of_lines < smallest or not gap > 0.0:
         return None
-    explained = sum(size * own.explained for size, own in zip(sizes, motions, strict=True))
-    of_run = {run: sum(own.mean_square.get(run, 0.0) for own in motions) for run in _runs(motions)}
-    whole = _whole(reduction, of_run, beside, explained, on_orders)
-    share = whole.phi
-    state = NAMED_CLASS if share >= _NAMED else LEADING_CLASS if share >= _LEADING else NO_CLASS
-    ordered = sorted(zip(sizes, motions, strict=True), key=lambda pair: -pair[0])
-    large = [(size / gap, own) for size, own in ordered if size >= _SMALLEST_SHARE * gap]
+    explained = sum(
+        square * motion.explained for square, motion in zip(squares, motions, strict=True)
+    )
+    of_run = {
+        run: sum(line.mean_square.get(run, 0.0) for line in motions) for run in _runs(motions)
+    }
+    joint = _joint_reduction(reduction, of_run, of_lines, explained, on_orders)
+    share = joint.phi
+    is_named, is_leading = share >= 1.0 - _LIMITS.named_left, share >= _LIMITS.leading_share
+    state = NAMED_CLASS if is_named else LEADING_CLASS if is_leading else NO_CLASS
+    ordered = sorted(zip(squares, motions, strict=True), key=lambda pair: -pair[0])
+    large = [(square / gap, motion) for square, motion in ordered if square >= smallest]
     findings = [
-        ClassFinding(own.id, part * own.explained, (part * own.explained, part), "", 0.0, False)
-        for part, own in large
+        ClassFinding(line.id, size * line.explained, (size * line.explained, size), "", 0.0, False)
+        for size, line in large
     ]
-    findings += _of_whole(classes, on_orders / gap)
+    findings += _shares_of_gap(classes, on_orders / gap)
     answer = ClassAnswer(
         state=state,
         classes=tuple(findings) if state != NO_CLASS else (),
         ties=(),
         rivals={},
         share=share,
-        share_ci95=whole.phi_ci95,
+        share_ci95=joint.phi_ci95,
         learnable=share,
         learnt_by=(),
         law_share=max(share - explained / gap, 0.0),
         classes_of_law={},
     )
-    names = ", ".join(f"{own.label} ({_where(own)})" for _, own in large)
-    text = f"motion between the shaft's orders, {names}, is {beside / gap:.0%} of the gap"
+    names = ", ".join(f"{motion.label} ({_where(motion)})" for _, motion in large)
+    text = f"motion between the shaft's orders, {names}, is {of_lines / gap:.0%} of the gap"
     if verdict in NAMING:
         text = f"{text}; of the rest: {reason}"
     elif verdict == CLASS_NAMED:
         text = f"{text}; on the orders {reason}"
     elif verdict == NONE_OF_THESE:
         text = f"{text}; no effect explains the rest: {reason}"
-    joint = NONE_OF_THESE if state == NO_CLASS else CLASS_NAMED
-    return LineVerdict(verdict if verdict == ALIASED else joint, text, answer, whole)
+    if verdict != ALIASED:
+        verdict = NONE_OF_THESE if state == NO_CLASS else CLASS_NAMED
+    return LineVerdict(verdict, text, answer, joint)
 
 
-def _of_whole(classes: Sequence[ClassFinding], part: float) -> list[ClassFinding]:
-    """Classes of a part of the gap as shares of the whole."""
+def _shares_of_gap(classes: Sequence[ClassFinding], fraction: float) -> list[ClassFinding]:
+    """Classes of the gap on the orders, a fraction of the gap, as shares of the gap."""
     return [
         replace(
-            own,
-            share=part * own.share,
-            share_ci95=(part * own.share_ci95[0], part * own.share_ci95[1]),
-            law_share=part * own.law_share,
+            finding,
+            share=fraction * finding.share,
+            share_ci95=(fraction * finding.share_ci95[0], fraction * finding.share_ci95[1]),
+            law_share=fraction * finding.law_share,
         )
-        for own in classes
-        if part * own.share >= _SMALLEST_SHARE
+        for finding in classes
+        if fraction * finding.share >= _LIMITS.second_cause
     ]
 
 
@@ -147,32 +152,32 @@ def _runs(motions: Sequence[OffOrderMotion]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(run for motion in motions for run in motion.mean_square))
 
 
-def _whole(
+def _joint_reduction(
     reduction: GapReduction,
     of_run: Mapping[str, float],
-    beside: float,
+    of_lines: float,
     explained: float,
     on_orders: float,
 ) -> GapReduction:
-    """How far effects and lines together shrink the whole gap.
+    """How far effects and lines together shrink the gap.
 
-    `of_run` is the mean square of the lines by run, `beside` that of all runs.
+    `of_run` is the mean square of the lines by run, `of_lines` that of all runs.
     """
-    before = reduction.rms_before**2 + beside
-    left = beside - explained
-    floor = reduction.noise_floor
+    before = reduction.rms_before**2 + of_lines
+    floor, gap = reduction.noise_floor, on_orders + of_lines
 
     def ratio(of_effects: float) -> float:
         """RMS after over before, given that of the effects alone."""
-        return float(np.sqrt(((of_effects * reduction.rms_before) ** 2 + left) / before))
+        after = (of_effects * reduction.rms_before) ** 2 + (of_lines - explained)
+        return float(np.sqrt(after / before))
 
     def share(of_effects: float) -> float:
         """Share of the gap explained, given that of the effects alone."""
         inside = of_effects * on_orders if np.isfinite(of_effects) else 0.0
-        return min((inside + explained) / (on_orders + beside), 1.0)
+        return min((inside + explained) / gap, 1.0)
 
     rms_after = ratio(reduction.rho) * float(np.sqrt(before))
-    kept = map_of(reduction.cells_after).on_orders()
+    cells = map_of(reduction.cells_after).on_orders()
     return replace(
         reduction,
         rms_before=float(np.sqrt(before)),
@@ -182,10 +187,8 @@ def _whole(
         phi=share(reduction.phi),
         phi_ci95=(share(reduction.phi_ci95[0]), share(reduction.phi_ci95[1])),
         floor_multiple=rms_after / floor if floor > 0.0 else float("inf"),
-        steps=tuple(
-            _step_of_whole(step, on_orders / (on_orders + beside)) for step in reduction.steps
-        ),
-        cells_after=kept.of_gap(float(kept.coherent.sum())),
+        steps=tuple(_share_of_gap(step, on_orders / gap) for step in reduction.steps),
+        cells_after=cells.of_gap(float(cells.coherent.sum())),
         validation=tuple(
             replace(row, error_after=_less(row.error_after, of_run.get(row.run, 0.0)))
             for row in reduction.validation
@@ -197,10 +200,10 @@ def _whole(
     )
 
 
-def _step_of_whole(step: SelectionStep, part: float) -> SelectionStep:
-    """Step whose share is that of the whole gap; RMS and rho stay those on the orders."""
+def _share_of_gap(step: SelectionStep, fraction: float) -> SelectionStep:
+    """Step whose share is that of the gap; RMS and rho stay those on the orders."""
     low, high = step.share_ci95
-    return replace(step, share=part * step.share, share_ci95=(part * low, part * high))
+    return replace(step, share=fraction * step.share, share_ci95=(fraction * low, fraction * high))
 
 
 def _less(error: float, square: float) -> float:

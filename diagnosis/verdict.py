@@ -35,32 +35,18 @@ from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What is said of the cause.
+    """What is said of the cause."""
 
-    Parameters
-    ----------
-    verdict, reason : str
-        Verdict and its reason.
-    effects : tuple of str
-        Laws that are named.
-    answer : ClassAnswer, optional
-        Classes; where a law decides between tied ones reduced to its own. None where the records
-        are too short for a comparison of classes.
-    reduction : GapReduction
-        How far what is named shrinks the gap.
-    reason_id : str
-        FLOOR_UNKNOWN where the size of the noise is not known; else empty.
-    experiment : str
-        What would decide it; empty where the verdict needs nothing more.
-    """
-
+    #: verdict, reason: verdict and its reason
     verdict: str
     reason: str
-    effects: Effects
+    effects: Effects  # Laws that are named
+    #: Classes; where a law decides between tied ones reduced to its own. None where the records are
+    #: too short for a comparison of classes.
     answer: ClassAnswer | None
-    reduction: GapReduction
-    reason_id: str = ""
-    experiment: str = ""
+    reduction: GapReduction  # How far what is named shrinks the gap
+    reason_id: str = ""  # FLOOR_UNKNOWN where the size of the noise is not known; else empty
+    experiment: str = ""  # What would decide it; empty where the verdict needs nothing more
 
 
 def verdict_of(
@@ -75,29 +61,11 @@ def verdict_of(
 ) -> Verdict:
     """Verdict from the laws that were fitted and the classes of the table.
 
-    Parameters
-    ----------
-    selection : Selection
-        Laws that the held-out records support.
-    reduction : GapReduction
-        How far they shrink the gap.
-    answer : ClassAnswer, optional
-        Classes that the records show.
-    limits : Thresholds
-        Limits.
-    floor_is_measured : bool
-        Whether the noise floor was declared or comes from repeats.
-    by_shapes : callable
-        How far the measured shapes of the classes of an answer shrink the gap once they are in the
-        simulator, or why the records do not support them there; None where a class has none.
-    predictive : tuple of str
-        Laws of which the size alone is free.
-
-    Returns
-    -------
-    Verdict
-        The first of these that holds: nothing visible; no gap; laws that lie in the classes of the
-        answer, or explain as much as all classes; the class; none of these.
+    The first of these that holds: nothing visible; no gap; laws that lie in the classes of the
+    answer, or explain as much as all classes; the class; none of these. `by_shapes` says how far
+    the measured shapes of an answer shrink the gap in the simulator, or why the records do not
+    support them there (None: a class has none); `predictive` are laws of which the size alone is
+    free.
     """
     verdict, reason = _of_laws(
         selection, reduction, answer, limits, floor_is_measured=floor_is_measured
@@ -246,10 +214,7 @@ def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) ->
 
 
 def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
-    """Classes of the answer, or of a tie, each of which holds one law and every law in one.
-
-    Also the answer with the class that learns some of what it leaves.
-    """
+    """Classes of the answer, or of a tie, each of which holds one law and every law in one."""
     if not laws:
         return None
     for classes in (answer.ids, *answer.ties, (*answer.ids, *answer.learnt_by)):
@@ -292,10 +257,7 @@ def _covers(laws: Effects, classes: Sequence[str], answer: ClassAnswer) -> bool:
 
 
 def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effects) -> ClassAnswer:
-    """Answer of the classes whose laws are named.
-
-    Those that a tie put in question, or a second one that the laws show beside the first.
-    """
+    """Answer of the classes whose laws are named."""
     known = {finding.id: finding for finding in answer.classes}
     findings = []
     for name in classes:
@@ -348,10 +310,7 @@ def _without_class(
 def _by_laws(
     answer: ClassAnswer, laws: Effects, reduction: GapReduction, preferred: Sequence[str] = ()
 ) -> ClassAnswer:
-    """Answer whose classes are those of the named laws.
-
-    Of the classes of a law the `preferred` one, else the narrowest.
-    """
+    """Answer whose classes are those of the named laws."""
     law_of_class: dict[str, str] = {}
     for law in laws:
         holders = answer.classes_of_law.get(law, ())

@@ -58,10 +58,7 @@ class _Component:
 
 
 def _components(cells: Sequence[GapCell]) -> tuple[_Component, ...]:
-    """Components of the gap over all runs, largest first.
-
-    The two halves of a static tilt are one component.
-    """
+    """Components of the gap over all runs, largest first."""
     gap = map_of(cells)
     if not gap:
         return ()
@@ -156,21 +153,12 @@ def _radial_frame(component: _Component, components: Sequence[_Component]) -> st
 
 @dataclass(frozen=True, eq=False)
 class GapComponents:
-    """Components of a gap, what each is fixed to and how it grows with the loads.
+    """Components of a gap, what each is fixed to and how it grows with the loads."""
 
-    Parameters
-    ----------
-    cells : sequence of GapCell
-        The map.
-    conditions : mapping of str to mapping of str to float
-        ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes.
-    n_planets : int
-        Planets.
-    """
-
-    cells: Sequence[GapCell]
+    cells: Sequence[GapCell]  # The map
+    #: ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes
     conditions: Mapping[str, Mapping[str, float]]
-    n_planets: int
+    n_planets: int  # Planets
 
     def growth(self) -> tuple[PartGrowth, ...]:
         """Frame and growth of the largest significant components."""
@@ -227,10 +215,7 @@ class GapComponents:
         )
 
     def _changes_with_load(self, component: _Component, growth: PartGrowth) -> bool:
-        """Whether a component differs between runs with and without a radial load.
-
-        Its growth with torque is taken out where it is known.
-        """
+        """Whether a component differs between runs with and without a radial load."""
         loads = self.conditions[RADIAL_LOAD]
         exponent = growth.exponents[TORQUE]
         is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN
@@ -247,10 +232,7 @@ class GapComponents:
 
 
 def _small_orders(components: Sequence[_Component], n_runs: int) -> list[Finding]:
-    """Orders that are significant in most runs though small, largest first.
-
-    The patterns of one order together.
-    """
+    """Orders that are significant in most runs though small, largest first."""
     orders: dict[int, list[_Component]] = {}
     for component in components:
         if 2 * len(component.runs) > n_runs:

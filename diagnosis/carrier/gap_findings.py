@@ -67,27 +67,13 @@ _SEED, _SEED_OFF_ORDERS = 3, 5
 
 @dataclass(frozen=True, eq=False)
 class CarrierGap:
-    """Residual of one model by revolution.
+    """Residual of one model by revolution."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Channels and runs.
-    records : CarrierSums
-        Orders of the measured signals, scatter off them, loads.
-    noise : ndarray, shape (C,)
-        Variance of the noise of every channel [m²].
-    residual : ndarray of complex, shape (R, C, n + 1)
-        Order amplitudes of the residual, 0 to n.
-    motion : OffOrders
-        Lines and bands off the orders, which are not in `records`.
-    """
-
-    campaign: Campaign
-    records: CarrierSums
-    noise: FloatArray
-    residual: ComplexArray
-    motion: OffOrders
+    campaign: Campaign  # Channels and runs
+    records: CarrierSums  # Orders of the measured signals, scatter off them, loads
+    noise: FloatArray  # Variance of the noise of every channel [m²], shape (C,)
+    residual: ComplexArray  # Order amplitudes of the residual, 0 to n, shape (R, C, n + 1)
+    motion: OffOrders  # Lines and bands off the orders, which are not in `records`
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:
@@ -411,10 +397,7 @@ def _signed_orders(amplitudes: ComplexArray) -> FloatArray:
 
 
 def _degrees_of(amplitudes: ComplexArray) -> FloatArray:
-    """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis.
-
-    Two, or one where they are real throughout.
-    """
+    """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis."""
     return np.where(np.abs(amplitudes.imag).max(axis=0) == 0.0, 1.0, 2.0)
 
 
@@ -456,11 +439,7 @@ def _run_table(run: str, split_of_run: Callable[[], PatternSplit], noise: float)
 
 
 def _off_order_tables(motion: OffOrders) -> Iterator[CellTable]:
-    """Cells of every run off the orders, each motion at its strongest line; orders are turns.
-
-    ``mean_square`` of a cell is that over all channels, as of every cell; the noise of a fitted
-    amplitude is taken off, and draws add it once more.
-    """
+    """Cells of every run off the orders, each motion at its strongest line; orders are turns."""
     if not motion.members:
         return
     rng = np.random.default_rng(_SEED_OFF_ORDERS)

@@ -46,25 +46,7 @@ def carrier_rig(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> Ca
 
 
 def carrier_library(rig: CarrierRig, measured: Sequence[Effect] = ()) -> dict[str, Effect]:
-    """Effects by id that the curves of a rig allow.
-
-    Parameters
-    ----------
-    rig : CarrierRig
-        Rig and curves of the campaign.
-    measured : sequence of Effect
-        Measured laws of files.
-
-    Returns
-    -------
-    dict of str to Effect
-        The contract's effects, the measured laws first, then users'.
-
-    Raises
-    ------
-    ValueError
-        Where a user's card cannot be computed, or an id stands twice.
-    """
+    """Effects by id that the curves of a rig allow."""
     of_rig = effects_of(rig.n_planets)
     of_rig[PIN_CLEARANCE.id] = with_weight(of_rig[PIN_CLEARANCE.id], rig.curves)
     effects = (*of_rig.values(), *measured)

@@ -64,36 +64,20 @@ _SAMPLES = 48
 
 @dataclass(frozen=True, eq=False)
 class CarrierReading:
-    """A fitted set of effects, whose records may be misread.
+    """A fitted set of effects, whose records may be misread."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    model : CarrierModel
-        Weights of the columns, and what the campaign declares.
-    products : RunSlices
-        Products of the columns.
-    effects : tuple of str
-        Effects beside the baseline.
-    theta : ndarray, shape (p,)
-        Parameters of the set.
-    choice : mapping of str to int
-        Channel of every effect of one sensor.
-    """
-
-    campaign: Campaign
-    model: CarrierModel
-    products: RunSlices
-    effects: Effects
-    theta: FloatArray
-    choice: Choice
+    campaign: Campaign  # Records
+    model: CarrierModel  # Weights of the columns, and what the campaign declares
+    products: RunSlices  # Products of the columns
+    effects: Effects  # Effects beside the baseline
+    theta: FloatArray  # Parameters of the set, shape (p,)
+    choice: Choice  # Channel of every effect of one sensor
 
     def misread(self) -> Misreading:
         """What every declared error, then every error of the curves, does to the gradient."""
         errors = declared_errors(self.model.known)
         as_read = self._scores(self.model, self.products)
-        quantities = {error.part for error in errors if error.channel is not None}
+        quantities = {error.quantity for error in errors if error.channel is not None}
         has_angles = Measurement.ANGLE in quantities
         of_channels = {
             quantity: self._of_sensors(quantity) for quantity in quantities - {Measurement.ANGLE}
@@ -106,11 +90,11 @@ class CarrierReading:
             if error.channel is None:
                 runs = tuple(_misread_run(run, error) for run in self.campaign.runs)
                 change = (self._made_again(replace(self.campaign, runs=runs)) - as_read).sum(axis=0)
-                if error.part is Measurement.DELAY:
-                    change += error.std * self._of_prediction(error.part).sum(axis=0)
+                if error.quantity is Measurement.DELAY:
+                    change += error.std * self._of_prediction(error.quantity).sum(axis=0)
             else:
-                change = error.std * of_channels[error.part][error.channel]
-                if error.part is Measurement.ANGLE:
+                change = error.std * of_channels[error.quantity][error.channel]
+                if error.quantity is Measurement.ANGLE:
                     change += moved[error.channel]
             scores.append(change)
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
@@ -132,7 +116,7 @@ class CarrierReading:
         """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""
         channels = list(self.campaign.channels)
         for error in errors:
-            if error.part is Measurement.ANGLE and error.channel is not None:
+            if error.quantity is Measurement.ANGLE and error.channel is not None:
                 channels[error.channel] = _behind(channels[error.channel], error.std)
         return self._made_again(replace(self.campaign, channels=tuple(channels)))
 
@@ -193,10 +177,7 @@ class CarrierReading:
         return scores
 
     def _of_prediction(self, quantity: Measurement) -> FloatArray:
-        """``J.T dr/de`` by channel of an angle or a delay, of another simulator's prediction.
-
-        Nobody can make its columns again.
-        """
+        """``J.T dr/de`` by channel of an angle or a delay, of another simulator's prediction."""
         if not self.model.index.has_prediction:
             return np.zeros((len(self.campaign.channels), self.theta.size))
         still = {
@@ -256,7 +237,7 @@ def _behind(channel: Channel, angle: float) -> Channel:
 
 def _misread_run(run: Run, error: DeclaredError) -> Run:
     """Run with an input, or with all channels' delay, one standard deviation off."""
-    if error.part is Measurement.DELAY:
+    if error.quantity is Measurement.DELAY:
         # Channels that are late show a carrier that has turned further.
         ahead = delayed_angle(run.time, run.inputs[_CARRIER_ANGLE], -error.std)
         return replace(run, inputs={**run.inputs, _CARRIER_ANGLE: ahead})

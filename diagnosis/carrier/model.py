@@ -74,22 +74,12 @@ class WeightTable:
     """Weights of the columns in use, summed up term by term; u columns, q unknowns of a run.
 
     Unknowns that are another run's are omitted: with hundreds of runs they are nearly all.
-
-    Parameters
-    ----------
-    columns : ndarray of int, shape (u,)
-        Numbers of the columns, ascending, the target first.
-    unknowns : ndarray of int, shape (n_runs, q)
-        Numbers of the unknowns that act in every run.
-    values : ndarray, shape (n_runs, n_channels, u)
-        Weights.
-    slopes : ndarray, shape (n_runs, n_channels, q, u)
-        Their derivatives by the unknowns of the run.
     """
 
-    columns: IntArray
-    unknowns: IntArray
-    values: FloatArray
+    columns: IntArray  # Numbers of the columns, ascending, the target first, shape (u,)
+    unknowns: IntArray  # Numbers of the unknowns that act in every run, shape (n_runs, q)
+    values: FloatArray  # Weights, shape (n_runs, n_channels, u)
+    #: Their derivatives by the unknowns of the run, shape (n_runs, n_channels, q, u)
     slopes: FloatArray
 
     @property
@@ -122,30 +112,16 @@ class WeightTable:
 
 @dataclass(frozen=True, eq=False)
 class CarrierModel:
-    """Parameters and weights of any set of effects.
+    """Parameters and weights of any set of effects."""
 
-    Parameters
-    ----------
-    source : ColumnSource
-        Columns, with all effects.
-    index : ColumnIndex
-        Their numbers.
-    contained : tuple of str
-        Effects of the baseline.
-    runs, channels : tuple of str
-        Names.
-    known : KnownPhysics
-        Known values and declared errors of the sensors.
-    class_of_measured : mapping of str to str
-        Frame and pattern of effects that are measured laws of files.
-    """
-
-    source: ColumnSource
-    index: ColumnIndex
-    contained: Effects
+    source: ColumnSource  # Columns, with all effects
+    index: ColumnIndex  # Their numbers
+    contained: Effects  # Effects of the baseline
+    #: runs, channels: names
     runs: tuple[str, ...]
     channels: tuple[str, ...]
-    known: KnownPhysics = NOTHING_KNOWN
+    known: KnownPhysics = NOTHING_KNOWN  # Known values and declared errors of the sensors
+    #: Frame and pattern of effects that are measured laws of files
     class_of_measured: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -287,10 +263,7 @@ class CarrierModel:
     def _without_sensor_errors(
         self, first: Mapping[str, int], theta: FloatArray
     ) -> list[_WeightedColumn]:
-        """Terms of the prediction of another simulator and of every effect that adds a signal.
-
-        `theta`, shape (n_runs, q), are the values in every run.
-        """
+        """Terms of the prediction of another simulator and of every effect that adds a signal."""
         terms = []
         if self.index.has_prediction:
             column = self.index.of(PREDICTION)
@@ -445,10 +418,7 @@ def _lagrange(nodes: FloatArray, value: float) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=8)
 def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
-    """Polynomials that are one at one node and zero at the others, and their derivatives.
-
-    Coefficients, lowest power first.
-    """
+    """Polynomials that are one at one node and zero at the others, and their derivatives."""
     positions = np.array(nodes)
     rows = []
     for k in range(positions.size):
@@ -481,24 +451,13 @@ class _RowTable:
 
 @dataclass(frozen=True, eq=False)
 class EffectRows:
-    """Rows of target, baseline and effects.
+    """Rows of target, baseline and effects."""
 
-    Parameters
-    ----------
-    groups : tuple of _RowTable
-        The target and the baseline's regressors, then each effect at each of its variants.
-    n_base : int
-        Regressors of the baseline.
-    owners : tuple of str
-        Effect of every row after them.
-    variants : tuple of tuple of float
-        Its channel, or its shape; empty where it has neither.
-    """
-
+    #: The target and the baseline's regressors, then each effect at each of its variants
     groups: tuple[_RowTable, ...]
-    n_base: int
-    owners: tuple[str, ...]
-    variants: tuple[tuple[float, ...], ...]
+    n_base: int  # Regressors of the baseline
+    owners: tuple[str, ...]  # Effect of every row after them
+    variants: tuple[tuple[float, ...], ...]  # Its channel, or its shape; empty where it has neither
 
     @property
     def size(self) -> int:
@@ -543,12 +502,12 @@ def expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatA
     bound: it stands for a cause then, and so do the others.
     """
     known = np.array([p.prior_mean if np.isfinite(p.prior_std) else 0.0 for p in parameters])
-    held = np.array([is_held(p, value) for p, value in zip(parameters, base, strict=True)])
+    is_fixed = np.array([is_held(p, value) for p, value in zip(parameters, base, strict=True)])
     errors = np.array([p.effect == CURVE_ERROR for p in parameters], dtype=bool)
     lower, upper = bounds_of(parameters)
     if ((base <= lower) | (base >= upper))[errors].any():
         base = np.where(errors, 0.0, base)
-    return np.where(held, base, known)
+    return np.where(is_fixed, base, known)
 
 
 def is_held(parameter: Parameter, value: float) -> bool:
@@ -579,10 +538,7 @@ def rows_at(
 
 
 def _base_rows(table: WeightTable, base: FloatArray, expected: FloatArray) -> _RowTable:
-    """The target less the parts that are no parameter's (another simulator's prediction).
-
-    Less the baseline at its expected values, too, and the derivatives by its parameters.
-    """
+    """The target less the parts that are no parameter's (another simulator's prediction)."""
     linear = np.einsum("rcqk,rq->rck", table.slopes, (base - expected)[table.unknowns])
     target = -(table.values - linear)
     target[..., 0] += 1.0

@@ -148,52 +148,25 @@ def _relative_power(
 
 @dataclass(frozen=True, eq=False)
 class OffOrderLine:
-    """One line off the orders.
+    """One line off the orders."""
 
-    Parameters
-    ----------
-    position : float
-        Order [per turn], or frequency [Hz].
-    is_order : bool
-        Which of the two it keeps when the speed changes.
-    p_value : float
-        Probability that noise makes it.
-    amplitudes : ndarray of complex, shape (n_runs, C)
-        Amplitude by run and channel.
-    errors : ndarray, shape (n_runs, C)
-        Standard deviation of either component by noise.
-    """
-
-    position: float
-    is_order: bool
-    p_value: float
-    amplitudes: np.ndarray
-    errors: FloatArray
+    position: float  # Order [per turn], or frequency [Hz]
+    is_order: bool  # Which of the two it keeps when the speed changes
+    p_value: float  # Probability that noise makes it
+    amplitudes: np.ndarray  # Amplitude by run and channel, shape (n_runs, C)
+    errors: FloatArray  # Standard deviation of either component by noise, shape (n_runs, C)
 
 
 @dataclass(frozen=True, eq=False)
 class OffOrders:
-    """Motion off the orders, as lines and as bands.
+    """Motion off the orders, as lines and as bands."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        The records without it.
-    speeds : mapping of str to float
-        Mean speed [turns/s] of every run that was searched, in the order of the amplitudes.
-    lines : tuple of OffOrderLine
-        Lines, the surest first.
-    motions : tuple of OffOrderMotion
-        The lines as motions: single lines, and bands of several.
-    members : tuple of tuple of int
-        Lines of each motion.
-    """
-
-    campaign: Campaign
+    campaign: Campaign  # The records without it
+    #: Mean speed [turns/s] of every run that was searched, in the order of the amplitudes
     speeds: Mapping[str, float]
-    lines: tuple[OffOrderLine, ...]
-    motions: tuple[OffOrderMotion, ...]
-    members: tuple[tuple[int, ...], ...]
+    lines: tuple[OffOrderLine, ...]  # Lines, the surest first
+    motions: tuple[OffOrderMotion, ...]  # The lines as motions: single lines, and bands of several
+    members: tuple[tuple[int, ...], ...]  # Lines of each motion
 
 
 def off_orders(campaign: Campaign) -> OffOrders:
@@ -345,10 +318,7 @@ def _without(run: RunOffOrders, chosen: Sequence[_Line]) -> RunOffOrders:
 def _fitted_lines(
     runs: Iterable[RunOffOrders], chosen: Sequence[_Line]
 ) -> tuple[tuple[OffOrderLine, ...], dict[str, float]]:
-    """Amplitudes of all lines, fitted together off the orders, and their errors.
-
-    With them the mean speed [turns/s] of every run, in their order.
-    """
+    """Amplitudes of all lines, fitted together off the orders, and their errors."""
     amplitudes = []
     errors = []
     speeds = {}
@@ -368,10 +338,7 @@ def _fitted_lines(
 
 
 def _explained(runs: Sequence[RunOffOrders], chosen: Sequence[_Line]) -> float:
-    """Share of the lines' power that amplitudes fitted to half of the turns predict in the other.
-
-    Turns are taken by fours; both halves predict each other.
-    """
+    """Share of the lines' power that amplitudes of half of the turns predict in the other."""
     before = after = noise = 0.0
     for run in runs:
         waves = run.without_orders(_waves(run, chosen))

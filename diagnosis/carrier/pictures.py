@@ -40,24 +40,13 @@ _WORTH_DRAWING = 0.1
 
 @dataclass(frozen=True, eq=False)
 class ModelResiduals:
-    """Residuals of models by shaft order, and their mean turns.
+    """Residuals of models by shaft order, and their mean turns."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    model : CarrierModel
-        Columns, runs and channels.
-    records : CarrierSums
-        Order amplitudes of the measured signals.
-    values : callable
-        Columns of a model's signals and their weights by run and channel, from its effects and
-        parameters.
-    """
-
-    campaign: Campaign
-    model: CarrierModel
-    records: CarrierSums
+    campaign: Campaign  # Records
+    model: CarrierModel  # Columns, runs and channels
+    records: CarrierSums  # Order amplitudes of the measured signals
+    #: Columns of a model's signals and their weights by run and channel, from its effects and
+    #: parameters
     values: Callable[[Effects, FloatArray], tuple[IntArray, FloatArray]]
 
     def orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:

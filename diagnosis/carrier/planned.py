@@ -62,21 +62,12 @@ _SAMPLES_A_TURN = 36
 
 @dataclass(frozen=True, eq=False)
 class CarrierPool:
-    """Campaign as planned with all that could be added, and the additions.
+    """Campaign as planned with all that could be added, and the additions."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Planned runs first, planned channels first; signals of what is added are blank.
-    planned : Addition
-        What is planned alone.
-    additions : tuple of Addition
-        What could be added.
-    """
-
+    #: Planned runs first, planned channels first; signals of what is added are blank
     campaign: Campaign
-    planned: Addition
-    additions: tuple[Addition, ...]
+    planned: Addition  # What is planned alone
+    additions: tuple[Addition, ...]  # What could be added
 
 
 @dataclass(frozen=True)
@@ -92,21 +83,9 @@ class _Load:
 def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> CarrierPool:
     """What could be added to a campaign of kind carrier.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Runs and channels as planned.
-    costs : Costs
-        Costs by sort.
-    limits : RigLimits
-        What the rig can do.
-
-    Returns
-    -------
-    CarrierPool
-        Sensors at feasible places; steps of torque, radial loads of both signs and half the speed,
-        alone and in sets, at one, two and four times the mean planned length; all runs two and four
-        times as long.
+    Sensors at feasible places; steps of torque, radial loads of both signs and half the speed,
+    alone and in sets, at one, two and four times the mean planned length; all runs two and four
+    times as long.
     """
     seconds = float(np.mean([run.time[-1] - run.time[0] for run in campaign.runs]))
     channels = tuple(channel.name for channel in campaign.channels)
@@ -278,22 +257,8 @@ def carrier_planned_table(
 ) -> PlannedTable:
     """Products of target, baseline and signatures by run and channel.
 
-    Parameters
-    ----------
-    problem : CarrierProblem
-        Campaign as planned, with signals: the fitted baseline says at which amplitudes errors of
-        sensors act.
-    pool : Campaign
-        The same with blank runs and channels that could be added, after the planned ones.
-    limits : RigLimits
-        What the rig can do: the largest radial load that may act without being on record.
-    note : callable
-        Told each run, for progress.
-
-    Returns
-    -------
-    PlannedTable
-        Parts: every planned run at every channel, every added run at the planned channels.
+    `problem` has signals: its fitted baseline says at which amplitudes errors of sensors act.
+    Parts: every planned run of the pool at every channel, every added run at the planned channels.
     """
     model = _model_of(problem, pool)
     base = _baseline_values(problem, model)

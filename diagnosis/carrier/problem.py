@@ -108,26 +108,13 @@ class CarrierProblem(ComparisonProblem):
     """Rim sensors of a planet carrier.
 
     See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    model : CarrierModel
-        Parameters and weights.
-    records : CarrierSums
-        Sums over the records.
-    noise : ndarray, shape (n_channels,)
-        Variance of the noise of every channel [m²].
-    motion : OffOrders
-        Lines and bands off the orders; `campaign` and `records` are without them.
     """
 
-    campaign: Campaign
-    model: CarrierModel
-    records: CarrierSums
-    noise: FloatArray
-    motion: OffOrders
+    campaign: Campaign  # Records
+    model: CarrierModel  # Parameters and weights
+    records: CarrierSums  # Sums over the records
+    noise: FloatArray  # Variance of the noise of every channel [m²], shape (n_channels,)
+    motion: OffOrders  # Lines and bands off the orders; `campaign` and `records` are without them
 
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of; another process computes again what is kept of earlier steps."""
@@ -510,26 +497,9 @@ def carrier_problem(
 ) -> CarrierProblem:
     """ComparisonProblem of a campaign of kind ``carrier``.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Measured runs and the effects the baseline contains.
-    curves : mapping of str to DeflectionCurve
-        ``delta_s``, ``delta_f``, and ``g_f`` where uneven pin loads are to be looked for. Where the
-        campaign states tolerances, also those of the drawing: the sizes of the baseline's curves
-        are then the drawing's, with a pin fit that is not known.
-    measured_laws : sequence of Law
-        Laws of files, further candidates.
-
-    Returns
-    -------
-    CarrierProblem
-        Ready to be diagnosed.
-
-    Raises
-    ------
-    ValueError
-        Where a silent channel, a run without whole revolution, a user's card or a law is refused.
+    Of the curves ``g_f`` is required where uneven pin loads are to be looked for, those of the
+    drawing where the campaign states tolerances: the sizes of the baseline's curves are then the
+    drawing's, with a pin fit that is not known.
     """
     _refuse_silent_channels(campaign.within_use())
     motion = off_orders(campaign)
@@ -703,23 +673,6 @@ def _channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
     Declared noise first. Otherwise what is left of a revolution about its own orders, and half the
     squared change of every order from one revolution to the next: drift and slow changes of the
     load hardly enter.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Channels with their declared noise.
-    records : CarrierSums
-        Orders and scatter by revolution.
-
-    Returns
-    -------
-    ndarray
-        Variances.
-
-    Raises
-    ------
-    ValueError
-        Where no noise is declared and every revolution is too sparse.
     """
     measured = _scatter(records)
     variances = []

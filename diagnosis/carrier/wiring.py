@@ -178,16 +178,8 @@ def _n_columns(effect: Effect) -> int:
 def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
     """Baseline refitted with the sensors exchanged.
 
-    Parameters
-    ----------
-    problem : CarrierProblem
-        Campaign whose baseline is the model.
-
-    Returns
-    -------
-    tuple of WiringRival
-        The order of the sensors that leaves least; empty where the baseline holds no linear effect
-        or is another simulator's.
+    The order of the sensors that leaves least; empty where the baseline holds no linear effect or
+    is another simulator's.
     """
     campaign = problem.campaign
     baseline = _LinearBaseline(problem, campaign)
@@ -239,20 +231,8 @@ def carrier_records(
 ) -> Iterator[LinearRecord]:
     """Every run with its baseline and the baseline's columns.
 
-    Parameters
-    ----------
-    problem : CarrierProblem
-        Campaign.
-    laws : tuple of str
-        Laws beside the baseline, each of which adds a signal.
-    values : mapping of tuple of str to float
-        Values of their fit, by effect and name; their shapes stay.
-
-    Yields
-    ------
-    LinearRecord
-        One a run; none where the baseline holds more than linear effects, or is another
-        simulator's.
+    None where the baseline holds more than linear effects, or is another simulator's. `values` are
+    those of the fit of the laws beside it, by effect and name.
     """
     baseline = _LinearBaseline(problem, problem.campaign, laws, values)
     effects, channels = baseline.effects, problem.campaign.channels
@@ -275,7 +255,7 @@ def carrier_records(
         )
 
 
-def carrier_left(
+def carrier_mean_square(
     problem: CarrierProblem,
     campaign: Campaign,
     laws: Effects = (),
@@ -283,16 +263,7 @@ def carrier_left(
 ) -> float:
     """Mean square that the baseline leaves once it is fitted to another campaign.
 
-    Parameters
-    ----------
-    problem : CarrierProblem
-        Problem of a campaign whose baseline is the model.
-    campaign : Campaign
-        Records with the same channels, inputs and baseline.
-    laws : tuple of str
-        Laws beside the baseline, each of which adds a signal.
-    values : mapping of tuple of str to float
-        Values of their fit, by effect and name; their shapes stay.
+    With `laws` at the `values` of their fit, each of which adds a signal.
     """
     return _LinearBaseline(problem, campaign, laws, values).as_declared()[1]
 

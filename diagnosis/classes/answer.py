@@ -21,24 +21,12 @@ from carrierflex.simulation.laws import Law
 
 @dataclass(frozen=True, eq=False)
 class NearestLaw:
-    """Law of a class that explains most.
+    """Law of a class that explains most."""
 
-    Parameters
-    ----------
-    id : str
-        Law; empty where the class holds none.
-    columns : ndarray of int
-        Places of its columns, at its best shape.
-    held : HeldOutSquares, optional
-        Its result in place of the class.
-    is_equal : bool
-        Whether the records cannot tell it from the class.
-    """
-
-    id: str
-    columns: IntArray
-    held: HeldOutSquares | None
-    is_equal: bool
+    id: str  # Law; empty where the class holds none
+    columns: IntArray  # Places of its columns, at its best shape
+    squares: HeldOutSquares | None  # Its result in place of the class
+    is_equal: bool  # Whether the records cannot tell it from the class
 
 
 def nearest_law(scores: ClassScores, shares: Shares, name: str, partners: Classes) -> NearestLaw:
@@ -129,23 +117,10 @@ def class_decision(
 ) -> tuple[Shares, Decision]:
     """Which class the gap shows, and the shares that it was judged by.
 
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares of the table.
-    candidates : sequence of str
-        Classes that these records can show.
-    inseparable : sequence of str
-        Classes that this drive shows only mixed with others.
-    shows_two_causes : bool
-        Whether the drive tells two causes from another two.
-    shows_small_causes : bool
-        Whether the drive moves at so many frequencies that a small second cause is seen.
-    floor_is_known : bool
-        Whether shares are of the gap above the floor, or of all that the baseline leaves: a floor
-        that was taken from what no class learns would make the best class right by definition.
-    drive_note : str
-        What the drive does not separate.
+    `floor_is_known`: whether shares are of the gap above the floor, or of all that the baseline
+    leaves: a floor that was taken from what no class learns would make the best class right by
+    definition. The other options are those of
+    :func:`carrierflex.diagnosis.classes.decision.decide`.
     """
     table, constants = scores.table, scores.constants
     floor_of_shares = table.floor if floor_is_known else np.zeros_like(table.floor)
@@ -221,7 +196,7 @@ def answer_of(
         finding, law = _finding(scores, shares, decision, name, shape_of)
         findings.append(finding)
         laws.append(law)
-    result = decision.held
+    result = decision.squares
     learnable = max(shares.of(scores.ceiling()), shares.of(scores.of(decision.best_pair)))
     pair_gains = shares.gain(scores.of(decision.best_pair), result) > constants.least_gain
     is_class = decision.state != NO_CLASS
@@ -285,16 +260,16 @@ def _finding(
     others = tuple(name for name in decision.classes if name != class_id)
     law = nearest_law(scores, shares, class_id, others)
     before, other = scores.of(()), scores.of(others)
-    total = shares.of(decision.held)
+    total = shares.of(decision.squares)
     # Each part lies within the whole, and both add up to it, also where one class harms alone.
-    share, interval = shares.part(before, other, scores.of((class_id,)), decision.held)
+    share, interval = shares.contribution(before, other, scores.of((class_id,)), decision.squares)
     if others:
         share = min(max(share, 0.0), max(total, 0.0)) / max(total, 1.0)
     law_share = float("nan")
-    if law.held is not None:
+    if law.squares is not None:
         alone = scores.with_law((), law.columns)
-        law_share = at_most_one(shares.part(before, other, alone, law.held)[0])
-    shape, measured_law = shape_of(scores, class_id, decision.held, law)
+        law_share = at_most_one(shares.contribution(before, other, alone, law.squares)[0])
+    shape, measured_law = shape_of(scores, class_id, decision.squares, law)
     finding = ClassFinding(
         id=class_id,
         share=at_most_one(share),

@@ -16,24 +16,13 @@ Run = TypeVar("Run")
 
 @dataclass(frozen=True, eq=False)
 class GroupColumns(Generic[Run]):
-    """How the columns of one group are made of a run, and their penalty.
+    """How the columns of one group are made of a run, and their penalty."""
 
-    Parameters
-    ----------
-    id : str
-        Group.
-    columns : callable
-        Gives the columns of a run, the number of the column first.
-    penalty : ndarray, shape (n_columns, n_columns)
-        Penalty of unit mean diagonal.
-    is_nonnegative : bool
-        Whether coefficients are >= 0.
-    """
-
-    id: str
+    id: str  # Group
+    #: Gives the columns of a run, the number of the column first
     columns: Callable[[Run], FloatArray]
-    penalty: FloatArray
-    is_nonnegative: bool = False
+    penalty: FloatArray  # Penalty of unit mean diagonal, shape (n_columns, n_columns)
+    is_nonnegative: bool = False  # Whether coefficients are >= 0
 
 
 _CUBIC = 3
@@ -41,19 +30,12 @@ _CUBIC = 3
 
 @dataclass(frozen=True, eq=False)
 class SplineBasis:
-    """Cubic B-splines with even knots over a range.
+    """Cubic B-splines with even knots over a range."""
 
-    Parameters
-    ----------
-    low, high : float
-        Ends of the range; beyond them the end values are held.
-    n : int
-        Number of splines.
-    """
-
+    #: low, high: ends of the range; beyond them the end values are held
     low: float
     high: float
-    n: int
+    n: int  # Number of splines
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """Values at x, shape (n, x.size)."""

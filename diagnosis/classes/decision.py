@@ -46,32 +46,16 @@ _SURFACE_NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """Which classes the rule names.
+    """Which classes the rule names."""
 
-    Parameters
-    ----------
-    state : str
-        As :class:`carrierflex.diagnosis.classes.results.ClassAnswer`.
-    classes : tuple of str
-        Answer; empty for "nothing". Where no class is named, the best one all the same.
-    ties : tuple of tuple of str
-        Sets that are equal to the answer.
-    held : HeldOutSquares
-        Result of the answer.
-    best_pair : tuple of str
-        The pair that leaves least.
-    note : str
-        What is not separable in these records.
-    is_inseparable : bool
-        Whether a class would be named, did these records not hold its cause mixed with others.
-    """
-
-    state: str
+    state: str  # As :class:`carrierflex.diagnosis.classes.results.ClassAnswer`
+    #: Answer; empty for "nothing". Where no class is named, the best one all the same.
     classes: Classes
-    ties: tuple[Classes, ...]
-    held: HeldOutSquares
-    best_pair: Classes
-    note: str = ""
+    ties: tuple[Classes, ...]  # Sets that are equal to the answer
+    squares: HeldOutSquares  # Result of the answer
+    best_pair: Classes  # The pair that leaves least
+    note: str = ""  # What is not separable in these records
+    #: Whether a class would be named, did these records not hold its cause mixed with others
     is_inseparable: bool = False
 
 
@@ -274,11 +258,7 @@ def _needed(
     sizes: Mapping[str, int],
     as_good: _AsGood,
 ) -> Classes:
-    """Answer without members that pay no more once the others follow the loads as they do best.
-
-    As in its growth each has to gain, and all together to take their part of what the best of them
-    leaves alone.
-    """
+    """Answer without members that pay no more once the others follow the loads as they do best."""
     if len(answer) == 1:
         return answer
     least = shares.constants.second_cause
@@ -394,7 +374,7 @@ def decide(
         decision = with_small
     else:
         decision = coupled(decision, shows_small_causes=False)
-    result, surface, limits = decision.held, scores.table.surface, scores.constants
+    result, surface, limits = decision.squares, scores.table.surface, scores.constants
     is_single = len(decision.classes) == 1 and decision.classes != (surface,)
     holds_all = surface in decision.classes and not shows_small_causes
     gains = (
@@ -420,18 +400,15 @@ def _with_small_cause(scores: ClassScores, shares: Shares, decision: Decision) -
     if len(decision.classes) > 1 or set(pair) == scores.table.coupled_parts:
         return decision
     takes = scores.constants.small_cause_takes
-    if not shares.takes_of_left(scores.of(pair), decision.held, takes):
+    if not shares.takes_of_remaining(scores.of(pair), decision.squares, takes):
         return decision
-    return replace(decision, classes=pair, ties=(), held=scores.of(pair))
+    return replace(decision, classes=pair, ties=(), squares=scores.of(pair))
 
 
 def _with_surface(
     scores: ClassScores, shares: Shares, decision: Decision, candidates: Sequence[str]
 ) -> Decision:
-    """Decision for the coupled class, with a second cause that it does not hold where there is one.
-
-    It takes the place of the classes that it holds where it clearly gains.
-    """
+    """Decision for the coupled class, with a second cause beyond it where there is one."""
     table, second_cause = scores.table, scores.constants.second_cause
     if not table.surface:
         return decision
@@ -444,9 +421,9 @@ def _with_surface(
         is_cause = shares.is_clear_gain(scores.of(pair), scores.of(classes), second_cause)
         classes = pair if is_cause else classes
     result = scores.of(classes)
-    if not shares.is_clear_gain(result, decision.held, second_cause):
+    if not shares.is_clear_gain(result, decision.squares, second_cause):
         return decision
-    return replace(decision, classes=classes, ties=(), held=result)
+    return replace(decision, classes=classes, ties=(), squares=result)
 
 
 def _with_damping(
@@ -458,7 +435,7 @@ def _with_damping(
     )
     if classes == decision.classes:
         return decision
-    return replace(decision, classes=classes, ties=(), held=scores.of(classes))
+    return replace(decision, classes=classes, ties=(), squares=scores.of(classes))
 
 
 def _sum_or_product(
@@ -472,11 +449,6 @@ def _sum_or_product(
     it leaves little of a sum too. A damping of the speed alone gives way to both arguments where
     they take half of what it leaves, in block after block, and to a product that gains what takes
     the name from a law of the speed.
-
-    Returns
-    -------
-    tuple of str
-        The coupled class with what stands beside it, the sum, or the answer itself.
     """
     table, limits = scores.table, scores.constants
     sum_classes = table.coupled_parts
@@ -493,11 +465,11 @@ def _sum_or_product(
     )
     both, result = scores.of(surface_set), scores.of(answer)
     if any(map(table.is_in_surface, partners)):
-        takes = shares.takes_of_left(both, result, limits.gain_of_left)
+        takes = shares.takes_of_remaining(both, result, limits.gain_of_left)
         return surface_set if takes else answer
     product, total = _product(scores, partners), scores.of((*sorted(sum_classes), *partners))
     least = min(both, product, total, key=lambda squares: squares.total)
-    takes = shares.takes_of_left(least, result, limits.gain_of_left)
+    takes = shares.takes_of_remaining(least, result, limits.gain_of_left)
     if product.total < total.total:
         # A law of the speed loses its name to a product that gains as much: so does its class.
         takes = takes or shares.is_gain(product, result, limits.law_parameter)
@@ -522,7 +494,7 @@ def is_short(scores: ClassScores, shares: Shares, decision: Decision) -> bool:
     missing are more causes than two, or one that no class holds whole.
     """
     least = scores.constants.second_cause
-    return shares.is_gain(scores.ceiling(), decision.held, least)
+    return shares.is_gain(scores.ceiling(), decision.squares, least)
 
 
 def state_of(shares: Shares, result: HeldOutSquares) -> str:

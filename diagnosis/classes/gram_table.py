@@ -15,40 +15,21 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class ColumnGroup:
-    """Columns that are penalised together.
+    """Columns that are penalised together."""
 
-    Parameters
-    ----------
-    columns : ndarray of int, shape (n,)
-        Places in the table.
-    penalty : ndarray, shape (n, n)
-        Penalty ``c' P c`` of their coefficients, of unit mean diagonal.
-    is_nonnegative : bool
-        Whether the coefficients are >= 0.
-    """
-
-    columns: IntArray
+    columns: IntArray  # Places in the table, shape (n,)
+    #: Penalty ``c' P c`` of their coefficients, of unit mean diagonal, shape (n, n)
     penalty: FloatArray
-    is_nonnegative: bool = False
+    is_nonnegative: bool = False  # Whether the coefficients are >= 0
 
 
 @dataclass(frozen=True, eq=False)
 class LawColumns:
-    """A law of the library: one column, or several, for each of its shapes.
+    """A law of the library: one column, or several, for each of its shapes."""
 
-    Parameters
-    ----------
-    id : str
-        Effect.
-    variants : tuple of ndarray of int
-        Places of the columns of each shape.
-    n_parameters : int
-        Parameters of the law.
-    """
-
-    id: str
-    variants: tuple[IntArray, ...]
-    n_parameters: int
+    id: str  # Effect
+    variants: tuple[IntArray, ...]  # Places of the columns of each shape
+    n_parameters: int  # Parameters of the law
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,64 +37,35 @@ class GramTable:
     """Products of all columns by block; every fit and score is a small solve on them.
 
     Columns in this order: the target, `n_base` regressors of the baseline, then groups and laws.
-
-    Parameters
-    ----------
-    gram : ndarray, shape (n_blocks, n, n)
-        Products of the columns by block.
-    n_base : int
-        Regressors of the baseline.
-    groups : mapping of str to ColumnGroup
-        Columns by name of the group.
-    classes : mapping of str to tuple of str
-        Groups of each class.
-    surface : str
-        Class that contains others (coupled); empty where none.
-    ceiling : tuple of str
-        Groups of the union of all classes.
-    laws : mapping of str to tuple of LawColumns
-        Laws that lie in each class.
-    floor : ndarray, shape (n_blocks,)
-        Sum of squares that noise alone leaves; NaN where it is not known.
-    folds : ndarray of int, shape (n_blocks,)
-        Fold in which each block is held out.
-    scale : ndarray, shape (n,)
-        Factor that each column was multiplied by.
-    coupled_parts : frozenset of str
-        Classes that share out one coupled cause where an answer holds them all: a damping
-        ``h(x) g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws. The
-        coupled class takes their place where one of its products leaves less than their sum.
-    uncoupled_part : str
-        The one of them that holds a function of one argument, ``g(v)``: it gives way to one of
-        both, product or sum, that takes half of what it leaves. Empty where there is none.
-    products : mapping of str to tuple of str
-        Groups of the coupled class in as few columns as the sum of its parts, by what they are: a
-        power of the speed other than the first, times any function of the place.
-    has_whole_conditions : bool
-        Whether each fold is a condition of its own.
-    base_penalty : ndarray, shape (n_base,)
-        Quadratic penalty of the baseline's regressors by what is known of them beforehand; empty
-        where nothing is.
-    one_way : ndarray of int
-        Places of the laws' columns whose coefficient is at least zero: play softens a spring at
-        rest and never stiffens it.
     """
 
-    gram: FloatArray
-    n_base: int
-    groups: Mapping[str, ColumnGroup]
-    classes: Mapping[str, tuple[str, ...]]
-    surface: str
-    ceiling: tuple[str, ...]
-    laws: Mapping[str, tuple[LawColumns, ...]]
+    gram: FloatArray  # Products of the columns by block, shape (n_blocks, n, n)
+    n_base: int  # Regressors of the baseline
+    groups: Mapping[str, ColumnGroup]  # Columns by name of the group
+    classes: Mapping[str, tuple[str, ...]]  # Groups of each class
+    surface: str  # Class that contains others (coupled); empty where none
+    ceiling: tuple[str, ...]  # Groups of the union of all classes
+    laws: Mapping[str, tuple[LawColumns, ...]]  # Laws that lie in each class
+    #: Sum of squares that noise alone leaves; NaN where it is not known, shape (n_blocks,)
     floor: FloatArray
-    folds: IntArray
-    scale: FloatArray
+    folds: IntArray  # Fold in which each block is held out, shape (n_blocks,)
+    scale: FloatArray  # Factor that each column was multiplied by, shape (n,)
+    #: Classes that share out one coupled cause where an answer holds them all: a damping ``h(x)
+    #: g(v)`` is neither a ``g(v)`` nor an ``h(x) v``, and their sum no sum of laws. The coupled
+    #: class takes their place where one of its products leaves less than their sum.
     coupled_parts: frozenset[str] = frozenset()
+    #: The one of them that holds a function of one argument, ``g(v)``: it gives way to one of both,
+    #: product or sum, that takes half of what it leaves. Empty where there is none.
     uncoupled_part: str = ""
+    #: Groups of the coupled class in as few columns as the sum of its parts, by what they are: a
+    #: power of the speed other than the first, times any function of the place
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    has_whole_conditions: bool = False
+    has_whole_conditions: bool = False  # Whether each fold is a condition of its own
+    #: Quadratic penalty of the baseline's regressors by what is known of them beforehand; empty
+    #: where nothing is, shape (n_base,)
     base_penalty: FloatArray = field(default_factory=lambda: np.empty(0))
+    #: Places of the laws' columns whose coefficient is at least zero: play softens a spring at rest
+    #: and never stiffens it
     one_way: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property

@@ -20,21 +20,11 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class ClassModel:
-    """Columns of one fit, their penalty and which coefficients are at least zero.
+    """Columns of one fit, their penalty and which coefficients are at least zero."""
 
-    Parameters
-    ----------
-    columns : ndarray of int, shape (n,)
-        Places in the table, the baseline's first.
-    penalty : ndarray, shape (n, n)
-        Quadratic penalty.
-    is_nonnegative : ndarray of bool, shape (n,)
-        Coefficients that are >= 0.
-    """
-
-    columns: IntArray
-    penalty: FloatArray
-    is_nonnegative: np.ndarray
+    columns: IntArray  # Places in the table, the baseline's first, shape (n,)
+    penalty: FloatArray  # Quadratic penalty, shape (n, n)
+    is_nonnegative: np.ndarray  # Coefficients that are >= 0, shape (n,)
 
     @cached_property
     def free_first(self) -> tuple[IntArray, int]:
@@ -78,19 +68,8 @@ def _class_model(
 def products_of(gram: FloatArray, model: ClassModel, blocks: IntArray | None = None) -> FloatArray:
     """Products of the target and a model's columns, from those of all columns of a table.
 
-    Parameters
-    ----------
-    gram : ndarray, shape (..., n_table, n_table)
-        Products of all columns of the table, the target first.
-    model : ClassModel
-        Columns.
-    blocks : ndarray of int, optional
-        Which along the first axis; all of them where it is left out.
-
-    Returns
-    -------
-    ndarray, shape (..., 1 + n, 1 + n)
-        The target first, then the model's columns in their order.
+    Products (..., n_table, n_table), the target first, to (..., 1 + n, 1 + n); `blocks` are numbers
+    along the first axis, default: all.
     """
     columns_of_table = np.concatenate([[0], model.columns])
     n_blocks = gram.shape[:-2] if blocks is None else blocks.shape
@@ -208,22 +187,14 @@ _FoldProducts = tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
 
 @dataclass(frozen=True, eq=False)
 class HeldOutSquares:
-    """Held-out result of one model.
+    """Held-out result of one model."""
 
-    Parameters
-    ----------
-    squares : ndarray, shape (n_blocks,)
-        Sum of squares left in each block by the fit to the other folds.
-    groups, ridges : tuple
-        Groups of columns, and the weights of their penalties that the folds chose.
-    further : ndarray of int, optional
-        Columns of laws.
-    """
-
+    #: Sum of squares left in each block by the fit to the other folds, shape (n_blocks,)
     squares: FloatArray
+    #: groups, ridges: groups of columns, and the weights of their penalties that the folds chose
     groups: tuple[str, ...]
     ridges: tuple[float, ...]
-    further: IntArray | None = None
+    further: IntArray | None = None  # Columns of laws
 
     @cached_property
     def total(self) -> float:
@@ -233,24 +204,14 @@ class HeldOutSquares:
 
 @dataclass(frozen=True, eq=False)
 class ClassScores:
-    """Held-out squares of every set of classes that was asked for; each is computed once.
+    """Held-out squares of every set of classes that was asked for; each is computed once."""
 
-    Parameters
-    ----------
-    table : GramTable
-        Products.
-    constants : ClassConstants
-        Limits.
-    known : dict
-        Results so far, by sorted class ids.
-    chosen : dict
-        Products of the columns asked for last, outside each fold and of its blocks: the weights of
-        a penalty are tried one after the other.
-    """
-
-    table: GramTable
-    constants: ClassConstants
+    table: GramTable  # Products
+    constants: ClassConstants  # Limits
+    #: Results so far, by sorted class ids
     known: dict[Classes, HeldOutSquares] = field(default_factory=dict)
+    #: Products of the columns asked for last, outside each fold and of its blocks: the weights of a
+    #: penalty are tried one after the other
     chosen: dict[bytes, _FoldProducts] = field(default_factory=dict)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:

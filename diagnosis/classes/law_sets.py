@@ -77,7 +77,7 @@ def law_sets(
     completed = [_completed(scores, shares, library, entry) for entry in of_answer[:1]]
     completed += [_completed(scores, shares, rigid, entry) for entry in of_answer]
     of_classes = [scores.of(classes) for classes in sets_of_classes if classes]
-    explaining = [held for held in of_classes if state_of(shares, held) == NAMED_CLASS]
+    explaining = [result for result in of_classes if state_of(shares, result) == NAMED_CLASS]
     near = _near_best(shares, sets, explaining)
     # In force space a law is known less well than by simulation, friction at rest least: the
     # nearest laws of the answer are fitted, and a simpler set beside them.
@@ -122,10 +122,7 @@ def _grown(scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns
 def _completed(
     scores: ClassScores, shares: Shares, library: Mapping[str, LawColumns], entry: _LawSet
 ) -> _LawSet:
-    """Set of laws of a library with those that it lacks, and without those that explain nothing.
-
-    A class may hold several laws: the housing tilts with the torque and with the radial load.
-    """
+    """Set of laws of a library with those that it lacks, and without those that explain nothing."""
     least = scores.constants.least_gain
     entry = _fitted_set(scores, [library[name] for name in entry.laws if name in library])
     while larger := _larger(scores, [entry], library):
@@ -167,15 +164,15 @@ def _near_best(
     shares: Shares, sets: Sequence[_LawSet], classes: Sequence[HeldOutSquares]
 ) -> list[_LawSet]:
     """Sets near the best of their size, and not far from the classes."""
-    most = _FAR * min(map(shares.left, classes), default=np.inf)
+    most = _FAR * min(map(shares.remaining, classes), default=np.inf)
     best: dict[int, float] = {}
     for entry in sets:
         size = len(entry.laws)
-        best[size] = min(shares.left(entry.result), best.get(size, np.inf))
+        best[size] = min(shares.remaining(entry.result), best.get(size, np.inf))
     return [
         entry
         for entry in sets
-        if shares.left(entry.result) <= min(_NEAR * best[len(entry.laws)], most)
+        if shares.remaining(entry.result) <= min(_NEAR * best[len(entry.laws)], most)
     ]
 
 
@@ -224,10 +221,10 @@ def _nearest_laws(
     scores: ClassScores, shares: Shares, laws: Sequence[LawColumns], name: str, classes: Classes
 ) -> list[LawColumns]:
     """Laws of a class that are worth most beside the other classes, a simpler one among them."""
-    beside = tuple(other for other in classes if other != name)
+    others = tuple(other for other in classes if other != name)
 
     def worth(law: LawColumns) -> float:
-        results = [scores.with_law(beside, shape) for shape in law.variants]
+        results = [scores.with_law(others, shape) for shape in law.variants]
         best = min(results, key=lambda result: result.total)
         return _worth(scores, shares, best, (law,))
 

@@ -20,21 +20,11 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """Shares of the gap above the floor, ``1 - sum(e - s) / sum(e_0 - s)``.
+    """Shares of the gap above the floor, ``1 - sum(e - s) / sum(e_0 - s)``."""
 
-    Parameters
-    ----------
-    before : ndarray, shape (n_blocks,)
-        Squares that the baseline leaves, e_0.
-    floor : ndarray, shape (n_blocks,)
-        Squares of the noise, s.
-    constants : ClassConstants
-        Limits.
-    """
-
-    before: FloatArray
-    floor: FloatArray
-    constants: ClassConstants
+    before: FloatArray  # Squares that the baseline leaves, e_0, shape (n_blocks,)
+    floor: FloatArray  # Squares of the noise, s, shape (n_blocks,)
+    constants: ClassConstants  # Limits
 
     @cached_property
     def gap(self) -> float:
@@ -50,19 +40,19 @@ class Shares:
         draws = rng.multinomial(n, np.full(n, 1.0 / n), size=self.constants.bootstrap_samples)
         return np.asarray(draws, dtype=np.float64)
 
-    def of(self, held: HeldOutSquares) -> float:
+    def of(self, result: HeldOutSquares) -> float:
         """Share that a result explains; negative where it is worse than the baseline."""
-        return 1.0 - (held.total - float(self.floor.sum())) / self.gap
+        return 1.0 - (result.total - float(self.floor.sum())) / self.gap
 
-    def is_at_floor(self, held: HeldOutSquares) -> bool:
+    def is_at_floor(self, result: HeldOutSquares) -> bool:
         """Whether a result leaves nothing but noise."""
-        return held.total <= (1.0 + self.constants.nothing_beyond) * float(self.floor.sum())
+        return result.total <= (1.0 + self.constants.nothing_beyond) * float(self.floor.sum())
 
-    def interval(self, held: HeldOutSquares) -> tuple[float, float]:
+    def interval(self, result: HeldOutSquares) -> tuple[float, float]:
         """95 % interval of a share over the blocks, its ends at most one."""
-        return self._interval_of(self.before - held.squares)
+        return self._interval_of(self.before - result.squares)
 
-    def part(
+    def contribution(
         self,
         nothing: HeldOutSquares,
         other: HeldOutSquares,
@@ -96,22 +86,22 @@ class Shares:
         """Standard error of :meth:`gain` over the blocks."""
         return float((self._counts @ (worse.squares - better.squares)).std()) / self.gap
 
-    def left(self, held: HeldOutSquares) -> float:
+    def remaining(self, result: HeldOutSquares) -> float:
         """What a result leaves above the floor, never less than the floor is known to."""
         floor = float(self.floor.sum())
         least = self.constants.least_left * floor
-        return max(held.total - floor, least) + self.constants.floor_error * floor
+        return max(result.total - floor, least) + self.constants.floor_error * floor
 
     def are_equal(self, first: HeldOutSquares, second: HeldOutSquares) -> bool:
         """Whether the blocks cannot tell two results apart.
 
         What is left is compared, not the shares: 0.999 against 0.991 is nine times.
         """
-        low, high = sorted((self.left(first), self.left(second)))
+        low, high = sorted((self.remaining(first), self.remaining(second)))
         ratio = high / max(low, 1e-300)
         if ratio <= self.constants.equal_left:
             return True
-        better, worse = sorted((first, second), key=lambda held: held.total)
+        better, worse = sorted((first, second), key=lambda result: result.total)
         return ratio <= self.constants.most_equal_left and not self.is_beyond_scatter(
             self.gain(better, worse), better, worse
         )
@@ -124,13 +114,6 @@ class Shares:
         lack alike, is in no difference; what one of them lacks is alike in all blocks of a
         condition, so that these are one draw. A difference of less than the least that a result is
         taken to leave is none.
-
-        Parameters
-        ----------
-        better, other : HeldOutSquares
-            Two results.
-        folds : ndarray of int, shape (n_blocks,)
-            Fold in which each block was held out.
         """
         differences = np.bincount(folds, weights=other.squares - better.squares)
         n_folds = differences.size
@@ -143,7 +126,7 @@ class Shares:
 
     def leaves_far_less(self, first: HeldOutSquares, second: HeldOutSquares) -> bool:
         """Whether a result leaves less than any that is equal to another, whatever the scatter."""
-        return self.left(first) * self.constants.most_equal_left < self.left(second)
+        return self.remaining(first) * self.constants.most_equal_left < self.remaining(second)
 
     def is_beyond_scatter(self, gain: float, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
         """Whether a gain is more than its scatter over the blocks."""
@@ -165,16 +148,18 @@ class Shares:
         It takes its part of what the simpler one leaves, too.
         """
         taken = self._gain_to_floor(better, worse) * self.gap
-        of_left = self.constants.gain_of_left * self.left(worse)
+        of_left = self.constants.gain_of_left * self.remaining(worse)
         return self.is_gain(better, worse, least_gain) and taken >= of_left
 
-    def takes_of_left(self, better: HeldOutSquares, worse: HeldOutSquares, share: float) -> bool:
+    def takes_of_remaining(
+        self, better: HeldOutSquares, worse: HeldOutSquares, share: float
+    ) -> bool:
         """Whether a richer result takes a share of what a simpler one leaves, however little.
 
         In block after block: the ratio of what both leave there stands clear of its scatter.
         """
         limits = self.constants
-        takes = self.left(better) <= (1.0 - share) * self.left(worse)
+        takes = self.remaining(better) <= (1.0 - share) * self.remaining(worse)
         is_seen = self._gain_to_floor(better, worse) > limits.small_cause_gain
         errors = self.errors_of_ratio(better, worse)
         return takes and is_seen and errors > limits.small_cause_errors

@@ -31,38 +31,20 @@ _ENTRY_POINT_GROUP = "carrierflex.effects"
 
 @dataclass(frozen=True, eq=False)
 class EffectCard:
-    """One physical effect that a simulation may lack.
+    """One physical effect that a simulation may lack."""
 
-    Parameters
-    ----------
-    id : str
-        Effect id of the campaign contract, or a new one.
-    kind : str
-        Kind of campaign it belongs to.
-    equation : str
-        The law in text.
-    parameters : tuple of EffectParameter
-        What is fitted; the effect is absent where those that are no shape are zero.
-    signature : str
-        What it looks like in the gap map.
-    aliases : tuple of str
-        Ids it is commonly confused with.
-    discriminating_experiment : str
-        The measurement that tells it from them.
-    law : object, optional
-        How the kind computes it; a user's card must have one. Kinds element and mounting: a
-        function ``(deflection, speed, parameters) -> force`` of floats and one array that numba can
-        compile, which acts in the element, or in both bushings in y and in z. Kind carrier: a
-        function ``(sensor, inputs, rig) -> signal per unit of each parameter``.
-    """
-
-    id: str
-    kind: str
-    equation: str
+    id: str  # Effect id of the campaign contract, or a new one
+    kind: str  # Kind of campaign it belongs to
+    equation: str  # The law in text
+    #: What is fitted; the effect is absent where those that are no shape are zero
     parameters: tuple[EffectParameter, ...]
-    signature: str
-    aliases: tuple[str, ...] = ()
-    discriminating_experiment: str = ""
+    signature: str  # What it looks like in the gap map
+    aliases: tuple[str, ...] = ()  # Ids it is commonly confused with
+    discriminating_experiment: str = ""  # The measurement that tells it from them
+    #: How the kind computes it; a user's card must have one. Kinds element and mounting: a function
+    #: ``(deflection, speed, parameters) -> force`` of floats and one array that numba can compile,
+    #: which acts in the element, or in both bushings in y and in z. Kind carrier: a function
+    #: ``(sensor, inputs, rig) -> signal per unit of each parameter``.
     law: Any = None
 
     def __post_init__(self) -> None:

@@ -39,21 +39,12 @@ _ERROR_KEYS = {
 
 @dataclass(frozen=True, eq=False)
 class KnownPhysics:
-    """What is known before any fit.
+    """What is known before any fit."""
 
-    Parameters
-    ----------
-    fixed : mapping of str to KnownValue
-        Known values by ``effect.parameter``, under their published names.
-    channels : tuple of Channel
-        Channels with the errors that they declare.
-    inputs : tuple of InputSignal
-        Inputs with theirs.
-    """
-
+    #: Known values by ``effect.parameter``, under their published names
     fixed: Mapping[str, KnownValue] = field(default_factory=dict)
-    channels: tuple[Channel, ...] = ()
-    inputs: tuple[InputSignal, ...] = ()
+    channels: tuple[Channel, ...] = ()  # Channels with the errors that they declare
+    inputs: tuple[InputSignal, ...] = ()  # Inputs with theirs
 
     def prior(self, parameter: Parameter, name: str) -> Parameter:
         """Parameter with what is known of it as its prior; held where that is exact.
@@ -128,19 +119,14 @@ LOADS_AS_READ = "load-cell errors are not included: they scale stiffness and val
 
 @dataclass(frozen=True)
 class DeclaredGains:
-    """Relative standard deviations of the gains of an element's two signals.
+    """Relative standard deviations of the gains of an element's two signals."""
 
-    Parameters
-    ----------
-    force, deflection : float, optional
-        Relative standard deviation; None where none is declared: the gain is taken as exact.
-    force_is_inertia : bool
-        Whether the force is the mass times the measured acceleration (free decay): its gain is then
-        that of the deflection.
-    """
-
+    #: force, deflection: relative standard deviation; None where none is declared: the gain is
+    #: taken as exact
     force: float | None = None
     deflection: float | None = None
+    #: Whether the force is the mass times the measured acceleration (free decay): its gain is then
+    #: that of the deflection
     force_is_inertia: bool = False
 
     def of(self, powers: tuple[int, int, int]) -> float:
@@ -184,56 +170,36 @@ _OF_INPUTS = (Measurement.GAIN, Measurement.ZERO)
 
 @dataclass(frozen=True)
 class DeclaredError:
-    """One constant error of a signal.
+    """One constant error of a signal."""
 
-    Parameters
-    ----------
-    signal : str
-        Channel or input; of a delay, which all channels share, the first that declares it.
-    part : Measurement
-        Part of the measurement model that is off.
-    std : float
-        Standard deviation: relative, or in the unit of the signal, [s] or [rad].
-    channel : int, optional
-        Number of the channel; None for an input and for the delay of all channels.
-    """
-
+    #: Channel or input; of a delay, which all channels share, the first that declares it
     signal: str
-    part: Measurement
-    std: float
+    quantity: Measurement  # Part of the measurement model that is off
+    std: float  # Standard deviation: relative, or in the unit of the signal, [s] or [rad]
+    #: Number of the channel; None for an input and for the delay of all channels
     channel: int | None = None
 
     @property
     def is_of_input(self) -> bool:
         """Whether an input is misread."""
-        return self.channel is None and self.part in _OF_INPUTS
+        return self.channel is None and self.quantity in _OF_INPUTS
 
     def misread(self, values: FloatArray) -> FloatArray:
         """Signal as it is read one standard deviation off in gain or zero, of the same shape."""
-        if self.part is Measurement.GAIN:
+        if self.quantity is Measurement.GAIN:
             return np.asarray((1.0 + self.std) * values)
         return np.asarray(values + self.std)
 
 
 @dataclass(frozen=True, eq=False)
 class Misreading:
-    """Declared errors and what each of them does to the gradient of a fit.
+    """Declared errors and what each of them does to the gradient of a fit."""
 
-    Parameters
-    ----------
-    errors : tuple of DeclaredError
-        Declared errors.
-    scores : ndarray, shape (E, p)
-        ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the
-        noise of a run, of the waves of a carrier's curves.
-    further : str
-        What those are.
-    curves: str
-        What intervals hold of the size of a carrier's curves, in words.
-    """
-
-    errors: tuple[DeclaredError, ...]
+    errors: tuple[DeclaredError, ...]  # Declared errors
+    #: ``J.T (r_e - r)`` of each, then of further errors that nobody declares: of zeros by the noise
+    #: of a run, of the waves of a carrier's curves, shape (E, p)
     scores: FloatArray
+    #: What those are. curves: str What intervals hold of the size of a carrier's curves, in words.
     further: str
     curves: str = ""
 
@@ -241,7 +207,7 @@ class Misreading:
     def sources(self) -> list[str]:
         """Source of error of every row of the scores: ``load cell``, ``probes`` ..."""
         of_errors = [
-            "load cell" if error.is_of_input else _SOURCES[error.part] for error in self.errors
+            "load cell" if error.is_of_input else _SOURCES[error.quantity] for error in self.errors
         ]
         return of_errors + [self.further] * (len(self.scores) - len(of_errors))
 
@@ -296,21 +262,21 @@ def errors_words(errors: Sequence[DeclaredError]) -> str:
     clauses = [
         f"{_WORDS[measurement][0]} ({', '.join(_declared_words(errors, measurement))})"
         for measurement in _WORDS
-        if any(error.part is measurement for error in errors)
+        if any(error.quantity is measurement for error in errors)
     ]
     text = (
         f"intervals hold the declared standard deviations of {', '.join(clauses)}"
         if clauses
         else ""
     )
-    has_load = any(error.is_of_input and error.part is Measurement.GAIN for error in errors)
+    has_load = any(error.is_of_input and error.quantity is Measurement.GAIN for error in errors)
     return "; ".join(clause for clause in (text, "" if has_load else LOADS_AS_READ) if clause)
 
 
 def _declared_words(errors: Sequence[DeclaredError], measurement: Measurement) -> Iterator[str]:
     """Inputs by name, then all channels together."""
     _, factor, unit = _WORDS[measurement]
-    chosen = [error for error in errors if error.part is measurement]
+    chosen = [error for error in errors if error.quantity is measurement]
     yield from (
         f"{error.signal} {factor * error.std:.3g}{unit}" for error in chosen if error.is_of_input
     )

@@ -11,25 +11,17 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
-    """One channel in one run as measured and as a model has it.
+    """One channel in one run as measured and as a model has it."""
 
-    Parameters
-    ----------
-    run, channel : str
-        Where it was measured.
-    x : ndarray, shape (n,)
-        Time [s], or angle of the carrier [deg] over one turn.
-    x_name, x_unit : str
-        Of `x`.
-    measured, simulated : ndarray, shape (n,)
-        Signals, in the problem's unit; NaN where nothing was measured.
-    """
-
+    #: run, channel: where it was measured
     run: str
     channel: str
-    x: FloatArray
+    x: FloatArray  # Time [s], or angle of the carrier [deg] over one turn, shape (n,)
+    #: x_name, x_unit: of `x`
     x_name: str
     x_unit: str
+    #: measured, simulated: signals, in the problem's unit; NaN where nothing was measured, shape
+    #: (n,)
     measured: FloatArray
     simulated: FloatArray
 
@@ -49,17 +41,10 @@ def signal_overlay(
 
 @dataclass(frozen=True, eq=False)
 class SignalComparison:
-    """Signals of all channels before and after the effects were added.
+    """Signals of all channels before and after the effects were added."""
 
-    Parameters
-    ----------
-    before : tuple of Overlay
-        With the baseline.
-    after : tuple of Overlay
-        With the best supported effects, in the same order; empty where none is.
-    """
-
-    before: tuple[Overlay, ...]
+    before: tuple[Overlay, ...]  # With the baseline
+    #: With the best supported effects, in the same order; empty where none is
     after: tuple[Overlay, ...]
 
     @property
@@ -99,22 +84,14 @@ _STRIPS = 36
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """One curve or cloud of points.
+    """One curve or cloud of points."""
 
-    Parameters
-    ----------
-    role : str
-        One of ROLES; sets colour and stroke.
-    x, y : ndarray, shape (n,)
-        Points, in the units of the picture; angles [rad] along x of a polar picture.
-    shade : ndarray, shape (n,), optional
-        A third quantity that colours the points.
-    """
-
-    role: str
+    role: str  # One of ROLES; sets colour and stroke
+    #: x, y: points, in the units of the picture; angles [rad] along x of a polar picture, shape
+    #: (n,)
     x: FloatArray
     y: FloatArray
-    shade: FloatArray | None = None
+    shade: FloatArray | None = None  # A third quantity that colours the points, shape (n,)
 
     def __post_init__(self) -> None:
         if self.role not in _ROLES:
@@ -132,49 +109,30 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Traces that share one pair of axes, with a title.
+    """Traces that share one pair of axes, with a title."""
 
-    Parameters
-    ----------
-    title : str
-        What it shows.
-    traces : tuple of Trace
-        Curves.
-    marks : mapping of str to float
-        Places along x with a short text each; angles [rad] of a polar picture.
-    """
-
-    title: str
-    traces: tuple[Trace, ...]
+    title: str  # What it shows
+    traces: tuple[Trace, ...]  # Curves
+    #: Places along x with a short text each; angles [rad] of a polar picture
     marks: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A group of panels with the same axes.
+    """A group of panels with the same axes."""
 
-    Parameters
-    ----------
-    title, caption : str
-        What is shown, and how to read it.
-    x_name, x_unit, y_name, y_unit : str
-        Quantity and unit of both axes.
-    panels : tuple of Panel
-        At least one.
-    is_polar : bool
-        Whether x is an angle around a circle and y is drawn outwards from a zero circle.
-    shade_name, shade_unit : str
-        Quantity and unit of the shade; empty where no trace has one.
-    """
-
+    #: title, caption: what is shown, and how to read it
     title: str
     caption: str
+    #: x_name, x_unit, y_name, y_unit: quantity and unit of both axes
     x_name: str
     x_unit: str
     y_name: str
     y_unit: str
-    panels: tuple[Panel, ...]
+    panels: tuple[Panel, ...]  # At least one
+    #: Whether x is an angle around a circle and y is drawn outwards from a zero circle
     is_polar: bool = False
+    #: shade_name, shade_unit: quantity and unit of the shade; empty where no trace has one
     shade_name: str = ""
     shade_unit: str = ""
 

@@ -20,57 +20,35 @@ Effects = tuple[str, ...]
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """A block of one run: the smallest part of the record that is fitted or scored as a whole.
+    """A block of one run: the smallest part of the record that is fitted or scored as a whole."""
 
-    Parameters
-    ----------
-    run, condition : str
-        Its run and that run's condition.
-    block : int
-        Number of the block in the run, from 0.
-    n_samples : int
-        Samples that count, over all channels.
-    """
-
+    #: run, condition: its run and that run's condition
     run: str
     condition: str
-    block: int
-    n_samples: int
+    block: int  # Number of the block in the run, from 0
+    n_samples: int  # Samples that count, over all channels
 
 
 @dataclass(frozen=True)
 class Parameter(FitParameter):
-    """One unknown of a set of effects.
+    """One unknown of a set of effects."""
 
-    Parameters
-    ----------
-    effect : str
-        Owner: an effect id or ``baseline``.
-    prior_std : float
-        Standard deviation of the Gaussian prior; infinite: none.
-    prior_mean : float
-        Mean of the prior: zero where the effect may be absent, or what is known of it.
-    run : str, optional
-        The run it belongs to; None where all runs share it. A run's own parameters are fitted again
-        on part of a held-out condition, as no other condition knows them.
-    shape : bool
-        Whether another parameter of zero switches the effect off.
-    pair : PolarPair, optional
-        The vector of which this parameter and its neighbour are the components; it is published by
-        size and angle.
-    gain_std : float
-        Relative standard deviation by the declared gains of the signals.
-    is_unseen_below : bool
-        Whether its lower bound is a limit of what the records tell, no physical one.
-    """
-
-    effect: str = field(kw_only=True)
+    effect: str = field(kw_only=True)  # Owner: an effect id or ``baseline``
+    #: Standard deviation of the Gaussian prior; infinite: none
     prior_std: float = field(default=np.inf, kw_only=True)
+    #: Mean of the prior: zero where the effect may be absent, or what is known of it
     prior_mean: float = field(default=0.0, kw_only=True)
+    #: The run it belongs to; None where all runs share it. A run's own parameters are fitted again
+    #: on part of a held-out condition, as no other condition knows them.
     run: str | None = field(default=None, kw_only=True)
+    #: Whether another parameter of zero switches the effect off
     shape: bool = field(default=False, kw_only=True)
+    #: The vector of which this parameter and its neighbour are the components; it is published by
+    #: size and angle
     pair: PolarPair | None = field(default=None, kw_only=True)
+    #: Relative standard deviation by the declared gains of the signals
     gain_std: float = field(default=0.0, kw_only=True)
+    #: Whether its lower bound is a limit of what the records tell, no physical one
     is_unseen_below: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -89,27 +67,15 @@ class SegmentSums:
     """Gauss-Newton sums of every segment at one parameter set.
 
     Zero where a segment was not requested.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (n_segments, q, q)
-        ``J.T J``; q is p where `unknowns` is not given.
-    right_side : ndarray, shape (n_segments, q)
-        ``J.T r``.
-    square : ndarray, shape (n_segments,)
-        ``r.T r``.
-    unknowns : ndarray of int, shape (n_segments, q), optional
-        Numbers of the unknowns that act in every segment; without, all do. Where runs have unknowns
-        of their own, the other runs' are left out.
-    n_unknowns : int
-        p, where `unknowns` is given.
     """
 
-    matrix: FloatArray
-    right_side: FloatArray
-    square: FloatArray
+    matrix: FloatArray  # ``J.T J``; q is p where `unknowns` is not given, shape (n_segments, q, q)
+    right_side: FloatArray  # ``J.T r``, shape (n_segments, q)
+    square: FloatArray  # ``r.T r``, shape (n_segments,)
+    #: Numbers of the unknowns that act in every segment; without, all do. Where runs have unknowns
+    #: of their own, the other runs' are left out, shape (n_segments, q).
     unknowns: NDArray[np.int64] | None = None
-    n_unknowns: int = 0
+    n_unknowns: int = 0  # p, where `unknowns` is given
 
     def full_right_side(self) -> FloatArray:
         """``J.T r`` of all unknowns, shape (n_segments, p).
@@ -147,51 +113,31 @@ class Signatures:
     Fits start from least squares on them. Columns in this order: the target, `n_base` baseline
     regressors, one or several columns of each variant of each law. Where the problem is dynamic
     they live in force space.
-
-    Parameters
-    ----------
-    gram : ndarray, shape (n, n)
-        Products of the columns over all records.
-    n_base : int
-        Regressors of the baseline.
     """
 
-    gram: FloatArray
-    n_base: int
+    gram: FloatArray  # Products of the columns over all records, shape (n, n)
+    n_base: int  # Regressors of the baseline
 
 
 @dataclass(frozen=True, eq=False)
 class GapCell:
-    """One cell of the gap map.
+    """One cell of the gap map."""
 
-    Parameters
-    ----------
-    channel_pattern, run : str
-        Channel or sensor pattern; run.
-    order : float
-        Shaft order, or line number of a periodic drive; frequency over the lowest of the map
-        otherwise.
-    mean_square, coherent : float
-        Mean square of the gap, and the same less the noise floor (may be negative).
-    share : float
-        Share of the whole coherent gap.
-    share_ci95 : tuple of float
-        Interval of the share.
-    p_value : float
-        Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli).
-    frequency_hz : tuple of float, optional
-        Band of the cell [Hz].
-    """
-
+    #: channel_pattern, run: channel or sensor pattern; run
     channel_pattern: str
+    #: Shaft order, or line number of a periodic drive; frequency over the lowest of the map
+    #: otherwise
     order: float
     run: str
+    #: mean_square, coherent: mean square of the gap, and the same less the noise floor (may be
+    #: negative)
     mean_square: float
     coherent: float
-    share: float
-    share_ci95: tuple[float, float]
+    share: float  # Share of the whole coherent gap
+    share_ci95: tuple[float, float]  # Interval of the share
+    #: Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli)
     p_value: float
-    frequency_hz: tuple[float, float] | None = None
+    frequency_hz: tuple[float, float] | None = None  # Band of the cell [Hz]
 
 
 def total_products(table: FloatArray, block: NDArray[np.int64]) -> FloatArray:

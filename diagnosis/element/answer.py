@@ -125,7 +125,7 @@ def answer_of_table(
         if DELAY not in decision.classes:
             break
         # Its first order alone leaves what looks like another cause beside a delay.
-        table = _with_lag(model, table, decision.held)
+        table = _with_lag(model, table, decision.squares)
         shares, decision = decided(table)
 
     def falls_short(table: ElementTable, decision: Decision) -> bool:
@@ -242,7 +242,7 @@ def _as_smooth_loop(
         return table, decision
     # A class that the drive mixes with others is not named, and may be the cause all the same.
     mixed = [table.scores.of((name,)) for name in drive.inseparable]
-    least = min([decision.held, *mixed], key=lambda squares: squares.total)
+    least = min([decision.squares, *mixed], key=lambda squares: squares.total)
     # One cause that explains the gap better than any two, or than the coupled class, is the simpler
     # answer and the better one; so are two in place of two others.
     alone, loop = _remaining_with_loop(table, "")
@@ -257,7 +257,7 @@ def _as_smooth_loop(
         if is_cause and _is_answer(shares, both, least, _without_memory(table, drive, other)):
             pair: Classes = tuple(sorted((HYSTERESIS, other)))
             pairs.append((loop, _answered(decision, pair, both, drive_note)))
-    best = min(pairs, key=lambda entry: entry[1].held.total, default=best)
+    best = min(pairs, key=lambda entry: entry[1].squares.total, default=best)
     return (_with_loop(model, table, best[0]), best[1]) if best else (table, decision)
 
 
@@ -272,10 +272,7 @@ def _without_memory(table: ElementTable, drive: _Drive, other: str) -> Iterator[
 
 
 def _partners(decision: Decision, surface: str) -> list[str]:
-    """Classes that may go with a smooth loop in place of two answered ones.
-
-    Of a surface one of the dampings that it holds: with a loop that damps it takes both.
-    """
+    """Classes that may go with a smooth loop in place of two answered ones."""
     if HYSTERESIS in decision.classes:
         return []
     others = [name for name in decision.classes if name != surface]
@@ -301,7 +298,7 @@ def _answered(decision: Decision, classes: Classes, squares: HeldOutSquares, not
         state=NAMED_CLASS,
         classes=classes,
         ties=(),
-        held=squares,
+        squares=squares,
         note=note,
         is_inseparable=False,
     )

@@ -52,19 +52,11 @@ _BY_SPRING = ("inner", "outer_upper", "outer_lower")
 
 @dataclass(frozen=True, eq=False)
 class ElementBases:
-    """Splines and sizes that all runs share.
+    """Splines and sizes that all runs share."""
 
-    Parameters
-    ----------
-    size : MotionSize
-        Sizes of the motion.
-    force, speed, coupled, surface_x, surface_v, time, side : SplineBasis
-        Splines over the range of all runs; speed in asinh(v / scale).
-    taus : ndarray, shape (n,)
-        Relaxation times [s].
-    """
-
-    size: MotionSize
+    size: MotionSize  # Sizes of the motion
+    #: force, speed, coupled, surface_x, surface_v, time, side: splines over the range of all runs;
+    #: speed in asinh(v / scale)
     force: SplineBasis
     speed: SplineBasis
     coupled: SplineBasis
@@ -72,7 +64,7 @@ class ElementBases:
     surface_v: SplineBasis
     time: SplineBasis
     side: SplineBasis
-    taus: FloatArray
+    taus: FloatArray  # Relaxation times [s], shape (n,)
 
     def curved_speed(self, v: FloatArray) -> FloatArray:
         """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""

@@ -61,50 +61,30 @@ class ForceRecord:
 
     A drive by a base or a free decay fits in: `target` is then the force that the motion needs,
     with the mass left out (a force for each unit of mass).
-
-    Parameters
-    ----------
-    record : ElementRecord
-        The run.
-    target : ndarray, shape (n,)
-        Force to be explained.
-    base : ndarray, shape (n_base, n)
-        Regressors of the baseline.
-    x, v, a : ndarray, shape (n,)
-        Motion in its trusted band.
-    side : ndarray, shape (n,)
-        Signal of the drive side: the force applied, or that of the baseline.
-    force : ndarray, shape (n,)
-        Force as it was measured: applied, or that of a driven deflection in the band of the target.
-    band_hz : float
-        End of the band in which forces are compared.
-    block : ndarray of int, shape (n,)
-        Block of every sample; -1 where it does not count.
-    from_rest : bool
-        Whether sliders and relaxing branches begin relaxed at the first sample; else where a motion
-        like this one leaves them.
-    speed_error : float
-        Standard deviation of the error of `v`.
-    noise_motion : tuple of ndarray, optional
-        Deflection, speed and acceleration of what was measured beside a motion that is known from
-        its harmonics: `base` does not hold it.
-    lag : float
-        Lag over which the column of a delay takes the change of the force [s]; zero for its rate.
     """
 
-    record: ElementRecord
-    target: FloatArray
-    base: FloatArray
+    record: ElementRecord  # The run
+    target: FloatArray  # Force to be explained, shape (n,)
+    base: FloatArray  # Regressors of the baseline, shape (n_base, n)
+    #: x, v, a: motion in its trusted band, shape (n,)
     x: FloatArray
     v: FloatArray
     a: FloatArray
+    #: Signal of the drive side: the force applied, or that of the baseline, shape (n,)
     side: FloatArray
+    #: Force as it was measured: applied, or that of a driven deflection in the band of the target,
+    #: shape (n,)
     force: FloatArray
-    band_hz: float
-    block: np.ndarray
+    band_hz: float  # End of the band in which forces are compared
+    block: np.ndarray  # Block of every sample; -1 where it does not count, shape (n,)
+    #: Whether sliders and relaxing branches begin relaxed at the first sample; else where a motion
+    #: like this one leaves them
     from_rest: bool = False
-    speed_error: float = 0.0
+    speed_error: float = 0.0  # Standard deviation of the error of `v`
+    #: Deflection, speed and acceleration of what was measured beside a motion that is known from
+    #: its harmonics: `base` does not hold it
     noise_motion: Motion | None = None
+    #: Lag over which the column of a delay takes the change of the force [s]; zero for its rate
     lag: float = 0.0
 
     @property

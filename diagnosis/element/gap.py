@@ -106,29 +106,14 @@ class _BlockForces:
 
 @dataclass(frozen=True, eq=False)
 class ElementGap:
-    """Gap of a model of an element: its map, findings and scalars.
+    """Gap of a model of an element: its map, findings and scalars."""
 
-    Parameters
-    ----------
-    model : ElementModel
-        Parameters and simulator.
-    records : sequence of ElementRecord
-        Runs.
-    residuals : sequence of ndarray, shape (n,)
-        Gap of every run.
-    noise : ndarray, shape (n_runs,)
-        Variance of the channel's noise by run.
-    is_declared : bool
-        Whether it is declared: noise of repeats says nothing of their scatter.
-    channel, unit : str
-        Name and unit of the channel.
-    """
-
-    model: ElementModel
-    records: Sequence[ElementRecord]
-    residuals: Sequence[FloatArray]
-    noise: FloatArray
-    is_declared: bool
+    model: ElementModel  # Parameters and simulator
+    records: Sequence[ElementRecord]  # Runs
+    residuals: Sequence[FloatArray]  # Gap of every run, shape (n,)
+    noise: FloatArray  # Variance of the channel's noise by run, shape (n_runs,)
+    is_declared: bool  # Whether it is declared: noise of repeats says nothing of their scatter
+    #: channel, unit: name and unit of the channel
     channel: str
     unit: str
 

@@ -66,25 +66,14 @@ _NEAREST = 4
 
 @dataclass(frozen=True, eq=False)
 class MotionSize:
-    """Sizes of the motion over all runs.
+    """Sizes of the motion over all runs."""
 
-    Parameters
-    ----------
-    low, high : float
-        Range of the deflection.
-    speed : float
-        RMS.
-    rest_speed : float
-        Speed below which the sign of the speed is uncertain.
-    least_yield : float
-        Least deflection that a slider's yield can be told from noise.
-    """
-
+    #: low, high: range of the deflection
     low: float
     high: float
-    speed: float
-    rest_speed: float
-    least_yield: float
+    speed: float  # RMS
+    rest_speed: float  # Speed below which the sign of the speed is uncertain
+    least_yield: float  # Least deflection that a slider's yield can be told from noise
 
     @property
     def presliding(self) -> FloatArray:

@@ -41,19 +41,13 @@ _RUN_IN_PERIODS = 2
 
 @dataclass(frozen=True, eq=False)
 class ElementScale:
-    """Sizes of an element's motion and forces, and its linear baseline, from the measured motion.
+    """Sizes of an element's motion and forces, its linear baseline, from the measured motion."""
 
-    Parameters
-    ----------
-    force, deflection, speed : float
-        RMS of the restoring force, the deflection and its rate.
-    m, K1, C1, f0 : float
-        Baseline by least squares in force space.
-    """
-
+    #: force, deflection, speed: RMS of the restoring force, the deflection and its rate
     force: float
     deflection: float
     speed: float
+    #: m, K1, C1, f0: baseline by least squares in force space
     m: float
     K1: float
     C1: float
@@ -74,39 +68,21 @@ class ElementScale:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ElementModel(ModelInTime):
-    """One element under one kind of drive.
+    """One element under one kind of drive."""
 
-    Parameters
-    ----------
-    by_force : bool
-        Force drive (displacement is predicted) or displacement drive (force is predicted).
-    mass : float, optional
-        Given mass; fitted where None.
-    scale : ElementScale
-        Sizes of everything.
-    units : tuple of str
-        Units of force and deflection.
-    substeps : int
-        Steps of integration a sample.
-    states : mapping of str to tuple of float
-        Measured deflection and speed at the first sample of every run that is released (free
-        decay), whose states are fitted; empty where the measured ones are taken.
-    per_mass : bool
-        Whether forces are per mass: free decay or moving base without a given mass.
-    gains : DeclaredGains
-        Errors of the gains of force and deflection.
-    measured : mapping of str to ElementLaw
-        Measured laws by effect; their one parameter is their size.
-    """
-
+    #: Force drive (displacement is predicted) or displacement drive (force is predicted)
     by_force: bool
-    mass: float | None
-    scale: ElementScale
-    units: tuple[str, str]
-    substeps: int
+    mass: float | None  # Given mass; fitted where None
+    scale: ElementScale  # Sizes of everything
+    units: tuple[str, str]  # Units of force and deflection
+    substeps: int  # Steps of integration a sample
+    #: Measured deflection and speed at the first sample of every run that is released (free decay),
+    #: whose states are fitted; empty where the measured ones are taken
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    #: Whether forces are per mass: free decay or moving base without a given mass
     per_mass: bool = False
-    gains: DeclaredGains = EXACT_GAINS
+    gains: DeclaredGains = EXACT_GAINS  # Errors of the gains of force and deflection
+    #: Measured laws by effect; their one parameter is their size
     measured: Mapping[str, ElementLaw] = field(default_factory=dict)
 
     def of_baseline(self) -> list[Parameter]:

@@ -226,33 +226,17 @@ class MotionNoise:
 
 @dataclass(frozen=True, eq=False)
 class NoiseWeight:
-    """Band and weight of one run.
+    """Band and weight of one run."""
 
-    Parameters
-    ----------
-    step : float
-        Sampling interval [s].
-    band_hz : float
-        End of the band.
-    element : tuple of float, optional
-        m, C1, K1 of a force drive; None where the force is measured.
-    variance : float
-        Variance of the channel's noise.
-    force : float
-        RMS of the force.
-    carried : MotionNoise, optional
-        Noise of a driven deflection, which its element makes a force.
-    correlation_time : float
-        Of the channel's noise [s]; 0 where it is white.
-    """
-
-    step: float
-    band_hz: float
+    step: float  # Sampling interval [s]
+    band_hz: float  # End of the band
+    #: m, C1, K1 of a force drive; None where the force is measured
     element: tuple[float, float, float] | None
-    variance: float
-    force: float
+    variance: float  # Variance of the channel's noise
+    force: float  # RMS of the force
+    #: Noise of a driven deflection, which its element makes a force
     carried: MotionNoise | None = None
-    correlation_time: float = 0.0
+    correlation_time: float = 0.0  # Of the channel's noise [s]; 0 where it is white
 
     def noise_square(self, frequency_hz: FloatArray) -> FloatArray:
         """Variance of white noise of the channel as dense as that at a frequency."""

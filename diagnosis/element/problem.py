@@ -86,32 +86,17 @@ _CYCLES = 12
 
 @dataclass(frozen=True, eq=False)
 class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
-    """One element, its records and its library.
+    """One element, its records and its library."""
 
-    Parameters
-    ----------
-    noise : ndarray, shape (n_runs,)
-        Variance of the channel's noise by run.
-    noise_is_measured : bool
-        Whether it was declared or comes from repeats.
-    channel : str
-        Name of the channel.
-    noise_is_declared : bool
-        Whether the campaign declares it, so that the scatter of repeats is compared with it.
-    noise_note : str
-        What the records cannot say of their noise; empty where the floor is known.
-    scatter_note : str
-        Why what does not repeat cannot all be noise; empty where it may.
-    table : ElementTable, optional
-        Table of the classes of these records, where the floor was judged by it.
-    """
-
-    noise: FloatArray
-    noise_is_measured: bool
-    channel: str
+    noise: FloatArray  # Variance of the channel's noise by run, shape (n_runs,)
+    noise_is_measured: bool  # Whether it was declared or comes from repeats
+    channel: str  # Name of the channel
+    #: Whether the campaign declares it, so that the scatter of repeats is compared with it
     noise_is_declared: bool = False
+    #: What the records cannot say of their noise; empty where the floor is known
     noise_note: str = ""
-    scatter_note: str = ""
+    scatter_note: str = ""  # Why what does not repeat cannot all be noise; empty where it may
+    #: Table of the classes of these records, where the floor was judged by it
     table: ElementTable | None = None
     difference = 1e-5
 
@@ -327,7 +312,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             refitted,
             self.linear_records,
             lambda: element_clocks(self.records, by_force=self.model.by_force),
-            beside=lambda laws, values: self.wiring_beside(
+            with_laws=lambda laws, values: self.wiring_beside(
                 laws, lambda other: mean_square_of(element_problem(other), laws)
             ),
         )

@@ -40,53 +40,29 @@ _UNIFORM = 12.0
 
 @dataclass(frozen=True, eq=False)
 class ElementRecord:
-    """One run on an even time grid.
+    """One run on an even time grid."""
 
-    Parameters
-    ----------
-    name, condition : str
-        Run and its condition.
-    step : float
-        Sampling interval [s].
-    drive, response : ndarray, shape (n,)
-        Input and channel, gaps filled.
-    counts : ndarray of bool, shape (n,)
-        Samples that are scored: measured and settled.
-    block : ndarray of int, shape (n,)
-        Block of every sample; -1 where it does not count.
-    n_blocks : int
-        Number of blocks.
-    motion : tuple of ndarray, shape (n,)
-        Deflection, speed and acceleration in the trusted band.
-    cutoff_hz : float
-        End of the usable band.
-    period : int
-        Samples a period; 0 where the drive is not periodic.
-    in_steady_state : bool
-        Whether the record starts in the steady state of a periodic drive.
-    gap : ndarray, shape (n,), optional
-        Measured less predicted where the baseline is another simulator's prediction.
-    base : ndarray, shape (n,), optional
-        Displacement of the base where the channel reads the deflection in space; `response` is
-        relative to it.
-    drive_noise : float
-        Variance of the noise of a measured force or deflection: declared, or of its steps.
-    """
-
+    #: name, condition: run and its condition
     name: str
     condition: str
-    step: float
+    step: float  # Sampling interval [s]
+    #: drive, response: input and channel, gaps filled, shape (n,)
     drive: FloatArray
     response: FloatArray
-    counts: NDArray[np.bool_]
-    block: NDArray[np.int64]
-    n_blocks: int
+    counts: NDArray[np.bool_]  # Samples that are scored: measured and settled, shape (n,)
+    block: NDArray[np.int64]  # Block of every sample; -1 where it does not count, shape (n,)
+    n_blocks: int  # Number of blocks
+    #: Deflection, speed and acceleration in the trusted band, shape (n,)
     motion: tuple[FloatArray, FloatArray, FloatArray]
-    cutoff_hz: float
-    period: int
-    in_steady_state: bool
+    cutoff_hz: float  # End of the usable band
+    period: int  # Samples a period; 0 where the drive is not periodic
+    in_steady_state: bool  # Whether the record starts in the steady state of a periodic drive
+    #: Measured less predicted where the baseline is another simulator's prediction, shape (n,)
     gap: FloatArray | None = None
+    #: Displacement of the base where the channel reads the deflection in space; `response` is
+    #: relative to it, shape (n,)
     base: FloatArray | None = None
+    #: Variance of the noise of a measured force or deflection: declared, or of its steps
     drive_noise: float = 0.0
 
     @property

@@ -214,10 +214,7 @@ def _law(
 def _friction_parts(
     size: MotionSize, steps: tuple[float, float], weights: FloatArray
 ) -> Sequence[Part]:
-    """Dry friction whose steps at rest are those of the curve, its bristles as stops.
-
-    `weights` are those of the class's columns, the bristles last.
-    """
+    """Dry friction whose steps at rest are those of the curve, its bristles as stops."""
     slips = np.maximum(weights[-size.presliding.size :], 0.0)
     turning = min(float(slips.sum()), *steps)
     parts: list[Part] = []

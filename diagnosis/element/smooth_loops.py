@@ -54,18 +54,10 @@ _DIFFERENCE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class SmoothLoop:
-    """A fitted smooth loop.
+    """A fitted smooth loop."""
 
-    Parameters
-    ----------
-    half_range : float
-        Half of the range of the deflection.
-    stiffness : ndarray, shape (9,)
-        c, from -1 to 1.
-    """
-
-    half_range: float
-    stiffness: FloatArray
+    half_range: float  # Half of the range of the deflection
+    stiffness: FloatArray  # c, from -1 to 1, shape (9,)
 
     def along(self, x: FloatArray, *, from_rest: bool = False) -> FloatArray:
         """State z along a motion, begun at rest or where a motion like this one leaves it."""

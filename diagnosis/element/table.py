@@ -107,46 +107,23 @@ _ROUNDING = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class ElementRuns:
-    """What the columns of a table are made of.
+    """What the columns of a table are made of."""
 
-    Parameters
-    ----------
-    records : tuple of ForceRecord
-        Runs.
-    weights : tuple of NoiseWeight
-        Filter of each run.
-    bases : ElementBases
-        Splines and sizes.
-    """
-
-    records: tuple[ForceRecord, ...]
-    weights: tuple[NoiseWeight, ...]
-    bases: ElementBases
+    records: tuple[ForceRecord, ...]  # Runs
+    weights: tuple[NoiseWeight, ...]  # Filter of each run
+    bases: ElementBases  # Splines and sizes
 
 
 @dataclass(frozen=True, eq=False)
 class ElementTable(ElementRuns):
-    """Gram table with what its columns are.
+    """Gram table with what its columns are."""
 
-    Parameters
-    ----------
-    table : GramTable
-        Products.
-    groups : tuple of GroupColumns
-        Groups in the order of the table.
-    scores : ClassScores
-        Held-out squares of the table, each made once.
-    loop : SmoothLoop, optional
-        Smooth loop among the columns of hysteresis.
-    loops : dict
-        Smooth loops once they were fitted, with the products of their columns, by the class beside
-        them and whether they are curves; copies under other limits share them.
-    """
-
-    table: GramTable
-    groups: tuple[GroupColumns[ForceRecord], ...]
-    scores: ClassScores
-    loop: SmoothLoop | None = None
+    table: GramTable  # Products
+    groups: tuple[GroupColumns[ForceRecord], ...]  # Groups in the order of the table
+    scores: ClassScores  # Held-out squares of the table, each made once
+    loop: SmoothLoop | None = None  # Smooth loop among the columns of hysteresis
+    #: Smooth loops once they were fitted, with the products of their columns, by the class beside
+    #: them and whether they are curves; copies under other limits share them
     loops: dict[tuple[str, bool], tuple[SmoothLoop, GramTable]] = field(default_factory=dict)
 
     @property

@@ -88,15 +88,6 @@ def band_amplitudes(n: int, step: float, edges_hz: FloatArray) -> FloatArray:
 
     Row b holds, for each line, how many of its amplitudes lie in band b: two, or one at the mean
     and at half the sampling frequency.
-
-    Parameters
-    ----------
-    n : int
-        Samples.
-    step : float
-        Their distance [s].
-    edges_hz : ndarray, shape (n_bands + 1,)
-        Ends of the bands [Hz].
     """
     amplitudes, ends = _lines_by_band(n, step, edges_hz)
     line = np.arange(amplitudes.size)
@@ -372,10 +363,7 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
 
 
 def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray) -> FloatArray:
-    """Values of the cells in use of one table, as a map has them.
-
-    `total` is the coherent part of all tables, `p_values` are adjusted.
-    """
+    """Values of the cells in use of one table, as a map has them."""
     low, high = _share_intervals(table, total)
     share = table.coherent / (total if total > 0.0 else np.nan)
     bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz

@@ -41,17 +41,12 @@ class Prior:
 
     ``cost = sum_k w_k ((theta_k - mu_k)² - mu_k² [k may be absent])``: a set that leaves an effect
     out has paid for its absence, so that a larger set is never the dearer one.
-
-    Parameters
-    ----------
-    weight, mean : ndarray, shape (p,)
-        w and mu; a weight of zero is no prior.
-    may_be_absent : ndarray of bool, shape (p,)
-        Whether the parameter belongs to an effect beside the baseline.
     """
 
+    #: weight, mean: w and mu; a weight of zero is no prior, shape (p,)
     weight: FloatArray
     mean: FloatArray
+    #: Whether the parameter belongs to an effect beside the baseline, shape (p,)
     may_be_absent: BoolArray
 
     @classmethod
@@ -72,32 +67,15 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class EffectFit:
-    """Fitted parameters of baseline + effects.
+    """Fitted parameters of baseline + effects."""
 
-    Parameters
-    ----------
-    effects : tuple of str
-        Effects beside the baseline.
-    parameters : tuple of Parameter
-        Unknowns; p.
-    theta : ndarray, shape (p,)
-        Values.
-    cost : float
-        Sum of squared residuals and prior terms.
-    sums : SegmentSums
-        Sums at `theta`, by segment.
-    prior : Prior
-        What the cost adds for the parameters themselves.
-    at_bound : ndarray of bool, shape (p,)
-        Whether a parameter of an added effect stands on a physical bound.
-    """
-
-    effects: Effects
-    parameters: tuple[Parameter, ...]
-    theta: FloatArray
-    cost: float
-    sums: SegmentSums
-    prior: Prior
+    effects: Effects  # Effects beside the baseline
+    parameters: tuple[Parameter, ...]  # Unknowns; p
+    theta: FloatArray  # Values, shape (p,)
+    cost: float  # Sum of squared residuals and prior terms
+    sums: SegmentSums  # Sums at `theta`, by segment
+    prior: Prior  # What the cost adds for the parameters themselves
+    #: Whether a parameter of an added effect stands on a physical bound, shape (p,)
     at_bound: BoolArray
 
     @property

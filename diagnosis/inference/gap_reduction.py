@@ -209,10 +209,7 @@ def _validation(
     after: Sequence[GapCell],
     fit: EffectFit,
 ) -> tuple[RunValidation, ...]:
-    """Comparison error by run.
-
-    RMS of the coherent gap; u_val from the step of integration and the floor of the map.
-    """
+    """Comparison error by run."""
     numerical = problem.numerical_error(fit.effects, fit.theta)
     errors = [_by_run(cells, lambda cell: cell.coherent) for cells in (before, after)]
     noise = _by_run(after, lambda cell: max(cell.mean_square - cell.coherent, 0.0))
@@ -237,27 +234,16 @@ def _by_run(cells: Sequence[GapCell], value: Callable[[GapCell], float]) -> dict
 
 @dataclass(frozen=True, eq=False)
 class EffectsInTurn:
-    """What every effect of a list is worth on held-out records.
+    """What every effect of a list is worth on held-out records."""
 
-    Parameters
-    ----------
-    effects : tuple of str
-        Effect ids in the order they are added; n_effects.
-    rms : ndarray, shape (n_effects + 1,)
-        Held-out RMS: baseline, then after each addition, in the unit of the channels.
-    rms_alone : ndarray, shape (n_effects,)
-        Held-out RMS of the baseline and one effect.
-    phi : ndarray, shape (n_effects + 1,)
-        Share of the mean square above the noise floor that is explained.
-    noise_floor : float
-        RMS that no model can go below.
-    """
-
-    effects: Effects
+    effects: Effects  # Effect ids in the order they are added; n_effects
+    #: Held-out RMS: baseline, then after each addition, in the unit of the channels, shape
+    #: (n_effects + 1,)
     rms: FloatArray
-    rms_alone: FloatArray
+    rms_alone: FloatArray  # Held-out RMS of the baseline and one effect, shape (n_effects,)
+    #: Share of the mean square above the noise floor that is explained, shape (n_effects + 1,)
     phi: FloatArray
-    noise_floor: float
+    noise_floor: float  # RMS that no model can go below
 
     @property
     def rho(self) -> FloatArray:

@@ -21,24 +21,15 @@ _FEWEST_CONDITIONS = 3
 _BLOCK_GROUPS = 4
 #: A fold's fit starts at the fit to all segments, next to its own minimum.
 _FOLD_STOP = StopRule(most_steps=4)
-#: Largest squared miss of one cell that still counts, in variances.
-_WORST = 1e12
 
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """One split of the segments.
+    """One split of the segments."""
 
-    Parameters
-    ----------
-    name : str
-        What is left out, in words.
-    training, run_specific, held_out : ndarray of bool, shape (n_segments,)
-        Segments that fit what runs share; segments of held-out runs that fit the
-        parameters of those runs only; segments scored.
-    """
-
-    name: str
+    name: str  # What is left out, in words
+    #: training, run_specific, held_out: segments that fit what runs share; segments of held-out
+    #: runs that fit the parameters of those runs only; segments scored, shape (n_segments,)
     training: BoolArray
     run_specific: BoolArray
     held_out: BoolArray
@@ -46,29 +37,10 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Held-out score of one set of effects.
+    """Held-out score of one set of effects."""
 
-    Parameters
-    ----------
-    fit : EffectFit
-        Fit to all segments.
-    square : ndarray, shape (n_segments,)
-        Sum of squared held-out residuals.
-    log_density : ndarray, shape (n_segments,)
-        Log predictive density, leftover of training as discrepancy.
-    theta_by_fold : ndarray, shape (n_folds, p)
-        Parameters of every fold.
-    """
-
-    fit: EffectFit
-    square: FloatArray
-    log_density: FloatArray
-    theta_by_fold: FloatArray
-
-    @property
-    def elpd(self) -> float:
-        """Expected log predictive density, summed over the segments."""
-        return float(self.log_density.sum())
+    fit: EffectFit  # Fit to all segments
+    square: FloatArray  # Sum of squared held-out residuals, shape (n_segments,)
 
 
 def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple[Fold, ...]:
@@ -78,18 +50,6 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     these are fitted on the even blocks of the held-out runs to score the odd ones, and the other
     way round. Two conditions: half of the blocks of one condition at a time. One condition: a
     quarter of the blocks at a time.
-
-    Parameters
-    ----------
-    segments : sequence of Segment
-        Segments of the comparison problem.
-    runs_have_own : bool
-        Whether a run has parameters that other runs do not share.
-
-    Returns
-    -------
-    tuple of Fold
-        At least two.
     """
     condition = np.array([segment.condition for segment in segments])
     block = np.array([segment.block for segment in segments])
@@ -131,25 +91,13 @@ def _numbers_in_condition(condition: np.ndarray) -> np.ndarray:
 
 
 def held_out_score(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
-    """Score a set on every fold.
-
-    ``elpd = sum log N(r; 0, s²)`` over the segments and cells, with s² the mean square that the
-    fold's fit leaves in that cell of its training segments, never below the noise.
-    """
-    n_segments = len(problem.segments)
-    square = np.full(n_segments, np.nan)
-    log_density = np.full(n_segments, np.nan)
-    thetas = []
-    # The discrepancy of the training segments: their residual at the fit to all segments is as
-    # good, and one run cheaper.
-    trained = problem.squares(fit.effects, fit.theta, np.ones(n_segments, dtype=bool))
+    """Score a set on every fold."""
+    square = np.full(len(problem.segments), np.nan)
     for fold in folds:
         theta = fold_theta(problem, fit, fold)
         squares = problem.squares(fit.effects, theta, fold.held_out)
         square[fold.held_out] = squares[fold.held_out].sum(axis=1)
-        log_density[fold.held_out] = _log_density(problem, trained, fold, squares)
-        thetas.append(theta)
-    return HeldOut(fit, square, log_density, np.array(thetas))
+    return HeldOut(fit, square)
 
 
 def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatArray:
@@ -197,23 +145,3 @@ def reduction_draws(
     counts = two_level_counts(groups, n_samples=n_samples, rng=rng)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.sqrt((counts @ after) / (counts @ before))
-
-
-def _log_density(
-    problem: ComparisonProblem, trained: FloatArray, fold: Fold, squares: FloatArray
-) -> FloatArray:
-    trained_counts = problem.cell_counts[fold.training].sum(axis=0)
-    counts = np.maximum(trained_counts, 1.0)
-    noise = problem.noise_square[fold.training].sum(axis=0) / counts
-    variance = np.maximum(
-        trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny)
-    )
-    counts_outside = problem.cell_counts[fold.held_out]
-    # A model that runs away predicts as badly as any model can.
-    variance = np.minimum(variance, np.sqrt(np.finfo(float).max))
-    with np.errstate(over="ignore"):
-        misses = np.minimum(squares[fold.held_out] / variance, _WORST)
-    terms = counts_outside * np.log(2.0 * np.pi * variance) + misses
-    # A cell that no training segment holds says nothing of its variance.
-    counted = (counts_outside > 0.0) & (trained_counts > 0.0)
-    return -0.5 * np.where(counted, terms, 0.0).sum(axis=1)

@@ -3,11 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from itertools import permutations
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
+from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
 from carrierflex.diagnosis.inference.held_out import (
@@ -29,35 +28,18 @@ _MOST_SETS = 12
 
 @dataclass(eq=False)
 class LawFits:
-    """Sets of laws fitted so far, each once.
+    """Sets of laws fitted so far, each once."""
 
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Records and simulator.
-    folds : sequence of Fold
-        Splits.
-    thresholds : Thresholds
-        Limits.
-    note : callable
-        Told what is tried, for progress.
-    executor : Executor, optional
-        Where sets that do not wait for each other are fitted and scored; None in this process.
-    scores : dict
-        Held-out scores by sorted set.
-    fits : dict
-        Fits by sorted set, also of those that were not worth a held-out score.
-    failed_searches : dict
-        Sets whose search ended above a set they contain, and how; none of them is supported.
-    """
-
-    problem: ComparisonProblem
-    folds: Sequence[Fold]
-    thresholds: Thresholds
-    note: Callable[[str], None]
+    problem: ComparisonProblem  # Records and simulator
+    folds: Sequence[Fold]  # Splits
+    thresholds: Thresholds  # Limits
+    note: Callable[[str], None]  # Told what is tried, for progress
+    #: Where sets that do not wait for each other are fitted and scored; None in this process
     executor: Executor | None = None
-    scores: dict[Effects, HeldOut] = field(default_factory=dict)
+    scores: dict[Effects, HeldOut] = field(default_factory=dict)  # Held-out scores by sorted set
+    #: Fits by sorted set, also of those that were not worth a held-out score
     fits: dict[Effects, EffectFit] = field(default_factory=dict)
+    #: Sets whose search ended above a set they contain, and how; none of them is supported
     failed_searches: dict[Effects, str] = field(default_factory=dict)
 
     def score(self, effects: Effects) -> HeldOut:
@@ -161,45 +143,11 @@ class LawFits:
                     f"{parameter.name} of {plain_name(parameter.effect)} is at its physical bound"
                 )
                 return Rejection("bound", parameter.effect, text)
-        if self._fits_any_curve(effects):
-            text = (
-                f"{set_name(effects)} are laws of one kind along one motion: "
-                "together they fit any curve"
-            )
-            return Rejection("any_curve", "", text)
         others = {effect: tuple(e for e in effects if e != effect) for effect in effects}
         # Sets that are scored already come first: they may settle it without another fit.
         by_scored = sorted(effects, key=lambda effect: others[effect] not in self.scores)
         rejections = (self._member_rejection(score, effect, others[effect]) for effect in by_scored)
-        rejection = next((rejection for rejection in rejections if rejection), None)
-        if rejection is None and not self._is_consistent(score):
-            text = "its parameters change from fold to fold beyond their error"
-            return Rejection("folds", "", text)
-        return rejection
-
-    def _is_consistent(self, score: HeldOut) -> bool:
-        """Whether no effect moves, between folds, by more than its error and half its signal.
-
-        The change of an effect's signal is ``(d' M d)^1/2`` with M the Gauss-Newton matrix of its
-        parameters: several of them may trade against one another in a fold that cannot tell them
-        apart.
-        """
-        fit, limits = score.fit, self.thresholds
-        std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-        matrix = fit.sums.total_matrix()
-        for effect in fit.effects:
-            named = [
-                k
-                for k, parameter in enumerate(fit.parameters)
-                if parameter.effect == effect and not parameter.shape and parameter.run is None
-            ]
-            block, theta = matrix[np.ix_(named, named)], fit.theta[named]
-            signal = theta @ block @ theta
-            for moved in score.theta_by_fold[:, named] - theta:
-                is_beyond_error = (np.abs(moved) > limits.fold_consistency * std[named]).any()
-                if is_beyond_error and moved @ block @ moved > limits.fold_signal**2 * signal:
-                    return False
-        return True
+        return next((rejection for rejection in rejections if rejection), None)
 
     def _member_rejection(self, score: HeldOut, effect: str, others: Effects) -> Rejection | None:
         """Why an effect of a set does not belong to it beside the others."""
@@ -233,18 +181,6 @@ class LawFits:
             return Rejection("draws", effect, text)
         return None
 
-    def _fits_any_curve(self, effects: Effects) -> bool:
-        """Whether three mutual aliases or more act on one channel.
-
-        Aliases by their cards, each of every other.
-        """
-        cards = self.problem.cards
-        return (
-            self.problem.n_channels == 1
-            and len(effects) > 2
-            and all(other in cards[effect].aliases for effect, other in permutations(effects, 2))
-        )
-
     def reduction_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
         """Bootstrap draws of RMS after over before."""
         return reduction_draws(
@@ -259,10 +195,7 @@ class LawFits:
 def _fitted_set(
     problem: ComparisonProblem, effects: Effects, contained: Sequence[EffectFit]
 ) -> tuple[EffectFit, str]:
-    """Fit of a set, and how its search ended above a set that it contains; empty where it did not.
-
-    A pure function, so that it can be called in another process.
-    """
+    """Fit of a set; how its search ended above a set that it contains, empty where it did not."""
     with single_threaded():
         try:
             return fit_effects(problem, effects, contained=contained), ""
@@ -300,22 +233,14 @@ def law_fits(
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What the fits of the laws say.
+    """What the fits of the laws say."""
 
-    Parameters
-    ----------
-    accepted : tuple of str
-        Smallest supported set within one standard error of the best; empty where none is supported.
-    rivals : tuple of tuple of str
-        Other supported sets, equal to it within the standard error, of as many parameters or fewer,
-        or of laws that the cards call its aliases and that leave less.
-    ranking : tuple of RankedSet
-        All sets that were fitted, smallest held-out RMS first.
-    """
-
+    #: Smallest supported set that predicts as well as the best; empty where none is supported
     accepted: Effects
+    #: Other supported sets that predict as well, of as many parameters or fewer, or of laws that
+    #: the cards call its aliases and that leave less
     rivals: tuple[Effects, ...]
-    ranking: tuple[RankedSet, ...]
+    ranking: tuple[RankedSet, ...]  # All sets that were fitted, smallest held-out RMS first
 
 
 def candidate_sets(
@@ -323,13 +248,7 @@ def candidate_sets(
 ) -> tuple[Effects, ...]:
     """Sets of laws that are fitted.
 
-    Parameters
-    ----------
-    problem : ComparisonProblem
-        Its cards are the laws on trial.
-    of_table : sequence of tuple of str, optional
-        Sets that the table of the classes proposes; None where the records are too short for a
-        table, and every law is fitted by itself.
+    Those that the table of the classes proposes; without a table every law by itself.
     """
     if of_table is None:
         return tuple((law,) for law in problem.cards)
@@ -342,20 +261,7 @@ def candidate_sets(
 
 
 def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
-    """Fit sets of laws and accept the smallest supported one that predicts as well as the best.
-
-    Parameters
-    ----------
-    fits : LawFits
-        Fits and held-out scores; grows by the sets.
-    sets : sequence of tuple of str
-        Sets of laws, small ones first.
-
-    Returns
-    -------
-    Selection
-        Accepted set, rivals, ranking.
-    """
+    """Fit sets of laws and accept the smallest supported one that predicts as well as the best."""
     fits.score(())
     for size in sorted({len(laws) for laws in sets}):
         fits.score_all([laws for laws in sets if len(laws) == size])
@@ -371,7 +277,7 @@ def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
         best = min(supported, key=fits.mean_square)
         # The best is as good as itself, also where nothing is left and no ratio can be made.
         equal = [laws for laws in supported if laws == best or _equal(fits, laws, best)]
-        accepted = min(equal, key=lambda laws: (*_size(fits, laws), -fits.scores[laws].elpd))
+        accepted = min(equal, key=lambda laws: (*_size(fits, laws), fits.mean_square(laws)))
         rivals = [laws for laws in equal if laws != accepted and _is_rival(fits, laws, accepted)]
     ranking = [
         RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), _reason(rejections[laws]))
@@ -382,13 +288,9 @@ def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
 
 
 def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:
-    """Whether a set predicts as well as the best: within one standard error or a few per cent."""
-    difference = fits.scores[best].log_density - fits.scores[laws].log_density
-    error = float(np.sqrt(difference.size) * difference.std(ddof=1))
-    ratio = float(np.sqrt(fits.mean_square(laws) / fits.mean_square(best)))
-    limits = fits.thresholds
-    is_near = float(difference.sum()) <= error or ratio <= limits.equal_rms
-    return is_near and ratio <= limits.never_equal_rms
+    """Whether a set predicts as well as the best."""
+    ratio = np.sqrt(fits.mean_square(laws) / fits.mean_square(best))
+    return bool(ratio <= fits.thresholds.equal_rms)
 
 
 def _is_rival(fits: LawFits, laws: Effects, accepted: Effects) -> bool:

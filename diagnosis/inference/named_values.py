@@ -158,21 +158,11 @@ def _is_free(fit: EffectFit) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class PublishedValues:
-    """Parameters of a fit and what is said of them.
+    """Parameters of a fit and what is said of them."""
 
-    Parameters
-    ----------
-    parameters : mapping of str to mapping of str to NamedValue
-        Values by effect and name.
-    gains : str
-        What the intervals hold of the gains and delays of the signals.
-    undetermined : tuple of str
-        What the records do not determine.
-    """
-
-    parameters: Mapping[str, Mapping[str, NamedValue]]
-    gains: str
-    undetermined: tuple[str, ...]
+    parameters: Mapping[str, Mapping[str, NamedValue]]  # Values by effect and name
+    gains: str  # What the intervals hold of the gains and delays of the signals
+    undetermined: tuple[str, ...]  # What the records do not determine
 
 
 def published_values(

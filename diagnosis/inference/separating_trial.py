@@ -51,10 +51,7 @@ def separating_trial(
 
 
 def _separation(experiment: CandidateExperiment, first: EffectFit, second: EffectFit) -> float:
-    """RMS by which the second set, refitted, misses the first one's signals; NaN without a trial.
-
-    The trial's products are let go before those of the next one are made.
-    """
+    """RMS by which the second set, refitted, misses the signals of the first; NaN: no trial."""
     problem = experiment.problem(first.effects, first.theta)
     if problem is None:
         return float("nan")

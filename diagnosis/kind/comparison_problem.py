@@ -36,18 +36,11 @@ from carrierflex.simulation.laws import Law
 
 @dataclass(frozen=True, eq=False)
 class CandidateExperiment:
-    """A feasible measurement that was not made.
+    """A feasible measurement that was not made."""
 
-    Parameters
-    ----------
-    text : str
-        The condition in words.
-    problem : callable
-        ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that
-        condition; None where the model runs away there.
-    """
-
-    text: str
+    text: str  # The condition in words
+    #: ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that
+    #: condition; None where the model runs away there
     problem: "Callable[[Effects, FloatArray], ComparisonProblem | None]"
 
 

@@ -80,33 +80,16 @@ class _Scale(Protocol):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModelInTime(ABC):
-    """Parameters of a simulator in time: those of its baseline, then those of every effect.
+    """Parameters of a simulator in time: those of its baseline, then those of every effect."""
 
-    Parameters
-    ----------
-    scale : Scale
-        Sizes of everything.
-    cards : mapping of str to EffectCard
-        Library.
-    laws : mapping of str to callable
-        Users' compiled laws by effect.
-    contained : tuple of str
-        Effects of the baseline.
-    fixed : tuple of float
-        Values at which the parameters of the baseline are fixed; empty where they are fitted.
-    known : KnownPhysics
-        Known values and declared errors of the channels.
-    measured : mapping of str to object
-        Laws of files by effect.
-    """
-
-    scale: _Scale
-    cards: Mapping[str, EffectCard]
-    laws: Mapping[str, Force]
-    contained: Effects
+    scale: _Scale  # Sizes of everything
+    cards: Mapping[str, EffectCard]  # Library
+    laws: Mapping[str, Force]  # Users' compiled laws by effect
+    contained: Effects  # Effects of the baseline
+    #: Values at which the parameters of the baseline are fixed; empty where they are fitted
     fixed: tuple[float, ...] = ()
-    known: KnownPhysics = NOTHING_KNOWN
-    measured: Mapping[str, object] = field(default_factory=dict)
+    known: KnownPhysics = NOTHING_KNOWN  # Known values and declared errors of the channels
+    measured: Mapping[str, object] = field(default_factory=dict)  # Laws of files by effect
 
     @abstractmethod
     def of_baseline(self) -> list[Parameter]:
@@ -166,30 +149,16 @@ M = TypeVar("M", bound=ModelInTime)
 
 @dataclass(frozen=True, eq=False)
 class DifferencedResiduals(Generic[R]):
-    """Measured less predicted signals of all runs as a function of the parameters.
+    """Measured less predicted signals of all runs as a function of the parameters."""
 
-    Parameters
-    ----------
-    records : sequence of SegmentedRecord
-        Runs.
-    residual : callable
-        Residual of a record at a parameter set, shape (n,) or (n, n_channels); zero where nothing
-        was measured, infinite where the motion diverges. Called from several threads.
-    parameters : sequence of Parameter
-        Unknowns, shape (p,).
-    relative_step : float
-        Step of the differences, relative to a parameter.
-    n_threads : int
-        Threads; one does without.
-    residuals : callable
-        Residuals of a record at several parameter sets in one pass; None where no pass does it.
-    """
-
-    records: Sequence[R]
+    records: Sequence[R]  # Runs
+    #: Residual of a record at a parameter set, shape (n,) or (n, n_channels); zero where nothing
+    #: was measured, infinite where the motion diverges. Called from several threads.
     residual: Callable[[R, FloatArray], FloatArray]
-    parameters: Sequence[Parameter]
-    relative_step: float
-    n_threads: int
+    parameters: Sequence[Parameter]  # Unknowns, shape (p,)
+    relative_step: float  # Step of the differences, relative to a parameter
+    n_threads: int  # Threads; one does without
+    #: Residuals of a record at several parameter sets in one pass; None where no pass does it
     residuals: Callable[[R, Sequence[FloatArray]], Sequence[FloatArray] | None] = (
         lambda record, sets: None
     )
@@ -236,10 +205,7 @@ class DifferencedResiduals(Generic[R]):
             yield residual, self._derivatives(record, theta, residual)
 
     def _derivatives(self, record: R, theta: FloatArray, residual: FloatArray) -> FloatArray:
-        """Change of the prediction by every parameter, shape (p, *residual.shape).
-
-        Zero where the changed motion diverges.
-        """
+        """Change of the prediction by every parameter, shape (p, *residual.shape)."""
         rows = np.zeros((theta.size, *residual.shape))
         moving = [k for k, at in enumerate(self.parameters) if at.run in (None, record.name)]
         steps = [self._step(theta, k) for k in moving]
@@ -285,18 +251,10 @@ def _runs_with_segments(
 
 @dataclass(frozen=True, eq=False)
 class ProblemInTime(ComparisonProblem, Generic[M, T]):
-    """Records of evenly sampled signals beside a model that is integrated in time.
+    """Records of evenly sampled signals beside a model that is integrated in time."""
 
-    Parameters
-    ----------
-    model : ModelInTime
-        Parameters and simulator.
-    records : tuple of _TimeRecord
-        Runs.
-    """
-
-    model: M
-    records: tuple[T, ...]
+    model: M  # Parameters and simulator
+    records: tuple[T, ...]  # Runs
     #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
     difference: ClassVar[float]
 

@@ -134,7 +134,7 @@ def _with_unequal_stiffness(scores: ClassScores, shares: Shares, decision: Decis
         others = tuple(name for name in decision.classes if name != member)
         pair = (f"{shape_of(member)}/{SAME}", f"{STIFFNESS}/{UNEQUAL}")
         scored = scores.of((*others, *pair))
-        takes_half = shares.is_clear_gain(decision.held, scored, 0.0)
+        takes_half = shares.is_clear_gain(decision.squares, scored, 0.0)
         if not takes_half and _both_pay(scores, shares, others, pair):
             return _replaced(scores, decision, (*others, *pair))
     return decision
@@ -162,7 +162,9 @@ def _with_sparse_maps(
             continue
         best = min(pairs, key=lambda pair: scores.of((*others, *pair)).total)
         scored = scores.of((*others, *best))
-        is_as_good = scored.total < decision.held.total or shares.are_equal(scored, decision.held)
+        is_as_good = scored.total < decision.squares.total or shares.are_equal(
+            scored, decision.squares
+        )
         is_two = shape_of(best[0]) != shape_of(best[1])
         if is_two and is_as_good and _both_pay(scores, shares, others, best):
             return _replaced(scores, decision, (*others, *best))
@@ -178,7 +180,7 @@ def _both_pay(scores: ClassScores, shares: Shares, others: Classes, pair: tuple[
 def _replaced(scores: ClassScores, decision: Decision, classes: Classes) -> Decision:
     """Decision for other classes; its ties are sought anew."""
     answer = tuple(sorted(classes))
-    return replace(decision, classes=answer, held=scores.of(answer), ties=())
+    return replace(decision, classes=answer, squares=scores.of(answer), ties=())
 
 
 def _with_fewest_columns(
@@ -187,7 +189,7 @@ def _with_fewest_columns(
     """Decision whose members are the classes of fewest columns among those that leave as much."""
     if decision.state == NOTHING:
         return decision
-    answer, scored = decision.classes, decision.held
+    answer, scored = decision.classes, decision.squares
     for member in decision.classes:
         others = tuple(name for name in answer if name != member)
         taken = {shape_of(name) for name in others}
@@ -210,7 +212,7 @@ def _with_fewest_columns(
         # columns.
         ties.append(decision.classes)
     ties = list(dict.fromkeys(ties))
-    return replace(decision, classes=answer, held=scores.of(answer), ties=tuple(ties))
+    return replace(decision, classes=answer, squares=scores.of(answer), ties=tuple(ties))
 
 
 def _stands(

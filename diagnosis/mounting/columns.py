@@ -59,30 +59,19 @@ _USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 @dataclass(frozen=True, eq=False)
 class BushingSize:
-    """Sizes of the motion over all runs, and the splines over them.
+    """Sizes of the motion over all runs, and the splines over them."""
 
-    Parameters
-    ----------
-    deflection, radius, speed : float
-        Largest deflection in y or z, largest along any direction, RMS speed.
-    taus : ndarray, shape (n,)
-        Relaxation times [s].
-    length : float
-        Longest run [s].
-    low, high : float
-        Range of the deflection.
-    fastest : float
-        Largest speed.
-    """
-
+    #: deflection, radius, speed: largest deflection in y or z, largest along any direction, RMS
+    #: speed
     deflection: float
     radius: float
     speed: float
-    taus: FloatArray
-    length: float
+    taus: FloatArray  # Relaxation times [s], shape (n,)
+    length: float  # Longest run [s]
+    #: low, high: range of the deflection
     low: float
     high: float
-    fastest: float
+    fastest: float  # Largest speed
 
     @property
     def rest_speed(self) -> float:

@@ -84,20 +84,12 @@ def map_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class MountingGap:
-    """Gap of a model of a mounting: its map, findings and scalars.
+    """Gap of a model of a mounting: its map, findings and scalars."""
 
-    Parameters
-    ----------
-    records : sequence of MountingRecord
-        Runs.
-    residuals : sequence of ndarray, shape (n, n_channels)
-        Gap of every run, zero where nothing was measured.
-    sensors, channels : sequence of str
-        Sensor and name of every channel.
-    """
-
-    records: Sequence[MountingRecord]
+    records: Sequence[MountingRecord]  # Runs
+    #: Gap of every run, zero where nothing was measured, shape (n, n_channels)
     residuals: Sequence[FloatArray]
+    #: sensors, channels: sensor and name of every channel
     sensors: Sequence[str]
     channels: Sequence[str]
 

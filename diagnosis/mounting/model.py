@@ -42,14 +42,10 @@ ONE_CHANNEL = tuple(
 
 @dataclass(frozen=True, eq=False)
 class MountingScale:
-    """Own deflection, rate and stiffness of a bushing under the measured loads.
+    """Own deflection, rate and stiffness of a bushing under the measured loads."""
 
-    Parameters
-    ----------
-    stiffness, deflection, time : float
-        Nominal stiffness [N/m], RMS deflection [m], deflection over its rate [s].
-    """
-
+    #: stiffness, deflection, time: nominal stiffness [N/m], RMS deflection [m], deflection over its
+    #: rate [s]
     stiffness: float
     deflection: float
     time: float
@@ -62,25 +58,14 @@ class MountingScale:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MountingModel(ModelInTime):
-    """Linear bushings and every effect of the contract.
+    """Linear bushings and every effect of the contract."""
 
-    Parameters
-    ----------
-    rig : MountingRig
-        Nominal rig.
-    channels, sensors : tuple of str
-        Names of the channels and the sensors they are.
-    scale : MountingScale
-        Sizes of everything.
-    measured : mapping of str to Law
-        Laws of files by effect.
-    """
-
-    rig: MountingRig
+    rig: MountingRig  # Nominal rig
+    #: channels, sensors: names of the channels and the sensors they are
     channels: tuple[str, ...]
     sensors: tuple[str, ...]
-    scale: MountingScale
-    measured: Mapping[str, Law] = field(default_factory=dict)
+    scale: MountingScale  # Sizes of everything
+    measured: Mapping[str, Law] = field(default_factory=dict)  # Laws of files by effect
 
     def of_baseline(self) -> list[Parameter]:
         """Unknowns: K1, C1."""
@@ -179,10 +164,7 @@ class MountingModel(ModelInTime):
         added: tuple[ForceLaw | None, FloatArray | None],
         refined: int,
     ) -> FloatArray | None:
-        """All six sensors relative to their zero; None where the motion leaves the model.
-
-        `added` are a user's law and packed laws of files.
-        """
+        """All six sensors relative to their zero; None where the motion leaves the model."""
         user_law, tables = added
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)

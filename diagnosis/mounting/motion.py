@@ -41,28 +41,17 @@ _REACH = 8.0
 
 @dataclass(frozen=True, eq=False)
 class RigidBody:
-    """Matrices of the housing on linear bushings.
+    """Matrices of the housing on linear bushings."""
 
-    Parameters
-    ----------
-    M, C, K : ndarray, shape (6, 6)
-        Mass, damping, stiffness; the bearing's own stiffness is not in K.
-    G : ndarray, shape (6, 3)
-        Generalised forces of torque, ntl_y, ntl_z.
-    rows : ndarray, shape (2, 2, 6)
-        Deflection of starboard and port bushing in y and in z over the coordinates.
-    output : ndarray, shape (n_channels, 6)
-        Channels over the coordinates.
-    stiffness, damping : float
-        Radial stiffness and damping of each bushing.
-    """
-
+    #: M, C, K: mass, damping, stiffness; the bearing's own stiffness is not in K, shape (6, 6)
     M: FloatArray
     C: FloatArray
     K: FloatArray
-    G: FloatArray
+    G: FloatArray  # Generalised forces of torque, ntl_y, ntl_z, shape (6, 3)
+    #: Deflection of starboard and port bushing in y and in z over the coordinates, shape (2, 2, 6)
     rows: FloatArray
-    output: FloatArray
+    output: FloatArray  # Channels over the coordinates, shape (n_channels, 6)
+    #: stiffness, damping: radial stiffness and damping of each bushing
     stiffness: float
     damping: float
 
@@ -167,39 +156,23 @@ def rigid_body(
 
 @dataclass(frozen=True, eq=False)
 class BushingMotion:
-    """One run in the space of generalised forces.
+    """One run in the space of generalised forces."""
 
-    Parameters
-    ----------
-    record : MountingRecord
-        The run.
-    step : float
-        Sampling interval [s].
-    loads : ndarray, shape (n, 3)
-        Torque, ntl_y, ntl_z, evenly sampled.
-    gap : ndarray, shape (n_channels, n)
-        Measured less baseline; NaN where nothing was measured.
-    predicted, signals : ndarray, shape (n_channels, n)
-        Signals of the linear bushings, and the nearest ones to what was measured.
-    q, rate : ndarray, shape (3, n)
-        Free coordinates from the loaded rest, and their rates.
-    u, v : ndarray, shape (2, 2, n)
-        Deflection and speed of starboard and port bushing in y and in z.
-    zeroing : int
-        Samples of the zero.
-    """
-
-    record: MountingRecord
-    step: float
-    loads: FloatArray
-    gap: FloatArray
+    record: MountingRecord  # The run
+    step: float  # Sampling interval [s]
+    loads: FloatArray  # Torque, ntl_y, ntl_z, evenly sampled, shape (n, 3)
+    gap: FloatArray  # Measured less baseline; NaN where nothing was measured, shape (n_channels, n)
+    #: predicted, signals: signals of the linear bushings, and the nearest ones to what was
+    #: measured, shape (n_channels, n)
     predicted: FloatArray
     signals: FloatArray
+    #: q, rate: free coordinates from the loaded rest, and their rates, shape (3, n)
     q: FloatArray
     rate: FloatArray
+    #: u, v: deflection and speed of starboard and port bushing in y and in z, shape (2, 2, n)
     u: FloatArray
     v: FloatArray
-    zeroing: int
+    zeroing: int  # Samples of the zero
 
     @property
     def time(self) -> FloatArray:

@@ -25,24 +25,12 @@ _FACTORS = (2.0, 4.0)
 
 @dataclass(frozen=True, eq=False)
 class MountingPool:
-    """Records as planned, blank records of loads that could be added, and the additions.
+    """Records as planned, blank records of loads that could be added, and the additions."""
 
-    Parameters
-    ----------
-    records : tuple of MountingRecord
-        Planned ones first.
-    n_planned : int
-        How many are planned.
-    planned : Addition
-        What is planned alone.
-    additions : tuple of Addition
-        What could be added.
-    """
-
-    records: tuple[MountingRecord, ...]
-    n_planned: int
-    planned: Addition
-    additions: tuple[Addition, ...]
+    records: tuple[MountingRecord, ...]  # Planned ones first
+    n_planned: int  # How many are planned
+    planned: Addition  # What is planned alone
+    additions: tuple[Addition, ...]  # What could be added
 
 
 def mounting_pool(

@@ -69,15 +69,9 @@ UnderLoads = Callable[[MountingRecord, Effects, FloatArray], ComparisonProblem |
 
 @dataclass(frozen=True, eq=False)
 class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
-    """One mounting, its records and its library.
+    """One mounting, its records and its library."""
 
-    Parameters
-    ----------
-    noise_is_measured : bool
-        Whether the noise was declared.
-    """
-
-    noise_is_measured: bool
+    noise_is_measured: bool  # Whether the noise was declared
     difference = 1e-4
 
     @property
@@ -141,10 +135,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
     def _under(
         self, record: MountingRecord, effects: Effects, theta: FloatArray
     ) -> "MountingProblem | None":
-        """ComparisonProblem whose only record has the signals of a model.
-
-        None where the model leaves its range.
-        """
+        """ComparisonProblem whose only record has the signals of a model."""
         predicted = self.model.predicted(record, effects, theta, self.choice(effects))
         if not np.isfinite(predicted).all():
             return None
@@ -174,7 +165,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
     ) -> FloatArray:
         """Change of the residual where a signal is read one standard deviation off, (n, C)."""
         choice = self.choice(effects)
-        if error.is_of_input or error.part is Measurement.DELAY:
+        if error.is_of_input or error.quantity is Measurement.DELAY:
             predicted = self.model.predicted(record, effects, theta, choice)
             if not error.is_of_input:
                 late = (*effects, SENSOR_DELAY.id), np.append(theta, error.std)
@@ -225,7 +216,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             self.predictions,
             lambda other: mean_square_of(mounting_problem(other)),
             self.linear_records,
-            beside=lambda laws, values: self.wiring_beside(
+            with_laws=lambda laws, values: self.wiring_beside(
                 laws, lambda other: mean_square_of(mounting_problem(other), laws)
             ),
         )

@@ -50,33 +50,19 @@ _ROUNDS = 6
 
 @dataclass(frozen=True, eq=False)
 class MountingRecord:
-    """One run, ready to be compared.
+    """One run, ready to be compared."""
 
-    Parameters
-    ----------
-    name, condition : str
-        Run and its condition.
-    inputs : MountingInputs
-        Averaged loads.
-    measured : ndarray, shape (n, n_channels)
-        Averaged signals [m], NaN where missing.
-    block : ndarray of int, shape (n,)
-        Block of every sample.
-    noise, zero_noise : ndarray, shape (n_channels,)
-        Variance of the averaged noise, and of the error that the zeroing leaves for the whole run
-        [m²].
-    zeroing_samples : int
-        Averaged samples of the zero.
-    """
-
+    #: name, condition: run and its condition
     name: str
     condition: str
-    inputs: MountingInputs
-    measured: FloatArray
-    block: NDArray[np.int64]
+    inputs: MountingInputs  # Averaged loads
+    measured: FloatArray  # Averaged signals [m], NaN where missing, shape (n, n_channels)
+    block: NDArray[np.int64]  # Block of every sample, shape (n,)
+    #: noise, zero_noise: variance of the averaged noise, and of the error that the zeroing leaves
+    #: for the whole run [m²], shape (n_channels,)
     noise: FloatArray
     zero_noise: FloatArray
-    zeroing_samples: int
+    zeroing_samples: int  # Averaged samples of the zero
 
     @property
     def n_blocks(self) -> int:
@@ -114,24 +100,7 @@ class _Noise:
 
 
 def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
-    """Thinned records of every run.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Of kind ``mounting``.
-
-    Returns
-    -------
-    tuple of MountingRecord
-        In the order of the runs.
-
-    Raises
-    ------
-    ValueError
-        Where a channel holds nothing, no signal changes, the loads never change, or a run is too
-        short.
-    """
+    """Thinned records of every run."""
     for run in campaign.within_use().runs:
         _check(run, campaign)
     if all(_is_constant(run.inputs[name]) for run in campaign.runs for name in _LOADS):

@@ -37,32 +37,18 @@ Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One signature.
+    """One signature."""
 
-    Parameters
-    ----------
-    effect, amplitude : str
-        Owner and parameter.
-    size : float
-        Value of the amplitude in the simulation.
-    shapes : mapping of str to float
-        Values of the shapes.
-    channel : int
-        Channel of an effect of one sensor; -1 otherwise.
-    shapes_follow : bool
-        Whether the shapes grow with the amplitude: a yield force, a damper. Those of a user's law
-        stay as they are.
-    bounds : tuple of float
-        Physical bounds of the amplitude.
-    """
-
+    #: effect, amplitude: owner and parameter
     effect: str
     amplitude: str
-    size: float
-    shapes: Mapping[str, float]
-    channel: int = -1
+    size: float  # Value of the amplitude in the simulation
+    shapes: Mapping[str, float]  # Values of the shapes
+    channel: int = -1  # Channel of an effect of one sensor; -1 otherwise
+    #: Whether the shapes grow with the amplitude: a yield force, a damper. Those of a user's law
+    #: stay as they are.
     shapes_follow: bool = True
-    bounds: tuple[float, float] = (-np.inf, np.inf)
+    bounds: tuple[float, float] = (-np.inf, np.inf)  # Physical bounds of the amplitude
 
     @property
     def variant(self) -> tuple[float, ...]:

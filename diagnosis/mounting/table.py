@@ -140,36 +140,16 @@ def class_groups(
 
 @dataclass(frozen=True, eq=False)
 class MountingTable:
-    """Gram table with what its columns are.
+    """Gram table with what its columns are."""
 
-    Parameters
-    ----------
-    table : GramTable
-        Products.
-    body : RigidBody
-        Housing on the fitted linear bushings.
-    size : BushingSize
-        Sizes and splines.
-    motions : tuple of BushingMotion
-        Runs.
-    model : MountingModel
-        Baseline and library.
-    reach : float
-        Deflection in y or z beyond which samples do not count.
-    scores : ClassScores
-        Held-out squares, each made once.
-    sizes : mapping of str to int
-        Columns of each class.
-    """
-
-    table: GramTable
-    body: RigidBody
-    size: BushingSize
-    motions: tuple[BushingMotion, ...]
-    model: MountingModel
-    reach: float
-    scores: ClassScores
-    sizes: Mapping[str, int]
+    table: GramTable  # Products
+    body: RigidBody  # Housing on the fitted linear bushings
+    size: BushingSize  # Sizes and splines
+    motions: tuple[BushingMotion, ...]  # Runs
+    model: MountingModel  # Baseline and library
+    reach: float  # Deflection in y or z beyond which samples do not count
+    scores: ClassScores  # Held-out squares, each made once
+    sizes: Mapping[str, int]  # Columns of each class
 
     def counted(self, bushings: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Deflection and speed of some bushings where samples count.
@@ -423,10 +403,7 @@ def _shapes_of_law(model: MountingModel, law: str) -> tuple[str, ...]:
 def _with_contained(
     model: MountingModel, total: FloatArray, rows: TableRows
 ) -> tuple[IntArray, int]:
-    """Order of the columns in which contained laws stand behind the baseline, and its number.
-
-    They are copies, each law at the shape that fits best beside the others.
-    """
+    """Order of the columns in which contained laws stand behind the baseline, and its number."""
     n_base = rows.n_base
     base = list(range(1, 1 + n_base))
     for law in model.contained:

@@ -154,17 +154,7 @@ def _parameter_sizes(document: Mapping[str, Any]) -> Iterator[CauseSize]:
 
 
 def size_left(cause: str, finding: Mapping[str, Any], gap: CauseSize) -> CauseSize | None:
-    """RMS of what a named cause leaves, ``sqrt(share) gap``; None where its share is not known.
-
-    Parameters
-    ----------
-    cause : str
-        Its name.
-    finding : mapping
-        Its class in diagnosis.json.
-    gap : CauseSize
-        Gap above the noise; its error and that of the share are taken as independent.
-    """
+    """RMS of what a named cause leaves, ``sqrt(share) gap``; None where its share is not known."""
     share, (low, high) = _number(finding["share"]), _interval(finding["share_ci95"])
     if not (share > 0.0 and gap.value > 0.0 and math.isfinite(low) and math.isfinite(high)):
         return None

@@ -99,10 +99,7 @@ def _blank_grid(
 def _filled(
     blank: GapGrid, cells: GapMap, names: Sequence[str], name_of: IntArray, *, n_runs: int
 ) -> GapGrid:
-    """Grid with the coherent gap of the cells, a mean over `n_runs` runs in every row.
-
-    `names` hold those of the rows, `name_of` the number of every cell's among them.
-    """
+    """Grid with the coherent gap of the cells, a mean over `n_runs` runs in every row."""
     row_of_name = np.array([_row_number(blank.rows, name) for name in names], dtype=np.int64)
     number = np.ravel_multi_index(
         (row_of_name[name_of], _columns(cells, blank.edges, blank.is_frequency)), blank.rms.shape
@@ -151,10 +148,7 @@ def _order_edges(cells: GapMap) -> FloatArray:
 
 
 def _frequency_edges(cells: GapMap) -> FloatArray:
-    """Edges of the coarsest bands in use.
-
-    Lines, which have no width, are joined until few enough are left.
-    """
+    """Edges of the coarsest bands in use."""
     run_of = cells.places[:, 0]
     bands_of_runs = [
         np.unique(cells.bands_hz[run_of == run], axis=0).tolist() for run in np.unique(run_of)
@@ -248,10 +242,7 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
 
 
 def _plain_numbers(axis: "Axis", low: float, high: float) -> None:
-    """Numbers in full on a logarithmic axis.
-
-    At every decade, at 2 and 5 between where there are few decades.
-    """
+    """Numbers in full on a logarithmic axis."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(subs=(1.0,) if high > 100.0 * low else (1.0, 2.0, 5.0)))

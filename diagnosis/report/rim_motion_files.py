@@ -158,13 +158,7 @@ def _shortened(values: FloatArray) -> list[float]:
 
 
 def read_rim_motion(path: Path) -> RimMotion:
-    """Read rim_motion.json.
-
-    Raises
-    ------
-    ValueError
-        Where it is missing, no such file, of a newer version, or a key is not what it should be.
-    """
+    """Read rim_motion.json."""
     document = read_document(path, f"a {RIM_MOTION_FILE}", _FORMAT, _VERSION, _MOST_BYTES)
     try:
         return _motion(document)

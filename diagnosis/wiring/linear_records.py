@@ -127,16 +127,7 @@ def off_gains(
 def shared_products(gram: FloatArray, n_of_run: int) -> FloatArray:
     """Products of what is left of columns once the parameters of the run alone are fitted out.
 
-    Parameters
-    ----------
-    gram : ndarray, shape (q + m, q + m)
-        Products of columns, the q of the run first.
-    n_of_run : int
-        q.
-
-    Returns
-    -------
-    ndarray, shape (m, m)
+    The `n_of_run` columns of the run come first.
     """
     of_run, crossed = gram[:n_of_run, :n_of_run], gram[:n_of_run, n_of_run:]
     return np.asarray(

@@ -81,13 +81,7 @@ def load_faults(campaign: Campaign, run: str = "") -> Iterator[LoadFault]:
 
 
 def held_inputs(campaign: Campaign) -> Iterator[LoadFault]:
-    """Inputs that are held from one reading to the next, in straight lines between the readings.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        The campaign.
-    """
+    """Inputs that are held from one reading to the next, in straight lines between the readings."""
     for name in campaign.contract.inputs:
         if name != _ANGLE and _is_held(campaign, name):
             runs = tuple(_between_readings(one, name) for one in campaign.runs)
@@ -101,18 +95,6 @@ def sized_faults(
     """Baseline refitted with the zero of a load or of the angle put right, or an eccentric encoder.
 
     Sizes are sought in some samples of a long campaign; what is left is of all.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        The campaign.
-    refitted : callable
-        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
-
-    Yields
-    ------
-    WiringRival
-        One for each of the faults, with its size.
     """
     line = sample_of(campaign.runs[0].file, 0)
     searched = _thinned(campaign)

@@ -93,11 +93,11 @@ class _Sums:
     def without(self, run: int | None = None, channel: int | None = None) -> "_Sums":
         """Sums without one run or one channel."""
         grams, counts = self.grams.copy(), self.counts.copy()
-        for kept in (grams, counts):
+        for sums in (grams, counts):
             if run is not None:
-                kept[run] = 0.0
+                sums[run] = 0.0
             if channel is not None:
-                kept[:, channel] = 0.0
+                sums[:, channel] = 0.0
         return replace(self, grams=grams, counts=counts)
 
     @property
@@ -166,26 +166,13 @@ def lone_rivals(
 ) -> Iterator[WiringRival]:
     """The channel, and the run, without which the baseline meets the others.
 
-    Parameters
-    ----------
-    linear : callable
-        ``() -> runs`` beside the fitted baseline, one after the other: never all in memory.
-    campaign : Campaign
-        The campaign.
-    refitted : callable
-        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to a campaign.
-    gap : GapSquare
-        What the baseline leaves of all records.
-
-    Yields
-    ------
-    WiringRival
-        At most one channel, one run, and values by run; each checked by a fit.
+    At most one channel, one run, and values by run; each checked by a fit. `linear` gives the runs
+    beside the fitted baseline one after the other: never all in memory.
     """
     sums = _sums(linear())
     if sums is None:
         return
-    screened, enough = gap.left(_SCREENED), gap.left(NEARLY_ALL)
+    screened, enough = gap.remaining(_SCREENED), gap.remaining(NEARLY_ALL)
     n_runs, n_channels = sums.counts.shape
     if n_channels >= _FEWEST_CHANNELS:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
@@ -230,7 +217,7 @@ def filtered_signals(
     if not runs or not all(known):
         return
 
-    def beside(kind: _Filter, size: float) -> float:
+    def residual_of(kind: _Filter, size: float) -> float:
         """Mean square beside the fitted baseline."""
         sums = _sums(_filtered_record(run, partial(kind, size)) for run in runs)
         return np.inf if sums is None else sums.mean_square
@@ -254,15 +241,15 @@ def filtered_signals(
         return size * 2.0 ** float(best.x), float(best.fun)
 
     times = mean_step(runs[0].time) * 2.0**_SHARED_FILTERS
-    n = min(_MEANS, key=partial(beside, _mean))
-    time = min(times, key=partial(beside, _low_pass))
-    if min(beside(_mean, n), beside(_low_pass, time)) > gap.left(_SCREENED):
+    n = min(_MEANS, key=partial(residual_of, _mean))
+    time = min(times, key=partial(residual_of, _low_pass))
+    if min(residual_of(_mean, n), residual_of(_low_pass, time)) > gap.remaining(_SCREENED):
         return
     (time, of_filter), of_mean = fitted(_low_pass, time), refit(_mean, n)
     square = min(of_filter, of_mean)
-    if not square <= gap.left(NEARLY_ALL):
+    if not square <= gap.remaining(NEARLY_ALL):
         return
-    _, of_delay = fitted(_delay, min(times, key=partial(beside, _delay)))
+    _, of_delay = fitted(_delay, min(times, key=partial(residual_of, _delay)))
     if _SIMPLER * square < of_delay:
         size = f"of {time:.2g} s" if of_filter < of_mean else f"that is a mean of {n}"
         names = ", ".join(channel.name for channel in campaign.channels)
@@ -371,7 +358,7 @@ def _run_rival(
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = refitted(fault.corrected)
-        if square <= gap.left(NEARLY_ALL):
+        if square <= gap.remaining(NEARLY_ALL):
             return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
     text = f"run {record.run} left out, which is at odds with all others,"
     return WiringRival(RUN, record.run, text, without, line)
@@ -380,10 +367,7 @@ def _run_rival(
 def _channel_rival(
     reading: _Reading, name: str, square: float, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """Rival that says what is wrong with a channel, without which a mean square is left.
-
-    None of a channel that is only noisier than it declares.
-    """
+    """Rival that says what is wrong with a channel, without which a mean square is left."""
     noise = gap.floor * reading.measured.size
     unread = reading.measured - reading.expected
     unexplained = float(np.sum(unread**2))

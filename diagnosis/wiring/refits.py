@@ -73,7 +73,7 @@ class GapSquare:
     before: float
     floor: float
 
-    def left(self, share: float) -> float:
+    def remaining(self, share: float) -> float:
         """Mean square that is left where a share of the gap above the floor is explained."""
         return self.floor + (1.0 - share) * (self.before - self.floor)
 
@@ -138,7 +138,7 @@ class WiringChecks:
         "``() -> drifts``: first guesses of how late all signals, or those of one run, are, "
         "where the records show it without a fit; none elsewhere",
     ] = lambda: ()
-    beside: Annotated[
+    with_laws: Annotated[
         "Callable[[Effects, Mapping[tuple[str, str], float]], WiringChecks]",
         "``(laws, values) -> checks`` whose refits and records hold laws too; values of their fit "
         "by effect and name",

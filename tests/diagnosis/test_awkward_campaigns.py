@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.law_fits import law_fits
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, KNOWN, twin_problem
-from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
 
 FLUID = {"k": 1e7, "c": 5e6}
@@ -76,13 +74,3 @@ def test_a_set_whose_search_stuck_is_refused_and_ends_no_diagnosis():
     assert found.verdict == "aliased"
     classes = [set(members) for members in found.attribution.aliases]
     assert any({"axial_offset", "sensor_zero"} <= members for members in classes)
-
-
-def test_three_springs_of_one_kind_are_no_explanation():
-    problem = element_problem(displacement_campaign(lambda q, v: 4e9 * q**3))
-    fits = law_fits(problem, Thresholds())
-    fits.score(())
-    springs = ("cubic_stiffness", "quadratic_stiffness", "quintic_stiffness")
-    assert fits.rejection(springs).rule == "any_curve"
-    others = fits.rejection(("coulomb_friction", *springs[:2]))
-    assert others is None or others.rule != "any_curve"

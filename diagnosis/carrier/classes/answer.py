@@ -121,21 +121,11 @@ _CONSTANTS = ClassConstants(ridges=_RIDGES, pair_ridges=_PAIR_RIDGES, second_cau
 
 @dataclass(frozen=True, eq=False)
 class CarrierTable:
-    """Table with what its columns are.
+    """Table with what its columns are."""
 
-    Parameters
-    ----------
-    table : GramTable
-        Products.
-    sizes : mapping of str to int
-        Columns of each class.
-    visited : VisitedLoads
-        Loads of the records, over which amplitudes are tabulated.
-    """
-
-    table: GramTable
-    sizes: Mapping[str, int]
-    visited: VisitedLoads
+    table: GramTable  # Products
+    sizes: Mapping[str, int]  # Columns of each class
+    visited: VisitedLoads  # Loads of the records, over which amplitudes are tabulated
 
 
 def carrier_class_table(
@@ -148,20 +138,8 @@ def carrier_class_table(
 ) -> CarrierTable | None:
     """Table of all classes of a campaign and of the laws; None where the blocks are too few.
 
-    Parameters
-    ----------
-    model : CarrierModel
-        Weights of baseline and laws.
-    campaign : Campaign
-        Records.
-    records : CarrierSums
-        Segments and loads.
-    noise : ndarray, shape (n_channels,)
-        Variance of the noise [m²].
-    candidates : tuple of str
-        Laws beside the baseline; those with a value for every run are in no table.
-    base : ndarray, shape (p,)
-        Parameters of the fitted baseline.
+    `noise` is the variance by channel [m²], `base` the parameters of the fitted baseline. Laws with
+    a value for every run are in no table.
     """
     if len(records.segments) < _CONSTANTS.fewest_blocks:
         return None
@@ -253,11 +231,11 @@ def _known_of_base(
     for k, parameter in enumerate(model.parameters((), contained_channels(model))):
         if parameter.run is not None:
             continue
-        place = int(rows.of_row[1 + k])
+        number = int(rows.of_row[1 + k])
         if is_held(parameter, float(base[k])):
-            penalty[place - 1] = _EXACT
+            penalty[number - 1] = _EXACT
         elif np.isfinite(parameter.prior_std):
-            penalty[place - 1] = variance * (unit[place] / parameter.prior_std) ** 2
+            penalty[number - 1] = variance * (unit[number] / parameter.prior_std) ** 2
     return penalty
 
 
@@ -291,10 +269,7 @@ def _n_combinations(table: GramTable, group: ColumnGroup) -> int:
 
 
 def _block_of_each_segment(records: CarrierSums, n_columns: int) -> IntArray:
-    """Block of the table of every segment, numbered as they come; as many as memory holds.
-
-    Neighbouring segments of a run, or, of more runs than blocks, neighbouring runs of a condition.
-    """
+    """Block of the table of every segment, numbered as they come; as many as memory holds."""
     n_runs = int(records.run_of_segment.max()) + 1
     bytes_of_block = n_columns**2 * np.dtype(float).itemsize
     n_blocks = int(np.clip(_MOST_MEMORY // bytes_of_block, _FEWEST_BLOCKS, _MOST_BLOCKS))
@@ -466,17 +441,7 @@ def _model_class(law: str) -> str:
 def carrier_class_answer(
     model: CarrierModel, classes: CarrierTable, candidates: Effects
 ) -> ClassAnswer:
-    """Class of the missing effect.
-
-    Parameters
-    ----------
-    model : CarrierModel
-        Baseline and library.
-    classes : CarrierTable
-        Table of classes and laws.
-    candidates : tuple of str
-        Laws on trial.
-    """
+    """Class of the missing effect."""
     by_run = tuple(name for name in candidates if model.effects[name].per_run)
     scores = ClassScores(classes.table, _CONSTANTS)
     shares = Shares(scores.of(()).squares, classes.table.floor, _CONSTANTS)

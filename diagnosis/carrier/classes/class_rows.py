@@ -174,16 +174,6 @@ def load_functions(n_torques: int) -> dict[str, _LoadFunctions]:
 
     The constant for what follows nothing; powers of the torque, zero without torque, as many as the
     torques can tell; the radial load as a vector, linear, saturating and even in its direction.
-
-    Parameters
-    ----------
-    n_torques : int
-        Torques that differ.
-
-    Returns
-    -------
-    dict of str to _LoadFunctions
-        By dependence.
     """
     powers = tuple(_power(k) for k in range(1, max(min(n_torques - 1, 3), 1) + 1))
     bends = tuple(_saturating(component, bend) for bend in _BENDS for component in (0, 1))
@@ -224,20 +214,9 @@ def _saturating(component: int, bend: float) -> LoadFunction:
 def _pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray | None:
     """Weights of the columns of a pattern in what unequal pin loads can make of it.
 
-    Parameters
-    ----------
-    pattern : str
-        Frame and pattern.
-    columns : tuple of PatternColumn
-        Its columns, of one wave each.
-    rig : CarrierRig
-        Number of planets, and the curve ``g_f`` of one pin.
-
-    Returns
-    -------
-    ndarray, shape (n_patterns, n_columns), or None
-        The largest weight at the sensors of a quantity is one. None for a pattern that unequal pin
-        loads do not make, and without the curve: every wave has a size of its own then.
+    Shape (n_patterns, n_columns), the largest weight at the sensors of a quantity one. None for a
+    pattern that unequal pin loads do not make, and without the curve ``g_f`` of one pin: every wave
+    has a size of its own then.
 
     References
     ----------
@@ -315,24 +294,12 @@ class _RowGroup:
 
 @dataclass(frozen=True, eq=False)
 class ClassRows:
-    """Rows of all classes, group by group; the last ones are the offset that changes in time.
+    """Rows of all classes, group by group; the last ones are the offset that changes in time."""
 
-    Parameters
-    ----------
-    groups : mapping of str to _RowGroup
-        By ``frame/pattern:dependence``.
-    n_channels : int
-        Channels.
-    offset : ndarray, shape (n_channels,)
-        One where an offset of the run shows.
-    numbers : mapping of tuple to int
-        Number of a wave times a load among the columns of the flexible model.
-    """
-
-    groups: Mapping[str, _RowGroup]
-    n_channels: int
-    offset: FloatArray
-    numbers: _Numbers
+    groups: Mapping[str, _RowGroup]  # By ``frame/pattern:dependence``
+    n_channels: int  # Channels
+    offset: FloatArray  # One where an offset of the run shows, shape (n_channels,)
+    numbers: _Numbers  # Number of a wave times a load among the columns of the flexible model
 
     @property
     def rows_of_groups(self) -> dict[str, tuple[slice, FloatArray]]:

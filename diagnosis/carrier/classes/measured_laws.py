@@ -51,25 +51,7 @@ _ROUNDING = 1e-9
 def carrier_law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> Law:
     """Measured shape of a class of the answer.
 
-    Parameters
-    ----------
-    answer : ClassAnswer
-        Answer by class.
-    campaign : str
-        Name of the campaign.
-    wanted : str, optional
-        Frame and pattern; default: those of the class of the largest share.
-
-    Returns
-    -------
-    Law
-        Its waves.
-
-    Raises
-    ------
-    ValueError
-        Where no class is named or leading, the answer has not the wanted one, it has no pattern at
-        the rim, or the records do not tell what it follows.
+    `wanted` is a frame and pattern; default: those of the class of the largest share.
     """
     names = {
         finding.id: shape_of(finding.id)
@@ -92,20 +74,7 @@ def _refusal(name: str, finding: ClassFinding) -> str:
 
 
 def effects_of_laws(laws: Sequence[Law], campaign: Campaign) -> tuple[Effect, ...]:
-    """Effects of measured laws: one parameter, the size, one where the shape is as measured.
-
-    Parameters
-    ----------
-    laws : sequence of Law
-        Laws.
-    campaign : Campaign
-        Records that they are a candidate for.
-
-    Raises
-    ------
-    ValueError
-        Where a law is of another rig.
-    """
+    """Effects of measured laws: one parameter, the size, one where the shape is as measured."""
     for law in laws:
         refuse_other_rig(law, int(campaign.rig["n_planets"]), float(campaign.rig["sensor_radius"]))
     return tuple(map(_effect_of, laws))
@@ -176,32 +145,17 @@ def _largest(law: Law, load: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class VisitedLoads:
-    """Loads of the records, and what they are counted in.
+    """Loads of the records, and what they are counted in."""
 
-    Parameters
-    ----------
-    loads : ndarray, shape (n, 3)
-        Torque [N m] and radial load [N] along y and z, of every revolution.
-    scale : ndarray, shape (3,)
-        Nominal torque, and the largest radial load twice.
-    n_torques : int
-        Torques that differ.
-    quantities : tuple of str
-        Quantities of the sensors.
-    n_planets : int
-        Planets.
-    sensor_radius : float
-        Radius of the sensors [m].
-    weights : mapping of str to ndarray, shape (n_patterns, n_columns)
-        Sums of columns that the amplitudes of a group are of, by group.
-    """
-
+    #: Torque [N m] and radial load [N] along y and z, of every revolution, shape (n, 3)
     loads: FloatArray
-    scale: FloatArray
-    n_torques: int
-    quantities: tuple[str, ...]
-    n_planets: int
-    sensor_radius: float
+    scale: FloatArray  # Nominal torque, and the largest radial load twice, shape (3,)
+    n_torques: int  # Torques that differ
+    quantities: tuple[str, ...]  # Quantities of the sensors
+    n_planets: int  # Planets
+    sensor_radius: float  # Radius of the sensors [m]
+    #: Sums of columns that the amplitudes of a group are of, by group, shape (n_patterns,
+    #: n_columns)
     weights: Mapping[str, FloatArray]
 
     @property
@@ -221,22 +175,9 @@ def law_of_carrier_class(
 ) -> Law | None:
     """Measured shape of one class of an answer as a law, without name.
 
-    Parameters
-    ----------
-    scores : ClassScores
-        Held-out squares of the table.
-    name : str
-        Class.
-    squares : HeldOutSquares
-        Result of the answer that it is part of, whose fit to all records gives the amplitudes.
-    visited : VisitedLoads
-        Loads of the records.
-
-    Returns
-    -------
-    Law or None
-        None where a class has no pattern at the rim, the records do not tell what it follows, or
-        its amplitudes are rounding only.
+    The fit of `squares`, those of the answer that it is part of, to all records gives the
+    amplitudes. None where a class has no pattern at the rim, the records do not tell what it
+    follows, or its amplitudes are rounding only.
     """
     pattern = shape_of(name)
     known = {shape.id: shape for shape in shapes()}

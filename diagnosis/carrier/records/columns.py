@@ -74,14 +74,9 @@ class FlexibleTerm:
 
 @dataclass(frozen=True, eq=False)
 class ColumnIndex:
-    """Numbers of the columns.
+    """Numbers of the columns."""
 
-    Parameters
-    ----------
-    numbers : mapping
-        Number of each column by ``(effect, number of its parameter, node family, node)``.
-    """
-
+    #: Number of each column by ``(effect, number of its parameter, node family, node)``
     numbers: Mapping[Key, int]
 
     def of(self, effect: str, parameter: int = 0, family: str = PLAIN, node: int = 0) -> int:
@@ -106,24 +101,12 @@ class ColumnIndex:
 
 @dataclass(frozen=True, eq=False)
 class ColumnSource:
-    """What columns are computed from.
+    """What columns are computed from."""
 
-    Parameters
-    ----------
-    rig : CarrierRig
-        Rig and curves.
-    effects : mapping of str to Effect
-        All effects, contained ones among them.
-    speed : float
-        Typical speed of the carrier [rad/s].
-    largest_load : float
-        Largest radial load [N]; 1 where there is none.
-    """
-
-    rig: CarrierRig
-    effects: Mapping[str, Effect]
-    speed: float
-    largest_load: float
+    rig: CarrierRig  # Rig and curves
+    effects: Mapping[str, Effect]  # All effects, contained ones among them
+    speed: float  # Typical speed of the carrier [rad/s]
+    largest_load: float  # Largest radial load [N]; 1 where there is none
 
     def rows(
         self,
@@ -267,30 +250,15 @@ def mean_load(run: Run, name: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class BlockColumns:
-    """Columns of one sensor in one block of a run.
+    """Columns of one sensor in one block of a run."""
 
-    Parameters
-    ----------
-    index : ColumnIndex
-        Numbers of the columns.
-    rows : ndarray, shape (k, n)
-        Columns at the samples of a piece that holds the block, the target first.
-    samples : ndarray of int, shape (n,)
-        Numbers of these samples in the run, ascending.
-    is_complete : ndarray of bool, shape (n,)
-        Whether no column is missing.
-    inputs : CarrierInputs
-        Inputs at these samples.
-    revolutions : sequence of ndarray of int
-        Numbers of the samples of every revolution of the block.
-    """
-
-    index: ColumnIndex
+    index: ColumnIndex  # Numbers of the columns
+    #: Columns at the samples of a piece that holds the block, the target first, shape (k, n)
     rows: FloatArray
-    samples: IntArray
-    is_complete: NDArray[np.bool_]
-    inputs: CarrierInputs
-    revolutions: Sequence[IntArray]
+    samples: IntArray  # Numbers of these samples in the run, ascending, shape (n,)
+    is_complete: NDArray[np.bool_]  # Whether no column is missing, shape (n,)
+    inputs: CarrierInputs  # Inputs at these samples
+    revolutions: Sequence[IntArray]  # Numbers of the samples of every revolution of the block
 
     @property
     def all_present(self) -> IntArray:
@@ -305,18 +273,10 @@ class BlockColumns:
 
 @dataclass(frozen=True, eq=False)
 class RunColumns:
-    """What the columns of one run are computed from.
+    """What the columns of one run are computed from."""
 
-    Parameters
-    ----------
-    run : Run
-        Record within its windows of use.
-    source : ColumnSource
-        Effects, rig and typical speed.
-    """
-
-    run: Run
-    source: ColumnSource
+    run: Run  # Record within its windows of use
+    source: ColumnSource  # Effects, rig and typical speed
 
     @cached_property
     def revolutions(self) -> tuple[IntArray, ...]:
@@ -416,28 +376,15 @@ class RunColumns:
 
 @dataclass(frozen=True, eq=False)
 class _SomeSamples:
-    """A few samples of every run, one after the other.
+    """A few samples of every run, one after the other."""
 
-    Parameters
-    ----------
-    runs : sequence of Run
-        Records within their windows of use.
-    samples : sequence of ndarray of int
-        Numbers of the samples in every run.
-    source : ColumnSource
-        Effects, rig and typical speed.
-    inputs : CarrierInputs
-        Inputs at all of them; m in all. Their time is the part of the run that is over, which is
-        what effects follow.
-    late : sequence of CarrierInputs
-        The same inputs at the nodes of the delay.
-    """
-
-    runs: Sequence[Run]
-    samples: Sequence[IntArray]
-    source: ColumnSource
+    runs: Sequence[Run]  # Records within their windows of use
+    samples: Sequence[IntArray]  # Numbers of the samples in every run
+    source: ColumnSource  # Effects, rig and typical speed
+    #: Inputs at all of them; m in all. Their time is the part of the run that is over, which is
+    #: what effects follow.
     inputs: CarrierInputs
-    late: Sequence[CarrierInputs]
+    late: Sequence[CarrierInputs]  # The same inputs at the nodes of the delay
 
     def rows(self, channel: Channel) -> FloatArray:
         """All columns at a sensor, the target left out, shape (k - 1, m)."""
@@ -458,15 +405,6 @@ def some_samples(runs: Sequence[Run], source: ColumnSource, n_samples: int) -> _
 
     With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is not
     known and what is a combination elsewhere is none.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        Records within their windows of use.
-    source : ColumnSource
-        Effects, rig and typical speed.
-    n_samples : int
-        Evenly spaced samples of a run.
     """
     chosen = []
     inputs_by_run = []
@@ -524,10 +462,7 @@ def _target_rows(
 def _prediction_rows(
     run: Run, channel: Channel, samples: IntArray, delays: FloatArray
 ) -> dict[Key, FloatArray]:
-    """Another simulator's prediction, at the nodes of a delay too; empty where there is none.
-
-    It is moved in time only, by `delays` [s]: its waves turn with the carrier.
-    """
+    """Another simulator's prediction, at the nodes of a delay too; empty where there is none."""
     if channel.name not in run.predictions:
         return {}
     prediction = run.predictions[channel.name]

@@ -37,27 +37,14 @@ _ALIKE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class RunOffOrders:
-    """One run without its orders, at the samples that every channel has.
+    """One run without its orders, at the samples that every channel has."""
 
-    Parameters
-    ----------
-    name : str
-        Its name.
-    time : ndarray, shape (n,)
-        Time [s].
-    turns : ndarray, shape (n,)
-        Turns of the carrier since the first sample of the run, growing.
-    values : ndarray, shape (C, n)
-        Gap of every channel without its orders, in the unit of the channel.
-    orders : ndarray, shape (n, k)
-        Orthonormal basis of what was taken out.
-    """
-
-    name: str
-    time: FloatArray
-    turns: FloatArray
+    name: str  # Its name
+    time: FloatArray  # Time [s], shape (n,)
+    turns: FloatArray  # Turns of the carrier since the first sample of the run, growing, shape (n,)
+    #: Gap of every channel without its orders, in the unit of the channel, shape (C, n)
     values: FloatArray
-    orders: FloatArray
+    orders: FloatArray  # Orthonormal basis of what was taken out, shape (n, k)
 
     @property
     def speed(self) -> float:
@@ -71,24 +58,13 @@ class RunOffOrders:
 
 @dataclass(frozen=True, eq=False)
 class CampaignOffOrders:
-    """Runs without their orders: those that are searched, the others made when required.
+    """Runs without their orders: those that are searched, the others made when required."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-        All runs.
-    searched : tuple of RunOffOrders
-        Runs that lines are looked for in, long enough, in their order.
-    shared : _SharedOrders, optional
-        What the orders make of the loads in every run alike.
-    searches_all : bool
-        Whether these are all runs.
-    """
-
-    campaign: Campaign
+    campaign: Campaign  # All runs
+    #: Runs that lines are looked for in, long enough, in their order
     searched: tuple[RunOffOrders, ...]
-    shared: "_SharedOrders | None"
-    searches_all: bool
+    shared: "_SharedOrders | None"  # What the orders make of the loads in every run alike
+    searches_all: bool  # Whether these are all runs
 
     def every(self) -> Iterator[RunOffOrders]:
         """All runs that are long enough, one after the other."""
@@ -127,16 +103,6 @@ def campaign_off_orders(campaign: Campaign) -> CampaignOffOrders:
     is gone whatever its size. How the orders follow torque and radial load in runs too short to
     tell it is fitted to all runs together. Of a campaign too large for the memory some runs are
     searched, drawn over all.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Runs; signals less another simulator's prediction where there is one.
-
-    Returns
-    -------
-    CampaignOffOrders
-        Runs that are long enough, in their order.
     """
     numbers = _searched(campaign)
     followed = _followed_orders(campaign)
@@ -199,10 +165,7 @@ def _shared_orders(
 def _run_off_orders(
     run: Run, channels: tuple[Channel, ...], followed_orders: int
 ) -> tuple[RunOffOrders, list[FloatArray]] | None:
-    """One run, and its orders times each load that all runs share; None where it is too short.
-
-    Orders up to `followed_orders` follow the loads.
-    """
+    """One run, and its orders times each load that all runs share; None where it is too short."""
     gap = np.array([_gap(run, channel.name) for channel in channels])
     present = np.isfinite(gap).all(axis=0)
     angle = run.inputs["carrier_angle"]

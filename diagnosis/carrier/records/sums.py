@@ -175,46 +175,26 @@ def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArra
 
 @dataclass(frozen=True, eq=False)
 class CarrierSums:
-    """Sums of a campaign; P segments, C channels, k columns, R revolutions in all.
+    """Sums of a campaign; P segments, C channels, k columns, R revolutions in all."""
 
-    Parameters
-    ----------
-    index : ColumnIndex
-        Numbers of the columns, the target first.
-    segments : tuple of Segment
-        Blocks of whole revolutions.
-    run_of_segment : ndarray of int, shape (P,)
-        Number of the run of every segment.
-    target : ndarray, shape (P, C, k)
-        Products of the target with every column, itself first.
-    basis : _ColumnBasis
-        Columns of every channel that the others are combinations of; b of them.
-    products : Rows, shape (P, C, b (b + 1) / 2)
-        Products of the columns of the basis with each other: the upper triangle, row by row. Those
-        of a large campaign are on disk and read for some segments at a time.
-    counts : ndarray of int, shape (P, C)
-        Samples that are not missing.
-    amplitudes : ndarray of complex, shape (R, C, 1 + b, n + 1)
-        Order amplitudes by revolution, 0 to n, of the target and the columns of the basis; NaN
-        where a revolution is too sparse. Of the target alone where they would fill the memory.
-    within : ndarray, shape (R, C, 2)
-        Sum of squares of the measured signal about those orders, and its degrees of freedom.
-    run_of_revolution : ndarray of int, shape (R,)
-        Number of the run of every revolution.
-    loads : ndarray, shape (R, 3)
-        Mean torque [N m] and radial load [N] along y and z of every revolution.
-    """
-
-    index: ColumnIndex
-    segments: tuple[Segment, ...]
-    run_of_segment: IntArray
-    target: FloatArray
-    basis: _ColumnBasis
+    index: ColumnIndex  # Numbers of the columns, the target first
+    segments: tuple[Segment, ...]  # Blocks of whole revolutions
+    run_of_segment: IntArray  # Number of the run of every segment, shape (P,)
+    target: FloatArray  # Products of the target with every column, itself first, shape (P, C, k)
+    basis: _ColumnBasis  # Columns of every channel that the others are combinations of; b of them
+    #: Products of the columns of the basis with each other: the upper triangle, row by row. Those
+    #: of a large campaign are on disk and read for some segments at a time, shape (P, C, b (b + 1).
     products: Rows
-    counts: IntArray
+    counts: IntArray  # Samples that are not missing, shape (P, C)
+    #: Order amplitudes by revolution, 0 to n, of the target and the columns of the basis; NaN where
+    #: a revolution is too sparse. Of the target alone where they would fill the memory, shape (R,
+    #: C, 1 + b, n + 1).
     amplitudes: ComplexArray
+    #: Sum of squares of the measured signal about those orders, and its degrees of freedom, shape
+    #: (R, C, 2)
     within: FloatArray
-    run_of_revolution: IntArray
+    run_of_revolution: IntArray  # Number of the run of every revolution, shape (R,)
+    #: Mean torque [N m] and radial load [N] along y and z of every revolution, shape (R, 3)
     loads: FloatArray
 
     @property
@@ -275,12 +255,8 @@ class CarrierSums:
     def with_target(self, columns: IntArray, weights: FloatArray) -> "CarrierSums":
         """Sums of the same record, its target replaced by a combination of columns.
 
-        Parameters
-        ----------
-        columns : ndarray of int, shape (u,)
-            Numbers of the columns, the target first.
-        weights : ndarray, shape (n_runs, C, u)
-            Weight of each of them by run and channel; zero for the target.
+        The `columns` (target first) are weighted by run and channel, shape (n_runs, C, u); zero for
+        the target.
         """
         every = np.arange(self.basis.size)
         triangle = self.triangle(every[:, None], every)
@@ -304,25 +280,7 @@ class CarrierSums:
 
 
 def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
-    """Accumulate the sums of a campaign.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Records.
-    source : ColumnSource
-        Columns.
-
-    Returns
-    -------
-    CarrierSums
-        Sums of all runs.
-
-    Raises
-    ------
-    ValueError
-        Where the carrier turns by less than one revolution in a run, or the campaign is too large.
-    """
+    """Accumulate the sums of a campaign."""
     runs = campaign.within_use().runs
     index = columns_of_campaign(runs[0], campaign.channels[0], source)
     n_channels = len(campaign.channels)
@@ -375,13 +333,7 @@ def _filled(
 
 
 def _blocks_a_run(campaign: Campaign, index: ColumnIndex, n_basis: int) -> int:
-    """Blocks that every run is divided into: as many as leave memory free, 1 to 12.
-
-    Raises
-    ------
-    ValueError
-        Where one block a run does not fit.
-    """
+    """Blocks that every run is divided into: as many as leave memory free, 1 to 12."""
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
     needed = _needed_memory(campaign, index.size, n_basis)
     if needed > _MOST_MEMORY:
@@ -488,17 +440,10 @@ class RunSlices:
 
     A usual campaign is one slice. Products are stored for the next step of a fit as long as they
     fit.
-
-    Parameters
-    ----------
-    records : CarrierSums
-        Sums over the records.
-    n_runs : int
-        Runs.
     """
 
-    records: CarrierSums
-    n_runs: int
+    records: CarrierSums  # Sums over the records
+    n_runs: int  # Runs
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:

@@ -197,22 +197,8 @@ def campaign_plan(
 ) -> CampaignPlan:
     """Plan of a campaign with what could be added to it.
 
-    Parameters
-    ----------
-    table : PlannedTable
-        Products of the signatures over all that is planned or could be added.
-    additions, planned : sequence of Addition, Addition
-        What could be added; the campaign as planned.
-    gap : float
-        Gap in floors at which causes are to be distinguished; default: that of the records.
-    names : tuple of str
-        Name and kind of the campaign, unit of the channels.
-    costs : Costs
-        Costs that the additions were given.
-    is_measured : bool
-        Whether the target holds records, whose gap then says which amplitudes a cause has.
-    note : callable
-        Told each step, for progress.
+    `gap` in floors is that at which causes are to be distinguished; `is_measured`: whether the
+    target holds records, whose gap then says which amplitudes a cause has.
     """
     wanted = Thresholds().exchange_ratio
     measured = table.measured(table.weights(planned.minutes, planned.channels))

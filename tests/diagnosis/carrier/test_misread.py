@@ -76,7 +76,7 @@ def test_misread_signals_move_the_fit_as_declared_errors_say(campaign):
     fit = fit_effects(problem, EFFECT)
     misreading = problem.misreading(EFFECT, fit.theta)
     moves = _misread_moves(fit, misreading.scores)
-    number = {(error.signal, error.part.value): e for e, error in enumerate(misreading.errors)}
+    number = {(error.signal, error.quantity.value): e for e, error in enumerate(misreading.errors)}
     for what, key in (
         ("torque", ("torque", "gain")),
         ("gain", (AXIAL[1].name, "gain")),

@@ -44,8 +44,8 @@ def test_a_law_that_is_nearest_and_leaves_what_its_class_holds_is_not_the_class(
     table = toy_table(A + 0.3 * COLUMNS["a"][0], COLUMNS, laws={"a": A}, noise=0.01)
     scores, shares = scored(table)
     found = nearest_law(scores, shares, "a", ())
-    assert found.held is not None
-    assert _explains(shares, found.held)
+    assert found.squares is not None
+    assert _explains(shares, found.squares)
     assert (found.id, found.is_equal) == ("law_a", False)
 
 

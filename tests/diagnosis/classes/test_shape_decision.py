@@ -35,7 +35,7 @@ def shown(causes, shapes=None):
 def test_a_gap_of_noise_is_nothing():
     found = decided({}, shown({}, ("tilt", "wear")))
     assert (found.state, found.classes, found.ties) == (NOTHING, (), ())
-    assert found.held.total == pytest.approx(1.0)
+    assert found.squares.total == pytest.approx(1.0)
     # One floor of gap, all of which a class learns, is a cause.
     assert decided({"tilt": 1.0}, shown({"tilt": 1.0}, ("tilt", "wear"))).state == NAMED_CLASS
 
@@ -51,7 +51,7 @@ def test_what_only_two_shapes_together_learn_of_coloured_noise_is_no_noise():
 def test_one_cause_is_its_shape_and_the_best_pair_is_told_beside_it():
     found = decided({"tilt": 50.0}, shown({"tilt": 50.0}, ("play", "tilt", "wear")))
     assert (found.state, found.classes, found.ties) == (NAMED_CLASS, ("tilt/one",), ())
-    assert found.held.total == pytest.approx(1.0)
+    assert found.squares.total == pytest.approx(1.0)
     assert "tilt/one" in found.best_pair
 
 
@@ -81,7 +81,7 @@ def test_causes_of_like_size_are_named_together_where_none_alone_takes_half_of_t
     causes = {"tilt": 30.0, "wear": 25.0, "play": 24.0, "heat": 23.0, "oil": 22.0}
     found = decided(causes, shown(causes))
     assert found.classes == ("heat/one", "oil/one", "play/one", "tilt/one", "wear/one")
-    assert found.held.total == pytest.approx(1.0)
+    assert found.squares.total == pytest.approx(1.0)
     # Where what nothing shows is larger than all further ones together, there are none.
     assert decided(causes | {"rest": 120.0}, shown(causes)).classes == ("tilt/one",)
     # Two of three that are too small by themselves to be second causes (below 2.5 %) add none.
@@ -147,7 +147,7 @@ def test_an_answer_has_six_classes_at_most():
     causes = {name: 30.0 - k for k, name in enumerate(names)}
     found = decided(causes, shown(causes))
     assert set(found.classes) == {f"{name}/one" for name in names[:6]}
-    assert found.held.total == pytest.approx(1.0 + causes["wind"])
+    assert found.squares.total == pytest.approx(1.0 + causes["wind"])
 
 
 def test_a_shape_that_leaves_nothing_of_the_records_it_is_fitted_to_lacks_no_cause():

@@ -51,7 +51,7 @@ def test_a_share_that_is_the_same_in_every_block_has_no_scatter():
 
 
 def test_a_part_is_the_mean_of_what_a_class_explains_alone_and_second():
-    part, interval = SHARES.part(held(BEFORE), leaving(0.4), leaving(0.3), leaving(0.6))
+    part, interval = SHARES.contribution(held(BEFORE), leaving(0.4), leaving(0.3), leaving(0.6))
     assert part == pytest.approx(0.25)
     assert interval == pytest.approx((0.25, 0.25))
 
@@ -65,8 +65,10 @@ def test_a_gain_that_is_the_same_in_every_block_has_no_error():
 
 def test_what_is_left_counts_from_the_floor_and_never_less_than_it_is_known_to():
     floor = FLOOR.sum()
-    assert SHARES.left(held(3.0)) == pytest.approx((2.0 + LIMITS.floor_error) * floor)
-    assert SHARES.left(held(0.2)) == pytest.approx((LIMITS.least_left + LIMITS.floor_error) * floor)
+    assert SHARES.remaining(held(3.0)) == pytest.approx((2.0 + LIMITS.floor_error) * floor)
+    assert SHARES.remaining(held(0.2)) == pytest.approx(
+        (LIMITS.least_left + LIMITS.floor_error) * floor
+    )
 
 
 def test_results_are_equal_up_to_a_ratio_and_beyond_it_where_the_blocks_scatter():
@@ -167,18 +169,18 @@ def test_without_a_floor_and_without_noise_a_ratio_is_a_number():
 def test_a_result_takes_a_share_of_what_is_left():
     # What the floor is not known to is a ninth of what is left of a tenth of the gap.
     worse = leaving(0.9)
-    assert SHARES.takes_of_left(leaving(0.96), worse, 0.5)
-    assert not SHARES.takes_of_left(leaving(0.95), worse, 0.5)
-    assert SHARES.takes_of_left(leaving(0.98), worse, 0.67)
-    assert not SHARES.takes_of_left(leaving(0.96), worse, 0.67)
-    assert not SHARES.takes_of_left(worse, leaving(0.98), 0.67)
+    assert SHARES.takes_of_remaining(leaving(0.96), worse, 0.5)
+    assert not SHARES.takes_of_remaining(leaving(0.95), worse, 0.5)
+    assert SHARES.takes_of_remaining(leaving(0.98), worse, 0.67)
+    assert not SHARES.takes_of_remaining(leaving(0.96), worse, 0.67)
+    assert not SHARES.takes_of_remaining(worse, leaving(0.98), 0.67)
 
 
 def test_what_is_taken_is_a_part_of_the_gap_and_counts_down_to_the_floor():
     exact = Shares(BEFORE, FLOOR, replace(LIMITS, floor_error=0.0, least_left=1e-9))
-    assert exact.takes_of_left(leaving(1.0), leaving(1.0 - 0.0016), 0.67)
-    assert not exact.takes_of_left(leaving(1.0), leaving(1.0 - 0.0014), 0.67)
-    assert not exact.takes_of_left(leaving(1.1), leaving(1.0 - 0.0014), 0.67)
+    assert exact.takes_of_remaining(leaving(1.0), leaving(1.0 - 0.0016), 0.67)
+    assert not exact.takes_of_remaining(leaving(1.0), leaving(1.0 - 0.0014), 0.67)
+    assert not exact.takes_of_remaining(leaving(1.1), leaving(1.0 - 0.0014), 0.67)
 
 
 def test_what_is_taken_is_taken_in_block_after_block():
@@ -188,7 +190,7 @@ def test_what_is_taken_is_taken_in_block_after_block():
     for errors, is_seen in ((4.89, True), (4.91, False)):
         limits = replace(LIMITS, small_cause_errors=errors)
         shares = Shares(BEFORE, 0.01 * FLOOR, limits)
-        assert shares.takes_of_left(BY_TURNS, worse, 0.4) == is_seen
+        assert shares.takes_of_remaining(BY_TURNS, worse, 0.4) == is_seen
 
 
 def test_paired_gains_are_beyond_scatter_by_the_ratio_of_each_block():

@@ -120,7 +120,7 @@ def test_sliders_that_only_lead_are_named_with_a_smooth_loop_beside_them(monkeyp
     sliders = ("hysteresis",)
     found = decided(monkeypatch, sliders, 0.40, {"": (0.10, 0.4)}, state=LEADING_CLASS)
     assert (found.state, found.classes) == (NAMED_CLASS, sliders)
-    assert found.held.total == pytest.approx(0.10 * BEFORE.sum())
+    assert found.squares.total == pytest.approx(0.10 * BEFORE.sum())
     found = decided(monkeypatch, sliders, 0.40, {"": (0.21, 0.4)}, state=LEADING_CLASS)
     assert found.state == LEADING_CLASS
 

@@ -4,11 +4,9 @@ from concurrent.futures import Future
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import BASELINE
-from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.law_fits import explained_share, law_fits
 from carrierflex.diagnosis.inference.results import REJECTION_RULES
 from carrierflex.diagnosis.inference.thresholds import Thresholds
@@ -22,7 +20,6 @@ LIMITS = Thresholds(
     stands_out=2.0,
     clears=0.875,
 )
-MUTUAL = {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b")}
 
 
 def fits_of(truth, effects=("a", "b", "c", "d"), *, limits=LIMITS, **options):
@@ -157,17 +154,6 @@ def test_a_search_that_ends_above_a_smaller_set_supports_nothing():
     assert reason_of(fits, ("a",)) == ""
 
 
-def test_three_laws_of_one_kind_fit_any_curve():
-    truth = {"a": 4.0, "b": 4.0, "c": 4.0}
-    text = "a + b + c are laws of one kind along one motion: together they fit any curve"
-    assert rejected(truth, ("a", "b", "c"), aliases=MUTUAL) == text
-    assert rule_of(fits_of(truth, aliases=MUTUAL), ("a", "b", "c")) == ("any_curve", "")
-    # Not on several channels, where patterns differ; nor two; nor where two are no aliases.
-    assert rejected(truth, ("a", "b", "c"), aliases=MUTUAL, n_channels=2) == ""
-    assert rejected({"a": 4.0, "b": 4.0}, ("a", "b"), aliases=MUTUAL) == ""
-    assert rejected(truth, ("a", "b", "c"), aliases={**MUTUAL, "c": ("a",)}) == ""
-
-
 def test_an_effect_explains_a_least_share_of_what_is_left_without_it():
     assert rejected({"a": 4.1, "outside": 4.0}, ("a",)) == ""
     text = rejected({"a": 4.0, "outside": 4.1}, ("a",))
@@ -255,70 +241,3 @@ def test_sets_that_do_not_wait_for_each_other_are_fitted_and_scored_elsewhere():
     assert notes == [f"baseline + {pair}" for pair in ("a", "c", "a + b", "a + c")]
     # The noise, and what b leaves where it is not in the set.
     assert_allclose([fits.mean_square(pair) for pair in (("a", "b"), ("a", "c"))], [1.0, 10.0])
-
-
-# Parameters that change from fold to fold
-
-
-class FitWithError(EffectFit):
-    """Fit with an error of a quarter in the parameter of the effect."""
-
-    covariance = np.diag([0.01, 0.0625])
-
-
-def moved(change, *, effects=("a",), effect="a", error=True, limits=LIMITS, parameter=None, **made):
-    """Fits of effects of size two, of which one is moved in the last of three folds."""
-    fits = law_fits(linear_problem(dict.fromkeys(effects, 2.0), **made), limits)
-    score = fits.score(effects)
-    # Rounded, so that a limit can be met exactly.
-    fit = replace(score.fit, theta=score.fit.theta.round(3))
-    fit = FitWithError(**vars(fit)) if error else fit
-    k = [parameter.effect for parameter in fit.parameters].index(effect)
-    theta = np.array([fit.theta, fit.theta, fit.theta])
-    theta[2, k] += change
-    if parameter is not None:
-        parameters = (fit.parameters[0], replace(fit.parameters[1], **parameter))
-        fit = replace(fit, parameters=parameters)
-    fits.scores[effects] = replace(score, fit=fit, theta_by_fold=theta)
-    return fits
-
-
-def is_consistent(change, **made):
-    """Whether a set is supported though a parameter moves; else the rule is that of the folds."""
-    effects = made.get("effects", ("a",))
-    rejection = moved(change, **made).rejection(effects)
-    if rejection is not None:
-        assert (rejection.rule, rejection.effect) == ("folds", "")
-        assert rejection.text == "its parameters change from fold to fold beyond their error"
-    return rejection is None
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_parameter_may_move_between_folds_by_its_error_or_half_its_signal(sign):
-    limits = replace(LIMITS, fold_consistency=2.0)
-    # Half of its signal is one, two errors are a half: the larger counts.
-    assert is_consistent(sign, limits=limits)
-    assert not is_consistent(1.01 * sign, limits=limits)
-    # Six errors are one and a half.
-    limits = replace(LIMITS, fold_consistency=6.0)
-    assert is_consistent(1.5 * sign, limits=limits)
-    assert not is_consistent(1.51 * sign, limits=limits)
-
-
-def test_the_signal_of_an_effect_is_that_in_all_conditions():
-    gains = {"A": 0.0, "B": 0.0, "C": 1.0}
-    # Where one condition alone counts, draws without it reduce nothing.
-    anywhere = replace(LIMITS, draws_that_reduce=0.5)
-    assert not is_consistent(1.5, error=False, gains=gains, limits=anywhere)
-
-
-def test_the_baseline_shapes_and_parameters_of_a_run_may_move():
-    assert is_consistent(9.0, effect=BASELINE)
-    assert not is_consistent(9.0)
-    for change in ({"shape": True}, {"run": "RA"}):
-        assert is_consistent(9.0, parameter=change)
-
-
-def test_no_effect_of_a_set_may_move():
-    for effect in ("a", "b"):
-        assert not is_consistent(1.5, effects=("a", "b"), effect=effect, error=False)

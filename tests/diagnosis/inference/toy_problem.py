@@ -242,8 +242,6 @@ def write_score(
     fits: LawFits,
     effects: Effects,
     mean_square: float | Sequence[float],
-    *,
-    log_density: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
 ) -> None:
     """Put a held-out score into fits by hand.
 
@@ -252,4 +250,4 @@ def write_score(
     score = fits.score(effects)
     counts = fits.problem.cell_counts.sum(axis=1)
     square = counts * np.asarray(mean_square)
-    fits.scores[effects] = replace(score, square=square, log_density=np.array(log_density))
+    fits.scores[effects] = replace(score, square=square)

@@ -51,7 +51,7 @@ def decided(answer, classes, causes=None, sizes=SIZES):
 def test_a_map_of_one_column_that_leaves_as_much_takes_the_place_of_a_full_one():
     found = decided((STIFFNESS,), {STIFFNESS: ALL, DIRECTION: AS_MUCH})
     assert (found.classes, found.ties) == ((DIRECTION,), ())
-    assert found.held.total == pytest.approx(1.01)
+    assert found.squares.total == pytest.approx(1.01)
     # Errors of the sensors make up for 12 floors beside 8; not for 20.
     twelve, eight, twenty = {"cause": 0.11}, {"cause": 0.07}, {"cause": 0.19}
     assert decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twelve}).classes == (DIRECTION,)
@@ -129,7 +129,7 @@ def evened(answer, causes, of_springs, further=None):
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
     found = _with_unequal_stiffness(scores, shares, decision)
-    assert found.held is scores.of(found.classes)
+    assert found.squares is scores.of(found.classes)
     assert found is decision or found.ties == ()
     return found.classes
 
