@@ -439,6 +439,7 @@ def _channel_table(channel: Channel) -> dict[str, Any]:
     facts = {
         "angle_deg": _degrees(channel.angle),
         "radius_m": channel.radius,
+        "radius_std_m": channel.radius_std,
         "sensor": channel.sensor,
         "motion": channel.motion,
         "axis": channel.axis,

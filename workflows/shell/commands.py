@@ -52,6 +52,9 @@ COMMANDS = {
     "papers table-5": Command("simulation.simulate_table_5", "simulation_tables:table_5_table",
         "Simulate the eight cases of the 2012 paper's table 5 beside a simulated reference.",
         "table_5.json"),
+    "papers gap": Command("papers.explain_gap", "simulation_tables:papers_gap_table",
+        "Find which unmodelled effect explains tables 4 and 5 of the 2012 paper.",
+        "papers_gap.json"),
     "study order-one": Command("simulation.study_order_one", "simulation_tables:order_one_table",
         "Amplitude of order 1 at the axial sensors over the supports of carrier and "
         "housing.", "order_one.json"),
