@@ -85,7 +85,7 @@ def main(
     seed
         Seed of the random numbers.
     workers
-        Number of processes.
+        Processes for the posteriors; 1: in this process.
     quiet
         Show no progress.
 

@@ -1,5 +1,9 @@
-"""The help of a command in two columns, without frames: it fits on one screen."""
+"""The help of a command in two columns, without frames: it fits on one screen.
 
+Of a description of several paragraphs it shows the first; the others with ``--help --verbose``.
+"""
+
+import sys
 import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -78,7 +82,10 @@ def _text(entry: "HelpEntry") -> str:
         f"[{' | '.join(entry.choices)}]" if entry.choices else "",
         f"[default: {entry.default}]" if entry.default not in (None, "False", "True") else "",
     ]
-    return " ".join([*_plain(entry.description).split(), *filter(None, notes)])
+    text = _plain(entry.description)
+    if "--verbose" not in sys.argv:
+        text = text.partition("\n\n")[0]
+    return " ".join([*text.split(), *filter(None, notes)])
 
 
 def _plain(description: Any) -> str:

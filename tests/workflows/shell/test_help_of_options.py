@@ -142,3 +142,19 @@ def test_defaults_have_the_unit_that_people_use(command):
     assert "[default: 360 kN m (360000 N m)]" in shown
     shown = " ".join(command("study", "order-one", "--help").stdout.split())
     assert "[default: 30 mm (0.03 m)]" in shown
+
+
+@pytest.mark.parametrize("name", [*COMMANDS, *HOLDERS])
+def test_the_help_of_a_command_fits_on_one_screen(command, name):
+    assert command(*name.split(), "--help").stdout.count("\n") <= 50
+
+
+def test_the_complete_help_of_a_command_is_that_of_its_docstring(command):
+    short = " ".join(command("reduce", "--help").stdout.split())
+    complete = " ".join(command("reduce", "--help", "--verbose").stdout.split())
+    for key, text in texts(inspect.getdoc(WORKFLOWS["reduce"])).items():
+        if key != "quiet":
+            assert " ".join(text.split()) in complete
+    assert "Harwell-Boeing" in complete
+    assert "Harwell-Boeing" not in short
+    assert "Stiffness matrix of another program" in short
