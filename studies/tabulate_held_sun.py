@@ -103,7 +103,7 @@ def _is_load_tilt(name: str) -> bool:
 
 
 def drawn_data(rng: np.random.Generator) -> tuple[StageData, StageData, StageEffects]:
-    """Stage with a held sun, the same with a floating one, and places of the pins."""
+    """Stage with a held sun, the same with a floating one, and positions of the pins."""
 
     def hidden(name: str) -> float:
         return HIDDEN[name].at(rng.random())

@@ -240,7 +240,7 @@ def _diagnosed(
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
     progress = _returning_freed_memory(stages.note)
-    with stages.stage("which effect, and how far"):
+    with stages.stage("which effect explains it, and how much"):
         return examination.diagnosis(beyond, note=progress, executor=executor, seed=seed)
 
 

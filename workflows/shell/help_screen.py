@@ -80,12 +80,18 @@ def _text(entry: "HelpEntry") -> str:
     notes = [
         "[required]" if entry.required else "",
         f"[{' | '.join(entry.choices)}]" if entry.choices else "",
-        f"[default: {entry.default}]" if entry.default not in (None, "False", "True") else "",
+        f"[default: {_default(entry)}]" if _default(entry) else "",
     ]
     text = _plain(entry.description)
     if "--verbose" not in sys.argv:
         text = text.partition("\n\n")[0]
     return " ".join([*text.split(), *filter(None, notes)])
+
+
+def _default(entry: "HelpEntry") -> str:
+    """Default as a user writes it; empty for flags, empty texts and empty lists."""
+    text = "" if entry.default in (None, "False", "True") else str(entry.default)
+    return text.strip('()"').rstrip(",").replace("'", "")
 
 
 def _plain(description: Any) -> str:

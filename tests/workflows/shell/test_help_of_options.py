@@ -130,7 +130,9 @@ def test_every_default_is_shown(command, name):
     shown = " ".join(command(*name.split(), "--help").stdout.split())
     for key, option in OPTIONS[name].items():
         is_number = isinstance(option.default, int | float) and not isinstance(option.default, bool)
-        if key == "quiet" or not (is_number or isinstance(option.default, str)):
+        if key == "quiet" or not (
+            is_number or (isinstance(option.default, str) and option.default)
+        ):
             continue
         flag = f"--{key.strip('_').replace('_', '-')}"
         own = shown.partition(f"{flag} ")[2]
