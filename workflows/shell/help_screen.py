@@ -91,7 +91,9 @@ def _text(entry: "HelpEntry") -> str:
 def _default(entry: "HelpEntry") -> str:
     """Default as a user writes it; empty for flags, empty texts and empty lists."""
     text = "" if entry.default in (None, "False", "True") else str(entry.default)
-    return text.strip('()"').rstrip(",").replace("'", "")
+    if text.startswith("(") and text.endswith(")"):
+        text = text[1:-1].rstrip(",").replace("'", "")
+    return "" if text == '""' else text
 
 
 def _plain(description: Any) -> str:
