@@ -416,8 +416,8 @@ def _off_gain(
         "gain",
         ", ".join(names),
         f"{readings} relative to the other channels, {surest.sureness:.0f} standard deviations",
-        "calibrate this sensor again, or look for its amplifier and its place: the baseline's "
-        "parameters make up for it",
+        "calibrate this sensor again, and check its amplifier and position: the baseline's "
+        "parameters compensate the error",
         surest.gain,
         key_of("[[channels]]", names[0]),
     )

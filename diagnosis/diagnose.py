@@ -207,7 +207,10 @@ def _with_unknown_floor(
         is_unknown = not is_learnt and not is_above
     if judged.verdict not in (AT_NOISE_FLOOR, NONE_OF_THESE) or not is_unknown:
         return judged
-    why = problem.unknown_floor or "the noise was taken from the spectrum, not from what repeats"
+    why = (
+        problem.unknown_floor
+        or "the noise is estimated from the spectrum, not from repeated revolutions or runs"
+    )
     return replace(
         judged,
         verdict=NOT_DIAGNOSABLE,
@@ -215,7 +218,7 @@ def _with_unknown_floor(
         reason=f"the baseline leaves {100.0 * unexplained:.2g} % of the signal (mean square), and "
         f"whether that is noise is not known: {why}",
         experiment="declare noise_std of the channel from a record at rest, or record equal runs "
-        "or periods that repeat: what repeats and is not explained is no noise",
+        "or repeated periods: a repeated, unexplained signal is not noise",
     )
 
 
@@ -236,10 +239,7 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
             "a longer record or another run"
         )
     if not problem.cards:
-        return (
-            "the baseline contains, or rules out, every effect of the library; nothing remains to "
-            "look for"
-        )
+        return "every effect of the library is in the baseline or excluded; there is no candidate"
     return ""
 
 

@@ -99,7 +99,7 @@ def _factoriser() -> Callable[[sp.csr_array], Factorisation]:
         import kvxopt.cholmod  # noqa: F401
     except ImportError:
         log.warning(
-            "sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves "
+            "sparse factorisation: neither MKL nor kvxopt is installed; scipy's SuperLU is used "
             "(slower)"
         )
         return _SuperLU
@@ -191,7 +191,7 @@ def _refuse_small_pivots(pivots: NDArray[np.float64], library: str) -> None:
 def _not_definite(order: int, library: str, cause: object) -> str:
     return (
         f"the matrix of order {order} is not positive definite ({library}: {cause}); "
-        "expected a structure that is held against rigid motion and has no detached part"
+        "expected a structure without rigid motion and without detached bodies"
     )
 
 

@@ -70,7 +70,8 @@ def answered(answer: bytes, code: int, about: Path, what: str) -> Any:
     succeeded, result = pickle.loads(answer)  # of this program's own process
     if isinstance(result, MemoryError):
         raise ValueError(
-            f"{about}: {what} takes more memory than a file of its size needs; it may be damaged"
+            f"{about}: {what} needs more memory than a sound file of this size; the file may be "
+            "damaged"
         )
     if not succeeded:
         raise result

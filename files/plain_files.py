@@ -55,7 +55,7 @@ def check_plain_file(path: Path, expected: str, most_bytes: int, *, text: bool =
             f"{path}: {status.st_size} bytes; expected {expected} of at most {most_bytes} bytes"
         )
     if text and _has_holes(path, status.st_size):
-        raise ValueError(f"{path}: holds a hole where nothing is stored; expected {expected}")
+        raise ValueError(f"{path}: has a gap without stored data; expected {expected}")
     return status.st_size
 
 

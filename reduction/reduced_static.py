@@ -103,8 +103,7 @@ def _factor(K: NDArray[np.float64], name: str, holding: str) -> tuple[NDArray[np
         smallest = float(factor[0].diagonal().min()) ** 2
     if not smallest > _SINGULAR:
         raise scipy.linalg.LinAlgError(
-            f"{name}: {holding} leaves a part free to move; expected every motion to meet a "
-            "stiffness"
+            f"{name}: {holding} does not fix every motion; expected a stiffness for each"
         )
     return factor
 

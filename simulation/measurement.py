@@ -7,10 +7,14 @@ from enum import Enum
 
 
 class Measurement(Enum):
-    """Wrong part of the measurement model ``(1 + gain) y(t - delay; v + angle) + zero``."""
+    """What is wrong in the measurement model ``(1 + gain) y(t - delay; v + angle) + zero``.
+
+    The radius is that of the point which a sensor looks at; no effect fits it.
+    """
 
     GAIN = "gain"
     ANGLE = "angle"
+    RADIUS = "radius"
     ZERO = "zero"
     DELAY = "delay"
 

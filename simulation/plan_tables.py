@@ -23,7 +23,7 @@ class PlanTable(TomlTable):
         "Largest radial load of the rig at the dynamometer coupling", "N", default=200e3
     )
     sensor_angles_deg: list[Number] = key(
-        "Housing angles at which a further sensor can be mounted; every 30 deg where there is none",
+        "Housing angles at which a further sensor can be mounted; default: every 30 deg",
         "deg",
         default=[],
     )

@@ -26,7 +26,7 @@ class SensorError:
     """Errors of one sensor: ids ``sensor_gain``, ``sensor_angle``, ``sensor_zero``."""
 
     gain: float = 0.0
-    """Share by which it reads too much."""
+    """Relative gain error, positive: it reads too much."""
     angle: float = 0.0
     """Deviation from its stated angle [rad]."""
     zero: float = 0.0

@@ -21,10 +21,10 @@ from carrierflex.identification.carrier.printed_tables import FULL_TORQUE, SENSO
 from carrierflex.simulation.stage.gear_meshes import flank_line
 from carrierflex.simulation.stage.stage_data import MountingData, StageData
 from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.papers.gap_posterior import ALL_SENSORS
 from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.case_files import write_table
 from studies.elastic_ring import PointForce, PointSpring, Ring, RingSection, ring_on_springs
-from studies.papers_gap_posterior import ALL_SENSORS
 
 #: Highest harmonic: the sensors' orders change by less than 0.1 % beyond.
 HIGHEST = 40

@@ -26,6 +26,7 @@ from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.files.json_files import save_json
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.estimation.single_thread import single_threaded
+from carrierflex.simulation.stage.condensed_stage import PUBLISHED_CLEARANCE
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.hidden_stages import HIDDEN
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn, sensor_orders
@@ -40,7 +41,6 @@ from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.case_files import make_missing, read_case, write_table
-from studies.condensed_stage import PUBLISHED_CLEARANCE
 
 #: Noise of a sensor [m], and floors from which a gap can be named.
 FLOOR, VISIBLE = 5e-6, 2.0
@@ -103,7 +103,7 @@ def _is_load_tilt(name: str) -> bool:
 
 
 def drawn_data(rng: np.random.Generator) -> tuple[StageData, StageData, StageEffects]:
-    """Stage with a held sun, the same with a floating one, and places of the pins."""
+    """Stage with a held sun, the same with a floating one, and positions of the pins."""
 
     def hidden(name: str) -> float:
         return HIDDEN[name].at(rng.random())

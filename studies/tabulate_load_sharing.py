@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from carrierflex.identification.carrier.printed_tables import FULL_TORQUE
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.load_channels import load_columns
@@ -30,6 +31,7 @@ from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.workflows.outputs import prepared_folder, save_figure
+from carrierflex.workflows.papers.gap_posterior import EXTREME_MOMENT, MEASURED
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from studies.case_files import write_table
 
@@ -38,29 +40,10 @@ if TYPE_CHECKING:
 
 #: Shipped case with the clearances, and carrier angles of a turn.
 CASE, _ANGLES = "stage_load_sharing", 12
-FULL_TORQUE, EXTREME_MOMENT = 360e3, 300e3
 #: Bearings of the later gearbox: preloaded, no clearance.
 _PRELOADED = dict.fromkeys(("upwind_clearance", "downwind_clearance", "planet_clearance"), 0.0)
 _TORQUES = (90e3, 180e3, 270e3, 360e3)
 _MOMENTS = (-300e3, -200e3, -100e3, 0.0, 100e3, 200e3, 300e3)
-
-
-@dataclass(frozen=True)
-class MeasuredSharing:
-    """Published figures of the gearbox family, with clearances and with preloaded bearings."""
-
-    no_moment: float = 1.08
-    """Guo and Keller, AGMA Fall Technical Meeting 2020: factor without rotor moment."""
-    extreme_moment: float = 1.16
-    """The same under extreme rotor moment."""
-    preloaded: float = 1.10
-    """The same: upper limit of the gearbox with preloaded bearings in all conditions."""
-    upwind_row: float = 1.46
-    """Keller, Guo, Zhang and Lucas, Wind Energy Science 3, 2018: most loaded upwind row of a
-    planet over its expectation, pure torque."""
-
-
-MEASURED = MeasuredSharing()
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.identification.carrier.printed_tables import FULL_TORQUE
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn, sensor_orders
 from carrierflex.simulation.stage.stage_body import StageBody
@@ -22,14 +23,12 @@ from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.workflows.outputs import prepared_folder
+from carrierflex.workflows.papers.gap_posterior import EXTREME_MOMENT, LOADS
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.case_files import write_table
-from studies.papers_gap_posterior import LOADS
 from studies.tabulate_load_sharing import (
     CASE,
-    EXTREME_MOMENT,
-    FULL_TORQUE,
     Stage,
     loose_and_preloaded,
     sharing,

@@ -4,15 +4,14 @@
     python -m studies.tabulate_stage_causes --cases 30 --truth held_sun --out held_sun_stage
 
 The case of each campaign is a stage with clearances, pins and supports of the housing drawn within
-their sourced ranges. The truth has one thing else (a held sun, a clearance, places of the pins, a
-tilt of the joint, a support), or nothing, and runs through time by another integrator than the
+their sourced ranges. The truth has one thing else (a held sun, a clearance, positions of the pins,
+a tilt of the joint, a support), or nothing, and runs through time by another integrator than the
 simulator's at half its step (:mod:`studies.stage_in_time`), under six loads, with sensors of 5 um
 of noise and 0.3 % of gain and a torque that is 1 % off. The diagnosis has the case, ``[baseline]
 source = "stage"``. Truths that leave less than two floors are drawn again. With ``--truth
 held_sun`` the records are those of :mod:`studies.tabulate_held_sun` of two floors and more: static
-equilibria with
-a sun that friction holds. A file a campaign, made where it is missing, then stage_causes.md. A
-good answer: the class alone, or tied, in 90 %.
+equilibria with a sun that friction holds. A file a campaign, made where it is missing, then
+stage_causes.md. A good answer: the class alone, or tied, in 90 %.
 """
 
 from collections import Counter

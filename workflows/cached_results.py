@@ -163,7 +163,7 @@ class CacheStore:
             unfinished = unfinished_folder(self.folder / key)
         except OSError as error:
             log.error(
-                "%s: cannot write into the cache (%s); the result is not kept",
+                "%s: cannot write into the cache (%s); the result is not stored",
                 self.folder,
                 error.strerror,
             )
@@ -185,7 +185,7 @@ class CacheStore:
                 os.rename(unfinished, self.folder / key)
         except OSError as error:
             log.error(
-                "%s: cannot write into the cache (%s); the result is not kept",
+                "%s: cannot write into the cache (%s); the result is not stored",
                 self.folder,
                 error.strerror,
             )

@@ -1,10 +1,10 @@
 """What errors of sensors, inputs and curves do to the fit of a carrier.
 
 A gain or a zero of a sensor is an effect of the library that is not there: its derivative at zero
-is the change of the reading, and stands in the sums over the records. What the place of a sensor,
-a delay, an input or a deflection curve does to the columns is in no sum, or of some effects alone
-and about a sensor that stands where it should; the columns of the fitted set are made once more
-from what would be read.
+is the change of the reading, and is in the sums over the records. What the position of a sensor
+(angle and radius), a delay, an input or a deflection curve does to the columns is in no sum, or of
+some effects alone and about a sensor at its declared angle; the columns of the fitted set are made
+once more from what would be read.
 """
 
 from collections.abc import Iterator, Sequence
@@ -45,6 +45,8 @@ from carrierflex.simulation.carrier.rim import CarrierRig
 from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.sensing import delayed_angle
 
+#: Errors of a sensor's position: the columns of the set are made again.
+_OF_POSITION = (Measurement.ANGLE, Measurement.RADIUS)
 #: Input that a delay of all channels shifts.
 _CARRIER_ANGLE = "carrier_angle"
 #: Relative standard deviation of a wave beside the largest of its curve, of a carrier with pins
@@ -78,13 +80,15 @@ class CarrierReading:
         errors = declared_errors(self.model.known)
         as_read = self._scores(self.model, self.products)
         quantities = {error.quantity for error in errors if error.channel is not None}
-        has_angles = Measurement.ANGLE in quantities
         of_channels = {
-            quantity: self._of_sensors(quantity) for quantity in quantities - {Measurement.ANGLE}
+            quantity: self._of_sensors(quantity) for quantity in quantities.difference(_OF_POSITION)
         }
-        if has_angles:
+        moved = {
+            quantity: self._of_positions(errors, quantity) - as_read
+            for quantity in quantities.intersection(_OF_POSITION)
+        }
+        if Measurement.ANGLE in quantities:
             of_channels[Measurement.ANGLE] = self._of_prediction(Measurement.ANGLE)
-        moved = self._of_angles(errors) - as_read if has_angles else np.zeros_like(as_read)
         scores = []
         for error in errors:
             if error.channel is None:
@@ -93,9 +97,11 @@ class CarrierReading:
                 if error.quantity is Measurement.DELAY:
                     change += error.std * self._of_prediction(error.quantity).sum(axis=0)
             else:
-                change = error.std * of_channels[error.quantity][error.channel]
-                if error.quantity is Measurement.ANGLE:
-                    change += moved[error.channel]
+                change = np.zeros(self.theta.size)
+                if error.quantity in of_channels:
+                    change += error.std * of_channels[error.quantity][error.channel]
+                if error.quantity in moved:
+                    change += moved[error.quantity][error.channel]
             scores.append(change)
         scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
         table = np.array(scores).reshape(len(scores), self.theta.size)
@@ -112,12 +118,12 @@ class CarrierReading:
         listed = ", ".join(f"{name} {share:.1%}" for name, share in errors.items())
         return f"intervals hold the error of the curves by their mesh ({listed})" if errors else ""
 
-    def _of_angles(self, errors: Sequence[DeclaredError]) -> FloatArray:
-        """``J.T r`` by channel where each stands further on than is declared, shape (C, p)."""
+    def _of_positions(self, errors: Sequence[DeclaredError], quantity: Measurement) -> FloatArray:
+        """``J.T r`` by channel, each further on or out than is declared, shape (C, p)."""
         channels = list(self.campaign.channels)
         for error in errors:
-            if error.quantity is Measurement.ANGLE and error.channel is not None:
-                channels[error.channel] = _behind(channels[error.channel], error.std)
+            if error.quantity is quantity and error.channel is not None:
+                channels[error.channel] = _behind(channels[error.channel], error)
         return self._made_again(replace(self.campaign, channels=tuple(channels)))
 
     def _of_curves(self) -> Iterator[FloatArray]:
@@ -229,10 +235,10 @@ def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatAr
     return wide
 
 
-def _behind(channel: Channel, angle: float) -> Channel:
-    """Channel that is taken to stand an angle [rad] behind where it is declared."""
-    assert channel.angle is not None, "a channel that declares an error of its angle has one"
-    return replace(channel, angle=channel.angle - angle)
+def _behind(channel: Channel, error: DeclaredError) -> Channel:
+    """Channel taken at an angle or radius smaller than declared by one standard deviation."""
+    name = error.quantity.value
+    return replace(channel, **{name: getattr(channel, name) - error.std})
 
 
 def _misread_run(run: Run, error: DeclaredError) -> Run:

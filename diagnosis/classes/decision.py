@@ -33,8 +33,8 @@ FURTHER_CAUSE = 0.01
 #: Whether a simpler result may stand for the best one.
 _AsGood = Callable[[Shares, HeldOutSquares, HeldOutSquares], bool]
 _MORE_NOTE = (
-    "one frequency drives all runs: a second cause is not separable from what one class leaves "
-    "in these records"
+    "one frequency drives all runs: in these records a second cause cannot be separated from the "
+    "remainder of the first class"
 )
 
 #: In a steady motion at one frequency deflection and speed tell where it stands, its level too.

@@ -341,7 +341,7 @@ def _dissipation_words(
     end = 0.5 * (float(np.interp(top, x, y)) - float(np.interp(-top, x, y)))
     if end < 0.0:
         # No damper drives: another class of the answer holds the rest of its force.
-        return "its size is not determined beside the other cause"
+        return "its size cannot be determined together with the other cause"
     at_top = f"{_sized(end, units[1])} at {_sized(top, units[0])}"
     level, low, high = friction
     if level <= _STEP * end:
@@ -442,7 +442,7 @@ def law_of_class(
         raise ValueError(f"no law to save: '{name}' is not in the answer; expected {listed}")
     if name not in names.values():
         raise ValueError(
-            f"no law to save: the class '{name}' is not kept as a law; expected one of "
+            f"no law to save: the class '{name}' cannot be saved as a law; expected one of "
             f"{', '.join(dict.fromkeys(names.values()))}"
         )
     finding = known[name]
@@ -484,5 +484,5 @@ def visited_range_warning(
         f"{table[0]:.4g} to {table[-1]:.4g} {unit}"
     )
     continued = _CONTINUED.get(law.effect_class, "the slope of its end")
-    remedy = f"beyond its table the law goes on with {continued}; measure it at this size"
+    remedy = f"beyond its table the law is extrapolated with {continued}; measure it at this size"
     return CampaignWarning("visited_range", law.name, text, remedy, share, f"run {run}")

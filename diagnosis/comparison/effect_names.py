@@ -41,7 +41,7 @@ _SHAPES = {
     "stage/mounting": "support of the housing",
     "stage/pin_play": "play of the pins in their bores",
     "stage/joint_tilt": "tilt of the carrier in its joint",
-    "stage/pin_places": "places of the pins",
+    "stage/pin_places": "positions of the pins",
 }
 #: Words of what such a class follows.
 _FOLLOWS = {
@@ -70,7 +70,7 @@ _NAMES = {
     "stage/tilt_stiffness": "tilting stiffness of the bushings",
     "stage/pin_fit_play": "play of the pins in their bores",
     "stage/joint_tilt": "tilt of the carrier in its joint",
-    "stage/pin_places": "places of the pins",
+    "stage/pin_places": "positions of the pins",
     "bushings/restoring_force": "restoring force of the bushings",
     "bushings/dissipation": "dissipation of the bushings",
     "bushings/hysteresis": "hysteresis of the bushings",

@@ -34,6 +34,7 @@ _ERROR_KEYS = {
     Measurement.ZERO: "zero_std",
     Measurement.DELAY: "delay_std",
     Measurement.ANGLE: "angle_std",
+    Measurement.RADIUS: "radius_std",
 }
 
 
@@ -175,7 +176,7 @@ class DeclaredError:
     #: Channel or input; of a delay, which all channels share, the first that declares it
     signal: str
     quantity: Measurement  # Part of the measurement model that is off
-    std: float  # Standard deviation: relative, or in the unit of the signal, [s] or [rad]
+    std: float  # Standard deviation: relative, or in the unit of the signal, [s], [rad] or [m]
     #: Number of the channel; None for an input and for the delay of all channels
     channel: int | None = None
 
@@ -218,6 +219,7 @@ _SOURCES = {
     Measurement.ZERO: "probes",
     Measurement.DELAY: "delay",
     Measurement.ANGLE: "probe angles",
+    Measurement.RADIUS: "probe radius",
 }
 
 
@@ -252,6 +254,7 @@ def declared_errors(known: KnownPhysics) -> tuple[DeclaredError, ...]:
 _WORDS = {
     Measurement.GAIN: ("gains", 100.0, " %"),
     Measurement.ANGLE: ("angles", float(np.rad2deg(1.0)), " deg"),
+    Measurement.RADIUS: ("radii", 1e3, " mm"),
     Measurement.ZERO: ("zeros", 1.0, ""),
     Measurement.DELAY: ("delay", 1e3, " ms"),
 }

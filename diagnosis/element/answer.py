@@ -59,20 +59,20 @@ _ONE_FREQUENCY_NOTE = (
     "in these records"
 )
 _MORE_FREQUENCIES = (
-    "drive at many frequencies, at the same levels (a multisine, noise or a sweep): under one "
-    "frequency two causes share out what one makes"
+    "drive at many frequencies, at the same levels (a multisine, noise or a sweep): at a single "
+    "frequency two causes can share the effect of one"
 )
 _CAUSES_APART = (
-    "record small and large deflections, slow and fast motion, in runs of their own: more than two "
-    "effects are at work, or one that no class holds whole"
+    "record small and large deflections, slow and fast motion, in separate runs: more than two "
+    "effects act, or one that no class describes completely"
 )
 _STEADY = (
     "drive with constant amplitude and at the same frequencies throughout every run (noise or a "
     "multisine): a slow change with time shows under a drive that does not change"
 )
 _SHORT_NOTE = (
-    "all classes together explain more than the best answer by what a further cause would: none is "
-    "named"
+    "all classes together explain more than the best answer, by as much as a further cause would: "
+    "no class is named"
 )
 _NO_ELEMENT = (
     "the motion is not that of a mass, a spring and a damper under this drive (a mass that sticks, "

@@ -167,7 +167,7 @@ class Finding:
     is_in_every_run: Annotated[bool, "Whether these are all runs"]
     order: Annotated[int | None, "Shaft order; negative: backward motion"] = None
     band_hz: Annotated[tuple[float, float] | None, "Band of frequency [Hz]"] = None
-    frame: Annotated[str, "What it is fixed to; empty where nothing turns"] = ""
+    frame: Annotated[str, "Frame that it is fixed to; empty: nothing rotates"] = ""
     p_value: Annotated[float, "Largest of the significant runs; NaN: unknown"] = np.nan
     exponents: Annotated[Mapping[str, Exponent], "How it grows, by condition"] = field(
         default_factory=dict
@@ -214,7 +214,7 @@ class NonSynchronousCell:
     measured: Annotated[float, "Mean square that does not repeat in the measured signal"]
     simulated: Annotated[float, "The same in the simulated signal"]
     gap: Annotated[float, "The same in the gap"]
-    noise: Annotated[float, "What the noise alone leaves there"]
+    noise: Annotated[float, "RMS of the noise alone there"]
     p_value: Annotated[
         float, "Without more than noise, adjusted; NaN where the noise is estimated from it"
     ]
@@ -283,7 +283,7 @@ class GapFindings:
     """What a kind finds about the gap of one model beyond the cells of its map."""
 
     where: Annotated[
-        tuple[Finding, ...], "Where it lies, largest first; empty where nothing is significant"
+        tuple[Finding, ...], "Position of the gap, largest first; empty: no significant cell"
     ]
     numbered_by: Annotated[str, "What the cells are numbered by: ORDERS, LINES or MOTION_BANDS"]
     in_time: Annotated[tuple[GapMoment, ...], "RMS in windows of the runs"] = ()

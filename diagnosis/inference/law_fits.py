@@ -155,9 +155,7 @@ class LawFits:
         without = self.score(others)
         failure = self.failed_searches.get(tuple(sorted(others)))
         if failure is not None:
-            return Rejection(
-                "search", effect, f"nothing is known without {plain_name(effect)}: {failure}"
-            )
+            return Rejection("search", effect, f"no result without {plain_name(effect)}: {failure}")
         floor = float(self.problem.noise_square.sum())
         total_gap = float(self.score(()).square.sum()) - floor
         before = float(without.square.sum())

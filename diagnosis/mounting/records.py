@@ -105,8 +105,7 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
         _check(run, campaign)
     if all(_is_constant(run.inputs[name]) for run in campaign.runs for name in _LOADS):
         raise ValueError(
-            "torque, ntl_y and ntl_z are constant in every run: nothing but rest; "
-            "expected loads that change"
+            "torque, ntl_y and ntl_z are constant in every run; expected loads that change"
         )
     noise = _noise(campaign)
     return tuple(

@@ -64,11 +64,11 @@ _CELL = json_table(
 )
 _HOW_FAR = json_table(
     "HowFar",
-    "How far the gap shrinks on held-out records; null where no diagnosis was made.",
+    "Reduction of the gap on held-out records; null: no diagnosis.",
     {GapReduction: "floor_multiple extrapolation_rho"},
     rms_before=(float, "Held-out RMS of the baseline [unit]"),
     rms_after=(float, "Held-out RMS with the effects [unit]"),
-    noise_floor=(float, "RMS that the noise alone leaves [unit]"),
+    noise_floor=(float, "RMS of the noise alone [unit]"),
     rho=(float, "RMS after over before"),
     phi=(float, "Share of the mean square above the floor that is explained"),
     rho_ci95=([float], "95 % interval of rho"),
@@ -117,7 +117,7 @@ DIAGNOSIS = json_table(
     incomplete=(bool, "Whether a class leads without explaining what a cause would"),
     gains=(str | None, "What the intervals hold of the signals' gains"),
     where=([_CELL], "Largest cells of the gap"),
-    where_text=(str, "Where the gap lies, as a sentence"),
+    where_text=(str, "Position of the gap, as a sentence"),
     how_far=(_HOW_FAR, "How far the gap shrinks"),
     how_far_law=(_HOW_FAR, "The same of the nearest laws"),
     classes=([_CLASS], "Classes of the gap; empty where none is named"),

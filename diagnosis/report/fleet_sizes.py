@@ -61,7 +61,7 @@ class CampaignRow:
     rho: Annotated[float, "Held-out RMS with the causes over that without"] = math.nan
     rho_ci95: Annotated[Interval, "Its 95 % interval"] = NO_INTERVAL
     sizes: Annotated[tuple[CauseSize, ...], "Size of every cause"] = ()
-    faults: Annotated[tuple[str, ...], "What does not look right in the measurement"] = ()
+    faults: Annotated[tuple[str, ...], "Findings of the check"] = ()
     first_fault: Annotated[
         str, "Fault of the measurement that explains as much as the causes; empty where none"
     ] = ""

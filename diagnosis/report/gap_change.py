@@ -304,7 +304,7 @@ _SIDE = json_table(
     {DiagnosisSide: "folder campaign causes rms noise_floor"},
     verdict=(Verdict, "What the diagnosis says"),
 )
-_CAUSES = json_table("Causes", "What became of the causes.", {GapChange: "solved remaining added"})
+_CAUSES = json_table("Causes", "Causes before and after.", {GapChange: "solved remaining added"})
 #: comparison.json.
 COMPARISON = json_table(
     "ComparisonDocument",
@@ -337,13 +337,13 @@ def first_sentence(change: GapChange) -> str:
         f"{high:.3f}; noise floor {floor})"
     )
     if not math.isfinite(change.ratio):
-        return f"There was no gap that could change: {sizes}."
+        return f"There was no gap before the change: {sizes}."
     if high < 1.0:
         took = f"{percent(min(change.explained, 1.0))} of the gap above the noise"
         return f"The change took {took}: {figures}."
     if low > 1.0:
         return f"The change made the gap larger: {figures}."
-    return f"The change left the gap as it was: {figures}."
+    return f"The change did not affect the gap: {figures}."
 
 
 def causes_sentence(change: GapChange) -> str:
@@ -365,7 +365,7 @@ def cells_sentence(change: GapChange) -> str:
     """What shrank and what came, by cells of the gap map."""
     shrank = [cell for cell in change.cells if cell.what in (_GONE, _SMALLER)]
     came = [cell for cell in change.cells if cell.what in (_NEW, _LARGER)]
-    return f"Shrank: {_cells(shrank)}. Came: {_cells(came)}."
+    return f"Smaller: {_cells(shrank)}. New or larger: {_cells(came)}."
 
 
 def _cell_name(cell: CellChange) -> str:

@@ -240,8 +240,8 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
     if answer is not None and answer.experiment:
         return "Do not look for an unknown cause yet: classes explain the gap, but not apart."
     return (
-        "Look at where the gap lies: no effect of the library has that position and growth, so "
-        "the cause is one that it does not know, or the measurement itself."
+        "Check the position and growth of the gap: no effect of the library matches them. The "
+        "cause is outside the library, or in the measurement."
     )
 
 

@@ -231,8 +231,8 @@ def _freedom_warnings(free: NDArray[np.float64], ratio: float) -> Iterator[str]:
         )
     if free.shape[1] < _ALL_MOTIONS:
         yield (
-            f"{free.shape[1]} of six rigid motions are free: the body is held to the ground or "
-            "has no other directions; floating-frame exports take free bodies only"
+            f"{free.shape[1]} of six rigid motions are free: the body is fixed to the ground or "
+            "lacks directions; floating-frame exports require free bodies"
         )
 
 
@@ -246,7 +246,7 @@ def _refuse_loose_pilots(interface: _GivenInterface, free: NDArray[np.float64]) 
     rank = int(np.linalg.matrix_rank(held, tol=_HELD * max(1.0, float(np.abs(held).max()))))
     if rank < motions.shape[1]:
         raise ValueError(
-            f"with all pilots held the body still moves freely in {motions.shape[1] - rank} ways; "
+            f"with all pilots fixed the body still moves freely in {motions.shape[1] - rank} ways; "
             "expected pilots with components that hold it"
         )
 

@@ -219,7 +219,7 @@ def _read_npz(path: Path, content: bytes) -> StoredMatrix:
         with np.load(io.BytesIO(content), allow_pickle=False) as parts:
             return StoredMatrix(_sparse(path, parts))
     except _DAMAGED as error:
-        raise ValueError(f"{path}: not a whole npz file ({_reason(error)})") from error
+        raise ValueError(f"{path}: not a complete npz file ({_reason(error)})") from error
     except (ValueError, NotImplementedError, RuntimeError) as error:
         if str(error).startswith(str(path)):
             raise

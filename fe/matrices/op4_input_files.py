@@ -199,5 +199,5 @@ def _by_pyyeti(path: Path, quantity: str, size: int) -> StoredMatrix:
         # Its errors are of every kind: a damaged file meets its code unchecked.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(
-            f"{path}: not a whole output4 file with one square real {quantity} matrix ({reason})"
+            f"{path}: not a complete output4 file with one square real {quantity} matrix ({reason})"
         ) from error

@@ -125,8 +125,8 @@ def linear_warnings(mesh: SolidMesh) -> Iterator[str]:
     told = [f"{count} of type {kind}" for kind, count in counts.items() if count]
     if told:
         yield (
-            f"linear elements, {', '.join(told)}: too stiff in bending; quadratic ones of the same "
-            "edges are far closer"
+            f"linear elements, {', '.join(told)}: too stiff in bending; quadratic elements of the "
+            "same edge length are much more accurate"
         )
 
 

@@ -125,7 +125,7 @@ def _oriented(path: Path, solid: int, face: CadFace) -> OrientedFace:
     if not len(corners):
         raise MeshingError(
             f"{path}: OpenCASCADE cannot triangulate face {face.tag} ({face}); expected a solid "
-            "whose faces are whole"
+            "with complete faces"
         )
     order = np.argsort(numbers)
     rows = order[np.searchsorted(numbers[order], corners)]

@@ -157,7 +157,8 @@ def declared_unit(path: Path) -> str:
         raise ValueError(f"{path}: not a STEP file; expected one that begins with ISO-10303-21")
     if "END-ISO-10303-21" not in text[-1000:]:
         raise ValueError(
-            f"{path}: cut short, the line END-ISO-10303-21 is missing; expected a whole STEP file"
+            f"{path}: cut short, the line END-ISO-10303-21 is missing; expected a complete STEP "
+            "file"
         )
     converted = re.search(
         r"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|[A-Z]*METRE)'", text, re.IGNORECASE

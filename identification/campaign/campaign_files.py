@@ -234,8 +234,8 @@ def _refuse_measurement(folder: Path, header: CampaignHeader) -> None:
     """Refuse records that this program did not simulate: they may be the only ones."""
     if header.simulated is None:
         raise ValueError(
-            f"{folder / DOCUMENT_NAME}: no table [simulated], so these are measured records, which "
-            "are never replaced; expected a new or empty folder"
+            f"{folder / DOCUMENT_NAME}: no table [simulated]: the records are measured and are "
+            "not replaced; expected a new or empty folder"
         )
     other = _first_other_file(header.simulated, folder, [run.file for run in header.runs])
     if other is not None:
@@ -439,6 +439,7 @@ def _channel_table(channel: Channel) -> dict[str, Any]:
     facts = {
         "angle_deg": _degrees(channel.angle),
         "radius_m": channel.radius,
+        "radius_std_m": channel.radius_std,
         "sensor": channel.sensor,
         "motion": channel.motion,
         "axis": channel.axis,

@@ -39,9 +39,9 @@ class Channel:
         Distance of its gauges upwind of the main bearing [m].
     noise_std : float, optional
         Standard deviation of the noise, in `unit`.
-    gain_std, zero_std, delay_std, angle_std : float, optional
+    gain_std, zero_std, delay_std, angle_std, radius_std : float, optional
         Standard deviations of the sensor's constant errors: of its gain (relative), its zero (in
-        `unit`), its delay [s] and its angular position [rad].
+        `unit`), its delay [s], its angular position [rad] and the radius it looks at [m].
     motion : str, optional
         ``relative`` to the moving base or ``absolute`` (kind element, base drive).
     """
@@ -57,6 +57,7 @@ class Channel:
     zero_std: float | None = None
     delay_std: float | None = None
     angle_std: float | None = None
+    radius_std: float | None = None
     motion: str | None = None
     axis: str | None = None
     section: float | None = None

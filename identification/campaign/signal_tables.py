@@ -50,6 +50,9 @@ class CarrierChannelTable(ChannelTable):
     angle_std_deg: Positive | None = key(
         "Standard deviation of the error of the angle", "deg", since=2, default=None
     )
+    radius_std_m: Positive | None = key(
+        "Standard deviation of the error of the radius", "m", since=2, default=None
+    )
 
 
 class MountingChannelTable(ChannelTable):
@@ -146,6 +149,7 @@ def channel_of(table: ChannelTable) -> Channel:
         unit=table.unit,
         angle=None if angle is None else math.radians(angle),
         radius=values.get("radius_m"),
+        radius_std=values.get("radius_std_m"),
         sensor=values.get("sensor"),
         motion=values.get("motion"),
         axis=values.get("axis"),

@@ -143,8 +143,8 @@ def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[Cam
             copy,
             f"run {copy} is the record of run {original} under another name: the same inputs and "
             "the same samples or noise",
-            "leave one of the two out, as the diagnosis does: a copy in the training records would "
-            "contain what is held out",
+            "remove one of the two, as the diagnosis does: with a copy among the training "
+            "records, the held-out test is no test",
             1.0,
             sample_of(files[copy], 0),
         )

@@ -163,9 +163,9 @@ def probe_findings(probes: Sequence[ProbeAngle]) -> Iterator[CampaignWarning]:
             "wiring/polarity" if sign == -1 else "wiring/sensor_angle",
             name,
             text,
-            "reverse the sign of this channel, or measure where its probe stands"
+            "reverse the sign of this channel, or measure the angle of its probe"
             if sign == -1
-            else "measure where this probe stands relative to the first one",
+            else "measure the angle of this probe relative to the first one",
         )
     if not explained:
         yield _finding(
@@ -173,7 +173,7 @@ def probe_findings(probes: Sequence[ProbeAngle]) -> Iterator[CampaignWarning]:
             ", ".join(names[k] for k in at_odds),
             f"the phases of order 1 read the probes at {_listed(read)} degrees, declared are "
             f"{_listed(declared)}",
-            "measure where the probes stand, and which cable leads to which input",
+            "measure the angles of the probes, and check which cable leads to which input",
         )
 
 

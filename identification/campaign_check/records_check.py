@@ -134,8 +134,8 @@ def _coarse_input(run: Run, name: str) -> Iterator[CampaignWarning]:
         name,
         f"run {run.name}: {name} takes {levels.size} values, {step:.3g} apart, "
         f"{step / float(np.ptp(levels)):.1%} of its range",
-        "read it with a finer range of its amplifier: what lies between two values looks like an "
-        "effect that the simulation lacks",
+        "use a finer range of its amplifier: steps between two values look like an effect missing "
+        "in the simulation",
         step,
         sample_of(run.file, 0),
     )
@@ -164,7 +164,7 @@ def _gaps(run: Run) -> Iterator[CampaignWarning]:
             "uneven_steps",
             run.name,
             f"steps of time scatter by {scatter:.0%}",
-            "use the logger's own clock, not the time at which samples arrived",
+            "use the clock of the logger, not the time of arrival of the samples",
             scatter,
             line,
         )
@@ -235,7 +235,7 @@ def clock_shift_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
         f"the import moved the simulator's clock by {1e3 * known.value:.4g} ± "
         f"{1e3 * known.std:.1g} ms in run {name}{more}: a sensor_delay looks the same, and these "
         "records tell the sum of both",
-        "let both run on one clock and import with shift = 0, or measure the delay of the sensors",
+        "record both with one clock and import with shift = 0, or measure the delay of the sensors",
         float(known.value),
         key_of("[baseline.clock_shift]", name),
     )
@@ -312,7 +312,8 @@ def _radii(campaign: Campaign) -> Iterator[CampaignWarning]:
                 "sensor_radius",
                 channel.name,
                 f"radius_m is {channel.radius:.4g}, [rig] sensor_radius {rig_radius:.4g} m",
-                "measure the radius that the sensor looks at, and state the same in both places",
+                "measure the radius of the sensor's target, and declare the same value in both "
+                "tables",
                 channel.radius / rig_radius,
                 key_of(f"[[channels]] {channel.name}", "radius_m"),
             )

@@ -51,8 +51,8 @@ def axial_channels(campaign: Campaign) -> tuple[Channel, ...]:
     """
     if campaign.kind != "carrier":
         raise ValueError(
-            f"campaign '{campaign.name}' is of kind {campaign.kind}; models m1 and m2 serve kind "
-            "carrier only"
+            f"campaign '{campaign.name}' is of kind {campaign.kind}; models m1 and m2 are for "
+            "kind carrier only"
         )
     channels = campaign.channels_of(AXIAL)
     if not channels:

@@ -197,7 +197,7 @@ def mounting_residuals(
     if campaign.kind != "mounting":
         raise ValueError(
             f"campaign '{campaign.name}' is of kind {campaign.kind}; "
-            f"model {model.name} serves kind mounting only"
+            f"model {model.name} is for kind mounting only"
         )
     rig = MountingRig.from_table(campaign.rig)
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)

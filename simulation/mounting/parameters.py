@@ -22,7 +22,7 @@ _BASELINE = (
         "m/s^2",
         0.0,
         20.0,
-        words="Gravity that loads the bushings; 0 where the weight leaves with the zero",
+        words="Gravity that loads the bushings; 0 where the zero of the sensors removes the weight",
     ),
 )
 

@@ -1,6 +1,6 @@
 """Stages that could stand behind a record: what no sensor reads is drawn within its range.
 
-Pin fit, supports, clearances, places of the pins, meshes, mounting, weight. Each drawn stage is
+Pin fit, supports, clearances, positions of the pins, meshes, mounting, weight. Each drawn stage is
 solved in static equilibrium over a turn, under a known and under a drawn load, so that readings,
 forces on the rotating body and loads of its pins belong together.
 """

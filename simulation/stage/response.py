@@ -232,8 +232,8 @@ def _n_kept(duration: float, sample_rate: float) -> int:
     n_kept = round(duration * sample_rate)
     if n_kept < 1:
         raise ValueError(
-            f"duration {duration} s at {sample_rate} samples a second keeps nothing; expected one "
-            "sample or more"
+            f"duration {duration} s at {sample_rate} samples a second contains no sample; "
+            "expected one or more"
         )
     return n_kept
 

@@ -149,7 +149,7 @@ _ROLLER_KEYS = {
 class StageSensorTable(SensorTable):
     """One displacement sensor fixed to the housing, with its errors."""
 
-    gain: Number = key("Share by which it reads too much", default=0.0)
+    gain: Number = key("Relative gain error, positive: it reads too much", default=0.0)
     angle_error_deg: Number = key(
         "Deviation from its stated angle",
         "deg",

@@ -55,8 +55,7 @@ def test_what_the_records_lack_for_a_diagnosis_is_told():
     )
     assert told(blocks, fewest_segments=3) == ""
     assert told(linear_problem({"a": 5.0}, {})) == (
-        "the baseline contains, or rules out, every effect of the library; nothing remains to "
-        "look for"
+        "every effect of the library is in the baseline or excluded; there is no candidate"
     )
 
 

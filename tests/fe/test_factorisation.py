@@ -139,7 +139,8 @@ def test_without_mkl_and_kvxopt_scipy_serves_and_says_so_once(first_use, caplog)
     assert isinstance(factor, factorisation._SuperLU)
     said = [record.getMessage() for record in caplog.records]
     assert said == [
-        "sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves (slower)"
+        "sparse factorisation: neither MKL nor kvxopt is installed; scipy's SuperLU is used "
+        "(slower)"
     ]
     b = np.ones(A.shape[0])
     assert_allclose(A @ factor.solve(b), b, rtol=0.0, atol=1e-9)

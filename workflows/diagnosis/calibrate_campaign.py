@@ -1,4 +1,4 @@
-"""Put what a diagnosis names into the simulation, diagnose again, and compare.
+"""Add the causes that a diagnosis names to the simulation, diagnose again, compare.
 
 A named dimension or material constant changes the carrier's drawing, whose deflection curves are
 computed by finite elements at the new value; any other named law goes into the baseline of a copy
@@ -82,7 +82,7 @@ class CalibrationSide:
     verdict: Annotated[str, "Verdict"]
     headline: Annotated[str, "What the diagnosis says first, in one sentence"]
     rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
-    noise_floor: Annotated[float, "RMS that the noise alone leaves [unit]"]
+    noise_floor: Annotated[float, "RMS of the noise alone [unit]"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class Calibration:
 
     campaign: Annotated[str, "Name of the campaign"]
     unit: Annotated[str, "Unit of every RMS"]
-    text: Annotated[str, "What became of the gap, or why nothing was put in; what to do next"]
+    text: Annotated[str, "Change of the gap, or why nothing was added; next step"]
     before: Annotated[CalibrationSide, "Diagnosis of the campaign"]
     put_in: Annotated[tuple[PutIn, ...], "What was put into the simulation"] = ()
     omitted: Annotated[tuple[str, ...], "Named effects that no file of a campaign can hold"] = ()
@@ -140,19 +140,19 @@ def main(
     workers: int = 1,
     quiet: bool = False,
 ) -> Calibration:
-    """Put what a diagnosis names into the simulation, diagnose again, and compare.
+    """Add the causes that a diagnosis names to the simulation, diagnose again, compare.
 
     Parameters
     ----------
     campaign : Path
-        Campaign folder, its baseline by this program's simulator. It stays as it is.
+        Campaign folder with a baseline of this program's simulator. It is not changed.
     out : Path
         Folder to write: new, or that of an earlier calibration.
     parameters : Path, optional
-        TOML file with the dimensions of the campaign's carrier as drawn [m, rad], those of the
-        default carrier where it is not given. parameters.toml is the same with the named changes.
+        TOML file with the dimensions [m, rad] of the carrier's drawing; default: the default
+        carrier. parameters.toml is a copy with the named changes.
     take : str, optional
-        Effect to put in where the verdict is "aliased": one of the alternatives.
+        Effect to add if the verdict is "aliased": one of the alternatives.
     size : float
         Element edge length [m] of the deflection curves before and after a change of the drawing.
     seed : int
@@ -250,8 +250,8 @@ def _refuse(header: CampaignHeader, stage: StageParameters, campaign: Path, out:
         )
     if out.resolve() in (campaign.resolve(), *campaign.resolve().parents):
         raise ValueError(
-            f"{out}: the campaign {campaign} is in this folder, whose files are replaced; expected "
-            "another folder for --out"
+            f"{out}: the campaign {campaign} is in this folder, and its files would be replaced; "
+            "expected another folder for --out"
         )
     _refuse_foreign_folder(out)
 
@@ -314,8 +314,8 @@ def _why_nothing(diagnosis: Diagnosis, effects: Sequence[str]) -> str:
 
     if effects:
         return (
-            f"Nothing was put in: {', '.join(effects)} is in no campaign.toml; put it into the "
-            "simulation as an effect of the package that it comes from."
+            f"Nothing was put in: {', '.join(effects)} is in no campaign.toml; add it to the "
+            "simulation as an effect of its package."
         )
     text = f"Nothing was put in. {verdict_heading(diagnosis)}. {next_step(diagnosis)}"
     alternatives = _alternatives(diagnosis) if diagnosis.verdict == ALIASED else {}

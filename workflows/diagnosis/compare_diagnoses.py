@@ -34,7 +34,8 @@ def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange | R
     after : Path
         Folder of the later or second diagnosis, with its diagnosis.json.
     out : Path, optional
-        Folder to write: comparison.json and comparison.html; default: the result is only shown.
+        Folder to write: comparison.json and comparison.html; default: the result is shown and not
+        written.
 
     Returns
     -------

@@ -90,46 +90,63 @@ def main(
     campaign : Path
         Campaign folder.
     out : Path
-        Folder to write: diagnosis.json, report.html, which needs no network to be read, and
-        report.json, from which carrierflex report draws that page anew.
+        Folder to write: diagnosis.json, report.html and report.json.
+
+        report.html needs no network; carrierflex report draws it again from report.json.
     law : list of Path, optional
-        Law files (TOML) of --save-law from campaigns of the same kind, further candidates; may be
-        given several times. Units of an element's law (of force and deflection, time in s) are
-        those of the campaign.
+        Law files (TOML) of --save-law: further candidates.
+
+        From campaigns of the same kind; may be given several times. Units of an element's law (of
+        force and deflection, time in s) are those of the campaign.
     save_law : Path, optional
-        File (TOML) for the measured shape of the class found. Kinds element and mounting (of the
-        bushings): restoring force f(x) [N over m], dissipation g(v) [N over m/s] or coupled damping
-        h(x) [N s/m over m], in the units of the campaign. Kind carrier: amplitudes of the
-        pattern's waves [m] over torque [N m], radial load [N] or time. Other classes are refused
-        by name.
+        File (TOML) for the measured shape of the class found.
+
+        Kinds element and mounting (of the bushings): restoring force f(x) [N over m], dissipation
+        g(v) [N over m/s] or coupled damping h(x) [N s/m over m], in the units of the campaign. Kind
+        carrier: amplitudes of the pattern's waves [m] over torque [N m], radial load [N] or time.
+        Other classes are refused by name.
     law_class : str, optional
-        Class whose shape --save-law keeps, of a carrier frame and pattern; default: that of the
-        largest share.
+        Class whose shape --save-law writes; default: the largest.
+
+        Of a carrier: frame and pattern. The default is the class with the largest share.
     baseline : list of str, optional
-        Effects that the baseline contains, in place of those of campaign.toml; may be given several
-        times.
+        Effects of the baseline, instead of campaign.toml's.
+
+        May be given several times.
     effects : list of str, optional
-        Effects that are candidates; default: all of the kind. May be given several times.
+        Effects that are candidates; default: all.
+
+        May be given several times.
     channels : list of str, optional
-        Channels that are used; default: all. May be given several times.
+        Channels that are used; default: all.
+
+        May be given several times.
     runs : list of str, optional
-        Runs that are used; default: all. May be given several times.
+        Runs that are used; default: all.
+
+        May be given several times.
     seed : int
-        Seed of the bootstrap samples behind the intervals of rho and phi and behind the rule that
-        an effect must shrink the gap in 97.5 % of them, 0 or more. Another seed moves the ends of
-        intervals by some per cent of their width, a sixth with four conditions; treat a
-        verdict that changes with it as unreliable.
+        Seed of the bootstrap samples, 0 or more.
+
+        For the intervals of rho and phi, and for the rule that an effect must shrink the gap in
+        97.5 % of the samples. Another seed moves the ends of intervals by some per cent of their
+        width, a sixth with four conditions; treat a verdict that changes with it as unreliable.
     report : bool
-        Draw report.html, and in kind carrier write rim_motion.json, the mean turn of every sensor
-        in every run; without it those of an earlier diagnosis are removed. The page is drawn later
-        by carrierflex report.
+        Draw report.html.
+
+        In kind carrier also rim_motion.json, the mean turn of every sensor in every run.
+        --no-report removes those of an earlier diagnosis; carrierflex report draws the page later.
     view : bool, optional
-        Write view.html too, the page of carrierflex view that report.html links to: the rim in
-        space with the gap in colour (kind carrier; 1.5 MB, needs carrierflex[view]).
+        Write view.html too: the rim in space (kind carrier).
+
+        report.html links to this page of carrierflex view, with the gap in colour (1.5 MB, needs
+        carrierflex[view]).
     workers : int
-        Processes in which sets of effects are fitted; every number stays the same.
+        Processes in which sets of effects are fitted.
+
+        Every number stays the same.
     scheduler : str, optional
-        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
+        Address of a Dask scheduler (tcp://host:8786) instead.
     quiet : bool
         Show no progress.
 
@@ -223,7 +240,7 @@ def _diagnosed(
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
     progress = _returning_freed_memory(stages.note)
-    with stages.stage("which effect, and how far"):
+    with stages.stage("which effect explains it, and how much"):
         return examination.diagnosis(beyond, note=progress, executor=executor, seed=seed)
 
 

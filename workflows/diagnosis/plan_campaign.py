@@ -93,19 +93,19 @@ def main(
     Parameters
     ----------
     case : Path
-        Case file (TOML) of kind carrier or mounting, as for simulate, or the name of a case that
-        comes along; its table [plan] states costs [min] and limits of the rig [N m, N, deg]. Or a
-        campaign folder: its records then say which amplitudes each cause would have. Costs without
-        [plan]: a sensor 240 min, a load case 15 min beside its length, a minute of record 1 min;
-        limits 400 kN m and 200 kN.
+        Case file (TOML) of kind carrier or mounting, as for simulate, or the name of a bundled
+        case; its table [plan] states costs [min] and limits of the rig [N m, N, deg]. Or a campaign
+        folder: its records then determine the amplitudes of each cause. Costs without [plan]: a
+        sensor 240 min, a load case 15 min beside its length, a minute of record 1 min; limits 400
+        kN m and 200 kN.
     out : Path, optional
-        Folder to write: plan.json and plan.png; default: the result is only shown.
+        Folder to write: plan.json and plan.png; default: the result is shown and not written.
     gap : float, optional
         Gap at which causes are to be distinguished, its RMS over that of the noise [1];
         default: that of the records or of the case, else 6.
     baseline : list of str, optional
-        Effects that the baseline contains, in place of those of the campaign (a case: the axial
-        offset); may be given several times.
+        Effects of the baseline, instead of the campaign's (of a case: the axial offset); may be
+        given several times.
     effects : list of str, optional
         Causes that are considered; default: all of the kind. May be given several times.
     quiet : bool
@@ -185,7 +185,7 @@ def plan_of(
 
     if campaign.kind == "element":
         raise ValueError(
-            f"campaign '{campaign.name}' is of kind element; plan knows the kinds carrier, mounting"
+            f"campaign '{campaign.name}' is of kind element; expected kind carrier or mounting"
         )
     problem, _ = problem_of(campaign, curves)
     pool: CarrierPool | MountingPool
@@ -203,7 +203,7 @@ def plan_of(
         table = mounting_planned_table(problem, pool, note)
     else:
         raise ValueError(
-            f"campaign '{campaign.name}' has predictions of another simulator; plan knows the "
+            f"campaign '{campaign.name}' has predictions of another simulator; expected the "
             "baseline source model"
         )
     plan = campaign_plan(

@@ -88,7 +88,7 @@ def record_difference(first: Path, second: Path) -> RecordDifference:
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(
                 f"{folder / DIAGNOSIS_FILE}: a key is missing or of another type ({error}); "
-                "expected a whole diagnosis: diagnose the campaign again"
+                "expected a complete diagnosis: diagnose the campaign again"
             ) from error
     for what in ("kind", "unit"):
         of_both = [getattr(row, what) for row in rows]

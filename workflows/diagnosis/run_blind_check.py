@@ -80,7 +80,8 @@ def main(
     Parameters
     ----------
     out : Path
-        Folder to write: the check; the same folder again goes on where a check was interrupted.
+        Folder to write: the check; a second run with the same folder continues an interrupted
+        check.
     kind : sequence of str
         Kinds of campaign; may be repeated.
     cases : int
@@ -94,17 +95,17 @@ def main(
         which else end a full check.
     noise : str
         Whether the campaigns declare the noise of their channels (kinds carrier and mounting): all,
-        none, or every other one; figures of those that do not stand apart.
+        none, or every other one; their figures are given separately.
     workers : int
         Processes that write and diagnose cases.
     scheduler : str
-        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers; its workers
-        see the folder.
+        Address of a Dask scheduler (tcp://host:8786) instead of --workers; its workers must have
+        access to the folder.
     keep : bool
         Keep the campaigns and draw the reports.
     references : bool
-        Answer every case by two plain methods too, best single law by BIC and sparse regression
-        over the library, and set their figures beside those of the diagnosis.
+        Also answer every case by two plain methods, best single law by BIC and sparse regression
+        over the library, and compare their figures with those of the diagnosis.
     sealed_campaigns : Path
         Folder to write the sealed campaigns to, without their truth, instead of diagnosing them:
         others answer them. Seals and salts stay in --out.

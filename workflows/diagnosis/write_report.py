@@ -23,7 +23,7 @@ class WrittenReport:
 
 
 def main(diagnosis: Path, *, out: Path) -> WrittenReport:
-    """Write the report page of a diagnosis anew, with nothing fitted again.
+    """Write the report page of a diagnosis again, without a new fit.
 
     Parameters
     ----------

@@ -44,11 +44,11 @@ def main(
     out
         Folder to write: couplings.json.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
-        wall (twice its volume over its surface), less where webs are thin.
+        Element edge length [m]; default: 0.03; of a STEP file 0.66 of the solid's mean wall (twice
+        its volume over its surface), less where webs are thin.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default. four_planets: a set that comes with the package.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; a missing key has
+        its default. four_planets: a bundled set.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces

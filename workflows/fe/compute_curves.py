@@ -56,11 +56,11 @@ def main(
     out
         Folder to write: deflection_curves.csv, its picture, inputs.json.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
-        wall (twice its volume over its surface), less where webs are thin.
+        Element edge length [m]; default: 0.03; of a STEP file 0.66 of the solid's mean wall (twice
+        its volume over its surface), less where webs are thin.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default. four_planets: a set that comes with the package.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; a missing key has
+        its default. four_planets: a bundled set.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
@@ -77,16 +77,17 @@ def main(
         compiled: element loops compiled, a sparse factorisation library solves; scikit-fem: its
         forms and scipy's solver do both, the same numbers some fifty times slower.
     mesh_error
-        Compute the curves with elements 0.8 and 1.25 times as large too, and write how far each
-        order is from its limit at elements of no size (mesh_error.json); parametric carrier only.
+        Also compute the curves with elements 0.8 and 1.25 times as large, and write the distance of
+        each order from its limit at vanishing element size (mesh_error.json); parametric carrier
+        only.
     derivatives
-        Write what a rigid pin fit adds to delta_f too, and the derivatives of both by every
+        Also write what a rigid pin fit adds to delta_f, and the derivatives of both by every
         dimension [m per kN m and m] and material constant, which a campaign with [rig.tolerances]
         needs; parametric carrier only.
     preview
         Only show what the work will cost.
     cache
-        Take curves that were computed from the same inputs before, and keep new ones.
+        Reuse stored curves of the same inputs, and store new ones.
     quiet
         Show no progress.
 

@@ -57,14 +57,12 @@ def main(
     out
         Folder to write: pin_fit.csv, pin_fit.json and two pictures.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file as of carrierflex
-        curves.
+        Element edge length [m]; default: 0.03; of a STEP file as of carrierflex curves.
     points_per_decade
-        Stiffnesses a decade from 1e4 to 1e12 N m/rad; 0, infinity and the fits known by name come
-        on top.
+        Stiffnesses a decade from 1e4 to 1e12 N m/rad; 0, infinity and the named fits are added.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default. four_planets: a set that comes with the package.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; a missing key has
+        its default. four_planets: a bundled set.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces

@@ -103,8 +103,8 @@ def main(
     downwind_seat
         Radial stiffness of the carrier bearing on the downwind seat [N/m], same body.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default. four_planets: a set that comes with the package.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; a missing key has
+        its default. four_planets: a bundled set.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; its named
         surfaces are moved along their normals in place of dimensions.

@@ -141,11 +141,11 @@ def main(
         Folder with campaign folders at any depth.
     out : Path
         Folder to write: fleet.json, fleet.csv, fleet.parquet and fleet.html, and a folder of
-        results for each campaign. The same folder again goes on: campaigns whose files, options and
-        versions are unchanged are not diagnosed again, those that failed are.
+        results for each campaign. A second run with the same folder continues: it skips campaigns
+        with unchanged files, options and versions, and repeats failed ones.
     baseline : list of str, optional
-        Effects that the baseline of every campaign contains, in place of those of campaign.toml;
-        may be given several times.
+        Effects of the baseline of every campaign, instead of those of campaign.toml; may be given
+        several times.
     effects : list of str, optional
         Effects that are candidates; default: all of the kind. May be given several times.
     law : list of Path, optional
@@ -157,8 +157,8 @@ def main(
     workers : int
         Processes that diagnose campaigns.
     scheduler : str, optional
-        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers; its workers
-        see both folders.
+        Address of a Dask scheduler (tcp://host:8786) instead of --workers; its workers must have
+        access to both folders.
     quiet : bool
         Show no progress.
 

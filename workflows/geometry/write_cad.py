@@ -24,8 +24,8 @@ def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
     out
         Folder to write: carrier.step and surfaces.toml.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default. four_planets: a set that comes with the package.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; a missing key has
+        its default. four_planets: a bundled set.
 
     Returns
     -------

@@ -95,53 +95,75 @@ def main(
     Parameters
     ----------
     campaign : Path
-        Campaign folder of kind "carrier" (m1, m2) or "mounting" (the others).
+        Campaign folder of kind carrier or mounting.
+
+        Carrier: m1, m2; mounting: the other models.
     model : str
+        Model of the motion, of the bushings, or of the coupling's mass.
+
         m1: rigid motion; m2: rigid motion and deflection under torque; bushings: the models up to
         this one; equivalent_mass: mass of the dynamometer's coupling and its arm from the bending
         moments of the main shaft.
     out : Path
         Folder to write: identification.json and the plots.
     per_run : bool
-        Fit every run by itself, the papers' way, instead of sharing phi_PLC, theta_PLC, rho_s and
-        rho_f, or the bushings.
+        Fit every run by itself, as the papers do.
+
+        Otherwise the runs share phi_PLC, theta_PLC, rho_s and rho_f, or the bushings.
     sensors : {"axial", "all"}
-        Axial sensors, the papers' way, or the radial ones too: rigid radial motion joins the model.
+        Axial sensors, or the radial ones too.
+
+        With the radial ones, rigid radial motion joins the model; the papers use the axial ones.
     loss : {"squares", "huber"}
-        Squared residuals, or Huber's loss, which keeps outliers from moving the parameters.
+        Squared residuals, or Huber's loss (outliers).
+
+        Huber's loss keeps outliers from moving the parameters.
     free_pin_angle : bool
-        Fit the carrier-frame angle theta_rho of pin 1 too (model m2).
+        Model m2: fit the angle of pin 1 too.
+
+        Its name is theta_rho, in the carrier's frame.
     samples_per_revolution : int
-        Models m1, m2: resample every record to this many equal steps of the carrier angle a
-        revolution (16 or more), over its whole revolutions, so that slow stretches of a record with
-        varying speed count no more than fast ones; 0: as recorded.
+        Models m1, m2: samples a revolution; 0: as recorded.
+
+        Resamples every record to this many equal steps of the carrier angle (16 or more), over its
+        whole revolutions: slow stretches of a record then count no more than fast ones.
     bootstrap : int
-        Samples of a block bootstrap for the errors, over revolutions (50 or more) or time blocks;
-        0: the jackknife.
+        Bootstrap samples for the errors; 0: jackknife.
+
+        A block bootstrap over revolutions (50 or more samples) or time blocks.
     seed : int
         Seed of the bootstrap and of the complex method.
     weights : dict
-        Bushing models: weights of the housing's motion in the objective, --weights.theta_x 1 (d_x,
-        d_y, d_z in 1/m^2, theta_x, theta_y, theta_z in 1/rad^2); without them the sensors are
-        compared, each over its declared noise.
+        Bushings: weights of the housing's motion, --weights.theta_x 1.
+
+        In the objective: d_x, d_y, d_z in 1/m^2, theta_x, theta_y, theta_z in 1/rad^2. Default: the
+        sensors are compared, each over its declared noise.
     axial : {"shown", "all", "none"}
-        Bushing models: which of K_x [N/m] and C_x [N s/m], spring and damper of each bushing along
-        the axis, are unknowns too: those that the campaign shows, by the housing's yaw under a load
-        to the side; both; or none, which leaves the rig's values.
+        Bushings: axial K_x [N/m] and C_x [N s/m] as unknowns.
+
+        Spring and damper of each bushing along the axis. shown: those that the campaign determines,
+        by the housing's yaw under a load to the side; all: both; none: the rig's values.
     profile : tuple of str
-        Bushing models: parameters whose likelihood profile is drawn (K1, P_T ...).
+        Bushings: parameters whose likelihood is drawn.
+
+        Names such as K1, P_T.
     compare_complex : bool
-        Bushing models: search by the complex method of Box too, as the paper did, and show what it
-        costs.
+        Bushings: search by the complex method of Box too.
+
+        The paper's method; its cost is shown.
     housing_motion : bool
-        Bushing models: write and draw the housing's motion (d_x, d_y, d_z in m, theta_x, theta_y,
-        theta_z in rad), measured and simulated; needs all six sensors.
+        Bushings: write and draw the housing's motion.
+
+        d_x, d_y, d_z in m, theta_x, theta_y, theta_z in rad, measured and simulated; needs all six
+        sensors.
     mass : float, optional
         Model equivalent_mass: mass [kg] where it is known; the arm alone is fitted.
     workers : int
-        Processes for starts and bootstrap refits of bushing models; 1 runs in this process.
+        Processes for starts and bootstrap refits.
+
+        Of bushing models; 1: in this process.
     scheduler : str
-        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
+        Address of a Dask scheduler (tcp://host:8786) instead.
     quiet : bool
         Show no progress.
 

@@ -46,14 +46,14 @@ def main(
     Parameters
     ----------
     files
-        Files that the runs of the map name.
+        Files named by the runs of the map.
     map_
-        Map (TOML) of `carrierflex new-campaign`, looked through.
+        Map (TOML) of `carrierflex new-campaign`, after you have checked it.
     out
         Folder to write: a campaign; new or empty.
     simulated
-        Another simulator's predictions, one file for each run in the map's order: the baseline in
-        place of this program's model. Its clock is aligned with the measurement's.
+        Another simulator's predictions, one file for each run in the map's order: the baseline
+        instead of this program's model. Its clock is aligned with that of the measurement.
 
     Returns
     -------

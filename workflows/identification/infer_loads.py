@@ -109,14 +109,14 @@ def main(
     out : Path
         Folder to write: loads.json, loads.csv and a picture a run.
     known_run : str
-        Run whose torque and radial load are known and calibrate the rest; default: that of the
+        Run with known torque and radial load, which calibrates the others; default: the run of the
         largest recorded torque.
     known_torque : float, optional
-        Its torque [N m] where the record's is not to be used.
+        Its torque [N m], instead of the recorded one.
     pin : Path, optional
         Pin of carrierflex reduce --body pin (.h5); default: the default pin.
     draws : int
-        Stages drawn for the prior, 200 or more; 1500 take some minutes.
+        Number of stages drawn for the prior, 200 or more; 1500 take a few minutes.
     seed : int
         Seed of the draws.
     quiet : bool

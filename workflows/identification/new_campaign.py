@@ -46,8 +46,8 @@ def main(
         Of the campaign: carrier, mounting or element.
     from_
         Files: CSV or other text (any separator, decimal comma, preamble, encoding), Parquet, HDF5,
-        MAT, TDMS, UFF, MDF, Excel, OpenFAST's output. Files of the same columns are runs, files of
-        other columns parts of a run.
+        MAT, TDMS, UFF, MDF, Excel, OpenFAST's output. Files with the same columns are runs; files
+        with different columns belong to one run.
     drive
         Of an element; guessed from the columns.
     out

@@ -46,7 +46,7 @@ def main(
     mesh_sizes: tuple[float, ...] = (),
     quiet: bool = False,
 ) -> Job:
-    """Do the whole chain for one planet carrier and leave every result in one folder.
+    """Run the complete chain for one planet carrier; all results in one folder.
 
     Parameters
     ----------
@@ -54,11 +54,10 @@ def main(
         Folder to write: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
         identification, gap, pictures, summary.json.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file as of carrierflex
-        curves.
+        Element edge length [m]; default: 0.03; of a STEP file as of carrierflex curves.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default. four_planets: a set that comes with the package.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; a missing key has
+        its default. four_planets: a bundled set.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces

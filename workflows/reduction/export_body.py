@@ -69,18 +69,18 @@ def main(
         op4: Nastran external superelement (.op4, with .asm, .pch and .txt beside it); dmig: Nastran
         bulk data, ten digits; mbdyn: modal data with inertia invariants (.fem); sid: standard input
         data (SID_FEM); simscape: .mat; exudyn: FEMinterface (.hdf5), which needs the finite
-        elements: they are made again from the inputs that the body file records, and the result is
-        compared with the file; openfast: superelement of ExtPtfm (.dat, with _SE.dat and _Conn.dat
-        beside it); openfast-flex5: its form before OpenFAST's pull request 3210; statespace: A, B,
-        C, D with names and units (.mat or .npz).
+        elements: they are computed again from the inputs recorded in the body file, and the result
+        is compared with the file; openfast: superelement of ExtPtfm (.dat, with _SE.dat and
+        _Conn.dat beside it); openfast-flex5: its form before OpenFAST's pull request 3210;
+        statespace: A, B, C, D with names and units (.mat or .npz).
     out
         File to write; its suffix is that of the format. Files of another export are not replaced.
     pilot
         Pilot that the floating frame follows (mbdyn, sid, exudyn), or the superelement's interface
         (openfast); the first of the body by default.
     run
-        Run of a case of kind mounting at whose largest torque it is linearised (statespace); the
-        first of the case by default.
+        Run at whose largest torque a case of kind mounting is linearised (statespace); default: the
+        first run.
     quiet
         Show no progress.
 

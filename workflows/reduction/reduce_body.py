@@ -65,82 +65,118 @@ def main(
     Parameters
     ----------
     out
-        File to write (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass
-        properties, provenance; SI units.
+        File to write (.h5): matrices, labels, pilots, sensors.
+
+        K, M, D, labels of every coordinate, pilots, sensor rows, mass properties, provenance; SI
+        units.
     body
-        carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft; all in the
-        carrier's frame. Required unless matrices are given.
+        The body to reduce, in the carrier's frame.
+
+        carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft. Required unless
+        matrices are given.
     stiffness
-        Stiffness matrix of another program, in place of --body: Nastran .op4 or DMIG .pch, Abaqus
-        .mtx, CalculiX .sti, Harwell-Boeing .rsa .hb .matrix, MatrixMarket .mtx .mm, scipy .npz,
-        Ansys .full (docs/matrices.md).
+        Stiffness matrix of another program, instead of --body.
+
+        Nastran .op4 or DMIG .pch, Abaqus .mtx, CalculiX .sti, Harwell-Boeing .rsa .hb .matrix,
+        MatrixMarket .mtx .mm, scipy .npz, Ansys .full (docs/matrices.md).
     mass
-        Its mass matrix; may be the same file.
+        Mass matrix beside it; may be the same file.
     interfaces
-        TOML file with units, nodes, pilots and sensors of these matrices; or, beside --mesh, with
-        the materials, pilots and sensors of any solids: tetrahedra, hexahedra, wedges.
+        TOML file: units, nodes, pilots of the matrices.
+
+        It also states the sensors. Beside --mesh: with the materials, pilots and sensors of any
+        solids (tetrahedra, hexahedra, wedges).
     variant
-        Of the carrier; stiff: pins bonded, pilots at the pins' mid-spans; flexible: no pins, pilots
-        at the six bores.
+        Carrier: pins bonded, or no pins.
+
+        stiff: pins bonded, pilots at the pins' mid-spans; flexible: no pins, pilots at the six
+        bores.
     coupling
-        Of the pilots to their surfaces; rbe3: distributing by area, the surface stays free to
-        deform; rbe3-nodes: the same with equal weights on all nodes, as preprocessors write it;
-        rbe2: rigid. The truth of a fitted part lies between rbe3 and rbe2.
+        Of the pilots to their surfaces.
+
+        rbe3: distributing by area, the surface can deform; rbe3-nodes: the same with equal weights
+        on all nodes, as preprocessors write it; rbe2: rigid. The truth of a fitted part lies
+        between rbe3 and rbe2.
     interface
-        fixed: modes with the pilots held (Craig-Bampton); free: free modes of the body and residual
-        flexibility (Rubin), far closer at the same size where most pilots stay free
-        (docs/reduction.md), but not taken by every code.
+        Modes: pilots held, or free (Rubin).
+
+        fixed: modes with the pilots fixed (Craig-Bampton); free: free modes of the body and
+        residual flexibility (Rubin), far closer at the same size where most pilots stay free
+        (docs/reduction.md), but not read by every code.
     up_to
-        Frequency [Hz] up to which the body is to be used (750 where nothing else is given): keeps
-        the fixed-interface modes below four times that, or the free modes below twice that, and
-        the certificate goes so far.
+        Frequency [Hz] of use; default: 750.
+
+        Keeps the fixed-interface modes below four times that, or the free modes below twice that;
+        the certificate covers the same range.
     modes
-        Number of modes instead; a group of equal frequency is kept whole, so 20 may become 21.
+        Number of modes instead.
+
+        A group of equal frequency is complete, so 20 may become 21.
     modes_below
-        Keep all modes below this frequency [Hz] instead.
+        Keep the modes below this frequency [Hz] instead.
     frf_tolerance
-        Keep the fewest modes whose frequency response at pilots and sensors differs from the full
-        body's by at most this share (0.01: 1 %) up to the frequency of --up-to; 4 % structural loss
-        in both.
+        Largest error of the frequency response instead (0.01: 1 %).
+
+        Keeps the fewest modes whose frequency response at pilots and sensors differs from the full
+        body's by at most this share up to the frequency of --up-to; 4 % structural loss in both.
     residual_vectors
-        Add what the kept modes lack of the static answer to weight in x, y and z and to centrifugal
-        force, up to four coordinates more. Loads at pilots (torque, tilting moment) are answered
-        exactly without.
+        Add the static answer to weight and rotation.
+
+        Adds what the modes lack of the static answer to weight in x, y and z and to centrifugal
+        force, up to four coordinates. Loads at pilots (torque, tilting moment) are exact without
+        them.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
-        wall (twice its volume over its surface), less where webs are thin.
+        Element edge length [m]; default: 0.03, of a STEP file by the wall.
+
+        Of a STEP file 0.66 of the solid's mean wall (twice its volume over its surface), less where
+        webs are thin.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], [main_shaft], dimensions in metres; what
-        it leaves out keeps its default.
+        TOML file with dimensions [m] and materials.
+
+        Tables [carrier], [pin], [gear], [main_shaft]; a missing key has its default.
     step
-        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+        STEP file of the carrier without pins.
+
+        It replaces the parametric carrier; any length unit.
     surfaces
-        TOML file that states the surfaces of the STEP or mesh file; carrierflex cad writes one to
-        start from. A mesh whose groups have the surfaces' names needs none.
+        TOML file: surfaces of the STEP or mesh file.
+
+        carrierflex cad writes one to start from. A mesh whose groups have the surfaces' names needs
+        none.
     mesh
-        Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier's
-        variant, instead of the parametric carrier; without --body and with --interfaces any body.
+        Mesh file: .msh, .inp, .bdf, .unv, .med.
+
+        Tetrahedra, hexahedra or wedges of the carrier's variant, instead of the parametric carrier;
+        without --body and with --interfaces any body.
     length_unit
-        Of the carrier's mesh file; that of other bodies stands in their interfaces file.
+        Of the mesh.
+
+        The unit of other bodies is in their interfaces file.
     assembly
-        Who makes K and M; compiled: element loops of this program; scikit-fem: its forms, the same
-        matrices some fifty times slower.
+        Of K and M.
+
+        compiled: element loops of this program; scikit-fem: its forms, the same matrices, about
+        fifty times slower.
     symmetry
-        Compute the parametric carrier from its half sector where coupling, interface and assembly
-        are the defaults and no residual vectors are kept: the same numbers, certificate included,
-        in less than half the time and memory. --no-symmetry: from the whole mesh.
+        Compute the carrier from its half sector.
+
+        The half sector is used where coupling, interface and assembly are the defaults and there
+        are no residual vectors: the same numbers and certificate in less than half the time and
+        memory. --no-symmetry: from the whole mesh.
     shapes
-        Keep in the file what carrierflex view needs: the body's surface and every coordinate's
-        displacement on it, 12 bytes a surface corner and coordinate (5 MB for the default
-        carrier, 18 MB at 0.015 m).
+        Keep what carrierflex view needs.
+
+        The body's surface and every coordinate's displacement on it, 12 bytes a surface corner and
+        coordinate (5 MB for the default carrier, 18 MB at 0.015 m).
     stresses
-        Keep in the file the stress at the corner nodes of the body's surface for one unit of every
-        coordinate, which carrierflex simulate --stress needs: 24 bytes a node and coordinate (10 MB
-        for the default carrier); tetrahedra only.
+        Keep what carrierflex simulate --stress needs.
+
+        The stress at the corner nodes of the body's surface for one unit of every coordinate, 24
+        bytes a node and coordinate (10 MB for the default carrier); tetrahedra only.
     preview
         Only show what the work will cost.
     cache
-        Take a body that was reduced from the same inputs before, and keep a new one.
+        Take a body computed from the same inputs before, and store a new one.
     quiet
         Show no progress.
 

@@ -65,6 +65,7 @@ from carrierflex.workflows.identification.import_records import ImportDocument
 from carrierflex.workflows.identification.infer_loads import LoadsDocument
 from carrierflex.workflows.identification.read_printed_tables import PrintedTablesDocument
 from carrierflex.workflows.main_job.job import SummaryDocument
+from carrierflex.workflows.papers.gap_rows import PapersGapDocument
 from carrierflex.workflows.reduction.check_certificate import CertificateDocument
 from carrierflex.workflows.shell.commands import COMMANDS
 from carrierflex.workflows.shell.shown_results import CommandRefusal, CommandResult, Range
@@ -120,6 +121,7 @@ _RESULTS: dict[str, Any] = {
     "sensitivities": SensitivitiesDocument,
     "order one": OrderOneDocument,
     "table 5": TableFiveDocument,
+    "papers gap": PapersGapDocument,
     "torsion": TorsionDocument,
     "gear life": GearLifeDocument,
     "linearised": MountingLinearisedDocument | StageLinearisedDocument,

@@ -10,6 +10,7 @@ from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
     from carrierflex.workflows.figures.draw_figures import DrawnFigures
+    from carrierflex.workflows.papers.gap_rows import PapersGap
     from carrierflex.workflows.simulation.compute_torsion import Torsion
     from carrierflex.workflows.simulation.estimate_gear_life import GearLife
     from carrierflex.workflows.simulation.export_fmu import ExportedUnit
@@ -96,6 +97,17 @@ def order_one_table(study: "OrderOneStudy") -> RenderableType:
     paper = (study.paper.get(case) for case in study.load_cases[names[0]])
     cases.add_row("paper, table 5", *("-" if v is None else f"{v * 1e6:.0f}" for v in paper))
     return Group(table, "", cases)
+
+
+def papers_gap_table(gap: "PapersGap") -> RenderableType:
+    """Order of the hypotheses, then the answer, the next measurement and the checks."""
+    from carrierflex.workflows.papers.gap_page import check_sentences, gap_sentences
+
+    table = titled_table("the papers' gap", "first", "second", "log evidence, difference", "better")
+    for row in gap.order:
+        difference = f"{row.least:+.1f} to {row.most:+.1f}"
+        table.add_row(row.first, row.second, difference, row.better or "not decided")
+    return Group(table, "", *gap_sentences(gap), "", *check_sentences(gap))
 
 
 def fmu_table(unit: "ExportedUnit") -> RenderableType:

@@ -20,8 +20,8 @@ class Command(NamedTuple):
 # fmt: off
 COMMANDS = {
     "run": Command("main_job.run", "job_story:job_story",
-        "Do the whole chain for one planet carrier and leave every result in one "
-        "folder.", "summary.json"),
+        "Run the complete chain for one planet carrier; all results in one folder.",
+        "summary.json"),
     "mesh": Command("geometry.mesh_carrier", "tables:quality_table",
         "Mesh the planet carrier with quadratic tetrahedra, its surfaces as named sets."),
     "cad": Command("geometry.write_cad", "tables:cad_table",
@@ -52,6 +52,9 @@ COMMANDS = {
     "papers table-5": Command("simulation.simulate_table_5", "simulation_tables:table_5_table",
         "Simulate the eight cases of the 2012 paper's table 5 beside a simulated reference.",
         "table_5.json"),
+    "papers gap": Command("papers.explain_gap", "simulation_tables:papers_gap_table",
+        "Find which unmodelled effect explains tables 4 and 5 of the 2012 paper.",
+        "papers_gap.json"),
     "study order-one": Command("simulation.study_order_one", "simulation_tables:order_one_table",
         "Amplitude of order 1 at the axial sensors over the supports of carrier and "
         "housing.", "order_one.json"),
@@ -93,17 +96,17 @@ COMMANDS = {
         "Diagnose the gap between a measurement campaign and its baseline "
         "simulation.", "diagnosis.json"),
     "calibrate": Command("diagnosis.calibrate_campaign", "diagnosis_tables:calibration_table",
-        "Put what a diagnosis names into the simulation, diagnose again, and "
-        "compare.", "calibration.json"),
+        "Add the causes that a diagnosis names to the simulation, diagnose again, compare.",
+        "calibration.json"),
     "compare": Command("diagnosis.compare_diagnoses", "diagnosis_tables:comparison_table",
         "Compare two diagnoses: before and after the simulator changed, or of two turbines or "
         "days.", "comparison.json"),
     "batch": Command("fleet.diagnose_fleet", "fleet_tables:fleet_table",
         "Diagnose all campaigns below a folder, and compare turbines and days.", "fleet.json"),
     "report": Command("diagnosis.write_report", "diagnosis_tables:report_line",
-        "Write the report page of a diagnosis anew, with nothing fitted again."),
+        "Write the report page of a diagnosis again, without a new fit."),
     "view": Command("view3d.view_file", "tables:view_table",
-        "Write a page on which a body, deflection curves or the gap of a rim turn in space."),
+        "Write an interactive 3-D page of a body, deflection curves or the gap at the rim."),
     "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
         "Diagnose sealed campaigns and score the answers.", "blind_check.json"),
     "figures": Command("figures.draw_figures", "simulation_tables:figures_table",

@@ -1,5 +1,9 @@
-"""The help of a command in two columns, without frames: it fits on one screen."""
+"""The help of a command in two columns, without frames: it fits on one screen.
 
+Of a description of several paragraphs it shows the first; the others with ``--help --verbose``.
+"""
+
+import sys
 import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -76,9 +80,20 @@ def _text(entry: "HelpEntry") -> str:
     notes = [
         "[required]" if entry.required else "",
         f"[{' | '.join(entry.choices)}]" if entry.choices else "",
-        f"[default: {entry.default}]" if entry.default not in (None, "False", "True") else "",
+        f"[default: {_default(entry)}]" if _default(entry) else "",
     ]
-    return " ".join([*_plain(entry.description).split(), *filter(None, notes)])
+    text = _plain(entry.description)
+    if "--verbose" not in sys.argv:
+        text = text.partition("\n\n")[0]
+    return " ".join([*text.split(), *filter(None, notes)])
+
+
+def _default(entry: "HelpEntry") -> str:
+    """Default as a user writes it; empty for flags, empty texts and empty lists."""
+    text = "" if entry.default in (None, "False", "True") else str(entry.default)
+    if text.startswith("(") and text.endswith(")"):
+        text = text[1:-1].rstrip(",").replace("'", "")
+    return "" if text == '""' else text
 
 
 def _plain(description: Any) -> str:

@@ -34,12 +34,10 @@ class SharedOptions:
     """Options that every command has."""
 
     quiet: Annotated[bool, _option("errors only")] = False
-    verbose: Annotated[bool, _option("more messages: libraries, files, passes")] = False
-    log_file: Annotated[Path | None, _option("append messages and result to a log")] = None
-    threads: Annotated[
-        int | None, _option("of this process and of each of --workers; default: by the libraries")
-    ] = None
-    json: Annotated[bool, _option("print the result as JSON, and nothing else")] = False
+    verbose: Annotated[bool, _option("more messages; with --help the complete help")] = False
+    log_file: Annotated[Path | None, _option("append messages to this file")] = None
+    threads: Annotated[int | None, _option("of each process; default: by the libraries")] = None
+    json: Annotated[bool, _option("print only the result, as JSON")] = False
 
     def apply(self) -> None:
         """Set threads and logging of this process.

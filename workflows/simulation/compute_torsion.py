@@ -87,14 +87,14 @@ def main(
     torque
         Torque on the main shaft that the sweep reaches [N m].
     case
-        Case file of kind mounting whose bushings are swept (its [rig] and [truth]); linear bushings
-        of table 3 without it.
+        Case file of kind mounting whose bushings are swept (its [rig] and [truth]); default: linear
+        bushings of table 3.
     rotor_inertia
         Of the rotor about the main shaft [kg m^2].
     generator_inertia
         Of the high-speed shaft with the generator about its own axis [kg m^2].
     housing_inertia
-        Of the gearbox housing about the main shaft [kg m^2]; the paper leaves it out.
+        Of the gearbox housing about the main shaft [kg m^2]; not in the paper.
     shaft_stiffness
         Of the main shaft [N m/rad].
     gearbox_stiffness
@@ -102,14 +102,14 @@ def main(
     bushing_stiffness
         Of the mounting about the main shaft [N m/rad].
     size
-        Element edge length of carrier and pins [m]; 0.03 where it is not given, of a STEP file as
-        of carrierflex curves.
+        Element edge length of carrier and pins [m]; default: 0.03; of a STEP file as of carrierflex
+        curves.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
         TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     parameters
-        TOML file with the tables [carrier], [pin], [gear]; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear]; a missing key has its default.
     quiet
         Show no progress.
 

@@ -125,12 +125,12 @@ def main(
     largest_misalignment
         End of the sweep: slope of the gap over the face width in the plane of action [rad].
     phi_plc
-        Kink between main shaft and carrier in the stage [rad].
+        Misalignment of main shaft and carrier in the stage [rad].
     parameters
-        TOML file with the tables [carrier], [pin], [gear]; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear]; a missing key has its default.
     size
-        Element edge length of carrier and pins [m]; 0.03 where it is not given, of a STEP file as
-        of carrierflex curves.
+        Element edge length of carrier and pins [m]; default: 0.03; of a STEP file as of carrierflex
+        curves.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces

@@ -35,10 +35,10 @@ def main(
     out : Path
         File to write (.fmu).
     case : Path, optional
-        Case of kind mounting whose rig and truth are taken; its bushings must be linear. Without it
-        the default rig with linear bushings.
+        Case of kind mounting with linear bushings: its rig and truth are exported; default: the
+        default rig with linear bushings.
     time_step : float
-        Own step [s]; communication steps are whole numbers of it. Exact for inputs that are linear
+        Internal step [s]; communication steps are multiples of it. Exact for inputs that are linear
         in time.
     sources_only : bool
         Write the C sources only, even where there is a compiler.

@@ -56,42 +56,57 @@ def main(
     Parameters
     ----------
     case : Path
-        Case file (TOML): rig, sensors and runs with the carrier's true motion, or of kind mounting,
-        or a stage case, in which the whole planetary stage runs; SI units. A name without .toml is
-        that of a bundled case: carrier_lc1_to_lc4, stage_lc1 to stage_lc4, mounting_2011.
+        Case file (TOML), or the name of a bundled case.
+
+        Rig, sensors and runs with the carrier's true motion, or of kind mounting, or a stage case,
+        in which the whole planetary stage runs; SI units. Bundled cases: carrier_lc1_to_lc4,
+        stage_lc1 to stage_lc4, mounting_2011.
     out : Path
-        Folder to write: a campaign. It is new, empty, or an earlier simulated campaign.
+        Folder to write: a campaign; new, empty, or simulated before.
     curves : Path, optional
-        Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it
-        those of the default carrier serve. A case of kind mounting has none.
+        Deflection curves of the carrier (CSV); default: bundled.
+
+        Columns theta_deg, delta_s, delta_f [m per kN m]. A case of kind mounting has none.
     law : list of Path, optional
-        Carrier: law files (TOML) of diagnose --save-law whose signals are added to the case's
-        truth; may be given several times. out takes copies.
+        Carrier: law files (TOML) of diagnose --save-law, added.
+
+        Their signals are added to the case's truth; may be given several times. The output folder
+        gets copies.
     linearised : Path, optional
-        Folder for the modes, the frequency response of the sensors and the Campbell diagram: of a
-        mounting where each run carries its largest torque, of a stage at the case's speed.
+        Folder for modes, frequency response and Campbell diagram.
+
+        Of a mounting at the largest torque of each run, of a stage at the case's speed.
     loads : Path, optional
-        Stage: folder for the loads of teeth, pins and bearings, the shares of the planets, the
-        speeds of the shafts, the generator's torque and the energies: <run>_loads.csv and
-        <run>_loads.png a run.
+        Stage: folder for loads of teeth, pins and bearings.
+
+        Also the shares of the planets, the speeds of the shafts, the generator's torque and the
+        energies: <run>_loads.csv and <run>_loads.png for each run.
     stress : Path, optional
-        Stage whose [bodies] carrier is of carrierflex reduce --stresses: folder for the carrier's
-        stress: <run>_stress.csv with the hotspot of every surface, <run>_cycles.csv with its
-        rainflow cycles, <run>_stress.png; 8 bytes a coordinate and sample are held in memory.
+        Stage: folder for stress and rainflow cycles of the carrier.
+
+        The carrier of [bodies] must be of carrierflex reduce --stresses. <run>_stress.csv: hotspot
+        of every surface; <run>_cycles.csv: its rainflow cycles; <run>_stress.png. Needs 8 bytes of
+        memory a coordinate and sample.
     energy_balance : bool
-        Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more
-        than 0.1 % of the work is left over, which a smaller step of the case cures.
+        Mounting: energy balance; exit code 1 above 0.1 %.
+
+        Work, dissipation and stored energy of every run; exit code 1 where more than 0.1 % of the
+        work is missing, which a smaller step of the case cures.
     parquet : bool
-        Mounting: write Parquet files piece by piece in constant memory, for records of 1e5 s; the
-        case has no sensor delay.
+        Mounting: Parquet files in constant memory (long records).
+
+        Written piece by piece, for records of 1e5 s; the case has no sensor delay.
     variants : Path, optional
-        Mounting: CSV of parameter sets (a header of names of [truth], one set a row, SI units);
-        every run is simulated with each, and out takes variants.csv with the RMS of every sensor
-        [m] instead of a campaign.
+        Mounting: CSV of parameter sets, each simulated.
+
+        A header of names of [truth], one set a row, SI units; every run is simulated with each, and
+        the output folder gets variants.csv with the RMS of every sensor [m] instead of a campaign.
     workers : int
-        Processes for the variants; 1 runs in this process.
+        Processes for the variants.
+
+        1: in this process.
     scheduler : str, optional
-        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
+        Address of a Dask scheduler (tcp://host:8786) instead.
     quiet : bool
         Show no progress.
 

@@ -122,9 +122,9 @@ def main(
         Of the reference's noise.
     tilt : str
         Where the simulations have the identified tilt: at the measured face, or in the joint of
-        shaft and carrier, where bearings and mounting decide what the sensors see of it.
+        shaft and carrier, where bearings and mounting determine how much the sensors read of it.
     reference : str
-        Where the reference comes from: a stage that no result of the paper has entered, or the case
+        Origin of the reference: a stage that uses no result of the paper, or the case
         ``stage_papers_gap`` on rollers, fitted to tables 4 and 5.
     only : tuple of str
         Simulate these load cases only, --only LC1 --only LC2.

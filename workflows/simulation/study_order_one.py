@@ -4,7 +4,7 @@ The paper measures 0.24 mm once a revolution and lays it to a kink between main 
 Static equilibria over a turn tell what becomes of such a kink: through the bearings and the
 mounting of the housing, on which the sensors stand, and whether torque and radial load change it as
 they do in the paper. Which cause explains the paper's numbers is another study's question:
-``studies.explain_papers_gap``.
+``carrierflex papers gap``.
 """
 
 from __future__ import annotations

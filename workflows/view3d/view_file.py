@@ -33,7 +33,7 @@ class WrittenView:
 def main(
     shown: Path, *, html: bool = False, out: Path | None = None, quiet: bool = False
 ) -> WrittenView:
-    """Write a page on which a body, deflection curves or the gap of a rim turn in space.
+    """Write an interactive 3-D page of a body, deflection curves or the gap at the rim.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def main(
         deflection_curves.csv: the rim under unit loads. Folder of carrierflex diagnose or its
         rim_motion.json (kind carrier): measured and simulated rim with the gap in colour.
     html
-        Names the only form there is, and may be left out: one file below 15 MB with viewer and
-        data inside. carrierflex[view] writes it, a browser with WebGL 2 shows it.
+        The only format, and the default: one file below 15 MB that contains viewer and data.
+        Writing needs carrierflex[view], reading a browser with WebGL 2.
     out
         File to write (.html); default: view.html in the folder, or the file's name with .html.
     quiet

@@ -213,7 +213,8 @@ def first_sentences(plan: CampaignPlan) -> str:
         )
     else:
         sentences.append(
-            f"At {where} these can be mistaken for another: {_pair_words(plan.alike)}; a rival "
+            f"At {where} these can be confused with another cause: {_pair_words(plan.alike)}; a "
+            "rival "
             f"leaves a residual below {plan.left_wanted:g} floors."
         )
     never = tuple(pair for pair in plan.pairs if pair.state == NEVER)
@@ -239,7 +240,7 @@ def _hidden_words(sizes: tuple[HiddenSize, ...]) -> str:
     )
     start = "No run has a radial load on record"
     if not named:
-        return f"{start}; one that acts unrecorded would hide nothing."
+        return f"{start}; an unrecorded one would not hide any cause."
     return f"{start}; one that acts unrecorded would hide {named}."
 
 

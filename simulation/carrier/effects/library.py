@@ -32,7 +32,7 @@ _SENSOR_ANGLE = Effect(
     signature="phase of one channel in proportion to the order",
     measurement=Measurement.ANGLE,
     aliases=("sensor_gain", "sensor_delay"),
-    discriminating_experiment="the sensor's place measured on the housing",
+    discriminating_experiment="the sensor's angle measured on the housing",
 )
 _SENSOR_ZERO = Effect(
     "sensor_zero",

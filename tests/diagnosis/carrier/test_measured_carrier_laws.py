@@ -182,11 +182,12 @@ def test_the_law_of_the_largest_share_is_kept_or_that_which_is_asked_for():
         (answer(state="nothing"), "the answer by class is 'nothing'"),
         (
             answer(("channel/gain/none", 0.9, None), state=LEADING_CLASS),
-            "'channel/gain/none' is not kept as a law; expected one of housing/offset, housing/t",
+            "'channel/gain/none' cannot be saved as a law; expected one of housing/offset, "
+            "housing/t",
         ),
         (
             answer(("clock/delay/none", 0.6, None), ("housing/tilt/torque", 0.3, tilt_law())),
-            "'clock/delay/none' is not kept as a law; expected one of housing/tilt$",
+            "'clock/delay/none' cannot be saved as a law; expected one of housing/tilt$",
         ),
         (
             answer(("carrier/waves/undetermined", 0.9, None)),

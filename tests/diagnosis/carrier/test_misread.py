@@ -23,6 +23,7 @@ from tests.diagnosis.carrier.carrier_twin import (
 GAIN, ANGLE, TORQUE, DELAY = 0.01, 0.004, 0.02, 2e-3
 AXIAL = CHANNELS[:4]
 RADIUS = AXIAL[0].radius
+RADIUS_STD = 0.01 * RADIUS
 EFFECT = ("torque_tilt",)
 #: Three loads determine every effect here; a move is a ratio that more of them leave as it is.
 SHORT = {"loads": LOADS[:3], "turns": 4}
@@ -54,9 +55,10 @@ def _misread(campaign, what):
             for run in campaign.runs
         ]
         return replace(campaign, runs=tuple(runs))
-    if what == "angle":
-        # The sensor stands further on than is declared.
-        moved = replace(second, angle=second.angle - ANGLE)
+    if what in ("angle", "radius"):
+        # The sensor is further on, or further out, than is declared.
+        smaller = {"angle": second.angle - ANGLE, "radius": second.radius - RADIUS_STD}
+        moved = replace(second, **{what: smaller[what]})
         others = (campaign.channels[0], moved, *campaign.channels[2:])
         return replace(campaign, channels=others)
     runs = []
@@ -107,15 +109,22 @@ def _moved(problem, effects, row):
         # Waves that no sensor's own effect moves; a delay of 3 degrees beside what is late by it.
         (("face_runout",), "angle"),
         (("ring_pass",), "delay"),
+        (("torque_tilt",), "radius"),
         (("sensor_delay",), "angle"),
     ],
 )
 def test_places_and_delays_move_whatever_is_fitted(effects, what):
-    declared = {"angle": {"angle_std": ANGLE}, "delay": {"delay_std": DELAY}}[what]
+    declared = {
+        "angle": {"angle_std": ANGLE},
+        "delay": {"delay_std": DELAY},
+        "radius": {"radius_std": RADIUS_STD},
+    }[what]
     channels = (AXIAL[0], replace(AXIAL[1], **declared), *AXIAL[2:])
     campaign = twin_campaign(*effects, channels=channels, **SHORT)
     problem = carrier_problem(campaign, CURVES)
     fit, moves, scale = _moved(problem, effects, 0)
+    source = {"angle": "probe angles", "delay": "delay", "radius": "probe radius"}[what]
+    assert problem.misreading(effects, fit.theta).sources[0] == source
     again = fit_effects(carrier_problem(_misread(campaign, what), CURVES), effects)
     change = (again.theta - fit.theta) / scale
     own = np.array([parameter.effect in effects for parameter in fit.parameters])

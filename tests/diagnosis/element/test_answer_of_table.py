@@ -44,12 +44,12 @@ TWO_CAUSES = {"spring": 100.0, "friction": 60.0}
 THREE_CAUSES = {"spring": 60.0, "friction": 60.0, "loop": 60.0}
 
 MORE_FREQUENCIES = (
-    "drive at many frequencies, at the same levels (a multisine, noise or a sweep): under one "
-    "frequency two causes share out what one makes"
+    "drive at many frequencies, at the same levels (a multisine, noise or a sweep): at a single "
+    "frequency two causes can share the effect of one"
 )
 CAUSES_APART = (
-    "record small and large deflections, slow and fast motion, in runs of their own: more than two "
-    "effects are at work, or one that no class holds whole"
+    "record small and large deflections, slow and fast motion, in separate runs: more than two "
+    "effects act, or one that no class describes completely"
 )
 STEADY = (
     "drive with constant amplitude and at the same frequencies throughout every run (noise or a "
@@ -64,8 +64,8 @@ ONE_DRIVES_ALL = (
     "in these records"
 )
 IS_SHORT = (
-    "all classes together explain more than the best answer by what a further cause would: none is "
-    "named"
+    "all classes together explain more than the best answer, by as much as a further cause would: "
+    "no class is named"
 )
 
 

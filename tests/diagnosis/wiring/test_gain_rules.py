@@ -71,8 +71,8 @@ def test_of_two_channels_both_are_told():
     assert set(readings.split(", or ")) == {"q0 reads 9.8% too much", "q1 reads 9.8% too little"}
     assert sureness == "19 standard deviations"
     assert warning.remedy == (
-        "calibrate this sensor again, or look for its amplifier and its place: the baseline's "
-        "parameters make up for it"
+        "calibrate this sensor again, and check its amplifier and position: the baseline's "
+        "parameters compensate the error"
     )
 
 

@@ -23,6 +23,7 @@ def every_new_key():
     campaign = carrier_campaign(SHORT)
     channel, *others = campaign.channels
     declared = replace(channel, gain_std=0.01, zero_std=1e-5, delay_std=1e-3, angle_std=0.01)
+    declared = replace(declared, radius_std=2e-3)
     fixed = {
         "carrier_tilt.phi_PLC": KnownValue(5.8e-4, 2e-5),
         "carrier_tilt.theta_PLC": KnownValue(1.05, 0.05),
@@ -55,7 +56,7 @@ def test_every_key_of_version_2_comes_back(tmp_path):
     write_campaign(campaign, tmp_path / "c")
     read = read_campaign(tmp_path / "c")
     assert read.channels[0].angle_std == pytest.approx(0.01, rel=1e-12)
-    for name in ("gain_std", "zero_std", "delay_std", "noise_std"):
+    for name in ("gain_std", "zero_std", "delay_std", "noise_std", "radius_std"):
         assert getattr(read.channels[0], name) == getattr(campaign.channels[0], name)
     assert vars(read.inputs[0]) == vars(campaign.inputs[0])
     assert vars(read.baseline) == vars(campaign.baseline)

@@ -210,6 +210,6 @@ def test_the_complex_method_reaches_the_same_valley_at_many_more_model_runs():
 
 def test_a_carrier_campaign_is_refused():
     with pytest.raises(
-        ValueError, match="is of kind carrier; model linear_bushing serves kind mounting only"
+        ValueError, match="is of kind carrier; model linear_bushing is for kind mounting only"
     ):
         mounting_residuals(carrier_campaign(), LINEAR)

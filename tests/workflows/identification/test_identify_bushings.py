@@ -151,7 +151,7 @@ def test_wrong_choices_are_one_line_and_leave_nothing(folder, tmp_path):
         main(folder, model="linear_bushing", out=tmp_path / "out", profile=("K9",), quiet=True)
     write_campaign(carrier_campaign(), tmp_path / "carrier")
     with pytest.raises(
-        ValueError, match="is of kind carrier; model linear_bushing serves kind mounting only"
+        ValueError, match="is of kind carrier; model linear_bushing is for kind mounting only"
     ):
         main(tmp_path / "carrier", model="linear_bushing", out=tmp_path / "out", quiet=True)
     assert not (tmp_path / "out").exists()

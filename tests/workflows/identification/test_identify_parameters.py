@@ -138,7 +138,7 @@ def test_a_campaign_of_another_kind_is_refused_and_leaves_nothing(tmp_path):
     )
     write_campaign(element, tmp_path / "element")
     with pytest.raises(
-        ValueError, match="'mount' is of kind element; models m1 and m2 serve kind carrier only"
+        ValueError, match="'mount' is of kind element; models m1 and m2 are for kind carrier only"
     ):
         main(tmp_path / "element", model="m2", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -130,7 +130,9 @@ def test_every_default_is_shown(command, name):
     shown = " ".join(command(*name.split(), "--help").stdout.split())
     for key, option in OPTIONS[name].items():
         is_number = isinstance(option.default, int | float) and not isinstance(option.default, bool)
-        if key == "quiet" or not (is_number or isinstance(option.default, str)):
+        if key == "quiet" or not (
+            is_number or (isinstance(option.default, str) and option.default)
+        ):
             continue
         flag = f"--{key.strip('_').replace('_', '-')}"
         own = shown.partition(f"{flag} ")[2]
@@ -142,3 +144,19 @@ def test_defaults_have_the_unit_that_people_use(command):
     assert "[default: 360 kN m (360000 N m)]" in shown
     shown = " ".join(command("study", "order-one", "--help").stdout.split())
     assert "[default: 30 mm (0.03 m)]" in shown
+
+
+@pytest.mark.parametrize("name", [*COMMANDS, *HOLDERS])
+def test_the_help_of_a_command_fits_on_one_screen(command, name):
+    assert command(*name.split(), "--help").stdout.count("\n") <= 50
+
+
+def test_the_complete_help_of_a_command_is_that_of_its_docstring(command):
+    short = " ".join(command("reduce", "--help").stdout.split())
+    complete = " ".join(command("reduce", "--help", "--verbose").stdout.split())
+    for key, text in texts(inspect.getdoc(WORKFLOWS["reduce"])).items():
+        if key != "quiet":
+            assert " ".join(text.split()) in complete
+    assert "Harwell-Boeing" in complete
+    assert "Harwell-Boeing" not in short
+    assert "Stiffness matrix of another program" in short

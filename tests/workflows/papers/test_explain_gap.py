@@ -13,16 +13,22 @@ from carrierflex.identification.carrier.models import flexible_model
 from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL
+from carrierflex.simulation.stage.condensed_stage import (
+    Supports,
+    outputs,
+    stage_data,
+    stage_effects,
+)
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.workflows.fe.default_curves import default_curves
-from studies import papers_gap_tables
-from studies.condensed_stage import Supports, outputs, stage_data, stage_effects
-from studies.explain_papers_gap import PIN_FIT, read_run
-from studies.papers_gap_posterior import (
+from carrierflex.workflows.papers import gap_results
+from carrierflex.workflows.papers.explain_gap import PIN_FIT, Task, read_samples
+from carrierflex.workflows.papers.gap_laplace import laplace
+from carrierflex.workflows.papers.gap_posterior import (
     ALL_SENSORS,
     FACE,
     HYPOTHESES,
@@ -133,7 +139,7 @@ def test_one_case_meets_all_seven_numbers_in_statics_and_in_time(body, compare):
     in_time = numbers_in_time(body, case)
     np.testing.assert_allclose(in_time, statics[:7], rtol=0.01)
     # The page's elements are half as long.
-    page = (Path(__file__).parents[2] / "docs" / "papers.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "papers.md").read_text(encoding="utf-8")
     sentence = page.partition("In time it gives")[2].partition("with a load sharing factor")[0]
     shown = [float(number) for number in re.findall(r"\b\d{2,3}\b", sentence)]
     np.testing.assert_allclose(
@@ -179,23 +185,70 @@ def test_nested_evidence_is_the_closed_form_and_other_errors_weight_it_anew():
     assert values["a"] == pytest.approx(2e-5 / (1.0 + 3.0 * (1e-5 / 6e-6) ** 2), rel=0.02)
 
 
+@pytest.mark.parametrize("width", [1.0, 2.0])
+def test_laplace_evidence_of_a_normal_posterior_is_the_closed_form(width):
+    rng = np.random.default_rng(5)
+    samples = laplace(LINEAR, LinearNumbers(), width, rng, draws=True)
+    for error in (3e-6, 6e-6, 15e-6):
+        expected = log_evidence(error, (width * 1e-5, width * 2e-5))
+        # Exact but for the derivatives by differences.
+        assert samples.log_evidence(error) == pytest.approx(expected, abs=0.01)
+    # Posterior of a: prior 2e-5 +- 1e-5 against three amplitudes at 0 +- 6e-6.
+    precision = 1.0 / (width * 1e-5) ** 2 + 3.0 / 6e-6**2
+    mean = 2e-5 / (width * 1e-5) ** 2 / precision
+    a = samples.points[:, 0]
+    # Of 150 draws: four standard errors of mean and deviation.
+    assert a.mean() == pytest.approx(mean, abs=4.0 * precision**-0.5 / np.sqrt(150.0))
+    assert a.std() == pytest.approx(precision**-0.5, rel=4.0 / np.sqrt(300.0))
+
+
+class TurnedNumbers:
+    """Amplitudes that follow the cosine of an angle: two modes on the circle."""
+
+    @staticmethod
+    def numbers(_hypothesis, values):
+        numbers = np.append(PUBLISHED, PUBLISHED[0])
+        numbers[:3] += values["size"] * np.cos(values["angle"]) - 8e-6
+        return numbers
+
+
+def test_laplace_evidence_sums_the_modes_of_an_angle_and_both_signs_of_a_size():
+    priors = {"size": Prior("size", 0.0, 3e-5), "angle": Prior("angle")}
+    hypothesis = Hypothesis("turned", priors)
+    samples = laplace(hypothesis, TurnedNumbers(), 1.0, np.random.default_rng(3), draws=False)
+    z = (np.arange(400) + 0.5) / 100.0
+    theta = 2.0 * np.pi * (np.arange(400) + 0.5) / 400.0
+    density = np.sqrt(2.0 / np.pi) * np.exp(-0.5 * z**2) * 0.01 / 400.0
+    gap = 3e-5 * z[:, None] * np.cos(theta) - 8e-6
+    for error in (3e-6, 6e-6):
+        errors = standard_errors(error)
+        constant = np.exp(-np.log(errors * np.sqrt(2.0 * np.pi)).sum())
+        likelihood = constant * np.exp(-0.5 * 3.0 * (gap / error) ** 2)
+        exact = np.log((density[:, None] * likelihood).sum())
+        # The ridge size cos(angle) = const is curved: Laplace's normal is not exact.
+        assert samples.log_evidence(error) == pytest.approx(exact, abs=1.0)
+
+
 def test_a_measurement_tells_as_much_as_its_predictions_differ():
     at = np.full(50, 1.0)
-    assert papers_gap_tables.information([at, at], 0.1) == pytest.approx(0.0, abs=1e-9)
-    assert papers_gap_tables.information([at, at + 5.0], 0.1) == pytest.approx(1.0, abs=1e-3)
-    some = papers_gap_tables.information([at, at + 0.1], 0.1)
-    assert 0.1 < some < papers_gap_tables.information([at, at + 0.2], 0.1) < 1.0
+    assert gap_results.information([at, at], 0.1) == pytest.approx(0.0, abs=1e-9)
+    assert gap_results.information([at, at + 5.0], 0.1) == pytest.approx(1.0, abs=1e-3)
+    some = gap_results.information([at, at + 0.1], 0.1)
+    assert 0.1 < some < gap_results.information([at, at + 0.2], 0.1) < 1.0
 
 
 def test_samples_of_another_seed_are_refused(tmp_path):
     (run,) = [run for run in RUNS if run.hypothesis is HYPOTHESES[0] and run.width == 1.0]
+    task = Task(run, "laplace", 1, 0.045)
     samples = made_up(run.hypothesis, 1e-6)
-    content = {"seed": 1, "parameters": list(run.hypothesis.priors), "points": samples.points}
-    content |= {"numbers": samples.numbers, "log_volume": samples.log_volume}
-    save_json(tmp_path / run.file, content)
-    np.testing.assert_array_equal(read_run(run, 1, tmp_path / run.file).numbers, samples.numbers)
-    with pytest.raises(ValueError, match="has seed 1; expected 2: remove the file to make it"):
-        read_run(run, 2, tmp_path / run.file)
+    content = {"points": samples.points, "numbers": samples.numbers}
+    content |= {"log_volume": samples.log_volume, "laplace_evidence": [[6e-6, 0.0, 3.0]]}
+    save_json(tmp_path / task.file, {**task.inputs, **content})
+    read = read_samples(task, tmp_path / task.file)
+    np.testing.assert_array_equal(read.numbers, samples.numbers)
+    assert read.log_evidence(6e-6) == 3.0
+    with pytest.raises(ValueError, match="has seed 1; expected 2: remove the file to compute it"):
+        read_samples(replace(task, seed=2), tmp_path / task.file)
 
 
 def made_up(hypothesis, gap):
@@ -217,12 +270,15 @@ def test_an_order_that_hangs_on_the_errors_is_called_not_decided():
         }
 
     # 15 um are five standard errors of 3 um and one of 15 um.
-    assert "not decided" in papers_gap_tables.verdict(runs(15e-6), first.name, second.name)
-    decided = papers_gap_tables.verdict(runs(60e-6), first.name, second.name)
-    assert decided.startswith(f"{FACE} over {second.name}")
-    table = papers_gap_tables.evidence_table(runs(15e-6))
-    assert len(table) == 4
-    assert f"| {FACE} | {len(first.priors)} | 0.0 |" in table[2]
+    assert gap_results.order(runs(15e-6), first.name, second.name).better is None
+    decided = gap_results.order(runs(60e-6), first.name, second.name)
+    assert decided.better == FACE
+    assert 0.0 < decided.least < decided.most
+    assert gap_results.order(runs(60e-6), second.name, first.name).better == FACE
+    rows = gap_results.evidence(runs(15e-6))
+    at = {(row.hypothesis, row.width, row.amplitude_error): row.log_evidence for row in rows}
+    assert at[FACE, 1.0, 3e-6] == 0.0
+    assert at[second.name, 1.0, 3e-6] == pytest.approx(-0.5 * 3.0 * 5.0**2)
 
 
 def test_a_size_far_out_in_its_prior_stays_finite():
