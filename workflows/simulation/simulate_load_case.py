@@ -75,9 +75,10 @@ def main(
         speeds of the shafts, the generator's torque and the energies: <run>_loads.csv and
         <run>_loads.png a run.
     stress : Path, optional
-        Stage whose [bodies] carrier is of carrierflex reduce --stresses: folder for the carrier's
-        stress: <run>_stress.csv with the hotspot of every surface, <run>_cycles.csv with its
-        rainflow cycles, <run>_stress.png; 8 bytes a coordinate and sample are held in memory.
+        Stage whose [bodies] carrier, and pin where it names one, are of carrierflex reduce
+        --stresses: folder for the stress of carrier and pins: <run>_stress.csv with the hotspot of
+        every surface and pin, <run>_cycles.csv with its rainflow cycles, <run>_stress.png; 8 bytes
+        a coordinate and sample are held in memory.
     energy_balance : bool
         Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more
         than 0.1 % of the work is left over, which a smaller step of the case cures.
