@@ -21,13 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+
 Array = NDArray[np.float64]
 
 #: Fewest machines with which a prior can be estimated and an error of its spread be allowed for.
 FEWEST_MACHINES = 4
 #: Fewest dates of a trend.
 FEWEST_DATES = 3
-_NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +179,7 @@ def trend(time: Array, values: Array, stds: Array) -> Trend:
     residual = values - weights @ values / weights.sum() - slope * about
     scatter = float(weights @ residual**2) / (time.size - 2)
     student = float(stats.t.ppf(0.975, time.size - 2))
-    half = max(_NORMAL_95, student * np.sqrt(scatter)) / np.sqrt(information)
+    half = max(NORMAL_95, student * np.sqrt(scatter)) / np.sqrt(information)
     z = abs(slope) * np.sqrt(information)
     by_line = 2.0 * stats.t.sf(z / np.sqrt(scatter), time.size - 2) if scatter > 0.0 else 0.0
     p_value = max(2.0 * float(stats.norm.sf(z)), float(by_line))

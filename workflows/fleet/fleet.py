@@ -10,6 +10,7 @@ import numpy as np
 
 from carrierflex.diagnosis.inference.results import Interval
 from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from carrierflex.identification.estimation.shrinkage import (
     FEWEST_DATES,
     FEWEST_MACHINES,
@@ -20,7 +21,6 @@ from carrierflex.identification.estimation.shrinkage import (
 #: Probability with which any turbine of equal ones is called different.
 LEVEL = 0.05
 _DAYS_A_YEAR = 365.25
-_WIDTH = 1.96
 
 #: Kind of campaign, cause, parameter, unit.
 _SizeKey = tuple[str, str, str, str]
@@ -129,7 +129,7 @@ def _priors(latest: Sequence[CampaignRow]) -> Iterator[FleetPrior]:
                 value=size.value,
                 std=size.std,
                 shrunk=float(mean),
-                shrunk_ci95=(float(mean - _WIDTH * std), float(mean + _WIDTH * std)),
+                shrunk_ci95=(float(mean - NORMAL_95 * std), float(mean + NORMAL_95 * std)),
                 p_value=float(p_value),
                 differs=bool(p_value * len(members) < LEVEL),
             )
