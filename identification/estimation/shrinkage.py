@@ -145,11 +145,15 @@ class Trend:
         Change in a unit of time, and its 95 % interval.
     p_value : float
         Two-sided probability of such a slope of a value that stays.
+    step_time : float
+        First time after a step, where one value before and another after it leave less than the
+        line; NaN where the line leaves less.
     """
 
     slope: float
     slope_ci95: tuple[float, float]
     p_value: float
+    step_time: float
 
 
 def trend(time: Array, values: Array, stds: Array) -> Trend:
@@ -183,4 +187,17 @@ def trend(time: Array, values: Array, stds: Array) -> Trend:
     z = abs(slope) * np.sqrt(information)
     by_line = 2.0 * stats.t.sf(z / np.sqrt(scatter), time.size - 2) if scatter > 0.0 else 0.0
     p_value = max(2.0 * float(stats.norm.sf(z)), float(by_line))
-    return Trend(slope, (slope - half, slope + half), p_value)
+    return Trend(slope, (slope - half, slope + half), p_value, _step_time(line, values, stds))
+
+
+def _step_time(line: Array, values: Array, stds: Array) -> float:
+    """First time after the best step, NaN where the line with columns 1 and t leaves less."""
+    root, time = 1.0 / stds, line[:, 1]
+
+    def left(columns: Array) -> float:
+        fit = np.linalg.lstsq(columns * root[:, None], values * root)[0]
+        return float(((values - columns @ fit) ** 2 * root**2).sum())
+
+    times = np.unique(time)[1:]
+    steps = [left(np.stack([line[:, 0], time >= first], axis=1)) for first in times]
+    return float(times[np.argmin(steps)]) if min(steps) < left(line) else float("nan")

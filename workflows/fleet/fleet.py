@@ -72,6 +72,11 @@ class SizeTrend:
     p_value: Annotated[float, "Probability of such a change of a size that stays"]
     changes: Annotated[bool, "Whether p_value times the number of turbines is below 0.05"]
     first_named: Annotated[str, "First day on which the cause is named; empty where never"]
+    stepped: Annotated[
+        str,
+        "First day after a step, where one size before and another after it leave less than the "
+        "straight line; empty where the line leaves less",
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +181,9 @@ def _trends(rows: Sequence[CampaignRow]) -> Iterator[SizeTrend]:
             p_value=line.p_value,
             changes=line.p_value * n_turbines[key] < LEVEL,
             first_named=named[0] if named else "",
+            stepped=""
+            if np.isnan(line.step_time)
+            else dates[int(np.argmax(years >= line.step_time))],
         )
 
 
