@@ -49,16 +49,30 @@ def numbers(
         Where it has another shape or type, is larger than what is stored, or holds a value that is
         not finite.
     """
+    refuse_other_numbers(group, name, shape, kinds)
+    dataset = _dataset(group, name)
+    values = dataset[()]
+    if not np.isfinite(values).all():
+        raise PartError(f"{dataset.name} holds a value that is not finite")
+    return np.asarray(values, dtype=np.float64)
+
+
+def refuse_other_numbers(
+    group: h5py.Group, name: str, shape: tuple[int, ...], kinds: str = "fiu"
+) -> None:
+    """Look at shape, type and size of a dataset as :func:`numbers` does, and read none of it.
+
+    Raises
+    ------
+    PartError
+        Where it has another shape or type, or is larger than what is stored.
+    """
     dataset = _dataset(group, name)
     if dataset.shape != shape:
         raise PartError(f"{dataset.name} has shape {dataset.shape}; expected {shape}")
     if dataset.dtype.kind not in kinds:
         raise PartError(f"{dataset.name} holds {shown(dataset.dtype)}; expected numbers")
     _refuse_unstored(dataset)
-    values = dataset[()]
-    if not np.isfinite(values).all():
-        raise PartError(f"{dataset.name} holds a value that is not finite")
-    return np.asarray(values, dtype=np.float64)
 
 
 def number_attribute(group: h5py.Group, name: str) -> float:

@@ -38,6 +38,7 @@ from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.reduction.shapes.shape_parts import (
     fill_shapes,
     fill_stresses,
+    refuse_other_fields,
     shapes_of,
     stresses_of,
 )
@@ -208,6 +209,20 @@ def read_stresses(path: Path) -> BodyStresses | None:
     Errors as in :func:`read_body`.
     """
     return _read(path, _stresses)
+
+
+def has_fields(path: Path, name: str) -> bool:
+    """Whether a body file holds its ``shapes`` or its ``stresses``; none of them is read.
+
+    Errors as in :func:`read_body`.
+    """
+
+    def stated(file: h5py.File) -> bool:
+        if name in file:
+            refuse_other_fields(file[name], length(file, "labels", _MOST_COORDINATES))
+        return name in file
+
+    return _read(path, stated)
 
 
 def _read(path: Path, part: Callable[[h5py.File], T]) -> T:

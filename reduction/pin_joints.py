@@ -1,6 +1,7 @@
 """The carrier with its pins in the reduced space, the pin fit as one bending stiffness."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,9 +65,31 @@ def carrier_with_pins(
     ValueError
         Where `stiffness` is negative.
     """
+    n_planets = planets_of(carrier.pilots)
+    return carrier_with_each_pin(carrier, [pin] * n_planets, stiffness, sliding=sliding)
+
+
+def carrier_with_each_pin(
+    carrier: ReducedModel,
+    pins: Sequence[ReducedModel],
+    stiffness: float = PAPER_STIFFNESS,
+    *,
+    sliding: bool = False,
+) -> ReducedModel:
+    """Join the flexible carrier and a pin for every pair of bores, as :func:`carrier_with_pins`.
+
+    Parameters
+    ----------
+    carrier, stiffness, sliding
+        As there.
+    pins : sequence of ReducedModel
+        Pins for the bores 1, 2, 3 ..., each in the position of pin 1; their sensors turn with them
+        and follow the carrier's.
+    """
     bodies = [carrier]
     joints = []
-    for number, angle in enumerate(pin_angles(planets_of(carrier.pilots)), start=1):
+    angles = pin_angles(planets_of(carrier.pilots))
+    for number, (pin, angle) in enumerate(zip(pins, angles, strict=True), start=1):
         rename = {f"pin_1_{part}": pin_pilot(number, part) for part in _PARTS}
         bodies.append(turned(pin, float(angle), rename))
         for side in ("upwind", "downwind"):

@@ -160,16 +160,12 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
     Parameters
     ----------
     model : ReducedModel
-        Body in its original position; it must not have sensors, which are fixed to their place.
+        Body in its original position. Its sensors keep their names and turn with it.
     angle : float
         Rotation [rad] about +x.
     rename : mapping of str to str
         New name of each pilot.
     """
-    if model.sensor_names:
-        raise ValueError(
-            f"{model.name} has sensors and cannot be turned; expected a body without sensor rows"
-        )
     missing = model.pilots.keys() - rename.keys()
     if missing:
         raise ValueError(
@@ -195,6 +191,7 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
         labels=tuple(labels),
         pilots={rename[name]: R @ point for name, point in model.pilots.items()},
         pilot_coordinates={rename[name]: rows for name, rows in model.pilot_coordinates.items()},
+        sensor_rows=model.sensor_rows @ Q.T,
         mass_properties=MassProperties(mass.mass, R @ mass.centre, R @ mass.inertia @ R.T),
         ffrf=model.ffrf.turned(R).transformed(Q.T) if model.ffrf else None,
     )

@@ -1,4 +1,4 @@
-"""How well a batch knows a simulated fleet: order of the turbines, causes, faults, changes.
+"""How well a batch knows a simulated fleet: order of the turbines, causes, faults, trends.
 
 Campaigns are written and sealed before the first diagnosis, `batch` diagnoses them, then the labels
 are verified and scored. Writes fleet.md and the folders `campaigns` and `fleet`; a later call goes
@@ -7,20 +7,31 @@ in 90 %, nothing named where nothing is missing.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import date
 from pathlib import Path
 
+import numpy as np
 from scipy import stats
 
 from carrierflex.blind_check.labels import NOTHING, Label
 from carrierflex.blind_check.sealing.check import SEALS_FILE, read_seals, sealed_check, verify
-from carrierflex.blind_check.truth.fleet import FAULTS, FleetPlan, fleet_plans, write_fleet_case
+from carrierflex.blind_check.truth.fleet import (
+    BUSHING,
+    CAUSES,
+    FAULTS,
+    FleetPlan,
+    day_of,
+    fleet_plans,
+    write_fleet_case,
+)
 from carrierflex.diagnosis.report.fleet_sizes import GAP, CampaignRow
 from carrierflex.diagnosis.report.words import counted
 from carrierflex.files.json_files import save_text
+from carrierflex.identification.estimation.shrinkage import trend
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fleet import diagnose_fleet
-from carrierflex.workflows.fleet.fleet import FleetDiagnosis
+from carrierflex.workflows.fleet.fleet import FleetDiagnosis, SizeTrend
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
@@ -105,9 +116,6 @@ def _table(
         _reports(row, str(labels[plan.name].where["channel_pattern"]))
         for plan, row in faulty.items()
     )
-    changing = {one.turbine for one in fleet.trends if one.cause == GAP and one.changes}
-    drifting = [plan.turbine for plan in last if plan.effects]
-    steady = [plan.turbine for plan in last if plan.fate == NOTHING]
     yield "| figure | wanted | reached | of |"
     yield "|---|---|---|---|"
     yield f"| Spearman, true and diagnosed size | > 0.9 | {correlation:.3f} | {len(sized)} |"
@@ -121,12 +129,49 @@ def _table(
     yield f"| a cause named where nothing is missing | 0 % | {of_sound} | {len(sound)} |"
     yield f"| fault of the measurement reported | - | {_share(reported, faulty)} | {len(faulty)} |"
     if fleet.trends:
-        for name, wanted, members in (
-            ("change of the gap reported", "-", drifting),
-            ("change of the gap reported where nothing is missing", "0 %", steady),
-        ):
-            reported = len(changing.intersection(members))
-            yield f"| {name} | {wanted} | {_share(reported, members)} | {len(members)} |"
+        yield from _trend_rows(fleet.trends, plans, labels)
+
+
+def _trend_rows(
+    trends: Sequence[SizeTrend], plans: Sequence[FleetPlan], labels: Mapping[str, Label]
+) -> Iterator[str]:
+    """Figures of the gap's trends by fate, and of all trends of turbines that stay as they are."""
+    fates = {plan.turbine: plan.fate for plan in plans}
+    of_gap = [one for one in trends if one.cause == GAP]
+    for fate in CAUSES:
+        members = [one for one in of_gap if fates[one.turbine] == fate]
+        told = [one for one in members if one.changes]
+        upward = sum(one.slope > 0.0 for one in told)
+        slopes = {one.turbine: _true_slope(one, labels) for one in members}
+        inside = sum(
+            one.slope_ci95[0] <= slopes[one.turbine] <= one.slope_ci95[1] for one in members
+        )
+        yield _row(f"{fate}: change of the gap reported", "-", len(told), members)
+        yield _row(f"{fate}: of these, upward", "100 %", upward, told)
+        yield _row(f"{fate}: interval holds the true slope", "95 %", inside, members)
+    loosened = [one for one in of_gap if fates[one.turbine] == BUSHING and one.changes]
+    true_days = {plan.turbine: plan.day for plan in reversed(plans) if plan.effects}
+    dated = sum(
+        bool(one.stepped) and abs(one.dates.index(one.stepped) + 1 - true_days[one.turbine]) <= 1
+        for one in loosened
+    )
+    yield _row(f"{BUSHING}: step dated within one campaign", "100 %", dated, loosened)
+    steady = [one for one in trends if fates[one.turbine] == NOTHING]
+    false = sum(one.changes for one in steady)
+    yield _row("change reported of a size that stays", "<= 5 %", false, steady)
+
+
+def _row(name: str, wanted: str, count: int, members: Sequence[object]) -> str:
+    return f"| {name} | {wanted} | {_share(count, members)} | {len(members)} |"
+
+
+def _true_slope(one: SizeTrend, labels: Mapping[str, Label]) -> float:
+    """Slope of the same line through the true gaps of the same days [unit a year]."""
+    days = {day_of(number).isoformat(): number for number in range(1, len(labels) + 1)}
+    of_day = [labels[f"{one.turbine}/day{days[recorded]:02d}"] for recorded in one.dates]
+    true = np.array([label.gap_over_floor * label.floor for label in of_day])
+    years = np.array([date.fromisoformat(day).toordinal() for day in one.dates]) / 365.25
+    return trend(years, true, np.array(one.stds)).slope
 
 
 def _reports(row: CampaignRow, channel: str) -> bool:

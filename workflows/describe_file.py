@@ -217,10 +217,9 @@ def _hdf5(path: Path) -> FileDescription:
     from carrierflex.files.hdf5_trial import try_hdf5
     from carrierflex.reduction.body_files import (
         FORMAT,
+        has_fields,
         read_body,
         read_certificate,
-        read_shapes,
-        read_stresses,
     )
 
     try_hdf5(path)
@@ -232,7 +231,7 @@ def _hdf5(path: Path) -> FileDescription:
     if not is_body:
         return _log(path)
     body, certificate = read_body(path), read_certificate(path)
-    has_shapes = read_shapes(path) is not None
+    has_shapes = has_fields(path, "shapes")
     figures = {
         "body": body.name,
         "coordinates": f"{len(body.labels)}",
@@ -241,7 +240,7 @@ def _hdf5(path: Path) -> FileDescription:
         "mass": f"{body.mass_properties.mass:.4g} kg",
         "certificate": "none" if certificate is None else "met" if certificate.met else "not met",
         "shapes for view": "yes" if has_shapes else "no",
-        "stress for simulate --stress": "no" if read_stresses(path) is None else "yes",
+        "stress for simulate --stress": "yes" if has_fields(path, "stresses") else "no",
     }
     view = ("view {}",) if has_shapes else ()
     commands = ("certificate {}", "export {} --format FORMAT --out FILE", *view)

@@ -19,15 +19,15 @@ from carrierflex.identification.campaign.records import Run
 
 #: Effect behind each cause that a turbine may have, and the share of its last size on the day
 #: number k of n.
-_MISALIGNMENT, _WEAR, _BUSHING = "misalignment", "wear", "bushing"
-_EFFECTS = {_MISALIGNMENT: "carrier_tilt", _WEAR: "bearing_clearance", _BUSHING: "ntl_tilt"}
+CAUSES = _MISALIGNMENT, _WEAR, BUSHING = ("misalignment", "wear", "bushing")
+_EFFECTS = {_MISALIGNMENT: "carrier_tilt", _WEAR: "bearing_clearance", BUSHING: "ntl_tilt"}
 #: Faults of the measurement, from the middle of the days on.
 DEAD_SENSOR, EXCHANGED_CABLE = "dead_sensor", "exchanged_cable"
 FAULTS = (DEAD_SENSOR, EXCHANGED_CABLE)
 #: What becomes of the turbines in turn: seven of ten have a cause, two in ten nothing.
 _ROTA = (
-    _MISALIGNMENT, _WEAR, _BUSHING, NOTHING, _MISALIGNMENT, _WEAR, _BUSHING, DEAD_SENSOR,
-    _MISALIGNMENT, NOTHING, _WEAR, _BUSHING, _MISALIGNMENT, EXCHANGED_CABLE, _WEAR, _BUSHING,
+    _MISALIGNMENT, _WEAR, BUSHING, NOTHING, _MISALIGNMENT, _WEAR, BUSHING, DEAD_SENSOR,
+    _MISALIGNMENT, NOTHING, _WEAR, BUSHING, _MISALIGNMENT, EXCHANGED_CABLE, _WEAR, BUSHING,
     NOTHING, _MISALIGNMENT, _WEAR, NOTHING,
 )  # fmt: skip
 #: Gap of a cause on the last day over the noise, uniform in its logarithm.
@@ -102,12 +102,17 @@ def fleet_plans(n_turbines: int, n_days: int, seed: int) -> Iterator[FleetPlan]:
             )
 
 
+def day_of(number: int) -> date:
+    """Day of a number, from 1."""
+    return _FIRST_DAY + timedelta(days=_DAYS_APART * (number - 1))
+
+
 def _grown(fate: str, share_of_time: float) -> float:
     """Size of a cause over its last one: a drift, wear that speeds up, a bushing that comes loose.
 
     The bushing loosens in the second half of the days.
     """
-    if fate == _BUSHING:
+    if fate == BUSHING:
         return float(share_of_time > 0.5)
     return share_of_time ** (2.0 if fate == _WEAR else 1.0)
 
@@ -129,12 +134,11 @@ def write_fleet_case(plan: FleetPlan, folder: Path) -> Label:
         has its channel.
     """
     campaign, label = case_campaign(plan, repeat=plan.day)
-    recorded = _FIRST_DAY + timedelta(days=_DAYS_APART * (plan.day - 1))
     if plan.fate in FAULTS and 2 * plan.day > plan.n_days:
         campaign, channel = _with_fault(campaign, plan)
         label = replace(label, family=plan.fate, where={"channel_pattern": channel})
     write_campaign(
-        replace(campaign, name=plan.turbine, turbine=plan.turbine, recorded=recorded),
+        replace(campaign, name=plan.turbine, turbine=plan.turbine, recorded=day_of(plan.day)),
         folder,
         simulated=True,
     )

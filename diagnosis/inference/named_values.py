@@ -23,7 +23,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 from scipy.stats import t as student_t
 
 from carrierflex.diagnosis.comparison.known_physics import LOADS_AS_READ, errors_words
@@ -31,11 +30,9 @@ from carrierflex.diagnosis.comparison.problem import BASELINE, BoolArray, FloatA
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from carrierflex.identification.estimation.polar_pair import polar_values
 from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
-
-#: Half width of a 95 % interval in standard deviations.
-NORMAL_95 = float(norm.ppf(0.975))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import FLOOR_UNKNOWN, NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.words import UNKNOWN, parameter_words, scaled_unit, shown_unit
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from carrierflex.identification.estimation.resampling import two_level_counts
 
 #: Cause of a size that every diagnosis has: all that the baseline leaves above the noise.
@@ -21,7 +22,6 @@ RMS = "rms"
 FAILED = "error"
 #: Parameters that are directions have no size; those of one run say nothing of a turbine.
 _DIRECTION, _OF_RUN = "theta", " of "
-_WIDTHS_OF_STD = 3.92
 #: Findings that are about the model: a carrier that is not as drawn, a prior that is contradicted.
 _OF_THE_MODEL = ("drawing", "prior")
 _DRAWS, _SEED = 400, 17
@@ -159,9 +159,9 @@ def size_left(cause: str, finding: Mapping[str, Any], gap: CauseSize) -> CauseSi
     if not (share > 0.0 and gap.value > 0.0 and math.isfinite(low) and math.isfinite(high)):
         return None
     value = math.sqrt(share) * gap.value
-    of_share = (high - low) / (_WIDTHS_OF_STD * 2.0 * share)
+    of_share = (high - low) / (4.0 * NORMAL_95 * share)
     std = value * math.hypot(of_share, gap.std / gap.value)
-    half = 0.5 * _WIDTHS_OF_STD * std
+    half = NORMAL_95 * std
     interval = (max(value - half, 0.0), value + half)
     return CauseSize(cause, RMS, value, std, interval, gap.unit, True)
 
@@ -196,7 +196,7 @@ def shown_size(value: float, parameter: str, unit: str, std: float = math.nan) -
     if not math.isfinite(value):
         return UNKNOWN
     factor, shown = factor_of(value, parameter, unit)
-    error = f" ± {1.96 * factor * std:.2g}" if math.isfinite(std) else ""
+    error = f" ± {NORMAL_95 * factor * std:.2g}" if math.isfinite(std) else ""
     return f"{factor * value:.3g}{error} {shown}".strip()
 
 

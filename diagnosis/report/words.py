@@ -14,7 +14,6 @@ from markupsafe import Markup, escape
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects
 from carrierflex.diagnosis.gap.findings import Exponent, PartGrowth
-from carrierflex.diagnosis.inference.named_values import NORMAL_95
 from carrierflex.diagnosis.inference.results import (
     GapReduction,
     Interval,
@@ -23,6 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 
 _POWER = re.compile(r"\^(-?\d+(?:\.\d+)?)")
 _POWER_OF_TEN = re.compile(r"(^|(?:&lt;|≤) )(-?\d+(?:\.\d+)?)e([+-]?\d+)")

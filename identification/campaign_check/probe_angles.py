@@ -25,6 +25,7 @@ from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -36,8 +37,6 @@ _SEEN = 5.0
 _AT_ODDS = float(np.deg2rad(30.0))
 #: Distance [rad] within which another order, direction or polarity explains what is read.
 _EXPLAINED = float(np.deg2rad(15.0))
-#: Half the width of a 95 % interval in standard deviations.
-_TWO_SIDED = 1.96
 #: Samples of a run that are fitted: more make the phase no surer than probes can be placed.
 _MOST_SAMPLES = 40_000
 #: Probes whose orders are all tried.
@@ -98,7 +97,7 @@ def probe_angles(campaign: Campaign) -> tuple[ProbeAngle, ...]:
                 channel.name,
                 _degrees(declared),
                 _degrees(read),
-                float(np.rad2deg(_TWO_SIDED * relative)),
+                float(np.rad2deg(NORMAL_95 * relative)),
                 sign,
                 float(abs(cross[k]) / sizes[0] ** 2),
             )

@@ -14,6 +14,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.hidden_stages import (
     HIDDEN,
@@ -26,8 +27,6 @@ from carrierflex.simulation.stage.stage_body import StageBody
 
 Array = NDArray[np.float64]
 
-#: Half width of a 95 % interval in standard deviations.
-_NORMAL_95 = 1.96
 #: Grid of pin fit and elasticity.
 _GRID = (8, 5)
 #: Orders that are fitted to a record: those of the loads and the planets' second and fourth.
@@ -234,17 +233,17 @@ class LoadEstimate:
     @property
     def half_width(self) -> Array:
         """Half widths of the 95 % intervals of the pin loads, shape of `pins`."""
-        return _NORMAL_95 * self.pins_std
+        return NORMAL_95 * self.pins_std
 
     @property
     def sharing_half_width(self) -> float:
         """Half width of the 95 % interval of the load sharing factor."""
-        return _NORMAL_95 * self.sharing_std
+        return NORMAL_95 * self.sharing_std
 
     @property
     def load_half_width(self) -> Array:
         """Half widths of the 95 % intervals of torque and rotor moment [N m], shape (3,)."""
-        return _NORMAL_95 * self.load_std
+        return NORMAL_95 * self.load_std
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,13 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+
 Array = NDArray[np.float64]
 
 #: Fewest machines with which a prior can be estimated and an error of its spread be allowed for.
 FEWEST_MACHINES = 4
 #: Fewest dates of a trend.
 FEWEST_DATES = 3
-_NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,16 +144,20 @@ class Trend:
     slope, slope_ci95 : float, tuple of float
         Change in a unit of time, and its 95 % interval.
     p_value : float
-        Two-sided probability of such a slope of a value that stays.
+        Two-sided probability of such a slope, or of such a step, of a value that stays.
+    step_time : float
+        First time after a step, where one value before and another after it leave less than the
+        line; NaN where the line leaves less.
     """
 
     slope: float
     slope_ci95: tuple[float, float]
     p_value: float
+    step_time: float
 
 
 def trend(time: Array, values: Array, stds: Array) -> Trend:
-    """Weighted straight line through values with known errors.
+    """Weighted straight line, and step, through values with known errors.
 
     Beside its error a value has a scatter from day to day, as large as the line leaves beyond the
     errors. The interval is the wider of two: of errors and scatter as stated, and of what the line
@@ -170,16 +175,42 @@ def trend(time: Array, values: Array, stds: Array) -> Trend:
     """
     if np.unique(time).size < FEWEST_DATES:
         raise ValueError(f"{np.unique(time).size} dates; expected at least {FEWEST_DATES}")
-    line = np.stack([np.ones_like(time), time], axis=1)
-    weights = 1.0 / (stds**2 + _spread_square(values, stds, line))
-    about = time - weights @ time / weights.sum()
+    line = _slope(time, values, stds)
+    firsts = np.unique(time)[1:]
+    steps = [_slope((time >= first).astype(np.float64), values, stds) for first in firsts]
+    best = int(np.argmin([step.left for step in steps]))
+    # The smallest of several probabilities, as many times as it was looked for (Bonferroni).
+    of_steps = len(steps) * min(step.p_value for step in steps)
+    return Trend(
+        line.slope,
+        (line.slope - line.half, line.slope + line.half),
+        min(2.0 * min(line.p_value, of_steps), 1.0),
+        float(firsts[best]) if steps[best].left < line.left else float("nan"),
+    )
+
+
+@dataclass(frozen=True)
+class _Slope:
+    """Slope over one column, half its interval, its probability, and what errors leave unmet."""
+
+    slope: float
+    half: float
+    p_value: float
+    left: float
+
+
+def _slope(x: Array, values: Array, stds: Array) -> _Slope:
+    """Weighted fit of a constant and a slope over x."""
+    columns = np.stack([np.ones_like(x), x], axis=1)
+    weights = 1.0 / (stds**2 + _spread_square(values, stds, columns))
+    about = x - weights @ x / weights.sum()
     information = float(weights @ about**2)
     slope = float((weights * about) @ values / information)
     residual = values - weights @ values / weights.sum() - slope * about
-    scatter = float(weights @ residual**2) / (time.size - 2)
-    student = float(stats.t.ppf(0.975, time.size - 2))
-    half = max(_NORMAL_95, student * np.sqrt(scatter)) / np.sqrt(information)
+    scatter = float(weights @ residual**2) / (x.size - 2)
+    student = float(stats.t.ppf(0.975, x.size - 2))
+    half = max(NORMAL_95, student * np.sqrt(scatter)) / np.sqrt(information)
     z = abs(slope) * np.sqrt(information)
-    by_line = 2.0 * stats.t.sf(z / np.sqrt(scatter), time.size - 2) if scatter > 0.0 else 0.0
+    by_line = 2.0 * stats.t.sf(z / np.sqrt(scatter), x.size - 2) if scatter > 0.0 else 0.0
     p_value = max(2.0 * float(stats.norm.sf(z)), float(by_line))
-    return Trend(slope, (slope - half, slope + half), p_value)
+    return _Slope(slope, float(half), p_value, float(residual**2 @ (1.0 / stds**2)))

@@ -1,13 +1,14 @@
 """Stress on the surface of a reduced body, for one unit of each of its coordinates."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.materials import BODY_MATERIALS, Material
-from carrierflex.fe.stress_recovery import COMPONENTS, reentrant_nodes, stress_rows
+from carrierflex.fe.stress_recovery import AXES, COMPONENTS, reentrant_nodes, stress_rows
+from carrierflex.geometry.dihedral import rotation_about_x
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 from carrierflex.reduction.shapes.body_shapes import UNNAMED, refuse_unknown_numbers
 
@@ -52,6 +53,20 @@ class BodyStresses:
         if self.surface_of.shape != (k,) or self.singular.shape != (k,):
             raise ValueError(f"expected one surface and one mark a node, {k}")
         refuse_unknown_numbers(k, self.triangles, self.surface_names, self.surface_of, "node")
+
+
+def turned_stresses(stresses: BodyStresses, angle: float) -> BodyStresses:
+    """Stresses of a body turned about +x by `angle` [rad], in the axes that stay: ``R σ Rᵀ``.
+
+    A unit of each coordinate is still one along the axes that turn.
+    """
+    R = rotation_about_x(angle)
+    turn = np.zeros((len(COMPONENTS), len(COMPONENTS)))
+    for column, (k, m) in enumerate(AXES):
+        unit = np.zeros((3, 3))
+        unit[k, m] = unit[m, k] = 1.0
+        turn[:, column] = [(R @ unit @ R.T)[i, j] for i, j in AXES]
+    return replace(stresses, points=stresses.points @ R.T, S=turn @ stresses.S)
 
 
 def body_stresses(

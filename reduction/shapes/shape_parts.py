@@ -4,7 +4,14 @@ import h5py
 import numpy as np
 
 from carrierflex.fe.stress_recovery import COMPONENTS
-from carrierflex.files.hdf5_datasets import PartError, length, names, number_attribute, numbers
+from carrierflex.files.hdf5_datasets import (
+    PartError,
+    length,
+    names,
+    number_attribute,
+    numbers,
+    refuse_other_numbers,
+)
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.reduction.shapes.body_stresses import BodyStresses
 
@@ -76,6 +83,20 @@ def stresses_of(group: h5py.Group, n_coordinates: int) -> BodyStresses:
         )
     except ValueError as error:
         raise PartError(f"stresses: {error}") from error
+
+
+def refuse_other_fields(group: h5py.Group, n_coordinates: int) -> None:
+    """Look at the fields of a group of shapes or stresses, and read none of them.
+
+    Raises
+    ------
+    PartError
+        Where the group is of a newer version, or its fields have another shape.
+    """
+    name = str(group.name).strip("/")
+    _refuse_newer(group, name)
+    field, components = ("T", 3) if name == "shapes" else ("S", len(COMPONENTS))
+    refuse_other_numbers(group, field, (_rows(group, "points"), components, n_coordinates))
 
 
 def _fill_boundary(group: h5py.Group, boundary: BodyShapes | BodyStresses) -> None:

@@ -45,15 +45,20 @@ class PartLoads:
         """Size of the load across each pin [N], shape (N, p)."""
         return np.asarray(np.linalg.norm(self.pin_force[:, :, 1:], axis=2))
 
-    def row_load(self, spacing: float) -> NDArray[np.float64]:
-        """Size of the load of each planet's upwind and downwind row [N], shape (N, p, 2).
+    def row_forces(self, spacing: float) -> NDArray[np.float64]:
+        """Force of each planet's upwind and downwind row across the pin [N], shape (N, p, 2, 2).
 
-        ``F / 2 -+ x × M / h`` of pin force F, pin moment M and rows ``h = spacing`` [m] apart.
+        ``F / 2 +- x × M / h`` of pin force F, pin moment M and rows ``h = spacing`` [m] apart;
+        radial and tangential.
         """
         radial, tangential = self.pin_moment[:, :, 1], self.pin_moment[:, :, 2]
         apart = np.stack([tangential, -radial], axis=2) / spacing
         middle = 0.5 * self.pin_force[:, :, 1:]
-        return np.linalg.norm(np.stack([middle - apart, middle + apart], axis=2), axis=3)
+        return np.stack([middle - apart, middle + apart], axis=2)
+
+    def row_load(self, spacing: float) -> NDArray[np.float64]:
+        """Size of :meth:`row_forces` [N], shape (N, p, 2)."""
+        return np.asarray(np.linalg.norm(self.row_forces(spacing), axis=3))
 
 
 def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:

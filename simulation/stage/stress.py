@@ -1,6 +1,6 @@
-"""Stress on the surface of the stage's carrier over time.
+"""Stress on the surface of the stage's carrier and pins over time.
 
-The carrier's stress rows go with its sensors through the joints with pins and main shaft, so that
+Stress rows of a body go with its sensors through the joints with pins and main shaft, so that
 ``σ = S L c`` of the stage's coordinates c, and an imposed misalignment adds what it strains.
 """
 
@@ -9,8 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.geometry.pins import pin_angles
+from carrierflex.reduction.pin_joints import pin_pilot
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.shapes.body_stresses import BodyStresses
+from carrierflex.reduction.shapes.body_shapes import UNNAMED
+from carrierflex.reduction.shapes.body_stresses import BodyStresses, turned_stresses
 from carrierflex.reduction.shapes.stress_measures import von_mises
 from carrierflex.simulation.stage.stage_model import StageModel
 
@@ -70,10 +73,10 @@ class PeakStress:
         return PeakStress(size, at)
 
 
-def with_stress_rows(model: ReducedModel, stresses: BodyStresses) -> ReducedModel:
+def with_stress_rows(model: ReducedModel, stresses: BodyStresses, prefix: str = "") -> ReducedModel:
     """Copy of a body that reads its stresses as it reads its sensors, after them.
 
-    What joins bodies carries the rows along.
+    What joins bodies carries the rows along; `prefix` keeps names of several bodies apart.
 
     Raises
     ------
@@ -86,12 +89,56 @@ def with_stress_rows(model: ReducedModel, stresses: BodyStresses) -> ReducedMode
             f"{model.name} has {model.n_coordinates} coordinates, its stress rows {n}; expected "
             "the rows of this body"
         )
-    names = tuple(f"{_STRESS_ROW}{i}" for i in range(k * components))
+    names = tuple(f"{_STRESS_ROW}{prefix}{i}" for i in range(k * components))
     return replace(
         model,
         sensor_names=(*model.sensor_names, *names),
         sensor_rows=np.concatenate([model.sensor_rows, stresses.S.reshape(k * components, n)]),
     )
+
+
+def pins_with_stress_rows(
+    pin: ReducedModel, stresses: BodyStresses, n_planets: int
+) -> tuple[ReducedModel, ...]:
+    """Pins for :func:`carrierflex.reduction.pin_joints.carrier_with_each_pin` that read stresses.
+
+    Rows are along the carrier's axes once the pins are turned to their bores.
+
+    Parameters
+    ----------
+    pin : ReducedModel
+        Pin 1.
+    stresses : BodyStresses
+        Its stress rows.
+    n_planets : int
+        Number of pins.
+    """
+    return tuple(
+        with_stress_rows(pin, turned_stresses(stresses, float(angle)), f"pin_{number}_")
+        for number, angle in enumerate(pin_angles(n_planets), start=1)
+    )
+
+
+def surface_with_pins(carrier: BodyStresses, pin: BodyStresses, n_planets: int) -> BodyStresses:
+    """Surface of carrier and pins in the order of their rows; the rows are with the stage.
+
+    Surfaces of pin i are named as its pilots, and ``pin_i`` where pin 1 has no name.
+    """
+    surface = replace(carrier, S=carrier.S[:, :, :0])
+    for number, angle in enumerate(pin_angles(n_planets), start=1):
+        turned = turned_stresses(replace(pin, S=pin.S[:, :, :0]), float(angle))
+        parts = [name.removeprefix("pin_1_") for name in pin.surface_names]
+        names = (*(pin_pilot(number, name) for name in parts), f"pin_{number}")
+        of_pin = np.where(turned.surface_of == UNNAMED, len(names) - 1, turned.surface_of)
+        surface = BodyStresses(
+            points=np.concatenate([surface.points, turned.points]),
+            triangles=np.concatenate([surface.triangles, turned.triangles + len(surface.points)]),
+            surface_names=(*surface.surface_names, *names),
+            surface_of=np.concatenate([surface.surface_of, of_pin + len(surface.surface_names)]),
+            singular=np.concatenate([surface.singular, turned.singular]),
+            S=np.concatenate([surface.S, turned.S]),
+        )
+    return surface
 
 
 def stress_reader(model: StageModel) -> StressReader:

@@ -98,6 +98,17 @@ class MeshContact:
         """Over all phases, lines and slices [Pa]."""
         return float(self.pressure.max())
 
+    @property
+    def face_load_factor(self) -> float:
+        """``K_Hbeta = max(w) / mean(w)`` of the load w per face width, mean over a base pitch.
+
+        References
+        ----------
+        ISO 6336-1:2019, 7.1; from slices, so that crowning and lost contact are in it.
+        """
+        w = self.line_load.sum(axis=1).mean(axis=0)
+        return float(w.max() / w.mean())
+
 
 def mesh_contact(
     pair: InvolutePair,

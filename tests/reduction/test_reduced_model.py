@@ -53,9 +53,19 @@ def test_turning_leaves_the_original_unchanged(pin_reduction):
     assert all((model.pilots[name] == point).all() for name, point in before[2].items())
 
 
-def test_a_body_with_sensors_cannot_be_turned(flexible_reduction):
-    with pytest.raises(ValueError, match="flexible_carrier has sensors and cannot be turned"):
-        turned(flexible_reduction.model, 1.0, {})
+def test_sensors_turn_with_their_body(pin_reduction):
+    rng = np.random.default_rng(1)
+    model = pin_reduction.model
+    n = model.n_coordinates
+    model = replace(model, sensor_names=("s",), sensor_rows=rng.standard_normal((1, n)))
+    rename = {name: f"{name}_of_pin" for name in model.pilots}
+    moved = turned(model, 1.0, rename)
+    q = rng.standard_normal(n)
+    turned_q = q.copy()
+    for name in model.pilots:
+        for three in np.split(model.coordinates_of(name), 2):
+            turned_q[three] = rotation_about_x(1.0) @ q[three]
+    assert_allclose(moved.sensor_rows @ turned_q, model.sensor_rows @ q, rtol=1e-12)
 
 
 WRONG = [

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from scipy.stats import norm
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
@@ -31,10 +32,10 @@ from carrierflex.diagnosis.report.words import capitalised, counted, listed, num
 from carrierflex.files.json_files import plain
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.versions import software_name
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 
-#: Half width of a 95 % interval in standard deviations, and with it the distance at which nine of
-#: ten differences lie beyond it.
-_WIDTH, _SEEN_IN_NINE_OF_TEN = 1.96, 1.96 + 1.28
+#: Distance in standard deviations at which nine of ten differences lie beyond their interval.
+_SEEN_IN_NINE_OF_TEN = NORMAL_95 + float(norm.ppf(0.9))
 #: Records that are longer by more decide nothing in practice.
 _MOST_LONGER = 100.0
 _MOST_NAMED = 4
@@ -103,7 +104,7 @@ def record_difference(first: Path, second: Path) -> RecordDifference:
 
 def _order(one: SizeDifference) -> tuple[bool, bool, float]:
     """Those that differ first, causes before the whole gap, larger differences before smaller."""
-    std = (one.difference_ci95[1] - one.difference_ci95[0]) / (2.0 * _WIDTH)
+    std = (one.difference_ci95[1] - one.difference_ci95[0]) / (2.0 * NORMAL_95)
     distance = abs(one.difference) / std if std > 0.0 else math.inf
     return not one.differs, one.cause == GAP, -distance
 
@@ -127,7 +128,7 @@ def _differences(
 def _of_both(first: CauseSize, second: CauseSize) -> SizeDifference:
     difference = second.value - first.value
     std = math.hypot(first.std, second.std)
-    ends = (difference - _WIDTH * std, difference + _WIDTH * std)
+    ends = (difference - NORMAL_95 * std, difference + NORMAL_95 * std)
     differs = ends[0] > 0.0 or ends[1] < 0.0
     # Standard deviations shrink with the root of the length.
     longer = (_SEEN_IN_NINE_OF_TEN * std / difference) ** 2 if difference else math.inf

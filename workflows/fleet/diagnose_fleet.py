@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 from carrierflex.files.json_files import read_json, save_json, save_text
 from carrierflex.files.shown_values import shortened
 from carrierflex.files.versions import Software, Versions, software_name, versions
-from carrierflex.files.whole_files import refuse_foreign, whole_file
+from carrierflex.files.whole_files import check_file_writable, refuse_foreign, whole_file
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.workflows.diagnosis.diagnose_campaign import REPORT_FILE
@@ -183,13 +183,14 @@ def main(
         read_law(path)
     options = _Options(baseline, effects, [path.resolve() for path in law or ()], seed, report)
     stated = options.document()
-    _refuse_foreign(out)
-    tasks = list(_tasks(folder.resolve(), prepared_folder(out).resolve()))
+    tasks = list(_tasks(folder.resolve(), out.resolve()))
     if not tasks:
         raise ValueError(
             f"{folder}: no folder below it holds {DOCUMENT_NAME}; expected campaign folders, as "
             f"{folder / 'T01' / '2026-01' / DOCUMENT_NAME}"
         )
+    _refuse_foreign(out, tasks)
+    prepared_folder(out)
     stages = Stages(2, quiet, (1.0, 0.0))
     with stages.stage(f"diagnosing {len(tasks)} campaigns below {folder}"):
         work = functools.partial(_diagnose, options=options)
@@ -203,13 +204,27 @@ def main(
     return fleet
 
 
-def _refuse_foreign(out: Path) -> None:
-    """Refuse to replace files that batch did not write; fleet.json is written first."""
-    refuse_foreign(out / FLEET_FILE, f'"{FORMAT}"')
-    others = [out / name for name in (PAGE_FILE, TABLE_FILE, PARQUET_FILE)]
-    if not (out / FLEET_FILE).exists():
-        for path in others:
-            refuse_foreign(path, f"{FLEET_FILE} beside it")
+def _refuse_foreign(out: Path, tasks: Sequence[Task]) -> None:
+    """Refuse files that batch did not write where it is to write, before any work."""
+    from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE
+    from carrierflex.diagnosis.report.diagnosis_files import FORMAT as DIAGNOSIS_FORMAT
+
+    marks = {
+        out / FLEET_FILE: f'"{FORMAT}"',
+        out / TABLE_FILE: "campaign,turbine,",
+        out / PARQUET_FILE: "gap_floors",
+        out / PAGE_FILE: "carrierflex",
+    }
+    for task in tasks:
+        marks |= {
+            task.out / ENTRY_FILE: '"run"',
+            task.out / DIAGNOSIS_FILE: f'"{DIAGNOSIS_FORMAT}"',
+            task.out / REPORT_FILE: "carrierflex",
+        }
+    for path, mark in marks.items():
+        if path.is_dir():
+            check_file_writable(path)
+        refuse_foreign(path, mark)
 
 
 def _tasks(folder: Path, out: Path) -> Iterator[Task]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from carrierflex.diagnosis.inference.results import Interval
 from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from carrierflex.identification.estimation.shrinkage import (
     FEWEST_DATES,
     FEWEST_MACHINES,
@@ -20,7 +21,6 @@ from carrierflex.identification.estimation.shrinkage import (
 #: Probability with which any turbine of equal ones is called different.
 LEVEL = 0.05
 _DAYS_A_YEAR = 365.25
-_WIDTH = 1.96
 
 #: Kind of campaign, cause, parameter, unit.
 _SizeKey = tuple[str, str, str, str]
@@ -72,6 +72,11 @@ class SizeTrend:
     p_value: Annotated[float, "Probability of such a change of a size that stays"]
     changes: Annotated[bool, "Whether p_value times the number of turbines is below 0.05"]
     first_named: Annotated[str, "First day on which the cause is named; empty where never"]
+    stepped: Annotated[
+        str,
+        "First day after a step, where one size before and another after it leave less than the "
+        "straight line; empty where the line leaves less",
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +134,7 @@ def _priors(latest: Sequence[CampaignRow]) -> Iterator[FleetPrior]:
                 value=size.value,
                 std=size.std,
                 shrunk=float(mean),
-                shrunk_ci95=(float(mean - _WIDTH * std), float(mean + _WIDTH * std)),
+                shrunk_ci95=(float(mean - NORMAL_95 * std), float(mean + NORMAL_95 * std)),
                 p_value=float(p_value),
                 differs=bool(p_value * len(members) < LEVEL),
             )
@@ -176,6 +181,9 @@ def _trends(rows: Sequence[CampaignRow]) -> Iterator[SizeTrend]:
             p_value=line.p_value,
             changes=line.p_value * n_turbines[key] < LEVEL,
             first_named=named[0] if named else "",
+            stepped=""
+            if np.isnan(line.step_time)
+            else dates[int(np.argmax(years >= line.step_time))],
         )
 
 

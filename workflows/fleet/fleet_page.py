@@ -27,6 +27,7 @@ from carrierflex.diagnosis.report.words import (
     number,
 )
 from carrierflex.files.versions import software_name
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
 
 if TYPE_CHECKING:
@@ -195,7 +196,9 @@ def _trend_figure(trends: Sequence[SizeTrend]) -> "Figure":
         centre = weights @ years / weights.sum()
         line = weights @ values / weights.sum() + factor * one.slope * (years - centre)
         panel.plot(days, line, color=GREY, linewidth=1.0)
-        panel.errorbar(days, values, 1.96 * stds, fmt="o", color=BLUE, markersize=3.5, linewidth=1)
+        panel.errorbar(
+            days, values, NORMAL_95 * stds, fmt="o", color=BLUE, markersize=3.5, linewidth=1
+        )
         locator = AutoDateLocator(minticks=3, maxticks=6)
         panel.xaxis.set_major_locator(locator)
         panel.xaxis.set_major_formatter(ConciseDateFormatter(locator))

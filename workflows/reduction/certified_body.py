@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from carrierflex.fe.materials import Material
+from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.tet_mesh import TetMesh
@@ -33,8 +33,8 @@ def write_certified_body(
     *,
     stages: Stages,
     record: Callable[[int], dict[str, str]],
-    drawn_on: GivenMesh | None = None,
-    stressed: tuple[TetMesh, Mapping[str, Material]] | None = None,
+    mesh: GivenMesh | None = None,
+    materials: Mapping[str, Material] = BODY_MATERIALS,
 ) -> None:
     """Reduce a body, certify it and write it.
 
@@ -52,16 +52,22 @@ def write_certified_body(
         Progress, three stages.
     record : callable
         Provenance of a body with a number of modes.
-    drawn_on : TetMesh or NamedSolids, optional
-        Mesh whose boundary and shapes the file keeps.
-    stressed : tuple of TetMesh and mapping, optional
-        Mesh and materials by which the file keeps the stress on the boundary.
+    mesh : TetMesh or NamedSolids, optional
+        Mesh of the body; needed where the options ask for ``shapes`` or ``stresses`` on it.
+    materials : mapping
+        Its materials, by which the file keeps the stress on its boundary.
 
     Raises
     ------
     ValueError, SingularMatrixError, AccuracyError
-        From the reduction.
+        From the reduction; ValueError before it where stresses are asked for and the mesh has
+        other elements than tetrahedra.
     """
+    if options["stresses"] and not isinstance(mesh, TetMesh):
+        raise ValueError(
+            "--stresses is given, the mesh has other elements than quadratic tetrahedra; expected "
+            "a mesh of tetrahedra: mesh the body anew, or leave the option out"
+        )
     certificate: Callable[[], Certificate]
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
         rule = chosen_modes(response_of_body(structure, grounded), options)
@@ -84,11 +90,9 @@ def write_certified_body(
     with stages.stage("certificate"):
         checks = certificate()
     with stages.stage(f"writing {out}"):
-        shapes = None
-        if drawn_on is not None:
-            shapes = body_shapes(drawn_on, structure.nodal_displacement(basis))
-        stresses = None
-        if stressed is not None:
-            mesh, materials = stressed
+        shapes = stresses = None
+        if mesh is not None and options["shapes"]:
+            shapes = body_shapes(mesh, structure.nodal_displacement(basis))
+        if isinstance(mesh, TetMesh) and options["stresses"]:
             stresses = body_stresses(mesh, structure.nodal_displacement(basis), materials)
         write_body(model, out, checks, shapes, stresses)

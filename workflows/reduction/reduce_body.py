@@ -20,10 +20,8 @@ from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
     from carrierflex.fe.assembly import Assembly
-    from carrierflex.fe.materials import Material
     from carrierflex.fe.structural_model import StructuralModel
     from carrierflex.geometry.given_meshes.named_solids import GivenMesh
-    from carrierflex.geometry.tet_mesh import TetMesh
     from carrierflex.reduction.reduced_model import ReducedModel
     from carrierflex.workflows.fe.cost_preview import CostPreview
     from carrierflex.workflows.geometry.carrier_files import CarrierFiles
@@ -314,6 +312,7 @@ def _reduce(
     *,
     quiet: bool,
 ) -> None:
+    from carrierflex.fe.materials import BODY_MATERIALS
     from carrierflex.reduction.held_structure import grounded
     from carrierflex.workflows.fe.carrier_variants import FINITE_ELEMENTS
     from carrierflex.workflows.geometry.carrier_files import mesh_warnings
@@ -345,21 +344,9 @@ def _reduce(
         out,
         stages=stages,
         record=record,
-        drawn_on=mesh if options["shapes"] else None,
-        stressed=_stressed(mesh, files) if options["stresses"] else None,
+        mesh=mesh,
+        materials=files.materials() if files.given else BODY_MATERIALS,
     )
-
-
-def _stressed(mesh: GivenMesh, files: CarrierFiles) -> tuple[TetMesh, Mapping[str, Material]]:
-    from carrierflex.fe.materials import BODY_MATERIALS
-    from carrierflex.geometry.tet_mesh import TetMesh
-
-    if not isinstance(mesh, TetMesh):
-        raise ValueError(
-            "--stresses is given, the mesh has other elements than quadratic tetrahedra; expected "
-            "a mesh of tetrahedra: mesh the body anew, or leave the option out"
-        )
-    return mesh, files.materials() if files.given else BODY_MATERIALS
 
 
 def _reduce_by_symmetry(

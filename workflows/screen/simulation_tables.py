@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from carrierflex.workflows.simulation.compute_torsion import Torsion
     from carrierflex.workflows.simulation.estimate_gear_life import GearLife
     from carrierflex.workflows.simulation.export_fmu import ExportedUnit
+    from carrierflex.workflows.simulation.identified_life import Bounded, IdentifiedLife
     from carrierflex.workflows.simulation.simulate_carrier import SimulatedLoadCases
     from carrierflex.workflows.simulation.simulate_mounting import SimulatedMounting
     from carrierflex.workflows.simulation.simulate_stage import SimulatedStage
@@ -201,4 +202,37 @@ def gear_life_table(life: "GearLife") -> RenderableType:
             f"{kink.life_ratio:.3f}",
         )
         stage.add_row(kink.support, kink.carrier, kink.mesh, *numbers)
-    return Group(table, papers, "", stage)
+    if life.identified is None:
+        return Group(table, papers, "", stage)
+    return Group(table, "", _identified_life(life.identified))
+
+
+def _identified_life(life: "IdentifiedLife") -> RenderableType:
+    """Load and life under the identified tilt, by assumed support."""
+    table = titled_table(
+        "worst planet over the aligned stage, 95 % intervals",
+        "support (assumed)",
+        "teeth (assumed)",
+        "component",
+        "kink, urad",
+        "K_Hbeta",
+        "life",
+    )
+    for one in life.components:
+        face = "" if one.face_load_factor is None else f"{one.face_load_factor.value:.3g}"
+        numbers = (f"{one.kink.value * 1e6:.3g}", face, _bounded(one.life_ratio))
+        table.add_row(one.support, one.teeth, one.component, *numbers)
+    lines = [
+        *(f"identified: {text}" for text in life.identified),
+        *(f"assumed: {text}" for text in life.assumed),
+        *(
+            f"excluded: {support}: no kink up to 20 mrad shows more than {rim * 1e6:.3g} urad at "
+            "the rim"
+            for support, rim in life.excluded.items()
+        ),
+    ]
+    return Group(table, *lines)
+
+
+def _bounded(one: "Bounded") -> str:
+    return f"{one.value:.3g} ({one.low:.3g} to {one.high:.3g})"

@@ -35,6 +35,17 @@ from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figur
 from carrierflex.workflows.fe.compute_curves import GivenFile
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
+from carrierflex.workflows.simulation.identified_life import (
+    LIFE_HEADER,
+    IdentifiedLife,
+    IdentifiedSharing,
+    IdentifiedTilt,
+    identified_life,
+    identified_sharing,
+    identified_tilt,
+    life_figure,
+    life_rows,
+)
 from carrierflex.workflows.simulation.stage_misalignment import (
     KinkInMesh,
     StageState,
@@ -90,6 +101,9 @@ class GearLife:
         "The stage by support and carrier, without and with the shaft-carrier misalignment",
     ]
     kinks: Annotated[list[KinkInMesh], "Effect of the misalignment on the meshes"]
+    identified: Annotated[
+        IdentifiedLife | None, "Life under what a campaign identified; null without a diagnosis"
+    ] = None
 
 
 def main(
@@ -99,7 +113,9 @@ def main(
     crowning: float = ToothFlank.crowning,
     tip_relief: float = ToothFlank.tip_relief,
     largest_misalignment: float = PHI_PLC,
-    phi_plc: float = PHI_PLC,
+    phi_plc: float | None = None,
+    diagnosis: Path | None = None,
+    loads: Path | None = None,
     parameters: Path | None = None,
     size: float | None = None,
     step: Path | None = None,
@@ -115,7 +131,7 @@ def main(
     ----------
     out
         Folder to write: gear_life.json, gear_life.png, stage_meshes.csv, stage_tilts.csv and
-        stage_contact.png.
+        stage_contact.png; with a diagnosis identified_life.csv and identified_life.png too.
     torque
         Torque of the main shaft [N m], shared equally by the planets.
     crowning
@@ -125,7 +141,18 @@ def main(
     largest_misalignment
         End of the sweep: slope of the gap over the face width in the plane of action [rad].
     phi_plc
-        Misalignment of main shaft and carrier in the stage [rad].
+        Misalignment of main shaft and carrier in the stage [rad]; default: 0.58e-3.
+
+        The 2012 paper's by default, or the tilt of the diagnosis.
+    diagnosis
+        diagnosis.json of diagnose, or its folder: identified tilt.
+
+        The tilt of the carrier that it identifies, with its interval, in place of a typed one. Load
+        and life of teeth and planet bearings by assumed support, with intervals.
+    loads
+        loads.json of loads, or its folder, beside a diagnosis.
+
+        The load sharing factor that it identifies, with its interval.
     parameters
         TOML file with the tables [carrier], [pin], [gear]; a missing key has its default.
     size
@@ -149,8 +176,10 @@ def main(
         raise ValueError(
             f"--largest-misalignment is {largest_misalignment} rad; expected a positive angle"
         )
-    if not np.isfinite(phi_plc):
+    if phi_plc is not None and not np.isfinite(phi_plc):
         raise ValueError(f"--phi-plc is {phi_plc} rad; expected a finite angle")
+    tilt, sharing = _identified(phi_plc, diagnosis, loads)
+    kink = phi_plc if phi_plc is not None else tilt.phi.value if tilt else PHI_PLC
 
     from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
@@ -164,7 +193,7 @@ def main(
         reduced_carrier_and_pin,
     )
 
-    stages = Stages(3, quiet)
+    stages = Stages(3 + (tilt is not None), quiet)
     with stages.stage(f"reduced carrier and pins, elements of {edge:.3g} m, and a rigid carrier"):
         carrier, pin, gear = reduced_carrier_and_pin(edge, stage, files)
         flexible, rigid = flexible_and_rigid_body(carrier, pin, PAPER_STIFFNESS)
@@ -175,11 +204,27 @@ def main(
         meshes = {name: _swept(pair, flank, force, slopes) for name, pair in pairs.items()}
     with stages.stage("statics of the stage with and without the misalignment"):
         bodies = {"flexible": flexible, "rigid": rigid}
-        states = stage_states(bodies, _stages(gear), phi_plc, SteadyLoad(torque))
+        states = stage_states(bodies, _stages(gear), kink, SteadyLoad(torque))
         kinks = kinks_in_meshes(states, pairs, flank)
     life = GearLife(torque, flank, slopes, meshes, states, kinks)
+    if tilt is not None:
+        with stages.stage("life under the identified tilt"):
+            load = SteadyLoad(torque)
+            of_tilt = identified_life(
+                tilt, sharing, flexible, _stages(gear), pairs=pairs, flank=flank, load=load
+            )
+        life = replace(life, identified=of_tilt)
+        save_table(out / "identified_life.csv", LIFE_HEADER, list(life_rows(of_tilt)))
+        save_figure(out / "identified_life.png", life_figure(of_tilt))
     _write_stage(life, pairs, force, out)
-    inputs = {"torque": torque, "gear": gear, "size": edge, "files": record}
+    inputs = {
+        "torque": torque,
+        "gear": gear,
+        "size": edge,
+        "files": record,
+        "diagnosis": str(diagnosis) if diagnosis else None,
+        "loads": str(loads) if loads else None,
+    }
     save_json(
         out / "gear_life.json",
         {"inputs": inputs, "result": life, "versions": versions()},
@@ -192,6 +237,19 @@ def main(
     ratios = {name: mesh.pressure_ratio for name, mesh in life.meshes.items()}
     save_figure(out / "gear_life.png", mesh_contact_figure(contacts, slopes, ratios))
     return life
+
+
+def _identified(
+    phi_plc: float | None, diagnosis: Path | None, loads: Path | None
+) -> tuple[IdentifiedTilt | None, IdentifiedSharing | None]:
+    """Tilt and load sharing of files."""
+    if diagnosis is None:
+        if loads is not None:
+            raise ValueError("--loads is given without --diagnosis; expected both")
+        return None, None
+    if phi_plc is not None:
+        raise ValueError("--phi-plc and --diagnosis are both given; expected one of them")
+    return identified_tilt(diagnosis), None if loads is None else identified_sharing(loads)
 
 
 def _stages(gear: GearData) -> dict[str, StageData]:
@@ -289,6 +347,8 @@ class GearLifeInputs(TypedDict):
     gear: Annotated[Mapping[str, float], "Table [gear] of carrier-parameters"]
     size: Annotated[float, "Element edge length [m]"]
     files: Annotated[Mapping[str, GivenFile], "Files of the carrier by role; empty without any"]
+    diagnosis: Annotated[str | None, "Diagnosis that the tilt is from; null without one"]
+    loads: Annotated[str | None, "Loads that the sharing factor is from; null without them"]
 
 
 class GearLifeDocument(TypedDict):

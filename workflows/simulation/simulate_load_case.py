@@ -82,11 +82,11 @@ def main(
         Also the shares of the planets, the speeds of the shafts, the generator's torque and the
         energies: <run>_loads.csv and <run>_loads.png for each run.
     stress : Path, optional
-        Stage: folder for stress and rainflow cycles of the carrier.
+        Stage: folder for stress and rainflow cycles of carrier and pins.
 
-        The carrier of [bodies] must be of carrierflex reduce --stresses. <run>_stress.csv: hotspot
-        of every surface; <run>_cycles.csv: its rainflow cycles; <run>_stress.png. Needs 8 bytes of
-        memory a coordinate and sample.
+        The carrier of [bodies], and the pin where it names one, must be of carrierflex reduce
+        --stresses. <run>_stress.csv: hotspot of every surface and pin; <run>_cycles.csv: its
+        rainflow cycles; <run>_stress.png. Needs 8 bytes of memory a coordinate and sample.
     energy_balance : bool
         Mounting: energy balance; exit code 1 above 0.1 %.
 

@@ -31,7 +31,6 @@ from carrierflex.identification.campaign.growing_runs import GrowingRuns, growin
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
 from carrierflex.reduction.body_files import read_stresses
-from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.simulation.record_size import MOST_IN_A_FILE, refuse_size, refuse_steps
 from carrierflex.simulation.stage.response import (
     StageDivergedError,
@@ -42,13 +41,12 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
-from carrierflex.simulation.stage.stress import stress_reader
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import linearise_stage
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body, stage_body_of_files
 from carrierflex.workflows.simulation.stage_loads import with_loads
-from carrierflex.workflows.simulation.stage_stress import with_stress
+from carrierflex.workflows.simulation.stage_stress import StageStresses, with_stress
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +91,8 @@ def main(
     loads : Path, optional
         Folder for loads, speeds and energies: ``<run>_loads.csv`` and ``<run>_loads.png`` a run.
     stress : Path, optional
-        Folder for the carrier's stress, as :mod:`carrierflex.workflows.simulation.stage_stress`
-        writes it.
+        Folder for the stress of carrier and pins, as
+        :mod:`carrierflex.workflows.simulation.stage_stress` writes it.
     size : float
         Element edge length [m] of carrier and pins.
     quiet : bool
@@ -118,7 +116,7 @@ def main(
     prepare_campaign_folder(out)
     stresses = None
     if stress is not None:
-        stresses = carrier_stresses(case, what.bodies)
+        stresses = stage_stresses(case, what.bodies)
         prepared_folder(stress)
     if loads is not None:
         prepared_folder(loads)
@@ -143,8 +141,7 @@ def main(
                     if loads is not None:
                         pieces = with_loads(pieces, loads, run.name, model)
                     if stress is not None and stresses is not None:
-                        reader = stress_reader(model)
-                        pieces = with_stress(pieces, stress, run.name, reader, stresses)
+                        pieces = with_stress(pieces, stress, run.name, model, stresses)
                     imbalance[run.name] = _grown(pieces, what, run, growing, stages.note)
                 except (StageDivergedError, KeyboardInterrupt) as error:
                     stopped = _stopped(run, growing, error)
@@ -166,33 +163,36 @@ def main(
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
 
 
-def carrier_stresses(case: Path, bodies: Mapping[str, Path]) -> BodyStresses:
-    """Stress rows of a case's carrier file.
+def stage_stresses(case: Path, bodies: Mapping[str, Path]) -> StageStresses:
+    """Stress rows of a case's carrier file, and of its pin file where it names one.
 
     Raises
     ------
     ValueError
-        Where there is no such file, or it has none.
+        Where there is no carrier file, or a file has none.
     """
     if "carrier" not in bodies:
         raise ValueError(
             f"{case}: --stress is given, [bodies] names no carrier; expected carrier = a body file "
             "of carrierflex reduce --body carrier --stresses"
         )
-    stresses = read_stresses(bodies["carrier"])
-    if stresses is None:
-        raise ValueError(
-            f"{bodies['carrier']}: the body has no stress rows; reduce it again with --stresses"
-        )
-    return stresses
+    read = {name: read_stresses(bodies[name]) for name in ("carrier", "pin") if name in bodies}
+    for name, stresses in read.items():
+        if stresses is None:
+            raise ValueError(
+                f"{bodies[name]}: the body has no stress rows; reduce it again with --stresses"
+            )
+    carrier = read["carrier"]
+    assert carrier is not None
+    return StageStresses(carrier, read.get("pin"))
 
 
 def stage_body_of_case(
-    what: StageCase, size: float, stresses: BodyStresses | None = None
+    what: StageCase, size: float, stresses: StageStresses | None = None
 ) -> StageBody:
     """Elastic body of a case: its files, or the default's by finite elements of `size` [m].
 
-    `stresses` are rows of its carrier file that the body is to read too.
+    `stresses` are rows of its files that the body is to read too.
     """
     if what.bodies:
         body = stage_body_of_files(
@@ -201,7 +201,8 @@ def stage_body_of_case(
             size,
             gear=what.data.gear,
             main_shaft=what.main_shaft,
-            stresses=stresses,
+            stresses=None if stresses is None else stresses.carrier,
+            pin_stresses=None if stresses is None else stresses.pin,
         )
     else:
         body = default_stage_body(what.pin_fit_stiffness, size, main_shaft=what.main_shaft)

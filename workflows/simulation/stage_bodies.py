@@ -9,10 +9,11 @@ from pathlib import Path
 
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.pins import planets_of
 from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.mode_count import rule_of_options
-from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.reduction.pin_joints import carrier_with_each_pin, carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.simulation.stage.stage_body import (
@@ -24,7 +25,7 @@ from carrierflex.simulation.stage.stage_body import (
     refuse_missing_pilots,
     refuse_unfit_carrier,
 )
-from carrierflex.simulation.stage.stress import with_stress_rows
+from carrierflex.simulation.stage.stress import pins_with_stress_rows, with_stress_rows
 from carrierflex.workflows.fe.bodies import body_structure, built_carrier, built_pin
 from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 
@@ -130,6 +131,7 @@ def stage_body_of_files(
     gear: GearData,
     main_shaft: str = "beam",
     stresses: BodyStresses | None = None,
+    pin_stresses: BodyStresses | None = None,
 ) -> StageBody:
     """Body of a stage in which files stand for some of carrier, pin and main shaft.
 
@@ -148,6 +150,8 @@ def stage_body_of_files(
         Default main shaft, as in :func:`default_stage_body`.
     stresses : BodyStresses, optional
         Stress rows of the carrier's file, to be read like its sensors.
+    pin_stresses : BodyStresses, optional
+        Those of the pin's file.
 
     Raises
     ------
@@ -167,9 +171,12 @@ def stage_body_of_files(
             )
     else:
         pin = read.get("pin") or _reduced("pin", size)
-        carrier = carrier_with_pins(
-            carrier or _reduced("flexible_carrier", size), pin, pin_fit_stiffness
-        )
+        carrier = carrier or _reduced("flexible_carrier", size)
+        n_planets = planets_of(carrier.pilots)
+        pins = (pin,) * n_planets
+        if pin_stresses is not None:
+            pins = pins_with_stress_rows(pin, pin_stresses, n_planets)
+        carrier = carrier_with_each_pin(carrier, pins, pin_fit_stiffness)
     return joined_to_shaft(carrier, read.get("shaft") or _default_shaft(main_shaft, carrier, size))
 
 

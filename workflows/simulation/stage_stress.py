@@ -1,6 +1,10 @@
-"""Stress of the carrier in a stage's runs: peaks and cycles by surface, and a picture."""
+"""Stress of carrier and pins in a stage's runs: peaks and cycles by surface, and a picture.
 
-from collections.abc import Iterable, Iterator
+Pins of a body file with stress rows, and pins bonded into the carrier, have the stress of their
+finite elements; the default's pins that of simply supported beams under the planets' loads.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,13 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 from pyyeti import cyclecount
 
+from carrierflex.geometry.parameters import PinParameters
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.reduction.shapes.body_shapes import UNNAMED
 from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.reduction.shapes.stress_measures import critical_plane
 from carrierflex.reduction.view import surface_picture
+from carrierflex.simulation.stage.part_loads import PartLoads
+from carrierflex.simulation.stage.pin_bending import PinBeam, pin_beam
 from carrierflex.simulation.stage.response import StageDivergedError
+from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.simulation.stage.stage_run import StageResponse
-from carrierflex.simulation.stage.stress import PeakStress, StressReader, no_stress_yet
+from carrierflex.simulation.stage.stress import (
+    PeakStress,
+    StressReader,
+    no_stress_yet,
+    stress_reader,
+    surface_with_pins,
+)
 from carrierflex.workflows.outputs import save_figure, save_table
 
 if TYPE_CHECKING:
@@ -30,11 +45,25 @@ _CYCLES = ["surface", "range from [Pa]", "range to [Pa]", "mean [Pa]", "cycles"]
 
 
 @dataclass(frozen=True, eq=False)
+class StageStresses:
+    """Stress rows of a case's body files."""
+
+    carrier: Annotated[BodyStresses, "Of the carrier"]
+    pin: Annotated[BodyStresses | None, "Of pin 1; None where no file has it"] = None
+
+    def surface(self, n_planets: int) -> BodyStresses:
+        """Surface of all of them, in the order of the stage's rows."""
+        if self.pin is None:
+            return self.carrier
+        return surface_with_pins(self.carrier, self.pin, n_planets)
+
+
+@dataclass(frozen=True, eq=False)
 class Hotspot:
-    """Node of largest equivalent stress on one surface, and its history."""
+    """Point of largest equivalent stress on one surface, and its history."""
 
     surface: Annotated[str, "Name of the surface"]
-    node: Annotated[int, "Number of the node"]
+    point: Annotated[NDArray[np.float64], "Where it is [m], shape (3,)"]
     peak: Annotated[float, "Largest von Mises stress [Pa]"]
     time: Annotated[float, "When it acts [s]"]
     normal: Annotated[NDArray[np.float64], "Normal of its critical plane, shape (3,)"]
@@ -42,13 +71,15 @@ class Hotspot:
 
 
 @dataclass
-class _Coordinates:
-    """Peaks so far, and the coordinates that the hotspots' histories are made of."""
+class _Grown:
+    """Peaks so far, and what the hotspots' histories are made of."""
 
     reader: StressReader
     peaks: PeakStress
+    beam: PinBeam | None
     time: list[NDArray[np.float64]] = field(default_factory=list)
     c: list[NDArray[np.float64]] = field(default_factory=list)
+    loads: list[PartLoads] = field(default_factory=list)
 
     def append(self, piece: StageResponse) -> None:
         """Take the next piece."""
@@ -56,20 +87,29 @@ class _Coordinates:
         self.peaks = self.peaks.or_later(self.reader, record.time, record.c)
         self.time.append(record.time)
         self.c.append(record.c)
+        if self.beam is not None:
+            self.loads.append(piece.loads)
+
+    def hotspots(self, stresses: BodyStresses) -> list[Hotspot]:
+        """Hotspots of surfaces and beams, the largest first."""
+        hotspots = hotspots_of(self.peaks, self.reader, stresses, np.concatenate(self.c))
+        if self.beam is not None:
+            hotspots += beam_hotspots(self.beam, self.loads, np.concatenate(self.time))
+        return sorted(hotspots, key=lambda hotspot: -hotspot.peak)
 
 
 def with_stress(
     pieces: Iterable[StageResponse],
     folder: Path,
     run: str,
-    reader: StressReader,
-    stresses: BodyStresses,
+    model: StageModel,
+    stresses: StageStresses,
 ) -> Iterator[StageResponse]:
     """Pieces of a run; what their stress comes to is written at its end.
 
-    ``<run>_stress.csv`` has the hotspot of every surface, ``<run>_cycles.csv`` its cycles by range,
-    ``<run>_stress.png`` the surface in colours of its largest von Mises stress and the hotspots
-    over time. A run that diverges or is interrupted leaves those until then.
+    ``<run>_stress.csv`` has the hotspot of every surface and pin, ``<run>_cycles.csv`` its cycles
+    by range, ``<run>_stress.png`` the surface in colours of its largest von Mises stress and the
+    hotspots over time. A run that diverges or is interrupted leaves those until then.
 
     Parameters
     ----------
@@ -79,12 +119,16 @@ def with_stress(
         Folder that exists.
     run : str
         Name of the run.
-    reader : StressReader
-        Stress from the stage's coordinates.
-    stresses : BodyStresses
+    model : StageModel
+        The stage, whose bodies have the rows.
+    stresses : StageStresses
         Nodes and surfaces of its rows.
     """
-    grown = _Coordinates(reader, no_stress_yet(reader))
+    reader, surface = stress_reader(model), stresses.surface(model.layout.n_planets)
+    beam = None
+    if stresses.pin is None and "pin_1_midspan" not in surface.surface_names:
+        beam = pin_beam(model, PinParameters())
+    grown = _Grown(reader, no_stress_yet(reader), beam)
     stopped: BaseException | None = None
     try:
         for piece in pieces:
@@ -93,11 +137,11 @@ def with_stress(
     except (StageDivergedError, KeyboardInterrupt) as error:
         stopped = error
     if grown.c:
-        time, c = np.concatenate(grown.time), np.concatenate(grown.c)
-        hotspots = hotspots_of(grown.peaks, reader, stresses, c)
-        save_table(folder / f"{run}_stress.csv", _PEAKS, _peak_rows(hotspots, stresses))
+        hotspots = grown.hotspots(surface)
+        save_table(folder / f"{run}_stress.csv", _PEAKS, _peak_rows(hotspots))
         save_table(folder / f"{run}_cycles.csv", _CYCLES, cycle_rows(hotspots))
-        figure = stress_figure(run, grown.peaks, stresses, time, hotspots)
+        time = np.concatenate(grown.time)
+        figure = stress_figure(run, grown.peaks, surface, time, hotspots)
         save_figure(folder / f"{run}_stress.png", figure)
     if stopped is not None:
         raise stopped
@@ -106,7 +150,7 @@ def with_stress(
 def hotspots_of(
     peaks: PeakStress, reader: StressReader, stresses: BodyStresses, c: NDArray[np.float64]
 ) -> list[Hotspot]:
-    """Hotspot of every surface, the largest first; nodes at re-entrant edges are left out."""
+    """Hotspot of every surface; nodes at re-entrant edges are left out."""
     surfaces = dict(enumerate(stresses.surface_names)) | {UNNAMED: "without a name"}
     hotspots = []
     for number, name in surfaces.items():
@@ -115,8 +159,34 @@ def hotspots_of(
             node = int(nodes[peaks.von_mises[nodes].argmax()])
             peak, time = float(peaks.von_mises[node]), float(peaks.time[node])
             plane = critical_plane(reader.stress(np.array([node]), c)[0])
-            hotspots.append(Hotspot(name, node, peak, time, *plane))
-    return sorted(hotspots, key=lambda hotspot: -hotspot.peak)
+            hotspots.append(Hotspot(name, stresses.points[node], peak, time, *plane))
+    return hotspots
+
+
+def beam_hotspots(
+    beam: PinBeam, pieces: Sequence[PartLoads], time: NDArray[np.float64]
+) -> list[Hotspot]:
+    """Fibre of largest tension of every pin; that of the other side is as large.
+
+    Parameters
+    ----------
+    beam : PinBeam
+        A pin.
+    pieces : sequence of PartLoads
+        Loads of the planets, N instants together.
+    time : ndarray, shape (N,)
+        Instants [s].
+    """
+    largest = np.max([beam.stress(loads).max(axis=0) for loads in pieces], axis=0)
+    hotspots = []
+    for i, (of_pin, angle) in enumerate(zip(largest, pin_angles(len(largest)), strict=True)):
+        station, fibre = np.unravel_index(of_pin.argmax(), of_pin.shape)
+        stress = np.concatenate([beam.stress(loads)[:, i, station, fibre] for loads in pieces])
+        point = beam.point(int(station), int(fibre), float(angle))
+        peak, when = float(stress.max()), float(time[stress.argmax()])
+        along = np.array([1.0, 0.0, 0.0])
+        hotspots.append(Hotspot(f"pin_{i + 1} as beam", point, peak, when, along, stress))
+    return hotspots
 
 
 def cycle_rows(hotspots: Iterable[Hotspot]) -> list[list[str | float]]:
@@ -145,11 +215,11 @@ def cycle_rows(hotspots: Iterable[Hotspot]) -> list[list[str | float]]:
     return rows
 
 
-def _peak_rows(hotspots: Iterable[Hotspot], stresses: BodyStresses) -> list[list[str | float]]:
+def _peak_rows(hotspots: Iterable[Hotspot]) -> list[list[str | float]]:
     return [
         [
             hotspot.surface,
-            *(float(x) for x in stresses.points[hotspot.node]),
+            *(float(x) for x in hotspot.point),
             hotspot.peak,
             hotspot.time,
             *(float(n) for n in hotspot.normal),
@@ -193,5 +263,5 @@ def stress_figure(
     history.margins(y=0.25)
     history.legend(fontsize="x-small")
     history.grid(alpha=0.3)
-    figure.suptitle(f"{run}: stress of the carrier")
+    figure.suptitle(f"{run}: stress of carrier and pins")
     return figure

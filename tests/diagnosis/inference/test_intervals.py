@@ -14,11 +14,11 @@ from carrierflex.diagnosis.element.noise import declared_gains
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
 from carrierflex.diagnosis.inference.named_values import (
-    NORMAL_95,
     _named_values,
     _small_sample_factor,
 )
 from carrierflex.identification.campaign.declarations import InputSignal
+from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     STIFFNESS,

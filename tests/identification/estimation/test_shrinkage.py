@@ -83,5 +83,19 @@ def test_a_trend_has_its_slope_and_its_interval_holds(scatter):
     # The wider of two intervals: 0.95 or more; standard error 0.013.
     assert 0.92 < np.mean(inside) <= 1.0
     assert np.mean(real) < 0.07
+    assert np.isnan(trend(time, 3.0 + 2.0 * time, np.ones(6)).step_time)
     with pytest.raises(ValueError, match="2 dates; expected at least 3"):
         trend(np.array([0.0, 0.0, 1.0]), np.ones(3), np.ones(3))
+
+
+@pytest.mark.parametrize("first", [2, 4, 5])
+def test_a_step_of_five_errors_is_dated_and_no_step_is_seen_in_a_drift(first):
+    rng = np.random.default_rng(6)
+    time, stds = np.arange(6.0), np.full(6, 1.0)
+    dated, drifts = [], []
+    for _ in range(200):
+        noise = rng.standard_normal(6)
+        dated.append(trend(time, 5.0 * (time >= first) + noise, stds).step_time == first)
+        drifts.append(np.isnan(trend(time, 2.0 * time + noise, stds).step_time))
+    assert np.mean(dated) > 0.85
+    assert np.mean(drifts) > 0.85

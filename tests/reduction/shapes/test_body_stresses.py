@@ -1,5 +1,6 @@
 """Stress of a reduced body: the full body's own, for loads at its pilots and in motion."""
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,7 +8,12 @@ from numpy.testing import assert_allclose
 from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.stress_recovery import stress_rows
 from carrierflex.geometry.tet_mesh import boundary_facets
-from carrierflex.reduction.body_files import read_stresses, write_body
+from carrierflex.reduction.body_files import (
+    BodyFileError,
+    has_fields,
+    read_stresses,
+    write_body,
+)
 from carrierflex.reduction.reduced_static import static_coordinates
 from carrierflex.reduction.shapes.body_stresses import body_stresses
 from carrierflex.reduction.shapes.stress_measures import von_mises
@@ -53,3 +59,22 @@ def test_the_file_keeps_the_rows(stresses, flexible_reduction, tmp_path):
     assert_allclose(found, expected, rtol=0.0, atol=1e-5 * expected.max())
     write_body(flexible_reduction.model, path)
     assert read_stresses(path) is None
+
+
+def test_whether_a_file_has_rows_is_said_without_reading_them(
+    stresses, flexible_reduction, tmp_path
+):
+    path = tmp_path / "body.h5"
+    write_body(flexible_reduction.model, path, stresses=stresses)
+    assert has_fields(path, "stresses")
+    assert not has_fields(path, "shapes")
+    with h5py.File(path, "r+") as file:
+        file["stresses/S"][0, 0, 0] = np.nan
+    assert has_fields(path, "stresses")
+    with pytest.raises(BodyFileError, match="holds a value that is not finite"):
+        read_stresses(path)
+    with h5py.File(path, "r+") as file:
+        del file["stresses/S"]
+        file["stresses/S"] = np.zeros((3, 6, 2))
+    with pytest.raises(BodyFileError, match=r"stresses/S has shape \(3, 6, 2\); expected"):
+        has_fields(path, "stresses")

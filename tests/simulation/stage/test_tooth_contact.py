@@ -136,3 +136,17 @@ def test_gears_that_never_touch_are_refused():
         InvolutePair(
             (39, 21), 0.010, GEAR.pressure_angle, GEAR.helix_angle, 0.25, (0.21, 0.118), 0.22
         )
+
+
+@pytest.mark.parametrize("slope", [2e-5, 6e-5])
+def test_face_load_factor_of_bare_spur_teeth_is_that_of_the_standard(slope):
+    """K_Hbeta = 1 + F_beta c_gamma / (2 F_m / b) while the whole face touches (ISO 6336-1)."""
+    contact = mesh_contact(SPUR, BARE, FORCE, misalignment=slope, n_slices=400, n_phases=400)
+    c_gamma = SPUR.contact_ratio * BARE.stiffness_per_width
+    w_m = FORCE / math.cos(SPUR.working_pressure_angle) / SPUR.face_width
+    F_beta = slope * SPUR.face_width
+    expected = 1.0 + F_beta * c_gamma / (2.0 * w_m)
+    assert 1.05 < expected < 2.0
+    # Phases in steps of a 400th of the base pitch.
+    assert_allclose(contact.face_load_factor, expected, rtol=3e-3)
+    assert mesh_contact(SPUR, BARE, FORCE).face_load_factor == pytest.approx(1.0)

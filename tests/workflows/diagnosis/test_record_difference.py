@@ -1,6 +1,7 @@
 """Two diagnoses of different records: what differs beyond its interval, and what would decide."""
 
 import json
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -63,13 +64,15 @@ def test_sizes_apart_beyond_their_intervals_differ_and_others_need_longer_record
     far = write_diagnosis(tmp_path / "T3", "c", **tilted(8e-5, 4e-6))
     apart = difference_of(compare_diagnoses.main(first, far), "phi_PLC")
     assert apart.differs
-    # 3e-5 less 1.96 times the root of 3^2 + 4^2.
-    np.testing.assert_allclose(apart.difference_ci95, (2.02e-5, 3.98e-5), rtol=1e-9)
+    # 3e-5 less 1.95996 times the root of 3^2 + 4^2.
+    in_95, in_90 = (NormalDist().inv_cdf(share) for share in (0.975, 0.9))
+    ends = (3e-5 - in_95 * 5e-6, 3e-5 + in_95 * 5e-6)
+    np.testing.assert_allclose(apart.difference_ci95, ends, rtol=1e-9)
     result = compare_diagnoses.main(first, near, out=tmp_path / "out")
     equal = difference_of(result, "phi_PLC")
     assert not equal.differs
-    # 6 of 5 standard deviations: (3.24 * 5/6)^2 times as long.
-    np.testing.assert_allclose(equal.longer, 7.29)
+    # 6 of 5 standard deviations.
+    np.testing.assert_allclose(equal.longer, ((in_95 + in_90) * 5.0 / 6.0) ** 2)
     assert any("7.3 times as long" in sentence for sentence in result.deciding)
     assert any("gains of 1 %" in sentence for sentence in result.deciding)
     # A direction is no size.

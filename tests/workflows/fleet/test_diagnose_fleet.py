@@ -96,15 +96,33 @@ def test_a_process_that_is_lost_takes_no_other_campaign_with_it(tmp_path):
     assert finished == {"a", "b", "c", "d", "once"}
 
 
-def test_what_batch_did_not_write_is_not_replaced(tmp_path):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "fleet.json").write_text(json.dumps({"mine": 1}), encoding="utf-8")
-    with pytest.raises(FileExistsError, match=r"fleet.json: is there already"):
-        diagnose_fleet.main(tmp_path, out=tmp_path / "out", quiet=True)
-    (tmp_path / "out" / "fleet.json").unlink()
-    (tmp_path / "out" / "fleet.csv").write_text("mine\n", encoding="utf-8")
-    with pytest.raises(FileExistsError, match=r"fleet.csv: is there already"):
-        diagnose_fleet.main(tmp_path, out=tmp_path / "out", quiet=True)
+@pytest.mark.parametrize("has_fleet", [False, True])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "fleet.json", "fleet.csv", "fleet.parquet", "fleet.html", "campaigns/bad/batch.json",
+        "campaigns/bad/diagnosis.json", "campaigns/bad/report.html",
+    ],
+)  # fmt: skip
+def test_what_batch_did_not_write_is_refused_before_any_work(
+    name, has_fleet, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(diagnose_fleet, "diagnosed", lambda *_: pytest.fail("work has begun"))
+    (tmp_path / "records" / "bad").mkdir(parents=True)
+    (tmp_path / "records" / "bad" / "campaign.toml").write_text("version = [", encoding="utf-8")
+    out = tmp_path / "out"
+    path = out / name
+    path.parent.mkdir(parents=True)
+    if has_fleet:
+        (out / "fleet.json").write_text('{"format": "carrierflex-fleet"}', encoding="utf-8")
+    path.write_text(json.dumps({"mine": 1}), encoding="utf-8")
+    with pytest.raises(FileExistsError, match=rf"{path.name}: is there already"):
+        diagnose_fleet.main(tmp_path / "records", out=out, quiet=True)
+    assert json.loads(path.read_text(encoding="utf-8")) == {"mine": 1}
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(OSError, match=rf"{path.name}: is a folder; expected the name of a file"):
+        diagnose_fleet.main(tmp_path / "records", out=out, quiet=True)
 
 
 def test_a_folder_without_campaigns_is_refused(tmp_path):

@@ -69,6 +69,16 @@ def test_a_size_that_grows_changes_and_others_do_not():
     assert "Sizes that change with time" in page
 
 
+def test_a_step_is_dated_where_a_line_fits_worse():
+    rng = np.random.default_rng(5)
+    stepped = [row("T98", month, 2e-6 + 2e-5 * (month > 3)) for month in range(1, 7)]
+    drifting = [row("T99", month, 5e-6 * month) for month in range(1, 7)]
+    fleet = fleet_diagnosis([*drawn_rows(20, 6, rng), *stepped, *drifting])
+    days = {one.turbine: one.stepped for one in fleet.trends if one.changes}
+    assert days == {"T98": "2026-04-01", "T99": ""}
+    assert "2026-04-01</td>" in fleet_page(fleet, "records", "campaigns", "report.html")
+
+
 def test_a_fault_of_the_measurement_comes_first_and_is_in_no_prior():
     rng = np.random.default_rng(4)
     faulty = replace(row("T98", 1, 9e-4), first_fault="wiring/sensor_order")

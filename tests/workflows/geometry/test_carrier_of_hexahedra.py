@@ -136,6 +136,11 @@ def test_a_mesh_of_hexahedra_and_wedges_is_taken_by_every_command(folder, tmp_pa
     assert shapes.triangles.shape[1] == 3
     assert np.isfinite(moved).all()
     assert {*shapes.surface_names} >= {"rim_face", "pin_3_downwind"}
+    with pytest.raises(ValueError, match="other elements than quadratic tetrahedra; expected"):
+        reduce_body.main(
+            body="carrier", out=tmp_path / "stressed.h5", mesh=files["flexible_mesh"],
+            surfaces=surfaces, modes=6, stresses=True, quiet=True,
+        )  # fmt: skip
     with pytest.raises(ValueError, match="--assembly scikit-fem is given with a mesh of hexahedra"):
         compute_curves.main(
             out=tmp_path / "other", surfaces=surfaces, **files, assembly="scikit-fem", quiet=True

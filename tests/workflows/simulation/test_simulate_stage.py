@@ -357,15 +357,61 @@ def test_stress_of_a_carrier_file_stands_beside_the_record(
     large = cycles[cycles["surface"] == "upwind_seat"]
     large = large[large["range from [Pa]"] > 0.5 * peaks.loc["upwind_seat", "range [Pa]"]]
     assert 1.0 <= large["cycles"].sum() <= 3.0
+    # Pins as simply supported beams: F (a b / L - w / 8) over the section, weight and tilt aside.
+    force, a, b, w = 360e3 / (3.0 * 0.308), 0.1525, 0.1425, 0.160
+    expected = 32.0 * force * (a * b / (a + b) - w / 8.0) / (np.pi * 0.160**3)
+    for pin in (1, 2, 3):
+        pin_row = peaks.loc[f"pin_{pin} as beam"]
+        assert_allclose(pin_row["largest von Mises stress [Pa]"], expected, rtol=0.03)
+        assert f"pin_{pin} as beam" in set(cycles["surface"])
+    # On the side to which the planet holds the pin back: pin 1 is on top, and turns towards -y.
+    assert peaks.loc["pin_1 as beam", "y [m]"] > 0.9 * 0.080
 
 
-def test_stress_needs_a_carrier_file_that_keeps_it(tmp_path, flexible_reduction):
+@pytest.mark.long
+def test_pins_of_a_file_have_the_stress_of_their_finite_elements(
+    tmp_path, curves, flexible_mesh, flexible_reduction, one_pin_mesh, pin_reduction
+):
+    for name, mesh, reduction in (
+        ("carrier", flexible_mesh, flexible_reduction),
+        ("pin", one_pin_mesh, pin_reduction),
+    ):
+        stresses = body_stresses(mesh, reduction.basis)
+        write_body(reduction.model, tmp_path / f"{name}.h5", stresses=stresses)
+    files = '[bodies]\ncarrier = "carrier.h5"\npin = "pin.h5"\n\n[rig]'
+    case = short_case(tmp_path, ("[rig]", files))
+    folder = tmp_path / "stress"
+    main(case, out=tmp_path / "campaign", curves=curves, stress=folder, quiet=True)
+    peaks = pd.read_csv(folder / "LC1_stress.csv").set_index("surface")
+    assert not any("as beam" in surface for surface in peaks.index)
+    # As the beam to a tenth: a pin fit of 1e6 N m/rad is nearly free.
+    for pin in (1, 2, 3):
+        size = peaks.loc[f"pin_{pin}_midspan_of_pin", "largest von Mises stress [Pa]"]
+        assert_allclose(size, 52e6, rtol=0.1)
+
+
+def test_stress_needs_body_files_that_keep_it(
+    tmp_path, flexible_mesh, flexible_reduction, pin_reduction
+):
     with pytest.raises(ValueError, match=r"--stress is given, \[bodies\] names no carrier"):
         main(short_case(tmp_path), out=tmp_path / "campaign", stress=tmp_path / "stress")
     write_body(flexible_reduction.model, tmp_path / "carrier.h5")
     bodies = ("[rig]", '[bodies]\ncarrier = "carrier.h5"\n\n[rig]')
     with pytest.raises(ValueError, match="has no stress rows; reduce it again with --stresses"):
         main(short_case(tmp_path, bodies), out=tmp_path / "campaign", stress=tmp_path / "stress")
+    write_body(
+        flexible_reduction.model,
+        tmp_path / "carrier.h5",
+        stresses=body_stresses(flexible_mesh, flexible_reduction.basis),
+    )
+    write_body(pin_reduction.model, tmp_path / "pin.h5")
+    files = '[bodies]\ncarrier = "carrier.h5"\npin = "pin.h5"\n\n[rig]'
+    with pytest.raises(ValueError, match=r"pin.h5: the body has no stress rows; reduce it again"):
+        main(
+            short_case(tmp_path, ("[rig]", files)),
+            out=tmp_path / "campaign",
+            stress=tmp_path / "stress",
+        )
     assert not (tmp_path / "stress").exists()
     with pytest.raises(ValueError, match="--stress is for stages; carrier_lc1_to_lc4"):
         main(shipped_case(), out=tmp_path / "campaign", stress=tmp_path / "stress")
