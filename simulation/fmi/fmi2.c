@@ -23,6 +23,11 @@ typedef struct {
     void (*stepFinished)(fmi2ComponentEnvironment, fmi2Status);
     fmi2ComponentEnvironment componentEnvironment;
 } fmi2CallbackFunctions;
+typedef struct {
+    fmi2Boolean newDiscreteStatesNeeded, terminateSimulation, nominalsOfContinuousStatesChanged;
+    fmi2Boolean valuesOfContinuousStatesChanged, nextEventTimeDefined;
+    fmi2Real nextEventTime;
+} fmi2EventInfo;
 #endif
 
 #if defined(_WIN32)
@@ -155,3 +160,19 @@ NO_VALUES(fmi2GetString, fmi2String)
 NO_VALUES(fmi2SetInteger, const fmi2Integer)
 NO_VALUES(fmi2SetBoolean, const fmi2Boolean)
 NO_VALUES(fmi2SetString, const fmi2String)
+
+/* Model exchange is not offered; some importers want its functions all the same. */
+#define REFUSES(name, ...) \
+    API fmi2Status name(fmi2Component c, __VA_ARGS__) { return unit_failed(c, #name ": co-simulation only"); }
+#define REFUSES_ALONE(name) \
+    API fmi2Status name(fmi2Component c) { return unit_failed(c, #name ": co-simulation only"); }
+REFUSES_ALONE(fmi2EnterEventMode)
+REFUSES_ALONE(fmi2EnterContinuousTimeMode)
+REFUSES(fmi2NewDiscreteStates, fmi2EventInfo *info)
+REFUSES(fmi2CompletedIntegratorStep, fmi2Boolean final, fmi2Boolean *event, fmi2Boolean *terminate)
+REFUSES(fmi2SetTime, fmi2Real time)
+REFUSES(fmi2SetContinuousStates, const fmi2Real x[], size_t n)
+REFUSES(fmi2GetDerivatives, fmi2Real dx[], size_t n)
+REFUSES(fmi2GetEventIndicators, fmi2Real z[], size_t n)
+REFUSES(fmi2GetContinuousStates, fmi2Real x[], size_t n)
+REFUSES(fmi2GetNominalsOfContinuousStates, fmi2Real x[], size_t n)

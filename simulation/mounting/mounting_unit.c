@@ -22,8 +22,8 @@ struct Work {
     double probe[2 * N_V][N_KNOWN], probe_force[2 * N_V][N_V]; /* ends, first forces; over later forces. */
 };
 
-/* Memory of the solver: forces at the start, middle and end of the last step, F of every element, step. */
-typedef struct { double first[N_E], middle[N_E], last[N_E], F[N_E], h; } Memory;
+/* Memory of the solver: forces phi + F where the step begins, F of every element, length of the last step. */
+typedef struct { double phi[N_E], F[N_E], h; } Memory;
 
 Work *model_work(void) { return calloc(1, sizeof(Work)); }
 void model_free(Work *work) { free(work); }
@@ -178,10 +178,7 @@ static const char *advance(const Work *work, State *state, Memory *memory, const
         known[N_S + N_U + i] = u1[i];
     }
     for (e = 0; e < N_E; ++e) {
-        double f0 = memory->first[e], fm = memory->middle[e], f1 = memory->last[e];
-        known[N_S + 2 * N_U + e] = f1;
-        f[e] = f0 - 3.0 * fm + 3.0 * f1; /* The last step's parabola goes on. */
-        f[N_E + e] = 3.0 * f0 - 8.0 * fm + 6.0 * f1;
+        known[N_S + 2 * N_U + e] = f[e] = f[N_E + e] = memory->phi[e];
         before[e] = deflection(state->x, e);
     }
     for (i = 0; i < 2 * N_V; ++i)
@@ -239,9 +236,7 @@ static const char *advance(const Work *work, State *state, Memory *memory, const
             return "a motion exceeds 0.3 rad or m, where the small-angle model ends; check the loads' units";
     memcpy(state->x, x, sizeof x);
     for (e = 0; e < N_E; ++e) {
-        memory->first[e] = memory->last[e];
-        memory->middle[e] = f[e];
-        memory->last[e] = f[N_E + e];
+        memory->phi[e] = f[N_E + e];
         memory->F[e] = F[N_E + e];
     }
     return NULL;
@@ -297,7 +292,7 @@ static void tangent(const State *state, double J[N_S * N_S], int at_rest) {
 
 const char *model_start(Work *work, State *state) {
     double J[N_S * N_S], residual[N_S], size = 0.0, change;
-    Memory memory = {{0}, {0}, {0}, {0}, 0.0};
+    Memory memory = {{0}, {0}, 0.0};
     int i, j, e, iteration;
     (void)work;
     memset(state->x, 0, sizeof state->x);
@@ -305,12 +300,12 @@ const char *model_start(Work *work, State *state) {
         for (e = 0; e < N_E; ++e) {
             double d = deflection(state->x, e);
             memory.F[e] = clipped(Kp * d);
-            memory.first[e] = memory.middle[e] = memory.last[e] = elastic(d, 0.0) + memory.F[e];
+            memory.phi[e] = elastic(d, 0.0) + memory.F[e];
         }
         for (i = 0; i < N_S; ++i) {
             for (residual[i] = 0.0, j = 0; j < N_S; ++j) residual[i] -= A[i][j] * state->x[j];
             for (j = 0; j < N_U; ++j) residual[i] -= B[i][j] * state->u[j];
-            for (e = 0; e < N_E; ++e) residual[i] -= N[i][e] * memory.last[e];
+            for (e = 0; e < N_E; ++e) residual[i] -= N[i][e] * memory.phi[e];
         }
         tangent(state, J, 1);
         if (!solve(N_S, J, residual, 1)) break;

@@ -123,7 +123,7 @@ def mounting_unit(
         output_states=tuple(tuple(map(int, np.flatnonzero(row))) for row in C),
         source=Path(__file__).with_suffix(".c"),
         data=data,
-        memory=4 * n_e + 1,
+        memory=2 * n_e + 1,
         step=0.01,
     )
 
