@@ -2,7 +2,7 @@
 
 FMI 2.0 and FMI 3.0 for co-simulation. ``unit.c`` holds what both versions share (modes, values,
 derivatives, states), ``fmi2.c`` and ``fmi3.c`` the functions of each; the model brings one C file
-of its own, and its numbers as ``model.h``.
+of its own, and its numbers as headers.
 
 References
 ----------
@@ -50,6 +50,7 @@ _BASE_UNITS: Mapping[str, tuple[int, int, int, int]] = {
     "rad": (0, 0, 0, 1),
     "rad/s": (0, 0, -1, 1),
     "rad/s2": (0, 0, -2, 1),
+    "rad/s/s": (0, 0, -2, 1),
 }
 
 
@@ -94,9 +95,9 @@ class UnitModel:
     inputs, outputs : tuple of Variable
         Variables in the order of the C file's ``u`` and ``y``.
     states : tuple of ContinuousState
-        States in the order of ``x``.
-    output_states : tuple of tuple of int
-        States that each output depends on; no output depends on an input of the same instant.
+        States in the order of ``x``; none where the model gives no derivatives.
+    dependencies : mapping of str to tuple of str
+        Inputs and states that each output depends on at the same instant, by name.
     source : Path
         C file that implements the functions of ``unit.h`` under "Of the model".
     data : mapping
@@ -113,7 +114,7 @@ class UnitModel:
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
     states: tuple[ContinuousState, ...]
-    output_states: tuple[tuple[int, ...], ...]
+    dependencies: Mapping[str, tuple[str, ...]]
     source: Path
     data: Mapping[str, int | float | Array]
     memory: int
@@ -186,22 +187,23 @@ def model_description(
     abilities = {
         "modelIdentifier": model.identifier,
         "canHandleVariableCommunicationStepSize": "true",
-        "maxOutputDerivativeOrder": "1",
+        "maxOutputDerivativeOrder": "1" if model.states else "0",
         "canGetAndSetFMUstate" if version == "2" else "canGetAndSetFMUState": "true",
         "canSerializeFMUstate" if version == "2" else "canSerializeFMUState": "true",
     }
+    derivatives = "true" if model.states else "false"
     if version == "2":
         root = Element("fmiModelDescription", about, fmiVersion="2.0", guid=token)
         unit = _tag(
             root, "CoSimulation", abilities, canInterpolateInputs="true",
-            providesDirectionalDerivative="true", canNotUseMemoryManagementFunctions="true",
+            providesDirectionalDerivative=derivatives, canNotUseMemoryManagementFunctions="true",
         )  # fmt: skip
         files = _tag(unit, "SourceFiles")
         for name in _c_files(model, version):
             _tag(files, "File", name=name)
     else:
         root = Element("fmiModelDescription", about, fmiVersion="3.0", instantiationToken=token)
-        _tag(root, "CoSimulation", abilities, providesDirectionalDerivatives="true")
+        _tag(root, "CoSimulation", abilities, providesDirectionalDerivatives=derivatives)
     units = _tag(root, "UnitDefinitions")
     for name in sorted({row.variable.unit for row in rows}):
         powers = zip(("kg", "m", "s", "rad"), _BASE_UNITS[name], strict=True)
@@ -227,7 +229,8 @@ def _add_variables_2(root: Element, rows: list[_Row], model: UnitModel) -> None:
     unknowns = {kind: list(entries) for kind, entries in _unknowns(rows, model)}
     for kind, name in (("Output", "Outputs"), ("ContinuousStateDerivative", "Derivatives"),
                        ("InitialUnknown", "InitialUnknowns")):  # fmt: skip
-        below = _tag(structure, name)
+        # The schema wants no empty list.
+        below = _tag(structure, name) if unknowns[kind] else structure
         for reference, dependencies in unknowns[kind]:
             entry = _tag(below, "Unknown", index=place[reference])
             if dependencies is not None:
@@ -272,10 +275,14 @@ def _unknowns(
 
     None: on all.
     """
-    outputs = [row.reference for row in rows if row.causality == "output"]
-    first_state = outputs[-1] + 1
-    depends = [[first_state + i for i in states] for states in model.output_states]
-    yield "Output", list(zip(outputs, depends, strict=True))
+    reference = {row.variable.name: row.reference for row in rows}
+    yield (
+        "Output",
+        [
+            (reference[name], [reference[other] for other in others])
+            for name, others in model.dependencies.items()
+        ],
+    )
     derivatives = sorted(
         (row.derivative_of, row.reference) for row in rows if row.derivative_of is not None
     )
@@ -287,31 +294,38 @@ def _c_files(model: UnitModel, version: str) -> tuple[str, ...]:
     return (f"fmi{version}.c", "unit.c", model.source.name)
 
 
-def c_header(model: UnitModel, token: str = "") -> str:
-    """Sizes and constants as C declarations; 17 digits, which give back every double."""
-    constants: dict[str, int | float | Array] = {
+def c_headers(model: UnitModel, token: str = "") -> dict[str, str]:
+    """``model.h`` with sizes and token, ``model_data.h`` with the model's constants."""
+    sizes = {
+        "HAS_DERIVATIVES": int(bool(model.states)),
         "N_U": len(model.inputs),
         "N_X": len(model.states),
         "N_Y": len(model.outputs),
         "N_MEMORY": model.memory,
-        "START": np.array([variable.start for variable in model.inputs]),
-        **model.data,
     }
     lines = [f'#define TOKEN "{token}"']
-    for name, value in constants.items():
-        if isinstance(value, int):
-            lines.append(f"enum {{ {name} = {value} }};")
-        elif isinstance(value, float):
-            lines.append(f"#define {name} {value!r}")
-        else:
-            whole = np.issubdtype(value.dtype, np.integer)
-            shape = "".join(f"[{n}]" for n in value.shape)
-            kind = "int" if whole else "double"
-            lines.append(f"static const {kind} {name}{shape} = {_braced(value)};")
-    return "\n".join(lines) + "\n"
+    lines += [f"#define {name} {value}" for name, value in sizes.items()]
+    start = np.array([variable.start for variable in model.inputs])
+    lines.append(f"#define START_VALUES {_braced(start)}")
+    data = [_declared(name, value) for name, value in model.data.items()]
+    return {"model.h": "\n".join(lines) + "\n", "model_data.h": "\n".join(data) + "\n"}
+
+
+def _declared(name: str, value: int | float | Array) -> str:
+    """A constant in C; 17 digits give back every double."""
+    if isinstance(value, int):
+        return f"enum {{ {name} = {value} }};"
+    if isinstance(value, float):
+        return f"#define {name} {value!r}"
+    kind = "int" if np.issubdtype(value.dtype, np.integer) else "double"
+    # C has no arrays of nothing.
+    shape = "".join(f"[{max(n, 1)}]" for n in value.shape)
+    return f"static const {kind} {name}{shape} = {_braced(value)};"
 
 
 def _braced(values: Array) -> str:
+    if values.size == 0:
+        return "{0}"
     if values.ndim > 1:
         return "{\n    " + ",\n    ".join(map(_braced, values)) + "}"
     return "{" + ", ".join(f"{value:.17g}" for value in values) + "}"
@@ -358,13 +372,15 @@ def write_fmu(
     if version not in VERSIONS:
         raise ValueError(f"FMI version is {version!r}; expected one of {', '.join(VERSIONS)}")
     sources = [_HERE / name for name in (*_SHARED, f"fmi{version}.c")] + [model.source]
-    text = c_header(model) + "".join(source.read_text(encoding="utf-8") for source in sources)
+    text = "".join(c_headers(model).values())
+    text += "".join(source.read_text(encoding="utf-8") for source in sources)
     # The same model gives the same identity, another one another.
     token = "{" + str(uuid.UUID(hashlib.sha256(text.encode()).hexdigest()[:32])) + "}"
     with whole_file(path) as part, scratch_folder(path) as folder:
         for source in sources:
             shutil.copyfile(source, folder / source.name)
-        (folder / "model.h").write_text(c_header(model, token), encoding="ascii")
+        for name, header in c_headers(model, token).items():
+            (folder / name).write_text(header, encoding="ascii")
         if version == "3":
             (folder / "buildDescription.xml").write_bytes(_build_description(model))
         stored = sorted(folder.iterdir())

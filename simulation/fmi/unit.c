@@ -73,19 +73,22 @@ int unit_terminated(Unit *unit) {
 }
 
 int unit_reset(Unit *unit) {
+    static const double start[N_U] = START_VALUES;
     memset(&unit->state, 0, sizeof unit->state);
-    memcpy(unit->state.u, START, sizeof START);
+    memcpy(unit->state.u, start, sizeof start);
     unit->state.mode = INSTANTIATED;
     return OK;
 }
 
 int unit_get(Unit *unit, const unsigned references[], size_t n, double values[]) {
     const State *state = &unit->state;
-    double y[N_Y], dx[N_X];
+    double y[N_Y], dx[N_X + 1] = {0};
     size_t k;
     if (settled(unit) != OK) return FAILED;
     model_outputs(unit->work, state, y);
+#if HAS_DERIVATIVES
     model_derivatives(unit->work, state, dx);
+#endif
     for (k = 0; k < n; ++k) {
         unsigned r = references[k];
         if (r == TIME) values[k] = state->time;
@@ -134,6 +137,7 @@ int unit_step(Unit *unit, double time, double size) {
     return OK;
 }
 
+#if HAS_DERIVATIVES
 int unit_output_derivatives(Unit *unit, const unsigned references[], size_t n, const int orders[], double values[]) {
     double dx[N_X], rate[N_X], dy[N_Y], no_inputs[N_U] = {0};
     size_t k;
@@ -176,6 +180,18 @@ int unit_directional(Unit *unit, const unsigned unknowns[], size_t n_unknowns, c
     }
     return OK;
 }
+#else
+int unit_output_derivatives(Unit *unit, const unsigned references[], size_t n, const int orders[], double values[]) {
+    (void)references; (void)n; (void)orders; (void)values;
+    return unit_failed(unit, "output derivatives are not offered");
+}
+
+int unit_directional(Unit *unit, const unsigned unknowns[], size_t n_unknowns, const unsigned knowns[], size_t n_knowns,
+                     const double seed[], double sensitivity[]) {
+    (void)unknowns; (void)n_unknowns; (void)knowns; (void)n_knowns; (void)seed; (void)sensitivity;
+    return unit_failed(unit, "directional derivatives are not offered");
+}
+#endif
 
 int unit_get_state(Unit *unit, void **state) {
     if (!state) return unit_failed(unit, "no place for the state was given");
@@ -221,4 +237,32 @@ int unit_restored(Unit *unit, const char bytes[], size_t size, void **state) {
     if (!*state) return unit_failed(unit, "no memory for the state");
     memcpy(*state, bytes + sizeof TOKEN, sizeof(State));
     return OK;
+}
+
+int solved(int n, double *a, double *b, int columns) {
+    int i, j, p;
+    for (p = 0; p < n; ++p) {
+        int best = p;
+        for (i = p + 1; i < n; ++i)
+            if (fabs(a[i * n + p]) > fabs(a[best * n + p])) best = i;
+        if (!(fabs(a[best * n + p]) > 0.0)) return 0;
+        for (j = 0; best != p && j < n; ++j) {
+            double t = a[p * n + j]; a[p * n + j] = a[best * n + j]; a[best * n + j] = t;
+        }
+        for (j = 0; best != p && j < columns; ++j) {
+            double t = b[p * columns + j]; b[p * columns + j] = b[best * columns + j]; b[best * columns + j] = t;
+        }
+        for (i = p + 1; i < n; ++i) {
+            double f = a[i * n + p] / a[p * n + p];
+            if (f == 0.0) continue;
+            for (j = p; j < n; ++j) a[i * n + j] -= f * a[p * n + j];
+            for (j = 0; j < columns; ++j) b[i * columns + j] -= f * b[p * columns + j];
+        }
+    }
+    for (i = n - 1; i >= 0; --i)
+        for (j = 0; j < columns; ++j) {
+            for (p = i + 1; p < n; ++p) b[i * columns + j] -= a[i * n + p] * b[p * columns + j];
+            b[i * columns + j] /= a[i * n + i];
+        }
+    return 1;
 }

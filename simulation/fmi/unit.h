@@ -1,7 +1,8 @@
 /* A co-simulation unit: what FMI 2 (fmi2.c) and FMI 3 (fmi3.c) share, and what a model gives.
  *
- * model.h, written for each unit, holds TOKEN, the sizes N_U (inputs), N_X (states), N_Y (outputs),
- * N_MEMORY (numbers that the model's step remembers beside its states) and the model's data. */
+ * model.h, written for each unit, holds TOKEN, START_VALUES of the inputs, the sizes N_U (inputs), N_X (states),
+ * N_Y (outputs) and N_MEMORY (numbers that the model's step remembers beside its states); model_data.h the
+ * constants of the model's file. */
 #ifndef UNIT_H
 #define UNIT_H
 #include <stddef.h>
@@ -23,7 +24,7 @@ enum { INSTANTIATED = 1, INITIALISING, STEPPING, TERMINATED };
 
 /* All that decides how a unit goes on: copied whole to get, set and store it. */
 typedef struct {
-    double time, u[N_U], rate[N_U], x[N_X], memory[N_MEMORY];
+    double time, u[N_U], rate[N_U], x[N_X + 1], memory[N_MEMORY];
     int mode, at_rest; /* at_rest: x belongs to the inputs u; an input set before the start clears it */
 } State;
 
@@ -44,6 +45,7 @@ void model_free(Work *);
 const char *model_start(Work *, State *);
 const char *model_step(Work *, State *, double size);
 void model_outputs(Work *, const State *, double y[]);
+/* Where HAS_DERIVATIVES of model.h is 1: */
 void model_derivatives(Work *, const State *, double dx[]);
 /* Changes dx' and dy with changes du and dx; before the first step dx and dy of the rest with du. */
 const char *model_changes(Work *, const State *, const double du[], double dx[], double rate[], double dy[]);
@@ -69,4 +71,7 @@ int unit_free_state(Unit *, void **state);
 int unit_stored_size(Unit *, const void *state, size_t *size);
 int unit_stored(Unit *, const void *state, char bytes[], size_t size);
 int unit_restored(Unit *, const char bytes[], size_t size, void **state);
+
+/* Solve a x = b with row exchange; b holds `columns` right-hand sides. 0 where a is singular. */
+int solved(int n, double *a, double *b, int columns);
 #endif

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "model_data.h"
 #include "unit.h"
 
 enum { N_V = 2 * N_E, CHANNELS = N_U + N_E, SIZE = N_S + 3 * CHANNELS, N_KNOWN = N_S + 2 * N_U + N_E };
@@ -27,34 +28,6 @@ typedef struct { double phi[N_E], F[N_E], h; } Memory;
 
 Work *model_work(void) { return calloc(1, sizeof(Work)); }
 void model_free(Work *work) { free(work); }
-
-/* Solve a x = b with row exchange; b holds `columns` right-hand sides. 0 where a is singular. */
-static int solve(int n, double *a, double *b, int columns) {
-    int i, j, p;
-    for (p = 0; p < n; ++p) {
-        int best = p;
-        for (i = p + 1; i < n; ++i)
-            if (fabs(a[i * n + p]) > fabs(a[best * n + p])) best = i;
-        if (!(fabs(a[best * n + p]) > 0.0)) return 0;
-        for (j = 0; best != p && j < n; ++j) {
-            double t = a[p * n + j]; a[p * n + j] = a[best * n + j]; a[best * n + j] = t;
-        }
-        for (j = 0; best != p && j < columns; ++j) {
-            double t = b[p * columns + j]; b[p * columns + j] = b[best * columns + j]; b[best * columns + j] = t;
-        }
-        for (i = p + 1; i < n; ++i) {
-            double f = a[i * n + p] / a[p * n + p];
-            for (j = p; j < n; ++j) a[i * n + j] -= f * a[p * n + j];
-            for (j = 0; j < columns; ++j) b[i * columns + j] -= f * b[p * columns + j];
-        }
-    }
-    for (i = n - 1; i >= 0; --i)
-        for (j = 0; j < columns; ++j) {
-            for (p = i + 1; p < n; ++p) b[i * columns + j] -= a[i * n + p] * b[p * columns + j];
-            b[i * columns + j] /= a[i * n + i];
-        }
-    return 1;
-}
 
 static double clipped(double F) { return F > Fy ? Fy : F < -Fy ? -Fy : F; }
 static double elastic(double d, double rate) { return d * d * (d * (K3 + K5 * d * d) + C3 * rate); }
@@ -223,7 +196,7 @@ static const char *advance(const Work *work, State *state, Memory *memory, const
             }
             wanted[i] = f[i] - wanted[i];
         }
-        if (!solve(N_V, jacobian, wanted, 1)) return "the bushing forces of a step have no single solution";
+        if (!solved(N_V, jacobian, wanted, 1)) return "the bushing forces of a step have no single solution";
         for (i = 0; i < N_V; ++i) f[i] -= wanted[i];
     }
     memcpy(f, wanted, sizeof f);
@@ -308,7 +281,7 @@ const char *model_start(Work *work, State *state) {
             for (e = 0; e < N_E; ++e) residual[i] -= N[i][e] * memory.phi[e];
         }
         tangent(state, J, 1);
-        if (!solve(N_S, J, residual, 1)) break;
+        if (!solved(N_S, J, residual, 1)) break;
         for (change = size = 0.0, i = 0; i < N_S; ++i) {
             state->x[i] += residual[i];
             change = fmax(change, fabs(residual[i]));
@@ -355,7 +328,7 @@ const char *model_changes(Work *work, const State *state, const double du[], dou
     if (starts) {
         for (i = 0; i < N_S; ++i)
             for (dx[i] = 0.0, j = 0; j < N_U; ++j) dx[i] -= B[i][j] * du[j];
-        if (!solve(N_S, J, dx, 1)) return "the mounting has no stiffness against the inputs";
+        if (!solved(N_S, J, dx, 1)) return "the mounting has no stiffness against the inputs";
         for (e = 0; e < N_X - N_S; ++e) {
             double d = deflection(dx, e) - PRELOAD[e];
             dx[N_S + e] = fabs(Kp * deflection(state->x, e)) < Fy ? Kp * d : 0.0;

@@ -120,7 +120,10 @@ def mounting_unit(
         inputs=_INPUTS,
         outputs=_OUTPUTS,
         states=states,
-        output_states=tuple(tuple(map(int, np.flatnonzero(row))) for row in C),
+        dependencies={
+            name: tuple(states[i].variable.name for i in np.flatnonzero(row))
+            for name, row in zip(SENSORS, C, strict=True)
+        },
         source=Path(__file__).with_suffix(".c"),
         data=data,
         memory=2 * n_e + 1,
