@@ -99,8 +99,9 @@ def tools_page() -> str:
         "## Bodies and linear models",
         "",
         "`carrierflex export BODY.h5 --format FORMAT --out FILE` ([exports]"
-        "(../matrices.md#bodies-and-linear-models-for-other-programs)); the linear mounting as a "
-        "unit of FMI 2.0: `carrierflex fmu` ([co-simulation](../mounting_model.md#co-simulation)).",
+        "(../matrices.md#bodies-and-linear-models-for-other-programs)); mounting and stage, "
+        "nonlinear, as units of FMI 2.0 and 3.0: `carrierflex fmu` "
+        "([co-simulation](../mounting_model.md#co-simulation)).",
         "",
         "| tool | format | files | read back by |",
         "|---|---|---|---|",

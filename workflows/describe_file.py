@@ -386,7 +386,7 @@ def _fmu(path: Path) -> FileDescription:
     figures = {
         "FMI version": root.get("fmiVersion", ""),
         "model": root.get("modelName", ""),
-        "variables": str(len(root.findall(".//ScalarVariable"))),
+        "variables": str(len(root.find("ModelVariables") or ())),
         "binaries": _listed(sorted({name.split("/")[1] for name in binaries})),
     }
     is_ours = root.get("generationTool") == "carrierflex"
@@ -394,7 +394,7 @@ def _fmu(path: Path) -> FileDescription:
         (word.strip() for word in root.get("description", "").split(";") if "carrierflex" in word),
         root.get("generationTool", ""),
     )
-    kind = "co-simulation unit of the mounting" if is_ours else "FMU of another tool"
+    kind = "co-simulation unit" if is_ours else "FMU of another tool"
     return FileDescription(path, kind, figures, software)
 
 

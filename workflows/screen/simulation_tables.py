@@ -115,7 +115,9 @@ def fmu_table(unit: "ExportedUnit") -> RenderableType:
     """File of the unit and what it holds."""
     table = titled_table("co-simulation unit", "figure", "value")
     table.add_row("file", str(unit.file))
-    table.add_row("own step, s", f"{unit.step:g}")
+    table.add_row("FMI version", unit.fmi)
+    table.add_row("model", unit.model)
+    table.add_row("largest step inside, s", f"{unit.step:g}")
     compiled = (
         "sources and a library for this platform"
         if unit.compiled

@@ -61,7 +61,8 @@ COMMANDS = {
     "study torsion": Command("simulation.compute_torsion", "simulation_tables:torsion_table",
         "Torsional stiffness of main shaft, gearbox and mounting.", "torsion.json"),
     "fmu": Command("simulation.export_fmu", "simulation_tables:fmu_table",
-        "Export the linear mounting model as an FMI 2.0 co-simulation unit."),
+        "Export mounting or stage, nonlinear as they are simulated, as an FMI co-simulation "
+        "unit."),
     "study gear-life": Command("simulation.estimate_gear_life", "simulation_tables:gear_life_table",
         "Contact pressure and pitting life of sun and ring mesh over misalignment.",
         "gear_life.json"),
