@@ -44,6 +44,7 @@ def main(
     linearised: Path | None = None,
     loads: Path | None = None,
     stress: Path | None = None,
+    rexs: Path | None = None,
     energy_balance: bool = False,
     parquet: bool = False,
     variants: Path | None = None,
@@ -78,6 +79,9 @@ def main(
         Stage whose [bodies] carrier is of carrierflex reduce --stresses: folder for the carrier's
         stress: <run>_stress.csv with the hotspot of every surface, <run>_cycles.csv with its
         rainflow cycles, <run>_stress.png; 8 bytes a coordinate and sample are held in memory.
+    rexs : Path, optional
+        Stage, beside loads: REXS file of the gearbox; the folder of loads takes a copy of it with
+        one load case a run: forces at bearings and meshes, mesh load factor, speeds, lives.
     energy_balance : bool
         Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more
         than 0.1 % of the work is left over, which a smaller step of the case cures.
@@ -122,6 +126,10 @@ def main(
     for name, folder in (("loads", loads), ("stress", stress)):
         if folder is not None and document.get("format") != STAGE_FORMAT:
             raise ValueError(f"--{name} is for stages; {case.name} is none")
+    if rexs is not None and loads is None:
+        raise ValueError(
+            "--rexs takes the results of --loads back to a REXS file; expected --loads FOLDER too"
+        )
     is_carrier = document.get("kind") != "mounting" and document.get("format") != STAGE_FORMAT
     if law and not is_carrier:
         raise ValueError(f"--law is for cases of the carrier; {case.name} is none")
@@ -146,6 +154,7 @@ def main(
             linearised=linearised,
             loads=loads,
             stress=stress,
+            rexs=rexs,
             quiet=quiet,
         )
     if is_carrier:
