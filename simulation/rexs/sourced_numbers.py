@@ -8,7 +8,7 @@ the ratio ``s`` of the centre distances, lengths go with s, stiffnesses with s (
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import Annotated, Literal
 
 from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
@@ -37,16 +37,12 @@ How = Literal["file", "derived", "default"]
 class Value:
     """A number of the files that are written, and where it comes from."""
 
-    table: str
-    """Table of the file; empty for keys at its top."""
-    key: str
-    number: float | int
-    how: How
-    """From the file, derived from what is in the file, or a default that the file lacks."""
-    source: str
-    """Component and attribute, or the rule."""
-    unit: str = ""
-    """SI unit of the number."""
+    table: Annotated[str, "Table of the file; empty for keys at its top"]
+    key: Annotated[str, "Key of the table"]
+    number: Annotated[float | int, "Number in SI units"]
+    how: Annotated[How, "From the file, derived from numbers of the file, or a default"]
+    source: Annotated[str, "Component and attribute, or the rule"]
+    unit: Annotated[str, "SI unit; empty for pure numbers"] = ""
 
 
 def shipped_tables() -> dict[str, object]:

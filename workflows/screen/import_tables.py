@@ -11,12 +11,12 @@ from carrierflex.workflows.screen.titled_table import titled_table
 if TYPE_CHECKING:
     from carrierflex.workflows.check_installation import Installation
     from carrierflex.workflows.complete_shell import Completion
-    from carrierflex.workflows.copy_cases import ShippedCases
     from carrierflex.workflows.describe_file import FileDescription
     from carrierflex.workflows.geometry.write_parameters import WrittenParameters
     from carrierflex.workflows.identification.import_records import ImportedRecords
     from carrierflex.workflows.identification.new_campaign import NewMap
     from carrierflex.workflows.schemas.show_schema import Schema
+    from carrierflex.workflows.simulation.copy_cases import ShippedCases
     from carrierflex.workflows.simulation.rexs_case import RexsCase
 
 
@@ -62,7 +62,7 @@ def completion_script(completion: "Completion") -> RenderableType:
 
 def cases_table(cases: "ShippedCases | RexsCase") -> RenderableType:
     """Shipped cases with their titles, or what a REXS file gave and lacks."""
-    from carrierflex.workflows.copy_cases import ShippedCases
+    from carrierflex.workflows.simulation.copy_cases import ShippedCases
 
     if not isinstance(cases, ShippedCases):
         return _rexs_table(cases)

@@ -62,7 +62,7 @@ COMMANDS = {
     "study gear-life": Command("simulation.estimate_gear_life", "simulation_tables:gear_life_table",
         "Contact pressure and pitting life of sun and ring mesh over misalignment.",
         "gear_life.json"),
-    "cases": Command("copy_cases", "import_tables:cases_table",
+    "cases": Command("simulation.copy_cases", "import_tables:cases_table",
         "List the bundled cases, or copy them; or make a case of a REXS file."),
     "info": Command("describe_file", "import_tables:description_table",
         "Show what a file or folder is, its main figures, and which commands take it."),

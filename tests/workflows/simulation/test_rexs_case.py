@@ -13,8 +13,8 @@ from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.rexs.rexs_files import read_rexs
 from carrierflex.simulation.stage.stage_cases import read_stage_case
-from carrierflex.workflows.copy_cases import main as cases
 from carrierflex.workflows.outputs import schema_file
+from carrierflex.workflows.simulation.copy_cases import main as cases
 from carrierflex.workflows.simulation.rexs_case import CASE, PARAMETERS, SOURCES
 from carrierflex.workflows.simulation.simulate_load_case import main as simulate
 from tests.simulation.rexs.public_sample import public_stage, shipped_gearbox
