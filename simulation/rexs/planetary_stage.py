@@ -247,9 +247,9 @@ def placement(
         u = _unit(model.vector(current, "u_axis_vector"), (1.0, 0.0, 0.0))
         w = _unit(model.vector(current, "w_axis_vector"), (0.0, 0.0, 1.0))
         steps.append((np.array([u, np.cross(w, u), w]), np.array(place)))
-        reference = model.text(current, "reference_component_for_position")
-        number = int(float(reference)) if reference.replace(".", "", 1).isdigit() else None
-        current = model.components.get(number) if number is not None else None
+        # Programs write the id as 12 or 12.0.
+        reference = model.text(current, "reference_component_for_position").removesuffix(".0")
+        current = next((c for c in model.components.values() if str(c.id) == reference), None)
     if not steps:
         return None
     axes, origin = np.eye(3), np.zeros(3)

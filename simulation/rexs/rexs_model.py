@@ -11,6 +11,8 @@ from carrierflex.simulation.rexs.rexs_units import factor_to_si
 
 #: Words for yes and no.
 _TRUE, _FALSE = ("true", "1"), ("false", "0")
+#: Sizes of numbers other than zero that are taken, in SI units.
+_SMALLEST, _LARGEST = 1e-40, 1e40
 
 
 class Attribute(NamedTuple):
@@ -121,7 +123,7 @@ class RexsModel:
         Raises
         ------
         ValueError
-            Where the value is no finite number, or its unit is unknown or of another dimension.
+            Where the value is no number of 1e-40 to 1e40 in SI units or 0, or its unit is unknown or of another dimension.
         """
         entry = self._attribute(component, attribute, case)
         if component is None or entry is None:
@@ -176,9 +178,11 @@ class RexsModel:
             number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             number = math.nan
-        if not math.isfinite(number * factor):
+        # Neither a power of it nor the length of a vector overflows or vanishes.
+        if number != 0.0 and not _SMALLEST <= abs(number * factor) <= _LARGEST:
             raise ValueError(
-                f"{self.path}: {component}: {attribute} is {shown(value)}; expected a number"
+                f"{self.path}: {component}: {attribute} is {shown(value)}; expected a "
+                "number, of 1e-40 to 1e40 in SI units or 0"
             )
         # Twelve digits: the same value in another unit is the same number.
         return float(f"{number * factor:.12g}")

@@ -206,6 +206,24 @@ def changed(component, attribute, **entry):
     return change
 
 
+def references_written_as(text):
+    def change(model):
+        for entry in model.components:
+            for attribute in entry["attributes"]:
+                if attribute["id"] == "reference_component_for_position":
+                    attribute["value"] = text
+
+    return change
+
+
+@pytest.mark.parametrize("text", ["1", "1.0", "", "none", "9" * 5000])
+def test_a_reference_in_other_words_is_read_or_left_out(text, tmp_path):
+    model = public_stage()
+    references_written_as(text)(model)
+    # Component 1 stands at the origin: with and without it, places are the same.
+    assert numbers(values_of(model, tmp_path)) == numbers(values_of(public_stage(), tmp_path))
+
+
 def second_stage(model):
     model.add(900, "planetary_stage", "high speed stage")
 
@@ -239,6 +257,8 @@ REFUSED = {
     "dimension": (changed(211, "center_distance", unit="kN"), "center_distance has the unit 'kN'"),
     "words": (changed(53, "normal_module", value="four"), "cylindrical_gear 53: normal_module is"),
     "nan": (changed(53, "normal_module", value=math.nan), "expected a number"),
+    "huge": (changed(211, "center_distance", value=1e308), "center_distance is 1e.308; expected a"),
+    "tiny": (changed(67, "w_axis_vector", value=[1e-200, 0.0, 0.0]), "expected a number, of 1e-40"),
     "negative": (changed(211, "center_distance", value=-78.0), "expected a positive one"),
     "teeth": (changed(53, "number_of_teeth", value=17.5), "expected a whole number"),
     "vector": (changed(67, "support_vector", value=[1.0, 2.0]), "expected three numbers"),

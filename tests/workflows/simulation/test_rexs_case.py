@@ -108,9 +108,9 @@ def test_results_need_loads_and_a_file_of_these_gears(tmp_path):
         simulate(SHIPPED, out=tmp_path / "c", rexs=source)
     with pytest.raises(ValueError, match="teeth 61/22/17; expected one with 99/39/21"):
         simulate(SHIPPED, out=tmp_path / "c", loads=tmp_path / "loads", rexs=source)
-    beside = shipped_gearbox().write_xml(tmp_path / "b.rexs")
+    inside = shipped_gearbox().write_xml(tmp_path / "b.rexs")
     with pytest.raises(ValueError, match="in the folder of --loads"):
-        simulate(SHIPPED, out=tmp_path / "c", loads=tmp_path, rexs=beside)
+        simulate(SHIPPED, out=tmp_path / "c", loads=tmp_path, rexs=inside)
 
 
 @pytest.mark.long
