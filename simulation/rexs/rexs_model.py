@@ -91,17 +91,17 @@ class RexsModel:
     def parts(self, assembly: Component, *types: str) -> list[Component]:
         """Components that belong to an assembly."""
         members = (
-            part
+            member
             for relation in ("assembly", "ordered_assembly")
-            for part in self.related(relation, "assembly", assembly, "part")
+            for member in self.related(relation, "assembly", assembly, "part")
         )
         # A component may stand in several relations with the same assembly.
-        return list({part.id: part for part in members if part.type in types}.values())
+        return list({each.id: each for each in members if each.type in types}.values())
 
-    def assembly_of(self, part: Component, *types: str) -> Component | None:
+    def assembly_of(self, member: Component, *types: str) -> Component | None:
         """First assembly of some types that a component belongs to."""
         for relation in ("assembly", "ordered_assembly"):
-            for each in self.related(relation, "part", part, "assembly"):
+            for each in self.related(relation, "part", member, "assembly"):
                 if each.type in types:
                     return each
         return None
@@ -123,7 +123,8 @@ class RexsModel:
         Raises
         ------
         ValueError
-            Where the value is no number of 1e-40 to 1e40 in SI units or 0, or its unit is unknown or of another dimension.
+            Where the value is no number of 1e-40 to 1e40 in SI units or 0, or its unit is unknown
+            or of another dimension.
         """
         entry = self._attribute(component, attribute, case)
         if component is None or entry is None:

@@ -391,8 +391,8 @@ def _torque(numbers: Numbers, case: LoadCase | None, speed: float) -> tuple[floa
             power = model.number(load, "power", case)
             if power and speed:
                 # Power into the shaft that turns at the carrier's speed times its ratio.
-                own = speed if factor == 1.0 else speed * ratio
-                return power / own * factor, f"{load} power / speed{rule}"
+                turning = speed if factor == 1.0 else speed * ratio
+                return power / turning * factor, f"{load} power / speed{rule}"
     return 0.0, "no torque"
 
 

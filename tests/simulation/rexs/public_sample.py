@@ -222,8 +222,8 @@ def public_stage():
         )
         model.join("assembly", assembly=3, part=number)
         model.join("reference", origin=number, referenced=89)
-    for part in (4, 6):
-        model.join("assembly", assembly=3, part=part)
+    for number in (4, 6):
+        model.join("assembly", assembly=3, part=number)
     model.join("assembly", assembly=9, part=3)
     model.join("central_shaft", planetary_stage=9, shaft=34)
     _gear(model, 53, "cylindrical_gear", 34, 17, (125.0, 0.0, 0.0))
