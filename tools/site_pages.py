@@ -111,7 +111,10 @@ def tools_page() -> str:
     lines += [
         "",
         "Matrices of finite element programs go in by `carrierflex reduce --stiffness` "
-        "([matrices](../matrices.md)), solids by `carrierflex cad-surfaces` ([CAD](../cad.md)).",
+        "([matrices](../matrices.md)), solids by `carrierflex cad-surfaces` ([CAD](../cad.md)). A "
+        "gearbox in REXS (`.rexs`, `.rexsj`, `.rexsz`) becomes dimensions and a stage case by "
+        "`carrierflex cases --rexs`; `carrierflex simulate --rexs` takes results back "
+        "([stage](../stage_model.md#a-gearbox-in-rexs)).",
         "",
     ]
     return "\n".join(lines)

@@ -55,6 +55,9 @@ from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.law_files import read_law, write_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.rexs.planetary_stage import chosen_stage, planetary_stage
+from carrierflex.simulation.rexs.rexs_files import read_rexs, write_with_load_cases
+from carrierflex.simulation.rexs.stage_values import stage_values
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.cached_results import CacheStore
 from carrierflex.workflows.fe.default_curves import default_curves, with_mesh_error
@@ -72,6 +75,7 @@ from tests.identification.logs.test_other_tools import (
     write_workbook,
 )
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
+from tests.simulation.rexs.public_sample import shipped_gearbox
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 from tests.simulation.test_law_files import LAWS
 
@@ -211,6 +215,24 @@ def _cases() -> dict[str, Target]:
     }
 
 
+def _gearboxes(folder: Path) -> dict[str, Target]:
+    model, files = shipped_gearbox(), ("gearbox.rexs", "gearbox.rexsj", "gearbox.rexsz")
+    for write, file in zip(("write_xml", "write_json", "write_archive"), files, strict=True):
+        getattr(model, write)(folder / file)
+    return {
+        file: Target({file: (folder / file).read_bytes()}, file, _reading(_read_gearbox, file))
+        for file in files
+    }
+
+
+def _read_gearbox(path: Path) -> None:
+    model = read_rexs(path)
+    stage = planetary_stage(model, chosen_stage(model, None))
+    stage_values(stage, lambda table, key: "m")
+    results = [("LC1", {stage.sun.id: {"rotational_speed": 1.0}})]
+    write_with_load_cases(path.with_name("copy_of_" + path.name), path, results)
+
+
 def _reading(read: Callable[[Path], Any], file: str) -> Callable[[Path], Any]:
     return lambda folder: read(folder / file)
 
@@ -238,6 +260,7 @@ TEXTS = [
         *["log run.mf4"][: bool(importlib.util.find_spec("asammdf"))],
     ),
     *MATRIX_READERS,
+    *("gearbox.rexs", "gearbox.rexsj", "gearbox.rexsz"),
     "body .h5 bytes",
 ]
 #: Every reader has its share; the body is damaged in two ways.
@@ -287,6 +310,7 @@ def targets(tmp_path_factory, one_pin_mesh, body):
         **_documents(tmp_path_factory.mktemp("documents")),
         **_logs(tmp_path_factory.mktemp("logs")),
         **_cases(),
+        **_gearboxes(tmp_path_factory.mktemp("gearboxes")),
         "mesh .msh": Target(mesh, "a.msh", lambda path: read_mesh(path / "a.msh")),
         "mesh of hexahedra .inp": Target(
             hexahedra, "a.inp", lambda path: read_mesh(path / "a.inp")

@@ -6,8 +6,8 @@ import subprocess
 
 import pytest
 
-from carrierflex.workflows.copy_cases import main as copy_cases
 from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.simulation.copy_cases import main as copy_cases
 
 
 @pytest.fixture

@@ -73,6 +73,7 @@ from carrierflex.workflows.simulation.compute_torsion import TorsionDocument
 from carrierflex.workflows.simulation.estimate_gear_life import GearLifeDocument
 from carrierflex.workflows.simulation.linearise_mounting import MountingLinearisedDocument
 from carrierflex.workflows.simulation.linearise_stage import StageLinearisedDocument
+from carrierflex.workflows.simulation.rexs_case import RexsDocument
 from carrierflex.workflows.simulation.simulate_table_5 import TableFiveDocument
 from carrierflex.workflows.simulation.study_order_one import OrderOneDocument
 
@@ -124,6 +125,7 @@ _RESULTS: dict[str, Any] = {
     "papers gap": PapersGapDocument,
     "torsion": TorsionDocument,
     "gear life": GearLifeDocument,
+    "rexs": RexsDocument,
     "linearised": MountingLinearisedDocument | StageLinearisedDocument,
     "figures": FiguresDocument,
     "printed tables": PrintedTablesDocument,

@@ -38,6 +38,7 @@ Name = Literal[
     "table-5",
     "torsion",
     "gear-life",
+    "rexs",
     "linearised",
     "figures",
     "printed-tables",

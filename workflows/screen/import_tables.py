@@ -1,5 +1,6 @@
 """What a user starts from, on the screen: maps, imports, schemas, cases, dimensions."""
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from rich.console import RenderableType
@@ -10,12 +11,13 @@ from carrierflex.workflows.screen.titled_table import titled_table
 if TYPE_CHECKING:
     from carrierflex.workflows.check_installation import Installation
     from carrierflex.workflows.complete_shell import Completion
-    from carrierflex.workflows.copy_cases import ShippedCases
     from carrierflex.workflows.describe_file import FileDescription
     from carrierflex.workflows.geometry.write_parameters import WrittenParameters
     from carrierflex.workflows.identification.import_records import ImportedRecords
     from carrierflex.workflows.identification.new_campaign import NewMap
     from carrierflex.workflows.schemas.show_schema import Schema
+    from carrierflex.workflows.simulation.copy_cases import ShippedCases
+    from carrierflex.workflows.simulation.rexs_case import RexsCase
 
 
 def map_table(new: "NewMap") -> RenderableType:
@@ -58,14 +60,48 @@ def completion_script(completion: "Completion") -> RenderableType:
     return Text(completion.text.rstrip())
 
 
-def cases_table(cases: "ShippedCases") -> RenderableType:
-    """Shipped cases with their titles."""
+def cases_table(cases: "ShippedCases | RexsCase") -> RenderableType:
+    """Shipped cases with their titles, or what a REXS file gave and lacks."""
+    from carrierflex.workflows.simulation.copy_cases import ShippedCases
+
+    if not isinstance(cases, ShippedCases):
+        return _rexs_table(cases)
     where = f": copied to {cases.folder}" if cases.folder is not None else ""
     table = titled_table(f"bundled cases{where}", "name", "what it is")
     table.columns[1].justify = "left"
     table.columns[1].overflow = "fold"
     for name, title in cases.titles.items():
         table.add_row(name, title)
+    return table
+
+
+def _rexs_table(case: "RexsCase") -> RenderableType:
+    """Defaults for what the file lacks, by table; notes; what to run next."""
+    counts = Counter(value.how for value in case.values)
+    title = (
+        f"{case.folder}, {case.source}: {counts['file']} numbers of the file, "
+        f"{counts['derived']} derived, {counts['default']} defaults"
+    )
+    table = titled_table(title, "not in the file", "used instead")
+    table.columns[1].justify = "left"
+    table.columns[1].overflow = "fold"
+    tables = dict.fromkeys(value.table for value in case.values)
+    for name in tables:
+        values = [value for value in case.values if value.table == name]
+        lacking = [value for value in values if value.how == "default"]
+        if len(lacking) == len(values) > 1:
+            table.add_row(f"[{name}]", f"all {len(values)} numbers: the shipped gearbox, scaled")
+            continue
+        for value in lacking:
+            key = f"[{name}] {value.key}" if name else value.key
+            table.add_row(key, f"{value.number:.4g} {value.unit}".rstrip() + f": {value.source}")
+    for words, lines in (
+        ("note", case.notes),
+        ("to correct", case.problems),
+        ("next", case.commands),
+    ):
+        for number, line in enumerate(lines):
+            table.add_row("" if number else words, line)
     return table
 
 

@@ -44,6 +44,7 @@ def main(
     linearised: Path | None = None,
     loads: Path | None = None,
     stress: Path | None = None,
+    rexs: Path | None = None,
     energy_balance: bool = False,
     parquet: bool = False,
     variants: Path | None = None,
@@ -87,6 +88,11 @@ def main(
         The carrier of [bodies], and the pin where it names one, must be of carrierflex reduce
         --stresses. <run>_stress.csv: hotspot of every surface and pin; <run>_cycles.csv: its
         rainflow cycles; <run>_stress.png. Needs 8 bytes of memory a coordinate and sample.
+    rexs : Path, optional
+        Stage, beside loads: REXS file of the gearbox for results.
+
+        The folder of loads takes a copy of it with one load case a run: forces at bearings and
+        meshes, mesh load factor, speeds, lives.
     energy_balance : bool
         Mounting: energy balance; exit code 1 above 0.1 %.
 
@@ -137,6 +143,10 @@ def main(
     for name, folder in (("loads", loads), ("stress", stress)):
         if folder is not None and document.get("format") != STAGE_FORMAT:
             raise ValueError(f"--{name} is for stages; {case.name} is none")
+    if rexs is not None and loads is None:
+        raise ValueError(
+            "--rexs takes the results of --loads back to a REXS file; expected --loads FOLDER too"
+        )
     is_carrier = document.get("kind") != "mounting" and document.get("format") != STAGE_FORMAT
     if law and not is_carrier:
         raise ValueError(f"--law is for cases of the carrier; {case.name} is none")
@@ -161,6 +171,7 @@ def main(
             linearised=linearised,
             loads=loads,
             stress=stress,
+            rexs=rexs,
             quiet=quiet,
         )
     if is_carrier:

@@ -44,6 +44,7 @@ from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import linearise_stage
+from carrierflex.workflows.simulation.rexs_results import RexsResults
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body, stage_body_of_files
 from carrierflex.workflows.simulation.stage_loads import with_loads
 from carrierflex.workflows.simulation.stage_stress import StageStresses, with_stress
@@ -73,6 +74,7 @@ def main(
     linearised: Path | None = None,
     loads: Path | None = None,
     stress: Path | None = None,
+    rexs: Path | None = None,
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> SimulatedStage:
@@ -93,6 +95,8 @@ def main(
     stress : Path, optional
         Folder for the stress of carrier and pins, as
         :mod:`carrierflex.workflows.simulation.stage_stress` writes it.
+    rexs : Path, optional
+        REXS file of the stage; `loads` takes a copy with the runs' results as load cases.
     size : float
         Element edge length [m] of carrier and pins.
     quiet : bool
@@ -120,6 +124,7 @@ def main(
         prepared_folder(stress)
     if loads is not None:
         prepared_folder(loads)
+    back = None if rexs is None or loads is None else RexsResults(rexs, loads, what.data.gear)
     curve_set = _curves(curves)
     first = 1 + (linearised is not None)
     # Runs are equally long; what comes before them tells nothing of their time.
@@ -139,7 +144,8 @@ def main(
                 try:
                     pieces = _pieces(model, what, run, rng)
                     if loads is not None:
-                        pieces = with_loads(pieces, loads, run.name, model)
+                        means = None if back is None else back.means_of(run.name)
+                        pieces = with_loads(pieces, loads, run.name, model, means=means)
                     if stress is not None and stresses is not None:
                         pieces = with_stress(pieces, stress, run.name, model, stresses)
                     imbalance[run.name] = _grown(pieces, what, run, growing, stages.note)
@@ -158,6 +164,8 @@ def main(
                 more_files=_files(case, curve_set),
                 written_files=growing.files,
             )
+            if back is not None:
+                back.write()
     if stopped is not None:
         raise stopped
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)

@@ -11,6 +11,7 @@ import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 
 from carrierflex.files.whole_files import whole_file
+from carrierflex.simulation.rexs.stage_results import RunMeans
 from carrierflex.simulation.stage.load_channels import load_columns
 from carrierflex.simulation.stage.response import StageDivergedError
 from carrierflex.simulation.stage.stage_model import StageModel
@@ -33,6 +34,7 @@ class LoadFile:
 
     model: Annotated[StageModel, "The stage"]
     file: Annotated[IO[bytes], "CSV file"]
+    means: Annotated[RunMeans | None, "Takes the columns too"] = None
     first: Annotated[
         list[dict[str, NDArray[np.float64]]], "Pieces of the first revolutions, for the picture"
     ] = field(default_factory=list)
@@ -48,6 +50,8 @@ class LoadFile:
             # Arrow would quote the column names.
             self.file.write((",".join(columns) + "\n").encode())
             self._begun = True
+        if self.means is not None:
+            self.means.append(columns)
         table = pa.table({name: pa.array(values) for name, values in columns.items()})
         pa_csv.write_csv(table, self.file, pa_csv.WriteOptions(include_header=False))
         angle = columns["carrier_angle"]
@@ -57,7 +61,12 @@ class LoadFile:
 
 
 def with_loads(
-    pieces: Iterable[StageResponse], folder: Path, run: str, model: StageModel
+    pieces: Iterable[StageResponse],
+    folder: Path,
+    run: str,
+    model: StageModel,
+    *,
+    means: RunMeans | None = None,
 ) -> Iterator[StageResponse]:
     """Pieces of a run, each written to ``<run>_loads.csv`` as it passes.
 
@@ -74,10 +83,12 @@ def with_loads(
         Name of the run.
     model : StageModel
         The stage.
+    means : RunMeans, optional
+        Takes the columns of every piece too.
     """
     stopped: BaseException | None = None
     with whole_file(folder / f"{run}_loads.csv") as temporary, temporary.open("wb") as file:
-        grown = LoadFile(model, file)
+        grown = LoadFile(model, file, means)
         try:
             for piece in pieces:
                 grown.append(piece)

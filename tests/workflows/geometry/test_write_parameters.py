@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameter_sources import limits, sources
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
-from carrierflex.workflows.copy_cases import main as copy_cases
 from carrierflex.workflows.geometry.write_parameters import dimensioned_drawing
 from carrierflex.workflows.geometry.write_parameters import main as write_parameters
+from carrierflex.workflows.simulation.copy_cases import main as copy_cases
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,17 @@
-"""The bundled cases: what each one is, and a copy to start from."""
+"""The bundled cases: what each one is, and a copy to start from; a case of a REXS file."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from carrierflex.files.whole_files import refuse_existing, whole_file
 from carrierflex.files.whole_folders import check_writable
 from carrierflex.simulation.carrier.case_files import shipped_case
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.simulation.rexs_case import RexsCase
 
 
 @dataclass(frozen=True)
@@ -16,8 +22,10 @@ class ShippedCases:
     folder: Path | None = None
 
 
-def main(*names: str, out: Path | None = None) -> ShippedCases:
-    """List the bundled cases, or copy them.
+def main(
+    *names: str, out: Path | None = None, rexs: Path | None = None, stage: int | None = None
+) -> ShippedCases | RexsCase:
+    """List the bundled cases, or copy them; or make a case of a REXS file.
 
     Parameters
     ----------
@@ -25,18 +33,34 @@ def main(*names: str, out: Path | None = None) -> ShippedCases:
         Cases to copy with --out; default: all.
     out
         Folder to write: the copies; an existing file is not replaced. Default: the cases are
-        listed.
+        listed. With rexs: parameters.toml, stage.toml and rexs.json.
+    rexs
+        REXS file of a gearbox (.rexs, .rexsj, .rexsz; ids of REXS 1.7): its planetary stage becomes
+        dimensions of the carrier and a stage case. Each number states its component and attribute,
+        or the default used; units are converted to SI.
+    stage
+        Id of the planetary stage in it, where there are several.
 
     Returns
     -------
-    ShippedCases
-        Names and titles.
+    ShippedCases or RexsCase
+        Names and titles; or the files of the stage.
 
     Raises
     ------
     ValueError
-        Where there is no such case, or a copy exists already.
+        Where there is no such case, the REXS file is refused, or a file exists already.
     """
+    if rexs is not None:
+        if names or out is None:
+            raise ValueError(
+                "--rexs makes a case of one file; expected --out FOLDER and no name of a case"
+            )
+        from carrierflex.workflows.simulation.rexs_case import main as rexs_case
+
+        return rexs_case(rexs, out=out, stage=stage)
+    if stage is not None:
+        raise ValueError(f"--stage is {stage} without a REXS file; expected --rexs FILE too")
     known = sorted(path.stem for path in shipped_case().parent.glob("*.toml"))
     chosen = {name: shipped_case(name) for name in names or known}
     titles = {name: _title(path.read_text(encoding="utf-8")) for name, path in chosen.items()}
