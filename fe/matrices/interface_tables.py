@@ -67,7 +67,8 @@ class NodesTable(TomlTable):
     """Where the nodes are, and which degrees of freedom the rows of the matrices are."""
 
     file: Text | None = key(
-        "File with the nodes: .inp, .bdf, .dat, .nas, .asm, relative to this file", default=None
+        "File with the nodes: .inp, .bdf, .dat, .nas, .asm, .cdb, relative to this file",
+        default=None,
     )
     positions: Positions | None = key("Nodes in place of a file", default=None)
     dof_file: Text | None = key(

@@ -3,6 +3,9 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
+import scipy.linalg
+
 from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.exports.export_formats import EXPORT_FORMATS, NOT_READ
 from carrierflex.reduction.imports.exudyn_input_files import read_exudyn
@@ -58,7 +61,15 @@ def read_any_body(path: Path, units: str = "m-N") -> ImportedBody:
         raise ValueError(
             f"--units is {units}, and {path} is a body file, which is in SI units; leave it out"
         )
-    imported = _READERS[name](path)
     if units not in UNIT_SYSTEMS:
         raise ValueError(f"--units is {units!r}; expected one of {', '.join(UNIT_SYSTEMS)}")
-    return ImportedBody(in_si(imported.model, units), imported.losses)
+    try:
+        # Overflow and 0 / 0 of numbers that no body has.
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            imported = _READERS[name](path)
+            return ImportedBody(in_si(imported.model, units), imported.losses)
+    except (FloatingPointError, np.linalg.LinAlgError, scipy.linalg.LinAlgWarning) as error:
+        raise ValueError(
+            f"{path}: its numbers make no body ({error}); expected stiffness and mass of one body "
+            "with the places of its nodes"
+        ) from error

@@ -26,11 +26,11 @@ class PilotForm:
 
     Parameters
     ----------
-    K, M, D : ndarray, shape (n, n)
+    K, M, D : ndarray, shape (k, k)
         Stiffness, mass and damping, the m pilots' coordinates first.
-    X : ndarray, shape (n, n)
+    X : ndarray, shape (n, k)
         Former coordinates from these, ``[Ψ Φ]``.
-    omega : ndarray, shape (n - m,)
+    omega : ndarray, shape (k - m,)
         Angular frequencies of the fixed-interface modes [rad/s].
     """
 
@@ -52,7 +52,8 @@ def pilot_form(
     Parameters
     ----------
     K, M, D : ndarray, shape (n, n)
-        Stiffness, mass and damping in the former coordinates x; M is definite.
+        Stiffness, mass and damping in the former coordinates x. Motions without mass are no modes:
+        the pilots' constraint modes hold their flexibility.
     G : ndarray, shape (m, n)
         Motions of the pilots, independent of one another; they hold the body.
 
@@ -61,8 +62,7 @@ def pilot_form(
     ValueError
         Where the pilots leave the body free to move.
     """
-    # Displacements, rotations and amplitudes: scaled to unit mass.
-    s = 1.0 / np.sqrt(M.diagonal())
+    s = 1.0 / np.sqrt(_size(K, M))
     K_s, M_s = (A * np.outer(s, s) for A in (K, M))
     size = np.linalg.norm(G * s, axis=1)
     Q, R = scipy.linalg.qr((G * s / size[:, None]).T)
@@ -87,6 +87,22 @@ def pilot_form(
     K_r[:m, m:], K_r[m:, :m], K_r[m:, m:] = 0.0, 0.0, np.diag(squares)
     M_r[m:, m:] = np.eye(len(squares))
     return PilotForm(K_r, M_r, D_r, X, np.sqrt(np.maximum(squares, 0.0)))
+
+
+def _size(K: NDArray[np.float64], M: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mass of every coordinate, by its stiffness where it has none.
+
+    Displacements, rotations and amplitudes have no common measure otherwise.
+    """
+    stiffness, mass = K.diagonal(), M.diagonal()
+    has_mass = mass > 0.0
+    if (mass < 0.0).any() or not (has_mass | (stiffness > 0.0)).all() or not has_mass.any():
+        raise ValueError(
+            "a coordinate has a negative mass, or neither mass nor stiffness; expected the "
+            "matrices of a body"
+        )
+    ratio = float(stiffness[has_mass].sum() / mass[has_mass].sum())
+    return np.where(has_mass, mass, stiffness / ratio if ratio > 0.0 else stiffness)
 
 
 def independent_groups(

@@ -199,7 +199,7 @@ def _invariants(blocks: Mapping[str, _Block], mass: float, r: int) -> tuple[Ffrf
     Me, Oe1 = _matrix(blocks, "Me", (r, r), r), _first_order(blocks, "Oe", (r, 6), r)
     first = _matrix(blocks, "mdCM", (3, 1), r)[:, 0]
     P = (_second(J1) + np.einsum("abc,ja->bcj", _EPSILON, Cr)) / 2.0
-    # Σ_a Oe1_aa = -2 Me of inertia alone: some programs add the stiffening by the centrifugal force.
+    # Σ_a Oe1_aa = -2 Me of inertia alone: some programs add centrifugal stiffening.
     rest = np.abs(Oe1[:, :, :3].sum(axis=2) + 2.0 * Me).max() / np.abs(Me).max()
     if blocks["Cr"].counts.get("order", 0) < 1 or rest > _ROUNDING:
         Q = np.array([*[Me / 3.0] * 3, *[np.zeros((r, r))] * 3])

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyyeti
 import pytest
+import pyyeti
 import scipy.linalg
 from numpy.testing import assert_allclose
 from pyyeti import nastran
