@@ -98,16 +98,23 @@ def tools_page() -> str:
         "",
         "## Bodies and linear models",
         "",
-        "`carrierflex export BODY.h5 --format FORMAT --out FILE` ([exports]"
-        "(../matrices.md#bodies-and-linear-models-for-other-programs)); mounting and stage, "
-        "nonlinear, as units of FMI 2.0 and 3.0: `carrierflex fmu` "
+        "`carrierflex export BODY --format FORMAT --out FILE` ([exports]"
+        "(../matrices.md#bodies-and-linear-models-for-other-programs)); BODY is a file of any row "
+        "with suffixes under *read*, `--units mm-N` where it is in millimetres. Mounting and "
+        "stage, nonlinear, as units of FMI 2.0 and 3.0: `carrierflex fmu` "
         "([co-simulation](../mounting_model.md#co-simulation)).",
         "",
-        "| tool | format | files | read back by |",
-        "|---|---|---|---|",
+        "| tool | format | written | read back by | read | what is taken | files of the tests by |",
+        "|---|---|---|---|---|---|---|",
     ]
-    for name, tools, files, checked in _entries(EXPORT_FORMATS, "EXPORT_FORMATS"):
-        lines.append(f"| {tools} | `{name}` | {files} | {checked} |")
+    for name, tools, files, checked, *read in _entries(EXPORT_FORMATS, "EXPORT_FORMATS"):
+        suffixes, taken, tried = read or ((), "-", "-")
+        listed = ", ".join(f"`{suffix}`" for suffix in suffixes) or "-"
+        lines.append(f"| {tools} | `{name}` | {files} | {checked} | {listed} | {taken} | {tried} |")
+    lines += ["", "Not read as a body:", "", "| file | why | what to do |", "|---|---|---|"]
+    for suffixes, what, why, do in _entries(EXPORT_FORMATS, "NOT_READ"):
+        listed = ", ".join(f"`{suffix}`" for suffix in suffixes)
+        lines.append(f"| {what} ({listed}) | {why} | {do} |")
     lines += [
         "",
         "Matrices of finite element programs go in by `carrierflex reduce --stiffness` "

@@ -22,6 +22,8 @@ from carrierflex.files.shown_values import shown
 
 #: Form numbers: square and symmetric.
 _SQUARE, _SYMMETRIC = 1, 6
+#: First letters of names.
+_LETTERS = {"stiffness": "K", "mass": "M", "damping": "B"}
 #: Fields of a line behind the first, and their widths.
 _SMALL, _LARGE = (8, 8), (16, 4)
 #: Nastran lets an exponent stand without its letter: 1.0-5.
@@ -40,7 +42,7 @@ def read_dmig(path: Path, content: bytes, quantity: str) -> StoredMatrix:
     content : bytes
         Its content.
     quantity : str
-        ``stiffness`` or ``mass``.
+        ``stiffness``, ``mass`` or ``damping``.
 
     Raises
     ------
@@ -56,14 +58,14 @@ def read_dmig(path: Path, content: bytes, quantity: str) -> StoredMatrix:
 
 
 def chosen_name(names: list[str], quantity: str) -> str:
-    """Name of the matrix of a file with several: its first letter is K or M.
+    """Name of the matrix of a file with several: its first letter is K, M or B (damping).
 
     Raises
     ------
     ValueError
         Where there is none, or more than one.
     """
-    letter = quantity[0].upper().replace("S", "K")
+    letter = _LETTERS[quantity]
     found = names if len(names) == 1 else [n for n in names if n.upper().startswith(letter)]
     if len(found) != 1:
         listed = ", ".join(shown(name) for name in names[:20]) or "none"

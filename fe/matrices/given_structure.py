@@ -15,6 +15,7 @@ from carrierflex.fe.matrices.component_names import COMPONENT_NAMES
 from carrierflex.fe.matrices.dof_layout import DofLayout, standard_order
 from carrierflex.fe.matrices.interface_files import read_interfaces
 from carrierflex.fe.matrices.matrix_files import read_matrix
+from carrierflex.fe.matrices.nastran_links import with_linked_pilots
 from carrierflex.fe.matrices.node_files import NodeTable, node_table, read_dofs, read_nodes
 from carrierflex.fe.matrices.numbered_model import NumberedModel, numbered_model
 from carrierflex.fe.matrices.rigid_freedom import free_motions, refuse_loose_parts
@@ -116,6 +117,13 @@ def given_body(stiffness: Path, mass: Path, interfaces: Path) -> GivenBody:
         )
     nodes = _nodes(document.nodes, interfaces)
     dofs = _dofs(document.nodes, interfaces, stiffness)
+    if document.links:
+        if document.nodes.file is None:
+            raise ValueError(
+                f"{interfaces}: links = true without a file in [nodes]; expected the bulk data "
+                "with the RBE2 and RBE3 entries"
+            )
+        document = with_linked_pilots(document, interfaces.parent / document.nodes.file)
     K, M = read_matrix(stiffness, "stiffness"), read_matrix(mass, "mass")
     try:
         return body_of(K, M, nodes, document, dofs=dofs)
@@ -340,11 +348,27 @@ def _given_interface(
     members = {
         table.name: _nodes_of(table, nodes) for table in (*document.pilots, *document.sensors)
     }
-    rigid = [table for table in document.pilots if table.type == "rigid"]
-    L, layout = _with_rigid_pilots(model.layout, rigid, members, nodes, document.units.length)
+    L, layout, pilots = _coupled(model, nodes, document.pilots, members, document.units.length)
+    sensors = _sensors(document.sensors, model.layout, members, L)
+    if any(table.type == "rigid" for table in document.pilots):
+        K, M = (sp.csr_array(L.T @ A @ L) for A in (model.K, model.M))
+        model = NumberedModel(_symmetric(K), _symmetric(M), layout)
+    return _GivenInterface(model, pilots, sensors)
+
+
+def _coupled(
+    model: NumberedModel,
+    nodes: NodeTable,
+    tables: "Sequence[PilotTable]",
+    members: dict[str, NDArray[np.int64]],
+    length: float,
+) -> tuple[sp.csr_array, DofLayout, tuple[Pilot, ...]]:
+    """Matrix L from the new to the old degrees of freedom, the new ones' layout, and the pilots."""
+    rigid = [table for table in tables if table.type == "rigid"]
+    L, layout = _with_rigid_pilots(model.layout, rigid, members, nodes, length)
     first_rigid = L.shape[1] - _SIX * len(rigid)
     pilots: list[Pilot] = []
-    for table in document.pilots:
+    for table in tables:
         own = members[table.name]
         if table.type == "rigid":
             start = first_rigid + _SIX * rigid.index(table)
@@ -352,14 +376,41 @@ def _given_interface(
         elif table.type == "nodes":
             pilots += _node_pilots(table, layout, own)
         else:
-            point = _point(table, nodes, own, document.units.length)
+            point = _point(table, nodes, own, length)
             pilots.append(_distributing(table, model.layout, own, point, L))
     _refuse_dependent(pilots)
-    sensors = _sensors(document.sensors, model.layout, members, L)
-    if rigid:
-        K, M = (sp.csr_array(L.T @ A @ L) for A in (model.K, model.M))
-        model = NumberedModel(_symmetric(K), _symmetric(M), layout)
-    return _GivenInterface(model, tuple(pilots), sensors)
+    return L, layout, tuple(pilots)
+
+
+def linked_interface(
+    model: NumberedModel, nodes: NodeTable, tables: "Sequence[DistributingTable | RigidTable]"
+) -> tuple[sp.csr_array, tuple[Pilot, ...]]:
+    """Pilots of tables on a model in SI units, with the freedoms that rigid ones leave.
+
+    Parameters
+    ----------
+    model : NumberedModel
+        Matrices of n degrees of freedom.
+    nodes : NodeTable
+        Places of its nodes [m].
+    tables : sequence of DistributingTable or RigidTable
+        The pilots.
+
+    Returns
+    -------
+    L : csr_array, shape (n, k)
+        Degrees of freedom from those that the rigid pilots leave.
+    pilots : tuple of Pilot
+        Coupled to these k.
+
+    Raises
+    ------
+    ValueError
+        As :func:`body_of`, of the pilots.
+    """
+    members = {table.name: _nodes_of(table, nodes) for table in tables}
+    L, _, pilots = _coupled(model, nodes, tables, members, 1.0)
+    return L, pilots
 
 
 def _nodes_of(table: "PilotTable | SensorTable", nodes: NodeTable) -> NDArray[np.int64]:

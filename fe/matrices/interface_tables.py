@@ -67,7 +67,8 @@ class NodesTable(TomlTable):
     """Where the nodes are, and which degrees of freedom the rows of the matrices are."""
 
     file: Text | None = key(
-        "File with the nodes: .inp, .bdf, .dat, .nas, .asm, relative to this file", default=None
+        "File with the nodes: .inp, .bdf, .dat, .nas, .asm, .cdb, relative to this file",
+        default=None,
     )
     positions: Positions | None = key("Nodes in place of a file", default=None)
     dof_file: Text | None = key(
@@ -168,9 +169,14 @@ class InterfacesDocument(TomlTable):
     materials: dict[str, MaterialTable] = key(
         "Material of every group of elements, in place of matrices", default_factory=dict
     )
-    pilots: Annotated[
-        list[PilotTable], Field(min_length=1, max_length=_MOST_PILOTS), different("pilot")
-    ] = key("Pilots", expected="at least one table [[pilots]]")
+    links: bool = key(
+        "Whether every RBE2 and RBE3 of the mesh, or of the file with the nodes, is a pilot "
+        "(Nastran bulk data)",
+        default=False,
+    )
+    pilots: Annotated[list[PilotTable], Field(max_length=_MOST_PILOTS), different("pilot")] = key(
+        "Pilots", default_factory=list
+    )
     sensors: Annotated[list[SensorTable], different("sensor")] = key(
         "Sensors", default_factory=list
     )
@@ -180,5 +186,7 @@ class InterfacesDocument(TomlTable):
         problems = []
         if (self.nodes is None) == (not self.materials):
             problems.append("expected either [nodes], of matrices, or [materials], of a mesh")
+        if not self.pilots and not self.links:
+            problems.append("expected at least one table [[pilots]], or links = true")
         refuse(problems)
         return self

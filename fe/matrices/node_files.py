@@ -15,9 +15,10 @@ from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
+from carrierflex.geometry.given_meshes.ansys_archives import read_archive
 
 _MOST_BYTES = 8_000_000_000
-_EXPECTED = "a file with nodes (.inp, .bdf, .dat, .nas, .blk, .asm)"
+_EXPECTED = "a file with nodes (.inp, .bdf, .dat, .nas, .blk, .asm, .cdb)"
 _NASTRAN = (".bdf", ".dat", ".nas", ".blk", ".asm", ".pch")
 _DIRECTIONS = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
 #: Nodes that one line of a generated set may name.
@@ -52,7 +53,7 @@ class NodeTable:
 
 
 def read_nodes(path: Path) -> NodeTable:
-    """Nodes of an Abaqus or CalculiX deck (.inp) or of Nastran bulk data.
+    """Nodes of an Abaqus or CalculiX deck (.inp), of Nastran bulk data or an Ansys archive (.cdb).
 
     Raises
     ------
@@ -62,6 +63,8 @@ def read_nodes(path: Path) -> NodeTable:
         Where it is of another kind, holds no nodes, or a node twice.
     """
     suffix = path.suffix.lower()
+    if suffix == ".cdb":
+        return _archive_nodes(path)
     if suffix not in (".inp", *_NASTRAN):
         check_plain_file(path, _EXPECTED, _MOST_BYTES)
         raise ValueError(f"{path}: suffix {path.suffix!r}; expected {_EXPECTED}")
@@ -112,6 +115,20 @@ def node_table(
         raise ValueError(f"node {ordered[again[0]]} occurs twice; expected every node once")
     first = np.append(True, np.diff(ordered) > 0)
     return NodeTable(ordered[first], places[first], sets or {})
+
+
+def _archive_nodes(path: Path) -> NodeTable:
+    """Nodes and node components of an Ansys archive."""
+    archive = read_archive(path)
+    if archive.turned:
+        raise ValueError(
+            f"{path}: node {archive.turned[0]} has directions of its own (NROTAT); expected those "
+            "of the model: turn the nodes back before the matrices and CDWRITE"
+        )
+    try:
+        return node_table(archive.numbers, archive.points, archive.node_sets)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def _deck_nodes(content: bytes) -> NodeTable:
@@ -193,10 +210,16 @@ def _nastran_nodes(path: Path, size: int) -> NodeTable:
             if (grids[:, [1, 5]] != 0).any():
                 return _of_uset(bulk.bulk2uset(str(path), follow_includes=False)[0])
             return node_table(whole(grids[:, 0], "grids"), grids[:, 2:5])
+    except _PunchError:
+        raise
     except Exception as error:
         # Its errors are of every kind: a damaged file meets its code unchecked.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(f"{path}: no sound bulk data with GRID entries ({reason})") from error
+
+
+class _PunchError(ValueError):
+    """The punch file beside an assembly file is damaged."""
 
 
 def _punch_of(path: Path) -> Path:
@@ -207,9 +230,13 @@ def _assembly_nodes(path: Path) -> NodeTable:
     """Nodes of an assembly file; components of every grid and their order from EXTRN."""
     uset = bulk.asm2uset(str(path), try_rdextrn=False, follow_includes=False)[0]
     punch = _punch_of(path)
-    if bulk.rdcards(str(punch), "extrn", follow_includes=False) is None:
-        raise ValueError(f"no EXTRN entry in {punch.name}; expected the one of its superelement")
-    dofs = bulk.rdextrn(str(punch), follow_includes=False)
+    try:
+        if bulk.rdcards(str(punch), "extrn", follow_includes=False) is None:
+            raise ValueError("no EXTRN entry; expected the one of its superelement")
+        dofs = bulk.rdextrn(str(punch), follow_includes=False)
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise _PunchError(f"{punch}: no sound bulk data with EXTRN ({reason})") from error
     names = DofNames(dofs[:, 0], np.where(dofs[:, 1] == 0, SCALAR, dofs[:, 1] - 1))
     return replace(_of_uset(uset), dofs=names)
 

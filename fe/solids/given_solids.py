@@ -8,6 +8,7 @@ import numpy as np
 
 from carrierflex.fe.materials import Material
 from carrierflex.fe.matrices.given_structure import GivenBody, body_of
+from carrierflex.fe.matrices.nastran_links import with_linked_pilots
 from carrierflex.fe.matrices.node_files import NodeTable, numbers_in_turn, read_nodes
 from carrierflex.fe.matrices.stored_matrix import DofNames, StoredMatrix
 from carrierflex.fe.solids.solid_matrices import (
@@ -43,6 +44,7 @@ def solid_body(path: Path, document: "InterfacesDocument") -> GivenBody:
         mesh, elements are inverted; and as
         :func:`carrierflex.fe.matrices.given_structure.body_of`.
     """
+    document = with_linked_pilots(document, path)
     mesh = read_solid_mesh(path, numbers_in_turn).without_unused_nodes()
     units = document.units
     in_metres = replace(mesh, points=mesh.points * units.length)

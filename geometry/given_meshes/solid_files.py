@@ -1,7 +1,8 @@
 """Solid elements of any kind from a mesh file, with groups, node sets and the file's node numbers.
 
-Abaqus and CalculiX ``.inp`` by meshio, Nastran ``.bdf`` by pyyeti, gmsh ``.msh``, I-deas ``.unv``
-and Salome ``.med`` by gmsh. Nodes of an element stand in the order of its :data:`REFERENCE_NODES`.
+Abaqus and CalculiX ``.inp`` by meshio, Nastran ``.bdf`` by pyyeti, Ansys ``.cdb`` here, gmsh
+``.msh``, I-deas ``.unv`` and Salome ``.med`` by gmsh. Nodes of an element stand in the order of its
+:data:`REFERENCE_NODES`.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.plain_files import check_plain_file
+from carrierflex.geometry.given_meshes.ansys_archives import blocks_of, read_archive
 from carrierflex.geometry.given_meshes.foreign_files import (
     abaqus_mesh,
     gmsh_elements,
@@ -26,7 +28,7 @@ from carrierflex.geometry.given_meshes.other_entries import left_out
 from carrierflex.geometry.half_sector import quiet_geometry
 from carrierflex.geometry.tet_mesh import TET_EDGES
 
-SUFFIXES = (".inp", ".msh", ".bdf", ".nas", ".unv", ".med")
+SUFFIXES = (".inp", ".msh", ".bdf", ".nas", ".unv", ".med", ".cdb")
 _MOST_BYTES = 4_000_000_000
 _TET = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
 _WEDGE = [(x, y, z) for z in (0.0, 1.0) for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))]
@@ -128,6 +130,10 @@ def read_solid_mesh(
         raise ValueError(
             f"{path}: suffix {path.suffix!r}; expected a mesh, one of {', '.join(SUFFIXES)}"
         )
+    if suffix == ".cdb":
+        archived = _of_archive(path)
+        _refuse_other_solids(archived, path)
+        return archived
     size = check_plain_file(path, f"a mesh ({suffix})", _MOST_BYTES, text=suffix == ".inp")
     told = left_out(path)
     mesh = read_in_child(
@@ -148,6 +154,29 @@ def read_solid_mesh(
             "every node once in *NODE of this file"
         )
     return replace(mesh, left_out=told)
+
+
+def _of_archive(path: Path) -> SolidMesh:
+    """Solids of an Ansys archive; groups are the numbers of materials."""
+    archive = read_archive(path)
+    if archive.others:
+        listed = ", ".join(f"{count} of {kind}" for kind, count in archive.others.items())
+        raise ValueError(
+            f"{path}: elements beside solids: {listed}; expected solids alone, since nothing else "
+            "is assembled here: give the matrices of the whole (.full) by --stiffness and --mass, "
+            "or delete from the file what is not to count"
+        )
+    try:
+        blocks = list(blocks_of(archive))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    order = np.argsort(archive.numbers)
+    rows = {
+        name: order[np.searchsorted(archive.numbers, members, sorter=order)]
+        for name, members in archive.node_sets.items()
+        if np.isin(members, archive.numbers).all()
+    }
+    return SolidMesh(archive.points, archive.numbers, blocks, rows)
 
 
 def _refuse_other_solids(mesh: SolidMesh, path: Path) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pyyeti.nastran import bulk
 
 from carrierflex.files.whole_files import whole_file
-from carrierflex.reduction.exports.op4_files import FIRST_SPOINT, grid_numbers
+from carrierflex.reduction.exports.op4_files import FIRST_SPOINT, grid_cards, grid_numbers
 from carrierflex.reduction.exports.ordered_body import OrderedBody, comments, header, ordered_body
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
@@ -65,7 +65,7 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
         ),
     ]
     points = io.StringIO()
-    bulk.wtgrids(points, grid_numbers(len(body.pilots)), 0, body.points, 0, form="{:16.9E}")
+    points.write(grid_cards(body.points))
     if body.n_modal:
         bulk.wtspoints(points, np.arange(FIRST_SPOINT, FIRST_SPOINT + body.n_modal))
     text = "\n".join(comments("$", lines)) + "\n" + points.getvalue() + cards.getvalue()

@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from carrierflex.fe.couplings import Pilot
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
@@ -80,7 +81,7 @@ def write_exudyn(
         _matrix(file, "stiffnessMatrix", structure.K)
         _dictionary(file, "modeBasis", {"matrix": T, "type": "HCBmodes"})
         _array(file, "eigenValues", reduction.modes.omega**2)
-        _list(file, "nodeSets", [_node_set(p.name, p.G) for p in structure.pilots])
+        _list(file, "nodeSets", [_node_set(pilot) for pilot in structure.pilots])
         _list(file, "elementSets", [])
         _list(file, "elements", [{"Name": structure.name, "Tet10": mesh.tets}] if mesh else [])
         _list(file, "surface", [_surface(mesh)] if mesh else [])
@@ -89,17 +90,27 @@ def write_exudyn(
         _text(file, "type", "FEMinterface")
 
 
-def _node_set(name: str, G: sp.csr_array) -> dict[str, object]:
-    """Nodes of a pilot's surface with their share of its translation along x, each once."""
+def _node_set(pilot: Pilot) -> dict[str, object]:
+    """Nodes of a pilot's surface with their share of its translation along x, each once.
+
+    Weights of single nodes are not the surface's integrals: the pilot's place and its coupling to
+    the three displacements of its nodes stand beside them, which Exudyn passes over and this
+    program reads.
+    """
     # The row of the pilot's Tx: the nodes' x displacements count; where the pilot stands off its
     # surface's centre, y and z have weights of the rotation beside them.
-    share = sp.coo_array(G[[0]][:, 0::3])
+    share = sp.coo_array(pilot.G[[0]][:, 0::3])
     used = share.data != 0.0
+    nodes = np.unique(pilot.G.indices // 3)
+    columns = (3 * nodes[:, None] + np.arange(3)).ravel()
     return {
-        "Name": name,
+        "Name": pilot.name,
         "NodeNumbers": share.coords[1][used],
         "NodeWeights": share.data[used],
         "type": "boundary",
+        "PilotPoint": pilot.point,
+        "PilotNodes": nodes,
+        "PilotCoupling": pilot.G[:, columns].toarray(),
     }
 
 

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from pyyeti.nastran import bulk, n2p
 
 from carrierflex.files.whole_files import whole_file
@@ -19,11 +20,41 @@ from carrierflex.reduction.reduced_model import ReducedModel
 #: Superelement number, also its Fortran unit; and the number of the first scalar point.
 SUPERELEMENT = 100
 FIRST_SPOINT = 1001
+#: Characters of a large field.
+_FIELD = 16
 
 
 def grid_numbers(n_pilots: int) -> list[int]:
     """Grid points of the pilots, in their order: 1, 2, ..."""
     return list(range(1, n_pilots + 1))
+
+
+def grid_cards(points: NDArray[np.float64]) -> str:
+    """GRID entries of the pilots in large fields: as many digits as sixteen characters hold.
+
+    A place that is rounded makes a free body's stiffness resist its rigid motions.
+
+    Examples
+    --------
+    >>> print(grid_cards(np.array([[0.1, -1.0 / 3.0, 2e-9]])), end="")
+    GRID*                  1               0 0.1000000000000-0.3333333333333
+    *        2.000000000E-09               0
+    """
+    lines = []
+    for grid, point in zip(grid_numbers(len(points)), points, strict=True):
+        x, y, z = (_sixteen(float(value)) for value in point)
+        lines.append(f"GRID*   {grid:16d}{0:16d}{x}{y}\n*       {z}{0:16d}\n")
+    return "".join(lines)
+
+
+def _sixteen(value: float) -> str:
+    """A number in a field of sixteen characters, the first one blank or a sign."""
+    for digits in range(13, 0, -1):
+        fixed = 1e-4 <= abs(value) < 1e9 or value == 0.0
+        text = f"{value:.{digits}f}" if fixed else f"{value:.{min(digits, 9)}E}"
+        if len(text) <= _FIELD - (value >= 0.0):
+            return text.rjust(_FIELD)
+    return f"{value:16.8E}"
 
 
 def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
@@ -82,6 +113,8 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
             maa=body.M,
             baa=body.D,
         )
+        for suffix in ("asm", "pch"):
+            _set_grids(folder / f"body.{suffix}", body.points)
         if model.pilot_components:
             _name_components(folder / "body.pch", body, grids)
         targets = [stack.enter_context(whole_file(file)) for file in files]
@@ -92,6 +125,14 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
             target.write_text("\n".join(comments("$", lines)) + "\n" + text, encoding="utf-8")
         targets[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
     return files
+
+
+def _set_grids(file: Path, points: NDArray[np.float64]) -> None:
+    """Put in the place of a file's GRID entries, of eight decimals, those of all digits."""
+    text = file.read_text()
+    cards = grid_cards(points)
+    text = re.sub(r"(^GRID\*.*\n\*.*\n)+", lambda _: cards, text, count=1, flags=re.MULTILINE)
+    file.write_text(text, encoding="utf-8")
 
 
 def _name_components(punch: Path, body: OrderedBody, grids: list[int]) -> None:

@@ -132,7 +132,8 @@ def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
     if model.ffrf is None:
         raise ValueError(
             f"{model.name} has no inertia invariants, which floating-frame codes need; expected a "
-            "free body of solid elements, written by this version of carrierflex reduce"
+            "free body of solid elements, written by this version of carrierflex reduce, or one "
+            "converted from a file that holds them (SID, Exudyn)"
         )
     if model.ffrf.n_coordinates != model.n_coordinates:
         raise ValueError(

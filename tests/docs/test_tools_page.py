@@ -11,7 +11,9 @@ import pytest
 
 from carrierflex.identification.logs.log_files import _READERS
 from carrierflex.identification.logs.log_formats import LOG_FORMATS, NOT_READ
+from carrierflex.reduction.exports import export_formats
 from carrierflex.reduction.exports.export_formats import EXPORT_FORMATS
+from carrierflex.reduction.imports import foreign_bodies
 from carrierflex.workflows.reduction import export_body
 
 ROOT = Path(__file__).parents[2]
@@ -36,11 +38,20 @@ def test_every_format_that_is_read_or_written_is_on_the_page(page):
         assert not own.extra or f"carrierflex[{own.extra}]" in page
     assert all(f"| {what} | {why} | {do} |" in page for what, why, do in NOT_READ)
     assert all(f"| {own.tools} | `{own.name}` |" in page for own in EXPORT_FORMATS)
+    for own in EXPORT_FORMATS:
+        suffixes = ", ".join(f"`{suffix}`" for suffix in own.reads)
+        assert not own.reads or f"| {suffixes} | {own.taken} | {own.tried} |" in page
+    assert all(f"| {why} | {do} |" in page for _, _, why, do in export_formats.NOT_READ)
     rows = [line for line in page.splitlines() if line.startswith("| ")]
-    assert len(rows) == len(LOG_FORMATS) + len(NOT_READ) + len(EXPORT_FORMATS) + 1 + 3
+    lists = (LOG_FORMATS, NOT_READ, EXPORT_FORMATS, export_formats.NOT_READ)
+    assert len(rows) == sum(map(len, lists)) + 1 + 4
 
 
 def test_the_lists_are_what_the_commands_know():
     formats = inspect.signature(export_body.main, eval_str=True).parameters["format"].annotation
     assert [own.name for own in EXPORT_FORMATS] == list(get_args(formats))
+    assert set(foreign_bodies._READERS) == {own.name for own in EXPORT_FORMATS if own.reads}
+    suffixes = [suffix for own in EXPORT_FORMATS for suffix in own.reads]
+    refused = [suffix for listed, *_ in export_formats.NOT_READ for suffix in listed]
+    assert len({*suffixes, *refused}) == len(suffixes) + len(refused)
     assert {".parquet", *_READERS} == {s for own in LOG_FORMATS for s in own.suffixes}

@@ -33,7 +33,7 @@ from carrierflex.diagnosis.report.rim_motion_files import (
     write_rim_motion,
 )
 from carrierflex.fe.curve_files import read_curves, write_curves
-from carrierflex.fe.matrices import node_files, op4_input_files
+from carrierflex.fe.matrices import nastran_links, node_files, op4_input_files
 from carrierflex.files import hdf5_trial
 from carrierflex.files.json_files import save_json
 from carrierflex.files.shown_values import printable
@@ -51,6 +51,7 @@ from carrierflex.identification.logs.map_guesses import map_guess
 from carrierflex.identification.logs.map_text import map_text
 from carrierflex.reduction.body_files import read_body, read_certificate, read_shapes, write_body
 from carrierflex.reduction.certificate import Certificate, Check
+from carrierflex.reduction.imports import superelement_files
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.law_files import read_law, write_law
@@ -64,6 +65,8 @@ from carrierflex.workflows.fe.default_curves import default_curves, with_mesh_er
 from carrierflex.workflows.view3d.rim_scene import rim_scene
 from tests.fe.solids.test_solids import blocks
 from tests.forked_readers import read_in_forks
+from tests.fuzz.body_files import BODY_READERS, body_contents
+from tests.fuzz.body_files import read as read_foreign_body
 from tests.fuzz.counts import COUNTS
 from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
 from tests.fuzz.mutations import damaged, damaged_hdf5
@@ -245,6 +248,14 @@ def _matrices(folder: Path) -> dict[str, Target]:
     }
 
 
+def _bodies(folder: Path) -> dict[str, Target]:
+    contents = body_contents(folder)
+    return {
+        f"body {name}": Target(contents[name], name, _reading(read_foreign_body, file))
+        for name, file in BODY_READERS.items()
+    }
+
+
 TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
@@ -261,6 +272,7 @@ TEXTS = [
     ),
     *MATRIX_READERS,
     *("gearbox.rexs", "gearbox.rexsj", "gearbox.rexsz"),
+    *(f"body {name}" for name in BODY_READERS),
     "body .h5 bytes",
 ]
 #: Every reader has its share; the body is damaged in two ways.
@@ -316,6 +328,7 @@ def targets(tmp_path_factory, one_pin_mesh, body):
             hexahedra, "a.inp", lambda path: read_mesh(path / "a.inp")
         ),
         **_matrices(tmp_path_factory.mktemp("matrices")),
+        **_bodies(tmp_path_factory.mktemp("bodies")),
         "body .h5 bytes": Target({"a.h5": body}, "a.h5", _read_both),
     }
 
@@ -324,7 +337,9 @@ def targets(tmp_path_factory, one_pin_mesh, body):
 def careful(monkeypatch):
     """Children are forks, which start at once; all of this process may take four gigabytes more."""
     read_in_forks(
-        monkeypatch, mesh_files, foreign_files, node_files, op4_input_files, log_files, hdf5_trial
+        monkeypatch,
+        *(mesh_files, foreign_files, node_files, op4_input_files, log_files, hdf5_trial),
+        *(nastran_links, superelement_files),
     )
     monkeypatch.setattr(log_files, "_SECONDS", 2)
     monkeypatch.setattr(hdf5_trial, "_SECONDS", 2)

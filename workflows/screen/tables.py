@@ -197,13 +197,18 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
 
 
 def export_table(exported: "ExportedBody") -> RenderableType:
-    """Files written and figures measured on the way."""
+    """Files written, figures measured on the way, the body before and after, what was lost."""
     table = _table("exported body", "figure", "value")
     for file in exported.files:
         table.add_row("file", str(file))
     for name, value in exported.figures.items():
         table.add_row(name, f"{value:.4g}")
-    return table
+    checks = _table("the body alone", "check", "before", "after", "difference")
+    for check in exported.checks:
+        cells = (check.before, check.after)
+        difference = "" if check.difference is None else f"{check.difference:.1e}"
+        checks.add_row(check.name, *("" if v is None else f"{v:.6g}" for v in cells), difference)
+    return Group(table, *([checks] if exported.checks else []), *exported.losses)
 
 
 def certificate_table(certificate: Certificate) -> RenderableType:

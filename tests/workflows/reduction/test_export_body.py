@@ -17,6 +17,7 @@ from carrierflex.simulation.mounting.linearised import mounting_modes
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
 
 SUFFIX = {
+    "body": "h5",
     "op4": "op4",
     "dmig": "dmig",
     "mbdyn": "fem",
@@ -48,6 +49,7 @@ def test_a_body_is_written_in_every_format(tmp_path, body, format):
     for name, value in result.figures.items():
         for word, limit in limits.items():
             assert not name.startswith(word) or value < limit, name
+    assert result.checks or format == "statespace"
     if format in ("mbdyn", "sid"):
         assert result.figures["modes"] == 16.0
 
@@ -133,6 +135,79 @@ def test_a_wrong_choice_is_one_line_and_leaves_nothing(tmp_path, body, choices, 
         export_body.main(body, out=out, quiet=True, **choices)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_body_of_another_program_is_converted_with_its_checks(tmp_path, body):
+    chain = (("sid", "a.SID_FEM"), ("op4", "b.op4"), ("simscape", "c.mat"), ("body", "d.h5"))
+    source, losses = body, []
+    for format, name in chain:
+        written = export_body.main(source, format=format, out=tmp_path / name, quiet=True)
+        losses.append(written.losses)
+        checks = {check.name: check for check in written.checks}
+        assert checks["free rigid motions"].after == 6.0
+        assert checks["mass [kg]"].after == pytest.approx(read_body(body).mass_properties.mass)
+        compared = [c.difference for c in written.checks if c.difference is not None]
+        assert len(compared) > 12
+        assert max(compared) < 1e-10, format
+        source = tmp_path / name
+    assert losses[0] == ()
+    assert losses[1] == ("op4 has no inertia invariants: mbdyn and sid cannot be written of b.op4",)
+    assert losses[3] == (
+        "c.mat: matrices alone hold no inertia invariants: mbdyn and sid cannot be written of them",
+    )
+    again, first = read_body(tmp_path / "d.h5"), read_body(body)
+    pins = first.pilot_rows
+    assert list(again.pilots) == list(first.pilots)
+    for letter in "KM":
+        A, B = getattr(again, letter), getattr(first, letter)
+        size = np.sqrt(np.outer(B.diagonal()[pins], B.diagonal()[pins]))
+        assert (np.abs(A - B)[np.ix_(pins, pins)] / size).max() < 1e-10
+    # Its certificate is that of the matrices alone.
+    certificate = check_certificate.main(tmp_path / "d.h5")
+    assert certificate.met
+    assert certificate.cut_off_hz == 0.0
+
+
+def test_exudyns_file_comes_back_with_the_pilots_it_was_written_of(tmp_path, body):
+    written = export_body.main(body, format="exudyn", out=tmp_path / "a.hdf5", quiet=True)
+    checks = {c.name: c.difference for c in written.checks if c.difference is not None}
+    response = next(name for name in checks if name.startswith("frequency response"))
+    # Exudyn has no damping, so that responses differ; all else is the same.
+    assert checks.pop(response) > 1e-6
+    assert max(checks.values()) < 1e-8
+    assert written.losses[0].startswith("exudyn has no damping")
+    with pytest.raises(
+        ValueError, match=r"exudyn needs the finite elements, which a\.hdf5 does not"
+    ):
+        export_body.main(tmp_path / "a.hdf5", format="exudyn", out=tmp_path / "b.hdf5", quiet=True)
+
+
+def test_what_is_not_read_back_says_so(tmp_path, body):
+    written = export_body.main(body, format="mbdyn", out=tmp_path / "a.fem", quiet=True)
+    assert all(check.after is None for check in written.checks)
+    assert written.losses == ("mbdyn is not read back by carrierflex: no figures after",)
+
+
+@pytest.mark.parametrize(
+    ("name", "choices", "message"),
+    [
+        ("a.npz", {}, r"a\.npz: a body of Exudyn in pickled form is not read .*SaveToFile"),
+        ("a.fbi", {}, r"Simpack's binary body is not read .* export SID_FEM in ASCII"),
+        ("a.cdb", {}, r"not reduced yet is not read .* `carrierflex reduce` with --interfaces"),
+        ("a.xyz", {}, r"suffix '\.xyz' is that of no body that is read; expected \.h5, \.op4"),
+        ("a.SID_FEM", {}, r"a\.SID_FEM: no line 'end part': the file is cut short"),
+        ("a.bdf", {}, r"a\.bdf: matrices none; expected one, or one whose name begins with K"),
+        ("pin.h5", {"units": "mm-N"}, r"--units is mm-N, and .*pin\.h5 is a body file"),
+    ],
+)
+def test_what_is_no_body_of_another_program_is_refused(tmp_path, body, name, choices, message):
+    source = body if name == "pin.h5" else tmp_path / name
+    if source != body:
+        source.write_text("no body\n")
+    with pytest.raises(ValueError, match=message) as caught:
+        export_body.main(source, format="op4", out=tmp_path / "b.op4", quiet=True, **choices)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.glob("b.*"))
 
 
 def test_what_is_no_body_file_is_refused(tmp_path):

@@ -42,6 +42,7 @@ LONG = {
     "reduce --body pin --modes 1 --size 0.1 --out again.h5 --preview": 0,
     "certificate pin.h5": 0,
     "export pin.h5 --format op4 --out pin.op4": 0,
+    "export pin.op4 --units m-N --format body --out read.h5": 0,
     "view pin.h5 --out pin.html": 0,
     "simulate carrier_lc1_to_lc4 --out campaign": 0,
     "check campaign": 0,
