@@ -186,13 +186,7 @@ def _hypotheses(
         rows = _unit(_pattern_vectors(columns, baseline))
         yield _Hypothesis(name, rows, is_sparse=name in _OF_ANY_WAVES)
     turn = _turn(loads)
-    for name, effect in baseline.effects.items():
-        if effect.pattern is None or effect.n_shapes or effect.weighed_by:
-            continue
-        if name in CLASS_OF_LAW:
-            rows = _effect_vectors(name, baseline, turn)
-            if rows.any():
-                yield _Hypothesis(CLASS_OF_LAW[name], _unit(rows))
+    # Before the same effect of the library: of equal costs the first is taken.
     for term in baseline.terms:
         signals = [
             term.signal(baseline.sensor(channel), inputs_of_columns(turn), baseline.rig)
@@ -203,6 +197,13 @@ def _hypotheses(
         if length and term.effect.id in CLASS_OF_LAW:
             name = CLASS_OF_LAW[term.effect.id]
             yield _Hypothesis(name, vector[None] / length, (), term.effect.id, length)
+    for name, effect in baseline.effects.items():
+        if effect.pattern is None or effect.n_shapes or effect.weighed_by:
+            continue
+        if name in CLASS_OF_LAW:
+            rows = _effect_vectors(name, baseline, turn)
+            if rows.any():
+                yield _Hypothesis(CLASS_OF_LAW[name], _unit(rows))
     yield from _faults(baseline, before)
 
 

@@ -19,9 +19,9 @@ and the variance ``q = <v, Sigma v>``, so that for every ``s >= 0`` that the pas
 
 ``exp(S_n)`` is at most the Shiryaev-Roberts sum ``M_n = (M_(n-1) + 1) e_n``, whose mean under the
 null is at most n: an alarm at the first ``mean_w exp(S_n) >= exp(h)`` over W windows has a mean run
-length of at least ``exp(h)`` revolutions [1, theorem 2.4]. d is an exponentially weighted mean over
-W windows, ``s = (|d| - delta) / q`` its best growth [2]; a smaller s, and an ln e_n that is cut
-off, keep ``E[e_n] <= 1``.
+length of at least ``exp(h)`` revolutions [1]. d is an exponentially weighted mean over each of W
+windows, less what noise makes of it, ``s = (|d| - delta) / q`` its best growth [2]; a smaller s,
+and an ln e_n that is cut off, keep ``E[e_n] <= 1``.
 
 Where mu leaves the ball, ln e_n grows by ``I = (|mu| - delta)² / (2 q)`` a revolution at most. No
 test with this run length has a mean delay much below ``h / I`` [3].
@@ -60,8 +60,9 @@ LEAST_LEARNED = 100
 _BOUND_FAILS = 1e-3
 #: Standard deviations that phi is taken above its estimate, and its largest value.
 _MEMORY_MARGIN, _LARGEST_MEMORY = 2.0, 0.98
-#: Weight of a revolution in the offset that is followed.
-_FOLLOWS = 1.0 / 64.0
+#: The offset follows the estimate of this window by this share a revolution, and at most so many
+#: times as fast as the drift: the lag behind a drift is 64 revolutions of it.
+_FOLLOWED, _FOLLOWS, _FASTER = 1, 1.0 / 64.0, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +212,6 @@ class ChangeTest:
         x : ndarray, shape (B, p, C)
             Its vectors less their means.
         """
-        along = np.sum(x * self.nuisance, axis=(1, 2))
         x = x - state.offset[:, None, None] * self.nuisance
         sums = np.maximum(state.sums, 0.0)
         size = np.sqrt(np.einsum("bwkc,bwkc->bw", state.estimate, state.estimate))
@@ -219,11 +219,28 @@ class ChangeTest:
         # Inside the dead band s is zero, and e_n is one. After a gap there is no x_(n-1).
         b, w = np.nonzero(beyond & np.isfinite(state.last[:, :1, 0]))
         if b.size:
-            sums[b, w] += self._growth(state.last[b], x[b], state.estimate[b, w], b)
+            d = self._without_noise(state.estimate[b, w], b, w)
+            sums[b, w] += self._growth(state.last[b], x[b], d, b)
         weight = 1.0 / np.array(WINDOWS)[:, None, None]
         estimate = state.estimate + weight * (x[:, None] - state.estimate)
-        step = np.clip(_FOLLOWS * (along - state.offset), -self.drift, self.drift)
+        along = np.einsum("bkc,kc->b", estimate[:, _FOLLOWED], self.nuisance)
+        most = _FASTER * self.drift
+        step = np.clip(_FOLLOWS * along, -most, most)
         return DetectorState(x, estimate, sums, state.offset + step)
+
+    def _without_noise(
+        self, d: FloatArray, b: NDArray[np.int64], w: NDArray[np.int64]
+    ) -> FloatArray:
+        """Estimates d less what noise makes of them, by component: ``d max(1 - 2 var / d², 0)``.
+
+        ``var = Sigma_cc / (1 - phi)² / (2 w - 1)`` is the variance of a mean over a window w.
+        """
+        variance = np.einsum("mkcc->mkc", self.covariance[b]) / (
+            (1.0 - self.memory[b][..., None]) ** 2
+            * (2.0 * np.array(WINDOWS)[w] - 1.0)[:, None, None]
+        )
+        share = np.maximum(d**2 - 2.0 * variance, 0.0) / np.maximum(d**2, np.finfo(float).tiny)
+        return np.asarray(share * d)
 
     def _growth(
         self, last: FloatArray, x: FloatArray, d: FloatArray, b: NDArray[np.int64]
@@ -231,10 +248,11 @@ class ChangeTest:
         """``ln e_n``, shape (m,), of m streams and windows whose estimate is beyond delta."""
         phi, Sigma, delta = self.memory[b][..., None], self.covariance[b], self.dead_band[b]
         size = np.sqrt(np.einsum("mkc,mkc->m", d, d))
-        v = d / size[:, None, None] / (1.0 - phi)
+        v = d / np.maximum(size, np.finfo(float).tiny)[:, None, None] / (1.0 - phi)
         y = np.einsum("mkc,mkc->m", v, x - phi * last)
         q = np.einsum("mkc,mkcd,mkd->m", v, Sigma, v)
-        s = np.minimum((size - delta) / q, _LARGEST_BET / np.sqrt(q))
+        q = np.maximum(q, np.finfo(float).tiny)
+        s = np.minimum(np.maximum(size - delta, 0.0) / q, _LARGEST_BET / np.sqrt(q))
         growth = s * (y - delta) - 0.5 * s**2 * q
         return np.asarray(np.minimum(growth, self.threshold / LEAST_REVOLUTIONS))
 
