@@ -38,6 +38,8 @@ _OF_ANY_WAVES = (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
 _OPEN_SHARE = 0.03
 #: Costs that differ by less are a tie: evidence of one in 100.
 _TIE = 2.0 * np.log(100.0)
+#: Costs that differ by less are equal.
+_ROUNDING = 1e-6
 #: Share of the change's mean square that a class explains at least, as a diagnosis asks of it.
 _NAMED_SHARE = 0.8
 #: Samples of the turn on which effects are evaluated.
@@ -113,7 +115,7 @@ def named_change(
         cost = float(np.sum((target - B @ a) ** 2) + n_columns * np.log(target.size))
         remainder = change - np.tensordot(a, one.columns, 1)
         share = 1.0 - float(np.sum(remainder**2) / np.sum(change**2))
-        if one.id not in costs or cost < costs[one.id][0]:
+        if one.id not in costs or cost < costs[one.id][0] - _ROUNDING:
             costs[one.id] = (cost, one, share, a)
     cost, best, share, a = min(costs.values(), key=lambda of: of[0])
     if share < _NAMED_SHARE:

@@ -152,7 +152,7 @@ class RimBaseline:
         return np.array(rows)
 
     def vectors(self, angle: FloatArray, signals: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Vectors of signals over one turn, shape (p, C), and their scatter, shape (C,).
+        """Vectors of m signals over one turn, shape (p, m), and their scatter, shape (m,).
 
         Least squares on ``1, cos n theta, sin n theta`` of the samples that are present.
 
@@ -160,7 +160,7 @@ class RimBaseline:
         ----------
         angle : ndarray, shape (n,)
             Carrier angle [rad].
-        signals : ndarray, shape (C, n)
+        signals : ndarray, shape (m, n)
             Signals [m].
         """
         phase = np.outer(angle, np.arange(1, self.n_orders + 1))
@@ -177,7 +177,7 @@ class RimBaseline:
                 axis=1,
             )
         scatter = np.nanmean((signals - (A @ a).T) ** 2, axis=1)
-        return a * _row_scale(*a.shape), scatter
+        return a * _row_scale(*self.shape), scatter
 
     def revolution(self, columns: Columns) -> Revolution | None:
         """Reduce the samples of one turn.
@@ -202,17 +202,17 @@ class RimBaseline:
         silent = np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
         prediction = self.prediction(columns)
         signals = np.where(silent[:, None], prediction, signals)
-        predicted, _ = self.vectors(angle, prediction)
-        residual, scatter = self.vectors(angle, signals - prediction)
+        both, scatter = self.vectors(angle, np.concatenate([signals - prediction, prediction]))
+        C = len(signals)
         names = ("torque", "ntl_y", "ntl_z")
         loads = [float(columns[name].mean()) if name in columns else 0.0 for name in names]
         speed = abs(float((angle[-1] - angle[0]) / (time[-1] - time[0])))
         return Revolution(
             start=float(time[0]),
             end=float(time[-1]),
-            residual=residual,
-            predicted=predicted,
-            scatter=scatter,
+            residual=both[:, :C],
+            predicted=both[:, C:],
+            scatter=scatter[:C],
             is_silent=silent,
             loads=np.array([*loads, speed]),
         )

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 FORMAT = "carrierflex-watch"
 WATCH_FILE, PAGE_FILE, STATE_FILE = "watch.json", "watch.html", "state.npz"
 #: Seconds between two states, and between two pages, where no alarm comes.
-_STATE_EVERY, _PAGE_EVERY = 5.0, 60.0
+_STATE_EVERY, _PAGE_EVERY = 1.0, 60.0
 
 
 @dataclass(frozen=True, eq=False)
