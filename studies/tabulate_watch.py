@@ -7,7 +7,6 @@ missing. A good answer: three noise floors found within 50 revolutions, named ri
 alarm where there is nothing.
 """
 
-import json
 import os
 import signal
 import subprocess
@@ -15,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any, Literal
 
@@ -71,8 +71,14 @@ _RPM, _REVOLUTIONS_A_DAY = 22.0, 22.0 * 60.0 * 24.0
 _LARGEST_MEMORY = 0.8
 #: Daily temperature: amplitude of the common offset [noise floors].
 _TEMPERATURE = 10.0
-#: Streams that are simulated at once, and samples a second of the turbine-days.
-_STREAMS, _RATE = 500, 40.0
+#: Streams that are simulated at once, revolutions of one chunk of them.
+_STREAMS, _CHUNK = 500, 5_000_000
+#: Options of watch, as they are by default: false alarms a day, drift in noise floors an hour.
+_RATE_OF_ALARMS, _DRIFT = 1e-3, 5.0
+#: Samples a second of the turbine-days.
+_RATE = 40.0
+#: Files that come before each kill, their length [s], and files between two changes.
+_FILES_A_KILL, _SECONDS_OF_A_FILE, _FILES_A_CHANGE = 4, 61.7, 20
 
 
 def main(
@@ -119,7 +125,7 @@ def main(
     stages = Stages(len(part or PARTS), quiet)
     works: dict[Part, Callable[[Path], dict[str, Any]]] = {
         "causes": lambda to: _causes(to, turbines, seed, stages),
-        "statistics": lambda to: _statistics(revolutions, seed, stages),
+        "statistics": lambda to: _statistics(to, revolutions, seed, stages),
         "days": lambda to: _days(to, days, seed, stages),
         "size": lambda to: _long_record(to, samples, seed),
         "kills": lambda to: _kills(to, kills, seed, stages),
@@ -162,7 +168,7 @@ def _causes(folder: Path, turbines: int, seed: int, stages: Stages) -> dict[str,
     late = [abs(one["since"]) for one in new if one["since"] is not None]
     rows = [
         _row(
-            "cause of three floors: median delay [revolutions]",
+            "cause of three floors: median delay, revolutions",
             f"<= {_WITHIN}",
             f"{np.median(delays):g} ({within} within {_WITHIN})",
             str(len(new)),
@@ -171,12 +177,12 @@ def _causes(folder: Path, turbines: int, seed: int, stages: Stages) -> dict[str,
         _row("named with another class as a tie", "-", _share(new, "is_tied"), str(len(new))),
         _row("another class named", "-", _share(new, "is_wrong"), str(len(new))),
         _row(
-            "begin of the change, median and largest error [revolutions]",
+            "begin of the change, median and largest error, revolutions",
             "-",
             f"{np.median(late):g}, {max(late):g}",
             str(len(late)),
         ),
-        _row("true size within the 95 % interval", "95 %", _share(new, "holds_size"), str(len(new))),
+        _row("true size in the 95 % interval", "95 %", _share(new, "holds_size"), str(len(new))),
         _row(
             "alarm before the cause", "0", str(sum(one["n_before"] for one in outcomes)),
             f"{sum(one['revolutions_before'] for one in outcomes)} revolutions",
@@ -262,7 +268,8 @@ def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
         is_fault = alarm.change is None or alarm.change.is_fault
         return outcome | {"is_right": is_fault and set(alarm.channels) == faulty}
     wanted = CLASS_OF_LAW[cause]
-    assert alarm.change is not None and alarm.size is not None and alarm.size_ci95 is not None
+    assert alarm.change is not None
+    assert alarm.size_ci95 is not None
     named = alarm.change.id
     return outcome | {
         "is_right": named == wanted and not alarm.change.ties,
@@ -297,72 +304,81 @@ def _write(path: Path, columns: Columns) -> None:
 # Statistics of revolutions under the null.
 
 
-def _statistics(revolutions: int, seed: int, stages: Stages) -> dict[str, Any]:
-    """Alarms of vectors of revolutions without a change: coloured noise, daily temperature.
+def _statistics(folder: Path, revolutions: int, seed: int, stages: Stages) -> dict[str, Any]:
+    """False alarms of vectors of revolutions without a change, chunk by chunk."""
+    outcomes = []
+    n_chunks = -(-revolutions // _CHUNK)
+    for chunk in range(n_chunks):
+        path = folder / f"{chunk:03d}.json"
+        if not path.exists():
+            stages.note(f"{chunk * _CHUNK:.3g} revolutions", chunk / n_chunks)
+            save_json(path, _null_chunk(min(_CHUNK, revolutions - chunk * _CHUNK), [seed, chunk]))
+        outcomes.append(read_json(path, "an outcome"))
+    n_alarms = sum(one["alarms"] for one in outcomes)
+    n = sum(one["revolutions"] for one in outcomes)
+    largest = max(one["largest"] for one in outcomes)
+    turbine_days = n / _REVOLUTIONS_A_DAY
+    limit = float(stats.chi2.ppf(0.95, 2 * (n_alarms + 1))) / 2.0 / turbine_days
+    row = _row(
+        "false alarms a turbine-day, statistics of revolutions: upper 95 % limit",
+        "1 in 1000",
+        f"1 in {1.0 / limit:.0f} ({n_alarms} alarms; largest evidence {largest:.1f} of "
+        f"{threshold_of(_REVOLUTIONS_A_DAY, _RATE_OF_ALARMS):.1f})",
+        f"{n:.2g} revolutions, {turbine_days:.0f} turbine-days",
+    )
+    return {"rows": [row], "outcomes": outcomes}
 
-    Every stream learns its own noise from its first 200 revolutions. Noise has a memory from
-    revolution to revolution and is correlated between channels, the offset follows the day.
+
+def _null_chunk(revolutions: int, seed: list[int]) -> dict[str, Any]:
+    """Alarms of streams with coloured noise and a daily temperature.
+
+    Every stream learns its noise and its floor from its first 200 revolutions. The noise has a
+    memory from revolution to revolution and is correlated between channels; the offset follows the
+    day.
     """
     p, C, learn = 25, 4, 200
     rng = np.random.default_rng(seed)
-    steps = max(revolutions // _STREAMS, 1)
-    floor = 1.0
+    # Half of the noise's mean square repeats within a turn, as at a sampling rate of 40 Hz.
+    std = np.sqrt(0.5 / (p * C))
     phi = rng.uniform(0.0, _LARGEST_MEMORY, (_STREAMS, p, 1))
-    # What repeats with the turn is half of the noise's mean square, at a sampling rate of 40 Hz.
-    std = floor * np.sqrt(0.5 / (p * C))
-    mix = np.linalg.cholesky(0.7 * np.eye(C) + 0.3)
+    mix = std * np.linalg.cholesky(0.7 * np.eye(C) + 0.3).T
     nuisance = np.zeros((p, C))
     nuisance[0] = 0.5
     phase = rng.uniform(0.0, 2.0 * np.pi, _STREAMS)
 
     def vectors() -> Iterator[FloatArray]:
-        """Vectors of one revolution of every stream after another."""
-        x = std * rng.standard_normal((_STREAMS, p, C)) @ mix.T
-        innovation = std * np.sqrt(1.0 - phi**2)
-        k = 0
-        while True:
-            day = np.sin(2.0 * np.pi * k / _REVOLUTIONS_A_DAY + phase)
-            yield x + (_TEMPERATURE * floor * day)[:, None, None] * nuisance
-            x = phi * x + innovation * (rng.standard_normal((_STREAMS, p, C)) @ mix.T)
-            k += 1
+        """Vectors of one revolution of every stream after another, in noise floors."""
+        x = rng.standard_normal((_STREAMS, p, C)) @ mix
+        for k in count():
+            day = _TEMPERATURE * np.sin(2.0 * np.pi * k / _REVOLUTIONS_A_DAY + phase)
+            yield x + day[:, None, None] * nuisance
+            white = rng.standard_normal((_STREAMS, p, C)) @ mix
+            x = phi * x + np.sqrt(1.0 - phi**2) * white
 
     stream = vectors()
     first = np.array([next(stream) for _ in range(learn)])
     noises = [learned_noise(first[:, b]) for b in range(_STREAMS)]
     mean = np.array([one.mean for one in noises])
-    about = np.mean(np.sum((first - mean) ** 2, axis=(2, 3)), axis=0)
-    floors = np.sqrt(0.5 * floor**2 + about)
+    floors = np.sqrt(0.5 + np.mean(np.sum((first - mean) ** 2, axis=(2, 3)), axis=0))
     test = ChangeTest(
         memory=np.array([one.memory for one in noises]),
         covariance=np.array([one.covariance for one in noises]),
         dead_band=floors,
-        threshold=threshold_of(_REVOLUTIONS_A_DAY, 1e-3),
+        threshold=threshold_of(_REVOLUTIONS_A_DAY, _RATE_OF_ALARMS),
         nuisance=nuisance,
-        drift=5.0 * floors / (_REVOLUTIONS_A_DAY / 24.0),
+        drift=_DRIFT * floors / (_REVOLUTIONS_A_DAY / 24.0),
     )
     state = test.begin()
-    n_alarms = 0
-    largest = -np.inf
-    for k in range(steps):
+    n_alarms, largest = 0, -np.inf
+    steps = max(revolutions // _STREAMS, 1)
+    for _ in range(steps):
         state = test.advanced(state, next(stream) - mean)
         evidence = state.evidence
         largest = max(largest, float(evidence.max()))
         alarmed = evidence >= test.threshold
-        if alarmed.any():
-            n_alarms += int(alarmed.sum())
-            state = replace(state, sums=np.where(alarmed[:, None], 0.0, state.sums))
-        if k % 100 == 0:
-            stages.note(f"{k * _STREAMS:.3g} revolutions", k / steps)
-    turbine_days = steps * _STREAMS / _REVOLUTIONS_A_DAY
-    limit = float(stats.chi2.ppf(0.95, 2 * (n_alarms + 1))) / 2.0 / turbine_days
-    row = _row(
-        "false alarms a turbine-day, statistics of revolutions: upper 95 % limit",
-        "1 in 1000",
-        f"1 in {1.0 / limit:.0f} ({n_alarms} alarms; bound of the test 1 in 1000; largest evidence "
-        f"{largest:.1f} of {test.threshold:.1f})",
-        f"{steps * _STREAMS:.2g} revolutions, {turbine_days:.0f} turbine-days",
-    )
-    return {"rows": [row], "alarms": n_alarms, "turbine_days": turbine_days}
+        n_alarms += int(alarmed.sum())
+        state = replace(state, sums=np.where(alarmed[:, None], 0.0, state.sums))
+    return {"alarms": n_alarms, "largest": largest, "revolutions": steps * _STREAMS}
 
 
 # Whole days, sample by sample, through the command.
@@ -487,61 +503,36 @@ def _command(folder: Path, source: Path | str, out: Path, *more: str) -> list[st
 
 
 def _long_record(folder: Path, samples: int, seed: int) -> dict[str, Any]:
-    """Peak memory and speed of the command on a record of many samples, file after file."""
-    rate = 1000.0
+    """Peak memory and speed of the command on a record of many samples.
+
+    One file under as many names: every file has a clock of its own.
+    """
+    rate, rows_of_a_file = 1000.0, 2_000_000
     campaign, floor = _diagnosed_turbine(folder, 2000, seed)
     turbine = _RunningTurbine(campaign, floor, rate, [seed, 2000])
     records = prepared_folder(folder / "records")
-    process = subprocess.Popen(_command(folder, records, folder / "watch", "--every", "0.2"))
-    rows_of_a_file = 2_000_000
-    begin = time.perf_counter()
-    written = 0
-    try:
-        for k in range(-(-samples // rows_of_a_file)):
-            n = min(rows_of_a_file, samples - written)
-            columns = turbine.samples(written / rate, n / rate)
-            partial = records / f"_{k:05d}.parquet"
-            _write(partial, columns)
-            partial.rename(records / f"{k:05d}.parquet")
-            written += n
-            # The command reads while the next file is made; no more than three are on disk.
-            while _position(folder / "watch") < (written - 2 * rows_of_a_file) / rate:
-                time.sleep(0.1)
-            (records / f"{k - 3:05d}.parquet").unlink(missing_ok=True)
-        while _position(folder / "watch") < written / rate - 10.0:
-            time.sleep(0.1)
-    finally:
-        process.terminate()
-        _, _, usage = os.wait4(process.pid, 0)
-    seconds = time.perf_counter() - begin
+    n_files = -(-samples // rows_of_a_file)
+    for k in range(n_files):
+        path = records / f"{k:05d}.parquet"
+        if k == 0:
+            _write(path, turbine.samples(0.0, rows_of_a_file / rate))
+        elif not path.exists():
+            os.link(records / "00000.parquet", path)
+    process = subprocess.Popen(_command(folder, records, folder / "watch", "--once"))
+    _, status, usage = os.wait4(process.pid, 0)
+    if status:
+        raise RuntimeError(f"the command ended with status {status}; expected 0")
+    # Kilobytes, but on macOS.
     peak = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    processor = usage.ru_utime + usage.ru_stime
+    seconds = usage.ru_utime + usage.ru_stime
+    n = n_files * rows_of_a_file
+    speed = f"{n / seconds:.2g} ({n / rate / seconds:.0f} times real time)"
     return {
         "rows": [
-            _row(
-                "peak memory on a long record",
-                "< 1 GB",
-                f"{peak / 1e9:.2f} GB",
-                f"{written:.1e} rows",
-            ),
-            _row(
-                "samples a second of processor time at 1 kHz",
-                "-",
-                f"{written / processor:.1e} ({written / rate / processor:.0f} times real time)",
-                f"{processor:.0f} s",
-            ),
-        ],
-        "seconds": seconds,
+            _row("peak memory", "< 1 GB", f"{peak / 1e9:.2f} GB", f"{n:.1g} samples"),
+            _row("samples a second of processor time, 1 kHz", "-", speed, f"{n:.1g} samples"),
+        ]
     }
-
-
-def _position(out: Path) -> float:
-    """Time that a watch has come to [s]."""
-    try:
-        document = json.loads((out / watch_turbine.WATCH_FILE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return -np.inf
-    return float(document["watch"]["position"] or -np.inf)
 
 
 # Kills.
@@ -549,53 +540,81 @@ def _position(out: Path) -> float:
 
 def _kills(folder: Path, kills: int, seed: int, stages: Stages) -> dict[str, Any]:
     """Whether a watch that is killed again and again ends as one that never was."""
-    campaign, floor = _diagnosed_turbine(folder, 3000, seed)
-    turbine = _RunningTurbine(campaign, floor, _RATE, [seed, 3000])
     records = prepared_folder(folder / "records")
-    n_files = 4 * kills
-    tilt = _FLOORS * floor * np.sqrt(2.0)
-    begin = 0.0
-    for k in range(n_files):
-        columns = turbine.samples(begin, 61.7)
-        begin = float(columns["time"][-1]) + 1.0 / _RATE
-        if (4 * k // n_files) % 2:
-            for channel in campaign.channels:
-                columns[channel.name] += tilt * np.sin(channel.angle or 0.0)
-        _write(records / f"{k:05d}.parquet", columns)
-    options = {"baseline": folder / "diagnosis", "once": True, "quiet": True}
-    never = watch_turbine.main(records, out=folder / "never", **options)
-    rng = np.random.default_rng([seed, 3000])
-    source = prepared_folder(folder / "growing")
-    n_hit = 0
-    given = 0
-    for k in range(kills):
+    if not (folder / "never.json").exists():
+        _write_changing_records(folder, records, _FILES_A_KILL * kills, seed)
+        save_json(folder / "never.json", {"lines": _watched(folder, records, "never").lines})
+    lines = read_json(folder / "never.json", "lines of a watch")["lines"]
+    tally = {"kills": 0, "while_reading": 0}
+    if (folder / "tally.json").exists():
+        tally = read_json(folder / "tally.json", "a tally")
+    while tally["kills"] < kills:
+        k = tally["kills"]
         stages.note(f"{k} of {kills}", k / kills)
-        for number in range(given, 4 * (k + 1)):
-            os.link(records / f"{number:05d}.parquet", source / f"{number:05d}.parquet")
-        given = 4 * (k + 1)
-        line = _command(folder, source, folder / "killed", "--every", "0.05")
-        process = subprocess.Popen(line, stderr=subprocess.DEVNULL)
-        wanted = begin * (given - 4 + rng.uniform(0.0, 4.0)) / n_files
-        while _position(folder / "killed") < wanted - 90.0 and process.poll() is None:
-            time.sleep(0.02)
-        time.sleep(rng.uniform(0.0, 0.3))
-        n_hit += process.poll() is None
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-    last = watch_turbine.main(records, out=folder / "killed", **options)
+        tally["while_reading"] += _killed(folder, records, k, seed)
+        tally["kills"] += 1
+        save_json(folder / "tally.json", tally)
+    last = _watched(folder, records, "killed").lines
     with (
         np.load(folder / "never" / watch_turbine.STATE_FILE) as one,
         np.load(folder / "killed" / watch_turbine.STATE_FILE) as other,
     ):
         differing = [name for name in one.files if one[name].tobytes() != other[name].tobytes()]
-    lost = len(never.lines) - len(set(last.lines) & set(never.lines))
+    lost, doubled = len(set(lines) - set(last)), len(last) - len(set(last))
     row = _row(
-        "alarms lost or doubled by kill -9, arrays of the last state that differ",
-        "0, 0",
-        f"{lost + len(last.lines) - len(never.lines)}, {len(differing)}",
-        f"{n_hit} kills, {len(never.lines)} alarms",
+        "kill -9: alarms lost, doubled; arrays of the last state that differ",
+        "0, 0; 0",
+        f"{lost}, {doubled}; {len(differing)}",
+        f"{tally['kills']} kills ({tally['while_reading']} after it wrote), {len(lines)} alarms",
     )
     return {"rows": [row], "differing": differing}
+
+
+def _write_changing_records(folder: Path, records: Path, n_files: int, seed: int) -> None:
+    """Files of a turbine whose housing tilts and comes back every so many files."""
+    campaign, floor = _diagnosed_turbine(folder, 3000, seed)
+    turbine = _RunningTurbine(campaign, floor, _RATE, [seed, 3000])
+    begin = 0.0
+    for k in range(n_files):
+        columns = turbine.samples(begin, _SECONDS_OF_A_FILE)
+        begin = float(columns["time"][-1]) + 1.0 / _RATE
+        tilt = _FLOORS * floor * np.sqrt(2.0) * ((k // _FILES_A_CHANGE) % 2)
+        for channel in campaign.channels:
+            columns[channel.name] += tilt * np.sin(channel.angle or 0.0)
+        _write(records / f"{k:05d}.parquet", columns)
+
+
+def _killed(folder: Path, records: Path, k: int, seed: int) -> bool:
+    """Kill the command at a random moment while files wait for it; whether it wrote before.
+
+    Every second time not before it writes: its start takes most of the time.
+    """
+    source, out = prepared_folder(folder / "growing"), folder / "killed"
+    for number in range(_FILES_A_KILL * k, _FILES_A_KILL * (k + 1)):
+        name = f"{number:05d}.parquet"
+        if not (source / name).exists():
+            os.link(records / name, source / name)
+    before = _written(out)
+    process = subprocess.Popen(_command(folder, source, out, "--every", "0.05"))
+    begin = time.monotonic()
+    while k % 2 and _written(out) == before and time.monotonic() < begin + 60.0:
+        time.sleep(0.01)
+    rng = np.random.default_rng([seed, 3000, k])
+    time.sleep(rng.uniform(0.0, 0.5 if k % 2 else 4.0))
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    return _written(out) != before
+
+
+def _watched(folder: Path, records: Path, name: str) -> watch_turbine.WatchResult:
+    diagnosis = folder / "diagnosis"
+    return watch_turbine.main(records, baseline=diagnosis, out=folder / name, once=True, quiet=True)
+
+
+def _written(out: Path) -> int:
+    """When the state was written; zero where there is none."""
+    path = out / watch_turbine.STATE_FILE
+    return path.stat().st_mtime_ns if path.exists() else 0
 
 
 if __name__ == "__main__":
