@@ -3,16 +3,14 @@
 One HTML file that loads itself again every half minute, without network.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg
-from carrierflex.diagnosis.report.page import rendered_page
-from carrierflex.diagnosis.report.words import in_one_unit, listed, number, sized
-from carrierflex.diagnosis.watch.change_class import (
+from carrierflex.diagnosis.carrier.watch.change_class import (
     CLOCK,
     EXCHANGED,
     LOST,
@@ -21,13 +19,21 @@ from carrierflex.diagnosis.watch.change_class import (
     REVERSED,
     ChangeClass,
 )
-from carrierflex.diagnosis.watch.turbine_watch import READS_AGAIN, Alarm, Regime, TurbineWatch
+from carrierflex.diagnosis.carrier.watch.turbine_watch import (
+    READS_AGAIN,
+    Alarm,
+    Regime,
+    TurbineWatch,
+)
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inline_svg
+from carrierflex.diagnosis.report.page import rendered_page
+from carrierflex.diagnosis.report.words import in_one_unit, listed, number, sized
 from carrierflex.files.versions import software_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from carrierflex.workflows.fleet.watch_turbine import WatchResult
 
 #: Words of faults of the measurement.
 _FAULTS = {
@@ -42,7 +48,28 @@ _UNDETERMINED = "undetermined"
 _MOST_ALARMS = 200
 
 
-def watch_page(result: "WatchResult", watch: TurbineWatch) -> str:
+@dataclass(frozen=True, eq=False)
+class WatchResult:
+    """What a watch has seen."""
+
+    source: Annotated[str, "Where the samples come from"]
+    turbine: Annotated[str, "Name of the diagnosed campaign"]
+    state: Annotated[Literal["learning", "watching", "new reference"], "What the watch does now"]
+    revolutions: Annotated[int, "Whole revolutions"]
+    omitted: Annotated[int, "Stretches between revolutions that are no whole turn"]
+    position: Annotated[float | None, "Time of the last sample that was used [s]"]
+    file: Annotated[str, "File of that sample; empty of standard input"]
+    floor: Annotated[float | None, "Noise floor of the learning period, RMS [m]"]
+    dead_band: Annotated[float | None, "Size of a change below which there is no alarm [m]"]
+    threshold: Annotated[float | None, "h: evidence (natural logarithm) that raises an alarm"]
+    run_length: Annotated[float | None, "Least mean revolutions between two false alarms, exp(h)"]
+    deviation: Annotated[float | None, "Deviation of the last 12 revolutions, RMS [m]"]
+    silent: Annotated[Sequence[str], "Channels that are constant or missing"]
+    alarms: Annotated[Sequence[Alarm], "Alarms, the first one first"]
+    lines: Annotated[Sequence[str], "The same in one line each"]
+
+
+def watch_page(result: WatchResult, watch: TurbineWatch) -> str:
     """HTML text of a watch."""
     figures = []
     deviations = watch.deviations()
@@ -68,7 +95,7 @@ def watch_page(result: "WatchResult", watch: TurbineWatch) -> str:
     return rendered_page("watch.html.j2", content)
 
 
-def state_sentence(result: "WatchResult") -> str:
+def state_sentence(result: WatchResult) -> str:
     """What the watch does, in one sentence."""
     position = "" if result.position is None else f", to {result.position:.0f} s"
     read = f"{result.revolutions} revolutions read{position}"

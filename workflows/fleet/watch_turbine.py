@@ -11,7 +11,7 @@ import hashlib
 import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
@@ -26,39 +26,19 @@ from carrierflex.identification.campaign.document_files import read_campaign_hea
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.identification.campaign.run_files import ExpectedColumns
 from carrierflex.identification.estimation.single_thread import single_threaded
+from carrierflex.workflows.fleet.watch_page import WatchResult, alarm_line, watch_page
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
 if TYPE_CHECKING:
-    from carrierflex.diagnosis.watch.rim_revolutions import RimBaseline
-    from carrierflex.diagnosis.watch.turbine_watch import Alarm, TurbineWatch
+    from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline
+    from carrierflex.diagnosis.carrier.watch.turbine_watch import Alarm, TurbineWatch
     from carrierflex.workflows.fleet.sample_streams import Piece
 
 FORMAT = "carrierflex-watch"
 WATCH_FILE, PAGE_FILE, STATE_FILE = "watch.json", "watch.html", "state.npz"
 #: Seconds between two states, and between two pages, where no alarm comes.
 _STATE_EVERY, _PAGE_EVERY = 1.0, 60.0
-
-
-@dataclass(frozen=True, eq=False)
-class WatchResult:
-    """What a watch has seen."""
-
-    source: Annotated[str, "Where the samples come from"]
-    turbine: Annotated[str, "Name of the diagnosed campaign"]
-    state: Annotated[Literal["learning", "watching", "new reference"], "What the watch does now"]
-    revolutions: Annotated[int, "Whole revolutions"]
-    omitted: Annotated[int, "Stretches between revolutions that are no whole turn"]
-    position: Annotated[float | None, "Time of the last sample that was used [s]"]
-    file: Annotated[str, "File of that sample; empty of standard input"]
-    floor: Annotated[float | None, "Noise floor of the learning period, RMS [m]"]
-    dead_band: Annotated[float | None, "Size of a change below which there is no alarm [m]"]
-    threshold: Annotated[float | None, "h: evidence (natural logarithm) that raises an alarm"]
-    run_length: Annotated[float | None, "Least mean revolutions between two false alarms, exp(h)"]
-    deviation: Annotated[float | None, "Deviation of the last 12 revolutions, RMS [m]"]
-    silent: Annotated[Sequence[str], "Channels that are constant or missing"]
-    alarms: Annotated[Sequence[Alarm], "Alarms, the first one first"]
-    lines: Annotated[Sequence[str], "The same in one line each"]
 
 
 class WatchDocument(TypedDict):
@@ -133,8 +113,8 @@ def main(
     """
     _refuse(source, out, learn, least, false_alarms, drift, every)
 
-    from carrierflex.diagnosis.watch.state_files import read_state
-    from carrierflex.diagnosis.watch.turbine_watch import TurbineWatch, WatchOptions
+    from carrierflex.diagnosis.carrier.watch.state_files import read_state
+    from carrierflex.diagnosis.carrier.watch.turbine_watch import TurbineWatch, WatchOptions
 
     rim, expected, document, digest = _diagnosed(baseline, campaign)
     far = document["how_far"]
@@ -167,7 +147,7 @@ def _refuse(
     every: float,
 ) -> None:
     """Refuse options before any work."""
-    from carrierflex.diagnosis.watch.change_test import LEAST_LEARNED
+    from carrierflex.diagnosis.carrier.watch.change_test import LEAST_LEARNED
 
     if learn < LEAST_LEARNED:
         raise ValueError(
@@ -197,8 +177,8 @@ def _diagnosed(
     baseline: Path, campaign: Path | None
 ) -> tuple[RimBaseline, ExpectedColumns, dict[str, Any], str]:
     """Baseline with its values, columns of the source, diagnosis.json and its digest."""
+    from carrierflex.diagnosis.carrier.watch.rim_revolutions import rim_baseline
     from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
-    from carrierflex.diagnosis.watch.rim_revolutions import rim_baseline
     from carrierflex.workflows.diagnosis import report_files
     from carrierflex.workflows.diagnosis.diagnose_campaign import curves_of_rig
 
@@ -250,7 +230,7 @@ def _alarms(
     watch: TurbineWatch, samples: Iterator[Piece], writer: _Writer, stages: Stages
 ) -> Iterator[Alarm]:
     """Alarms, each once its state is written."""
-    from carrierflex.diagnosis.watch.rim_revolutions import RevolutionSplitter
+    from carrierflex.diagnosis.carrier.watch.rim_revolutions import RevolutionSplitter
 
     splitter = RevolutionSplitter()
     for piece in samples:
@@ -278,8 +258,6 @@ class _Writer:
 
     def line(self, alarm: Alarm) -> str:
         """One line about an alarm."""
-        from carrierflex.workflows.fleet.watch_page import alarm_line
-
         return f"{self.turbine}: {alarm_line(alarm)}"
 
     def write_in_time(self) -> None:
@@ -290,8 +268,7 @@ class _Writer:
 
     def write(self, *, page: bool) -> WatchResult:
         """Write the state and what follows from it."""
-        from carrierflex.diagnosis.watch.state_files import write_state
-        from carrierflex.workflows.fleet.watch_page import watch_page
+        from carrierflex.diagnosis.carrier.watch.state_files import write_state
 
         write_state(self.out / STATE_FILE, self.watch, self.key)
         self.state_written = time.monotonic()

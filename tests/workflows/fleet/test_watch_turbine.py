@@ -16,8 +16,15 @@ import pytest
 
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE
 from carrierflex.workflows.fleet import watch_turbine
-from tests.diagnosis.watch.turbines import ANGLES, DEFLECTION, NOISE, TILT, effect_signal, record
-from tests.diagnosis.watch.turbines import turbine as running_turbine
+from tests.diagnosis.carrier.watch.turbines import (
+    ANGLES,
+    DEFLECTION,
+    NOISE,
+    TILT,
+    effect_signal,
+    record,
+)
+from tests.diagnosis.carrier.watch.turbines import turbine as running_turbine
 from tests.workflows.checked_documents import checked_document
 
 BASELINE = running_turbine()

@@ -8,10 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.diagnosis.watch.change_class import ChangeClass
-from carrierflex.diagnosis.watch.change_test import DetectorState, RevolutionNoise
-from carrierflex.diagnosis.watch.rim_revolutions import RimBaseline
-from carrierflex.diagnosis.watch.turbine_watch import Alarm, Regime, TurbineWatch, WatchOptions
+from carrierflex.diagnosis.carrier.watch.change_class import ChangeClass
+from carrierflex.diagnosis.carrier.watch.change_test import DetectorState, RevolutionNoise
+from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline
+from carrierflex.diagnosis.carrier.watch.turbine_watch import (
+    Alarm,
+    Regime,
+    TurbineWatch,
+    WatchOptions,
+)
 from carrierflex.files.json_files import plain
 from carrierflex.files.whole_files import whole_file
 

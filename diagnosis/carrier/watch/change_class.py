@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.classes.answer import CLASS_OF_LAW
-from carrierflex.diagnosis.watch.change_test import RevolutionNoise
-from carrierflex.diagnosis.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
+from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
+from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
 from carrierflex.simulation.carrier.measured_laws import rim_patterns
 from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
 from carrierflex.simulation.carrier.rim import inputs_of_columns
@@ -120,7 +120,14 @@ def named_change(
     cost, best, share, a = min(costs.values(), key=lambda of: of[0])
     if share < _NAMED_SHARE:
         return ChangeClass(NO_CLASS, (), False, (), "", None, share)
-    ties = [name for name, of in costs.items() if name != best.id and of[0] < cost + _TIE]
+    ties = [
+        name
+        for name, (of_rival, rival, *_) in costs.items()
+        if of_rival < cost + _TIE
+        and name != best.id
+        # Any fault of a channel is no rival of a particular one of the same channel.
+        and (name != ONE_CHANNEL or rival.channels != best.channels)
+    ]
     name = _fault_by_factor(best, a)
     is_fault = name.startswith(("channel/", "clock/", "wiring/"))
     relative = float(a[0] / best.length) if best.effect else None

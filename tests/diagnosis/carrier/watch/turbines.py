@@ -3,7 +3,7 @@
 import numpy as np
 
 from carrierflex.diagnosis.carrier.library import carrier_library
-from carrierflex.diagnosis.watch.rim_revolutions import RimBaseline, Term
+from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, Term
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.simulation.carrier.rim import CarrierRig, inputs_of_columns
 from carrierflex.workflows.fe.default_curves import default_curves

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.watch.rim_revolutions import RevolutionSplitter
-from carrierflex.diagnosis.watch.state_files import read_state, write_state
-from carrierflex.diagnosis.watch.turbine_watch import TurbineWatch, WatchOptions
-from tests.diagnosis.watch.turbines import NOISE, effect_signal, record, turbine
+from carrierflex.diagnosis.carrier.watch.rim_revolutions import RevolutionSplitter
+from carrierflex.diagnosis.carrier.watch.state_files import read_state, write_state
+from carrierflex.diagnosis.carrier.watch.turbine_watch import TurbineWatch, WatchOptions
+from tests.diagnosis.carrier.watch.turbines import NOISE, effect_signal, record, turbine
 
 BASELINE = turbine()
 OPTIONS = WatchOptions(learn=100)
@@ -44,6 +44,17 @@ def scaled(channel, factor):
     return cause
 
 
+def moved(columns, signals):
+    """Signals with one sensor six degrees off."""
+    off = replace(BASELINE, moves={"s137": np.deg2rad(6.0)})
+    return np.concatenate([signals[:1], off.prediction(columns)[1:2], signals[2:]])
+
+
+def late(columns, signals):
+    """Signals that all come late."""
+    return replace(BASELINE, delay=0.02).prediction(columns)
+
+
 def exchanged(columns, signals):
     return signals[[0, 2, 1, 3]]
 
@@ -59,6 +70,8 @@ CHANGES = {
     "pins softer": (adding("flexible_pins", 0.4), "carrier/waves", "flexible_pins"),
     "offset": (adding("axial_offset", 9e-6), "housing/offset", ""),
     "gain": (scaled(1, 1.6), "channel/gain", ""),
+    "angle of a sensor": (moved, "channel/angle", ""),
+    "late": (late, "clock/delay", ""),
     "reversed": (scaled(1, -1.0), "wiring/reversed", ""),
     "lost": (scaled(1, 0.0), "channel/lost", ""),
     "exchanged": (exchanged, "wiring/sensor_order", ""),
@@ -74,7 +87,7 @@ def test_an_alarm_names_class_begin_and_size_of_a_change(name):
     alarm = watch.alarms[0]
     change = alarm.change
     assert (change.id, change.effect, list(change.ties)) == (expected, effect, [])
-    assert change.is_fault == expected.startswith(("channel/", "wiring/"))
+    assert change.is_fault == expected.startswith(("channel/", "clock/", "wiring/"))
     # Revolution k of the record is number k of the watch: the first, begun late, is omitted.
     assert alarm.since == SINCE
     assert alarm.revolution <= SINCE + 10

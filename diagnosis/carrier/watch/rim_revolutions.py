@@ -199,7 +199,7 @@ class RimBaseline:
         if steps.min() <= 0.0 or steps.max() > _GAP_SHARE * (time[-1] - time[0]):
             return None
         signals = np.array([columns[channel.name] for channel in self.channels])
-        silent = np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
+        silent = self._silent(angle, signals)
         prediction = self.prediction(columns)
         signals = np.where(silent[:, None], prediction, signals)
         both, scatter = self.vectors(angle, np.concatenate([signals - prediction, prediction]))
@@ -216,6 +216,13 @@ class RimBaseline:
             is_silent=silent,
             loads=np.array([*loads, speed]),
         )
+
+    def _silent(self, angle: FloatArray, signals: FloatArray) -> NDArray[np.bool_]:
+        """Channels that are constant for a part of the turn, or missing, shape (C,)."""
+        n_equal = np.count_nonzero(signals[:, 1:] == signals[:, :-1], axis=1)
+        if n_equal.max() < _CONSTANT_SHARE * angle.size - 1 and np.isfinite(signals).all():
+            return np.zeros(len(signals), dtype=np.bool_)
+        return np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
 
 
 def _row_scale(p: int, C: int) -> FloatArray:

@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.watch.change_class import ChangeClass, named_change
-from carrierflex.diagnosis.watch.change_test import (
+from carrierflex.diagnosis.carrier.watch.change_class import ChangeClass, named_change
+from carrierflex.diagnosis.carrier.watch.change_test import (
     ChangeTest,
     DetectorState,
     RevolutionNoise,
@@ -20,7 +20,7 @@ from carrierflex.diagnosis.watch.change_test import (
     learned_noise,
     threshold_of,
 )
-from carrierflex.diagnosis.watch.rim_revolutions import Revolution, RimBaseline
+from carrierflex.diagnosis.carrier.watch.rim_revolutions import Revolution, RimBaseline
 
 FloatArray = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from carrierflex.diagnosis.watch.change_test import (
+from carrierflex.diagnosis.carrier.watch.change_test import (
     WINDOWS,
     ChangeTest,
     change_point,
