@@ -40,6 +40,7 @@ _FORMATS = {
         "what the page of a diagnosis is drawn from",
         ("report {0.parent} --out report.html",),
     ),
+    "carrierflex-watch": ("watch of a turbine", ()),
     "carrierflex-fleet": ("diagnoses of a fleet", ("batch CAMPAIGNS --out {0.parent}",)),
     "carrierflex-rim-motion": ("motion of a rim, measured and simulated", ("view {}",)),
     "carrierflex-answers": (

@@ -13,7 +13,7 @@ from carrierflex.files.result_reading import restored
 from carrierflex.files.result_schemas import json_content, json_table
 
 REPORT_DATA_FILE = "report.json"
-_FORMAT, _VERSION = "carrierflex-report", 1
+FORMAT, VERSION = "carrierflex-report", 1
 
 #: report.json.
 REPORT_DATA = json_table(
@@ -41,7 +41,7 @@ def read_report_data(path: Path) -> ReportData:
     ValueError
         Where it is missing, no such file, of a newer version, or holds something else.
     """
-    document = read_document(path, f"a {REPORT_DATA_FILE}", _FORMAT, _VERSION)
+    document = read_document(path, f"a {REPORT_DATA_FILE}", FORMAT, VERSION)
     try:
         data: ReportData = restored(ReportData, document["data"])
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:

@@ -60,6 +60,7 @@ from carrierflex.workflows.fe.study_pin_fit import PinFitDocument
 from carrierflex.workflows.fe.study_sensitivities import SensitivitiesDocument
 from carrierflex.workflows.figures.draw_figures import FiguresDocument
 from carrierflex.workflows.fleet.diagnose_fleet import EntryDocument, FleetDocument
+from carrierflex.workflows.fleet.watch_turbine import WatchDocument
 from carrierflex.workflows.identification.documents import IdentificationDocument
 from carrierflex.workflows.identification.import_records import ImportDocument
 from carrierflex.workflows.identification.infer_loads import LoadsDocument
@@ -109,6 +110,7 @@ _RESULTS: dict[str, Any] = {
     "calibration": CALIBRATION,
     "fleet": FleetDocument,
     "batch": EntryDocument,
+    "watch": WatchDocument,
     "plan": PLAN,
     "identification": IdentificationDocument,
     "loads": LoadsDocument,

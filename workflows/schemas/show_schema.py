@@ -23,6 +23,7 @@ Name = Literal[
     "calibration",
     "fleet",
     "batch",
+    "watch",
     "plan",
     "identification",
     "loads",

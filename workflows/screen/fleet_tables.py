@@ -12,6 +12,7 @@ from carrierflex.workflows.diagnosis.record_difference import (
 )
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis
 from carrierflex.workflows.fleet.fleet_page import causes_of, fleet_sentences
+from carrierflex.workflows.fleet.watch_page import WatchResult, state_sentence
 from carrierflex.workflows.screen.titled_table import titled_table
 
 _MOST_ROWS = 20
@@ -60,6 +61,11 @@ def fleet_table(fleet: FleetDiagnosis) -> RenderableType:
         table.columns[-1].overflow = "fold"
         shown += ["", table]
     return Group(*shown)
+
+
+def watch_table(result: WatchResult) -> RenderableType:
+    """What the watch does, then its alarms."""
+    return Group(state_sentence(result), *result.lines[-_MOST_ROWS:])
 
 
 def difference_table(difference: RecordDifference) -> RenderableType:

@@ -104,6 +104,9 @@ COMMANDS = {
         "days.", "comparison.json"),
     "batch": Command("fleet.diagnose_fleet", "fleet_tables:fleet_table",
         "Diagnose all campaigns below a folder, and compare turbines and days.", "fleet.json"),
+    "watch": Command("fleet.watch_turbine", "fleet_tables:watch_table",
+        "Watch the running records of a turbine for a new cause or a change of size.",
+        "watch.json"),
     "report": Command("diagnosis.write_report", "diagnosis_tables:report_line",
         "Write the report page of a diagnosis again, without a new fit."),
     "view": Command("view3d.view_file", "tables:view_table",
@@ -126,7 +129,7 @@ GROUPS = {
     "Simulate": ("simulate", "study"),
     "Measure": ("plan", "new-campaign", "import", "check", "identify", "loads"),
     "Diagnose": ("diagnose", "report", "calibrate", "compare"),
-    "Fleet": ("batch",),
+    "Fleet": ("batch", "watch"),
     "Show": ("view", "papers"),
 }
 

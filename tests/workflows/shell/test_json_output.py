@@ -60,6 +60,7 @@ LONG = {
     "compare gap gap --out change": 0,
     "papers printed-tables --out printed_tables": 0,
     "batch campaign --out fleet --no-report": 0,
+    "watch campaign --baseline gap --out watch --once": 0,
     "blind-check --kind element --cases 2 --no-keep --out check": 0,
 }
 #: Lines of minutes, on coarse meshes and short records. Those of a

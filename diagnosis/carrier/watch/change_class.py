@@ -1,0 +1,306 @@
+"""The class of a change: which pattern, baseline effect or fault of the measurement explains it.
+
+A change D is the mean vector after its beginning less that before. Every hypothesis has columns B;
+its cost is
+
+    min_a |W (D - B a)|² + q ln(d),    W' W = (Sigma_mean + (eps |D|)² I)^-1
+
+with q columns, d components and the share eps that model and calibration leave open. The cheapest
+is named, with those that cost nearly as little.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.carrier.classes.answer import CLASS_OF_LAW
+from carrierflex.diagnosis.carrier.watch.change_test import RevolutionNoise
+from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline, vector_of_amplitudes
+from carrierflex.simulation.carrier.measured_laws import rim_patterns
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import Columns
+from carrierflex.simulation.carrier.rim import inputs_of_columns
+
+FloatArray = NDArray[np.float64]
+
+#: Fault of the measurement, not of the machine.
+MEASUREMENT = "measurement"
+EXCHANGED, REVERSED, LOST = "wiring/sensor_order", "wiring/reversed", "channel/lost"
+GAIN, ZERO, ANGLE = "channel/gain", "channel/zero", "channel/angle"
+CLOCK, ONE_CHANNEL = "clock/delay", "channel/other"
+NO_CLASS = "none_of_these"
+#: Patterns of waves whose sizes know no ratio.
+_OF_ANY_WAVES = (rim_patterns.WAVES, rim_patterns.PLANET_PASS)
+#: Share of the change, eps, that errors of gains, torque and curves leave open in a component.
+_OPEN_SHARE = 0.03
+#: Costs that differ by less are a tie: evidence of one in 100.
+_TIE = 2.0 * np.log(100.0)
+#: Costs that differ by less are equal.
+_ROUNDING = 1e-6
+#: Share of the change's mean square that a class explains at least, as a diagnosis asks of it.
+_NAMED_SHARE = 0.8
+#: Samples of the turn on which effects are evaluated.
+_SAMPLES = 144
+#: Factors on a channel that are a loss of the signal, or a reversed one, within the second number.
+_LOST, _REVERSED, _NEAR = -1.0, -2.0, 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeClass:
+    """What a change is of."""
+
+    id: Annotated[str, "Class (frame/pattern), fault of the measurement, or none_of_these"]
+    ties: Annotated[Sequence[str], "Classes that explain it as well"]
+    is_fault: Annotated[bool, "Whether it is a fault of the measurement"]
+    channels: Annotated[Sequence[str], "Channels of a fault"]
+    effect: Annotated[str, "Effect of the baseline whose size has changed; empty where none has"]
+    relative: Annotated[float | None, "Change of that effect's size over its size"]
+    share: Annotated[float, "Share of the mean square of the change that the class explains"]
+
+
+@dataclass(frozen=True, eq=False)
+class _Hypothesis:
+    """One explanation: columns of unit length, shape (q, p, C)."""
+
+    id: str
+    columns: FloatArray
+    channels: tuple[str, ...] = ()
+    effect: str = ""
+    length: float = 1.0  # length of the column of an effect or a channel
+    is_sparse: bool = False  # whether waves that are not significant are no columns
+
+
+def named_change(
+    change: FloatArray,
+    n: int,
+    noise: RevolutionNoise,
+    baseline: RimBaseline,
+    before: FloatArray,
+    loads: FloatArray,
+) -> ChangeClass:
+    """Name the class of a change.
+
+    Parameters
+    ----------
+    change : ndarray, shape (p, C)
+        D [m].
+    n : int
+        Revolutions after it.
+    noise : RevolutionNoise
+        Noise of a revolution.
+    baseline : RimBaseline
+        Sensors, and effects that the baseline holds.
+    before : ndarray, shape (p, C)
+        Vector of the measured signals without the change [m].
+    loads : ndarray, shape (4,)
+        Mean loads after it, as of a revolution.
+
+    Returns
+    -------
+    ChangeClass
+        The cheapest hypothesis, or that none explains enough.
+    """
+    W = _whitening(change, n, noise)
+    target = np.einsum("kcd,kd->kc", W, change).ravel()
+    costs: dict[str, tuple[float, _Hypothesis, float, FloatArray]] = {}
+    for one in _hypotheses(baseline, before, loads):
+        B = np.einsum("kcd,qkd->qkc", W, one.columns).reshape(len(one.columns), -1).T
+        a = _amplitudes(B, target, is_sparse=one.is_sparse)
+        if not _is_possible(one, a):
+            continue
+        n_columns = np.count_nonzero(a)
+        cost = float(np.sum((target - B @ a) ** 2) + n_columns * np.log(target.size))
+        remainder = change - np.tensordot(a, one.columns, 1)
+        share = 1.0 - float(np.sum(remainder**2) / np.sum(change**2))
+        if one.id not in costs or cost < costs[one.id][0] - _ROUNDING:
+            costs[one.id] = (cost, one, share, a)
+    cost, best, share, a = min(costs.values(), key=lambda of: of[0])
+    if share < _NAMED_SHARE:
+        return ChangeClass(NO_CLASS, (), False, (), "", None, share)
+    ties = [
+        name
+        for name, (of_rival, rival, *_) in costs.items()
+        if of_rival < cost + _TIE
+        and name != best.id
+        # Any fault of a channel is no rival of a particular one of the same channel.
+        and (name != ONE_CHANNEL or rival.channels != best.channels)
+    ]
+    name = _fault_by_factor(best, a)
+    is_fault = name.startswith(("channel/", "clock/", "wiring/"))
+    relative = float(a[0] / best.length) if best.effect else None
+    return ChangeClass(name, ties, is_fault, best.channels, best.effect, relative, share)
+
+
+def _whitening(change: FloatArray, n: int, noise: RevolutionNoise) -> FloatArray:
+    """W by row, shape (p, C, C)."""
+    C = change.shape[1]
+    memory = 1.0 - noise.memory[:, None, None]
+    covariance = noise.covariance / memory**2 / n
+    covariance = covariance + _OPEN_SHARE**2 * np.sum(change**2) * np.eye(C)
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+def _amplitudes(B: FloatArray, target: FloatArray, *, is_sparse: bool) -> FloatArray:
+    """Amplitudes by least squares; of a sparse hypothesis, zero where the column costs more."""
+    a = np.asarray(np.linalg.lstsq(B, target, rcond=None)[0])
+    if not is_sparse:
+        return a
+    saved = a**2 * np.sum(B**2, axis=0)
+    used = saved > min(np.log(target.size), saved.max())
+    used[np.argmax(saved)] = True
+    result = np.zeros_like(a)
+    result[used] = np.linalg.lstsq(B[:, used], target, rcond=None)[0]
+    return result
+
+
+def _is_possible(one: _Hypothesis, a: FloatArray) -> bool:
+    """Whether exchanged signals are exchanged as a whole."""
+    return one.id != EXCHANGED or abs(float(a[0]) / one.length - 1.0) < _NEAR
+
+
+def _fault_by_factor(one: _Hypothesis, a: FloatArray) -> str:
+    """A gain that is a lost or a reversed signal, else the hypothesis."""
+    if one.id != GAIN:
+        return one.id
+    factor = float(a[0]) / one.length
+    for name, value in ((LOST, _LOST), (REVERSED, _REVERSED)):
+        if abs(factor - value) < _NEAR:
+            return name
+    return GAIN
+
+
+def _hypotheses(
+    baseline: RimBaseline, before: FloatArray, loads: FloatArray
+) -> Iterator[_Hypothesis]:
+    """Patterns, effects of the library, effects of the baseline, faults of the measurement."""
+    quantities = [channel.quantity for channel in baseline.channels]
+    N = baseline.rig.n_planets
+    patterns: Mapping[str, Columns] = {
+        rim_patterns.OFFSET: rim_patterns.offset(quantities),
+        rim_patterns.TILT: rim_patterns.tilt(quantities),
+        rim_patterns.SADDLE: rim_patterns.saddle(quantities),
+        rim_patterns.PLANET_PASS: rim_patterns.planet_pass(quantities, N),
+        rim_patterns.MODULATED: rim_patterns.modulated_waves(quantities, N),
+        rim_patterns.TURNING_TILT: rim_patterns.turning_tilt(quantities),
+        rim_patterns.WAVES: rim_patterns.turning_waves(quantities, range(2, baseline.n_orders + 1)),
+        rim_patterns.UNEVEN: rim_patterns.uneven_waves(quantities, N),
+    }
+    for name, columns in patterns.items():
+        # Unequal pin loads make their waves in one ratio, which the library's effects know.
+        if name in (rim_patterns.UNEVEN, rim_patterns.MODULATED) and "g_f" in baseline.rig.curves:
+            continue
+        rows = _unit(_pattern_vectors(columns, baseline))
+        yield _Hypothesis(name, rows, is_sparse=name in _OF_ANY_WAVES)
+    turn = _turn(loads)
+    # Before the same effect of the library: of equal costs the first is taken.
+    for term in baseline.terms:
+        signals = [
+            term.signal(baseline.sensor(channel), inputs_of_columns(turn), baseline.rig)
+            for channel in baseline.channels
+        ]
+        vector, _ = baseline.vectors(turn["carrier_angle"], np.array(signals))
+        length = float(np.linalg.norm(vector))
+        if length and term.effect.id in CLASS_OF_LAW:
+            name = CLASS_OF_LAW[term.effect.id]
+            yield _Hypothesis(name, vector[None] / length, (), term.effect.id, length)
+    for name, effect in baseline.effects.items():
+        if effect.pattern is None or effect.n_shapes or effect.weighed_by:
+            continue
+        if name in CLASS_OF_LAW:
+            rows = _effect_vectors(name, baseline, turn)
+            if rows.any():
+                yield _Hypothesis(CLASS_OF_LAW[name], _unit(rows))
+    yield from _faults(baseline, before)
+
+
+def _faults(baseline: RimBaseline, before: FloatArray) -> Iterator[_Hypothesis]:
+    """What a channel, a pair of channels or the clock does to the signals as they were."""
+    p, C = before.shape
+    slope = _slope(before)
+    constant = np.zeros((p, C))
+    constant[0] = 1.0
+    length = float(np.linalg.norm(slope))
+    if length:
+        yield _Hypothesis(CLOCK, slope[None] / length, length=length)
+    for c, channel in enumerate(baseline.channels):
+        only = np.zeros(C)
+        only[c] = 1.0
+        waves = before * only
+        waves[0] = 0.0
+        zero = constant * only
+        names = (channel.name,)
+        yield _Hypothesis(ZERO, zero[None], names)
+        rows = np.zeros((p, p, C))
+        rows[np.arange(p), np.arange(p), c] = 1.0
+        yield _Hypothesis(ONE_CHANNEL, rows, names, is_sparse=True)
+        for name, vector in ((GAIN, waves), (ANGLE, slope * only)):
+            length = float(np.linalg.norm(vector))
+            if length:
+                columns = np.stack([vector / length, zero])
+                yield _Hypothesis(name, columns, names, length=length)
+    for first, second in combinations(range(C), 2):
+        exchanged = before.copy()
+        exchanged[:, [first, second]] = before[:, [second, first]]
+        vector = exchanged - before
+        length = float(np.linalg.norm(vector))
+        if length:
+            both = (baseline.channels[first].name, baseline.channels[second].name)
+            yield _Hypothesis(EXCHANGED, vector[None] / length, both, length=length)
+
+
+def _slope(vector: FloatArray) -> FloatArray:
+    """Derivative by the carrier angle: ``n b`` of the cosine, ``-n a`` of the sine."""
+    n = (len(vector) - 1) // 2
+    order = np.arange(1, n + 1)[:, None]
+    cosine, sine = vector[1 : n + 1], vector[n + 1 :]
+    return np.concatenate([np.zeros_like(vector[:1]), order * sine, -order * cosine])
+
+
+def _unit(columns: FloatArray) -> FloatArray:
+    """Columns of unit length, without those that are zero."""
+    length = np.sqrt(np.sum(columns**2, axis=(1, 2)))
+    return columns[length > 0.0] / length[length > 0.0, None, None]
+
+
+def _pattern_vectors(columns: Columns, baseline: RimBaseline) -> FloatArray:
+    """Vectors of the columns of a pattern, shape (q, p, C)."""
+    n = baseline.n_orders
+    amplitudes = np.zeros((len(columns), *baseline.shape))
+    angle = np.array([baseline.sensor(channel).angle for channel in baseline.channels])
+    quantity = np.array([channel.quantity for channel in baseline.channels])
+    for q, column in enumerate(columns):
+        cosine, sine = (weight * (quantity == column.quantity) for weight in column.over(angle))
+        amplitudes[q, column.order] = cosine
+        if column.order:
+            amplitudes[q, n + column.order] = sine
+    return vector_of_amplitudes(amplitudes)
+
+
+def _turn(loads: FloatArray) -> dict[str, FloatArray]:
+    """Columns of one turn under constant loads."""
+    theta = 2.0 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    torque, ntl_y, ntl_z, speed = loads.tolist()
+    still = np.ones_like(theta)
+    return {
+        "time": theta / speed,
+        "carrier_angle": theta,
+        "torque": torque * still,
+        "ntl_y": ntl_y * still,
+        "ntl_z": ntl_z * still,
+    }
+
+
+def _effect_vectors(name: str, baseline: RimBaseline, turn: Mapping[str, FloatArray]) -> FloatArray:
+    """Vectors of the unit signals of an effect, shape (q, p, C)."""
+    effect, inputs = baseline.effects[name], inputs_of_columns(turn)
+    signals = np.array(
+        [
+            effect.signals(baseline.sensor(channel), inputs, baseline.rig)
+            for channel in baseline.channels
+        ]
+    )
+    angle = turn["carrier_angle"]
+    return np.array([baseline.vectors(angle, of_unit)[0] for of_unit in signals.swapaxes(0, 1)])

@@ -1,0 +1,395 @@
+"""Revolutions of a carrier as vectors: order amplitudes of what a diagnosed baseline leaves.
+
+A row of a vector is an order's cosine or sine, a column a channel; scaled so that the square of the
+vector's length is the mean square over the channels and the turn.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.carrier.library import carrier_library
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign_header import CampaignHeader
+from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX, TOLERANCES, Channel
+from carrierflex.identification.campaign.order_analysis import highest_order, too_sparse
+from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.patterns import pin_radius_of
+from carrierflex.simulation.carrier.rim import (
+    CarrierInputs,
+    CarrierRig,
+    RimSensor,
+    inputs_of_columns,
+)
+
+FloatArray = NDArray[np.float64]
+Columns = Mapping[str, FloatArray]
+
+#: A channel without a change for this share of a revolution, or with more missing, is silent.
+_CONSTANT_SHARE, _MISSING_SHARE = 0.25, 0.5
+#: A step of time as long as this share of a turn is a gap.
+_GAP_SHARE = 0.2
+#: Most samples of a revolution: a turbine that stands still fills no memory.
+MOST_SAMPLES = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Revolution:
+    """One whole turn, reduced; p rows of orders, C channels.
+
+    Parameters
+    ----------
+    start, end : float
+        First and last time [s].
+    residual, predicted : ndarray, shape (p, C)
+        Vectors of measured less predicted, and of predicted [m]; zero of a silent channel.
+    scatter : ndarray, shape (C,)
+        Mean square of the samples about the orders [m²].
+    is_silent : ndarray of bool, shape (C,)
+        Channels that are constant or missing.
+    loads : ndarray, shape (4,)
+        Mean torque [N m], radial load along y and z [N]; speed [rad/s].
+    """
+
+    start: float
+    end: float
+    residual: FloatArray
+    predicted: FloatArray
+    scatter: FloatArray
+    is_silent: NDArray[np.bool_]
+    loads: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """One effect of the baseline with its identified values.
+
+    Parameters
+    ----------
+    effect : Effect
+        Effect.
+    coefficients, shapes : tuple of float
+        Values of its signals, and of its shapes.
+    """
+
+    effect: Effect
+    coefficients: tuple[float, ...]
+    shapes: tuple[float, ...] = ()
+
+    def signal(self, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+        """Its signal at a sensor [m], shape (n,)."""
+        rows = self.effect.signals(sensor, inputs, rig, *self.shapes)
+        return np.asarray(np.einsum("k,kn->n", np.array(self.coefficients), rows))
+
+
+@dataclass(frozen=True, eq=False)
+class RimBaseline:
+    """A diagnosed baseline: what it predicts at the sensors.
+
+    Parameters
+    ----------
+    channels : tuple of Channel
+        Sensors at the rim.
+    rig : CarrierRig
+        Rig and curves.
+    effects : mapping of str to Effect
+        The library.
+    terms : tuple of Term
+        Effects of the baseline, and named ones, with their values. Offsets of single runs are none
+        of them: a learning period has its own.
+    has_predictions : bool
+        Whether another simulator's prediction is among the columns.
+    gains, moves : mapping of str to float
+        Errors that the diagnosis named, by channel: of the gain, of the angle [rad].
+    delay : float
+        Delay of all channels [s].
+    """
+
+    channels: tuple[Channel, ...]
+    rig: CarrierRig
+    effects: Mapping[str, Effect]
+    terms: tuple[Term, ...]
+    has_predictions: bool = False
+    gains: Mapping[str, float] = field(default_factory=dict)
+    moves: Mapping[str, float] = field(default_factory=dict)
+    delay: float = 0.0
+
+    @property
+    def n_orders(self) -> int:
+        """Highest order that is kept."""
+        return highest_order(self.rig.n_planets)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and channels of a vector."""
+        return 1 + 2 * self.n_orders, len(self.channels)
+
+    def sensor(self, channel: Channel) -> RimSensor:
+        """Where a channel reads."""
+        sensor = rim_sensor(channel)
+        return replace(sensor, angle=sensor.angle + self.moves.get(channel.name, 0.0))
+
+    def prediction(self, columns: Columns) -> FloatArray:
+        """Signals of the baseline under the inputs of a revolution [m], shape (C, n)."""
+        inputs = inputs_of_columns(columns)
+        if self.delay:
+            time, angle = inputs.time, inputs.carrier_angle
+            speed = (angle[-1] - angle[0]) / (time[-1] - time[0])
+            inputs = replace(inputs, carrier_angle=angle - speed * self.delay)
+        rows = []
+        for channel in self.channels:
+            total = np.zeros_like(inputs.carrier_angle)
+            if self.has_predictions:
+                total += columns[channel.name + PREDICTION_SUFFIX]
+            for term in self.terms:
+                total += term.signal(self.sensor(channel), inputs, self.rig)
+            rows.append((1.0 + self.gains.get(channel.name, 0.0)) * total)
+        return np.array(rows)
+
+    def vectors(self, angle: FloatArray, signals: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Vectors of m signals over one turn, shape (p, m), and their scatter, shape (m,).
+
+        Least squares on ``1, cos n theta, sin n theta`` of the samples that are present.
+
+        Parameters
+        ----------
+        angle : ndarray, shape (n,)
+            Carrier angle [rad].
+        signals : ndarray, shape (m, n)
+            Signals [m].
+        """
+        phase = np.outer(angle, np.arange(1, self.n_orders + 1))
+        A = np.hstack([np.ones((angle.size, 1)), np.cos(phase), np.sin(phase)])
+        present = np.isfinite(signals)
+        if present.all():
+            a = np.linalg.solve(A.T @ A, A.T @ signals.T)
+        else:
+            a = np.stack(
+                [
+                    np.linalg.solve(A[rows].T @ A[rows], A[rows].T @ signal[rows])
+                    for rows, signal in zip(present, signals, strict=True)
+                ],
+                axis=1,
+            )
+        scatter = np.nanmean((signals - (A @ a).T) ** 2, axis=1)
+        return a * _row_scale(*self.shape), scatter
+
+    def revolution(self, columns: Columns) -> Revolution | None:
+        """Reduce the samples of one turn.
+
+        Parameters
+        ----------
+        columns : mapping of str to ndarray, shape (n,)
+            Time, inputs, channels and, where the baseline is another simulator's, predictions.
+
+        Returns
+        -------
+        Revolution or None
+            None where samples leave too large a gap in the turn for the highest order.
+        """
+        time, angle = columns["time"], columns["carrier_angle"]
+        if angle.size < 2 * self.shape[0] or too_sparse(angle, self.n_orders):
+            return None
+        steps = np.diff(time)
+        if steps.min() <= 0.0 or steps.max() > _GAP_SHARE * (time[-1] - time[0]):
+            return None
+        signals = np.array([columns[channel.name] for channel in self.channels])
+        silent = self._silent(angle, signals)
+        prediction = self.prediction(columns)
+        signals = np.where(silent[:, None], prediction, signals)
+        both, scatter = self.vectors(angle, np.concatenate([signals - prediction, prediction]))
+        C = len(signals)
+        names = ("torque", "ntl_y", "ntl_z")
+        loads = [float(columns[name].mean()) if name in columns else 0.0 for name in names]
+        speed = abs(float((angle[-1] - angle[0]) / (time[-1] - time[0])))
+        return Revolution(
+            start=float(time[0]),
+            end=float(time[-1]),
+            residual=both[:, :C],
+            predicted=both[:, C:],
+            scatter=scatter[:C],
+            is_silent=silent,
+            loads=np.array([*loads, speed]),
+        )
+
+    def _silent(self, angle: FloatArray, signals: FloatArray) -> NDArray[np.bool_]:
+        """Channels that are constant for a part of the turn, or missing, shape (C,)."""
+        n_equal = np.count_nonzero(signals[:, 1:] == signals[:, :-1], axis=1)
+        if n_equal.max() < _CONSTANT_SHARE * angle.size - 1 and np.isfinite(signals).all():
+            return np.zeros(len(signals), dtype=np.bool_)
+        return np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
+
+
+def _row_scale(p: int, C: int) -> FloatArray:
+    """Factor of every row that makes a vector's squared length a mean square, shape (p, 1)."""
+    scale = np.full((p, 1), np.sqrt(0.5 / C))
+    scale[0] = np.sqrt(1.0 / C)
+    return scale
+
+
+def row_amplitudes(vector: FloatArray) -> FloatArray:
+    """Amplitudes of the waves behind a vector [m], shape (p, C)."""
+    return vector / _row_scale(*vector.shape)
+
+
+def vector_of_amplitudes(amplitudes: FloatArray) -> FloatArray:
+    """Vectors of amplitudes of the constant, cosines and sines, shape (..., p, C)."""
+    return amplitudes * _row_scale(*amplitudes.shape[-2:])
+
+
+def _is_silent(signal: FloatArray, angle: FloatArray, n_orders: int) -> bool:
+    """Whether a channel stands still for a part of the turn, or is missing."""
+    present = np.isfinite(signal)
+    if present.mean() < 1.0 - _MISSING_SHARE or too_sparse(angle[present], n_orders):
+        return True
+    changes = np.flatnonzero(np.diff(signal[present]) != 0.0)
+    edges = np.concatenate([[-1], changes, [present.sum() - 1]])
+    return bool(np.diff(edges).max() > _CONSTANT_SHARE * signal.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """Samples of one turn, and the file of the last of them."""
+
+    columns: dict[str, FloatArray]
+    file: str
+
+
+@dataclass
+class RevolutionSplitter:
+    """Cuts a stream of samples where the carrier angle passes a multiple of a turn.
+
+    What it gives does not depend on the pieces that the samples come in. The angle may be wrapped
+    or not.
+    """
+
+    _waiting: list[dict[str, FloatArray]] = field(default_factory=list)
+    _n_waiting: int = 0
+    _file: str = ""
+
+    def turns(self, columns: Columns, file: str = "") -> Iterator[Turn]:
+        """Samples of every turn that ends within the next piece.
+
+        The first turn of a stream, and one across a gap, are shorter than a turn.
+        """
+        angle = columns.get("carrier_angle", np.zeros(0))
+        if not angle.size:
+            return
+        before = self._waiting[-1]["carrier_angle"][-1:] if self._waiting else angle[:1]
+        extended = np.concatenate([before, angle])
+        # An encoder's jump back by a turn is no turn back.
+        jumps = np.round(np.diff(extended) / (2.0 * np.pi))
+        begins = np.flatnonzero(np.diff(np.floor(extended / (2.0 * np.pi))) != jumps)
+        for k, (start, end) in enumerate(pairwise([0, *begins.tolist(), angle.size])):
+            if k and self._waiting:
+                yield self._ended()
+            if end > start:
+                self._wait({name: values[start:end].copy() for name, values in columns.items()})
+                self._file = file
+
+    def _ended(self) -> Turn:
+        """The turn that has ended."""
+        pieces = self._waiting
+        self._waiting, self._n_waiting = [], 0
+        columns = {name: np.concatenate([one[name] for one in pieces]) for name in pieces[0]}
+        return Turn(columns, self._file)
+
+    def _wait(self, piece: dict[str, FloatArray]) -> None:
+        self._n_waiting += piece["carrier_angle"].size
+        self._waiting.append(piece)
+        if self._n_waiting > MOST_SAMPLES:
+            # Of a turn that takes too long, the last sample says where the next one begins.
+            self._waiting = [{name: values[-1:].copy() for name, values in piece.items()}]
+
+
+def rim_baseline(
+    header: CampaignHeader,
+    curves: Mapping[str, DeflectionCurve],
+    diagnosis: Mapping[str, Any],
+) -> RimBaseline:
+    """Baseline with the values that a diagnosis identified.
+
+    Parameters
+    ----------
+    header : CampaignHeader
+        Campaign that was diagnosed.
+    curves : mapping of str to DeflectionCurve
+        Its deflection curves.
+    diagnosis : mapping
+        Content of diagnosis.json.
+
+    Returns
+    -------
+    RimBaseline
+        What it predicts.
+
+    Raises
+    ------
+    ValueError
+        Where the kind, the baseline or a named effect is one that is not evaluated sample by
+        sample.
+    """
+    if diagnosis.get("kind") != "carrier":
+        raise ValueError(
+            f"the diagnosis is of kind '{diagnosis.get('kind')}'; expected 'carrier': watch "
+            "compares revolutions of a planet carrier"
+        )
+    if header.baseline.source == "stage" or TOLERANCES in header.rig:
+        raise ValueError(
+            "the baseline is a stage, or a drawing with [rig.tolerances], which is not evaluated "
+            "sample by sample; expected source = 'model' or 'columns' without tolerances"
+        )
+    n_planets = int(header.rig["n_planets"])
+    radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets) if "g_f" in curves else 0.0
+    rig = CarrierRig(float(header.rig["nominal_torque"]), n_planets, radius, curves)
+    effects = carrier_library(rig)
+    is_columns = header.baseline.source == "columns"
+    parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] = diagnosis["parameters"]
+    named = diagnosis["effects"] if diagnosis["verdict"].startswith("named") else ()
+    terms: list[Term] = []
+    gains: dict[str, float] = {}
+    moves: dict[str, float] = {}
+    delay = 0.0
+    for name in (*(() if is_columns else header.baseline.effects), *named):
+        values = {key: float(of["value"]) for key, of in parameters.get(name, {}).items()}
+        if name not in effects:
+            raise ValueError(
+                f"the diagnosis names '{name}', which is no effect of the library; expected a "
+                "diagnosis without --law"
+            )
+        effect = effects[name]
+        if effect.pattern is not None:
+            if not effect.per_run:
+                terms.append(_term(effect, values))
+        elif name == "sensor_delay":
+            delay = values.get("tau", 0.0)
+        else:
+            of_channel = {"sensor_gain": gains, "sensor_angle": moves}.get(name, {})
+            of_channel |= {key.partition("_")[2]: value for key, value in values.items()}
+    return RimBaseline(
+        tuple(header.channels), rig, effects, tuple(terms), is_columns, gains, moves, delay
+    )
+
+
+def _term(effect: Effect, published: Mapping[str, float]) -> Term:
+    """Effect with its published values: size and angle of a vector are its components."""
+    values = []
+    for parameter in effect.parameters:
+        pair = parameter.pair
+        if pair is not None and pair.size in published:
+            wave = np.cos if parameter.name == pair.components[0] else np.sin
+            values.append(float(published[pair.size] * wave(published[pair.angle])))
+        elif parameter.name in published:
+            values.append(published[parameter.name])
+        else:
+            raise ValueError(
+                f"the diagnosis has no value of {effect.id}.{parameter.name}; expected one for "
+                "every parameter of the baseline: diagnose the campaign again"
+            )
+    n = len(values) - effect.n_shapes
+    return Term(effect, tuple(values[:n]), tuple(values[n:]))
