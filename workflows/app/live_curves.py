@@ -18,6 +18,12 @@ from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.parameter_sources import limits
 from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
 
+#: Dimensions of other tables that are the carrier's too, and follow it.
+_FOLLOWING = {
+    "centre_distance": ("gear", "centre_distance"),
+    "pin_hole_diameter": ("pin", "diameter"),
+}
+
 
 @cache
 def _curves() -> dict[str, DeflectionCurve]:
@@ -28,8 +34,8 @@ def _curves() -> dict[str, DeflectionCurve]:
 def dimensions() -> dict[str, tuple[float, float, float]]:
     """Default and range [m] of the carrier's dimensions whose derivatives are known, by name.
 
-    The range is that in which one alone may be changed, twice the default at most; of the centre
-    distance, which the gear follows, a hundredth to both sides.
+    The range is that in which one alone may be changed, twice the default at most; of one that
+    another follows, half a per cent to both sides.
     """
     stage = StageParameters()
     ends = limits(stage, "carrier")
@@ -39,8 +45,8 @@ def dimensions() -> dict[str, tuple[float, float, float]]:
         tied = low == high
         result[name] = (
             value,
-            0.99 * value if tied else low,
-            1.01 * value if tied else min(high, 2.0 * value),
+            0.995 * value if tied else low,
+            1.005 * value if tied else min(high, 2.0 * value),
         )
     return result
 
@@ -48,10 +54,11 @@ def dimensions() -> dict[str, tuple[float, float, float]]:
 def changed_stage(changes: Mapping[str, float]) -> StageParameters:
     """Default stage with other dimensions of the carrier [m]; refused where they contradict."""
     stage = StageParameters()
-    gear = stage.gear
-    if "centre_distance" in changes:
-        gear = replace(gear, centre_distance=changes["centre_distance"])
-    return replace(stage, carrier=replace(stage.carrier, **dict[str, Any](changes)), gear=gear)
+    tables = {
+        table: replace(getattr(stage, table), **values)
+        for table, values in _with_following(changes).items()
+    }
+    return replace(stage, **tables)
 
 
 def deflection(changes: Mapping[str, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -76,7 +83,17 @@ def deflection(changes: Mapping[str, float]) -> tuple[NDArray[np.float64], NDArr
 
 def parameter_text(changes: Mapping[str, float]) -> str:
     """TOML file of the changed dimensions, for ``--parameters``."""
-    lines = ["[carrier]", *(f"{name} = {value!r}" for name, value in changes.items())]
-    if "centre_distance" in changes:
-        lines += ["", "[gear]", f"centre_distance = {changes['centre_distance']!r}"]
-    return "\n".join([*lines, ""])
+    lines = []
+    for table, values in _with_following(changes).items():
+        lines += [f"[{table}]", *(f"{name} = {value!r}" for name, value in values.items()), ""]
+    return "\n".join(lines)
+
+
+def _with_following(changes: Mapping[str, float]) -> dict[str, dict[str, Any]]:
+    """Changes by table, with those of the tables that follow."""
+    tables: dict[str, dict[str, Any]] = {"carrier": dict(changes)}
+    for name in changes:
+        if name in _FOLLOWING:
+            table, key = _FOLLOWING[name]
+            tables.setdefault(table, {})[key] = changes[name]
+    return tables

@@ -26,7 +26,7 @@ class WorkFolder:
     def path_of(self, name: str) -> Path:
         """Path of a file; a name that leads out, is hidden or looks like an option is refused."""
         is_plain = PurePosixPath(name).name == name and PureWindowsPath(name).name == name
-        if not is_plain or name[0] in ".-" or not name.isprintable():
+        if not (name and is_plain) or name[0] in ".-" or not name.isprintable():
             raise ValueError(
                 f"file {shown(name)}: expected a plain name without folders that begins with no "
                 "dot and no dash; rename the file"
