@@ -9,6 +9,7 @@ from rich.text import Text
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.app.serve_app import ClosedPage
     from carrierflex.workflows.check_installation import Installation
     from carrierflex.workflows.complete_shell import Completion
     from carrierflex.workflows.describe_file import FileDescription
@@ -29,6 +30,11 @@ def map_table(new: "NewMap") -> RenderableType:
     if not new.open_keys:
         table.add_row("nothing: every key has a guess")
     return table
+
+
+def closed_page_line(closed: "ClosedPage") -> RenderableType:
+    """Where the files of a closed page are."""
+    return Text(f"The page is closed. Its files are in {closed.folder}.")
 
 
 def imported_table(result: "ImportedRecords") -> RenderableType:

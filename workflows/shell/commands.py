@@ -109,6 +109,8 @@ COMMANDS = {
         "watch.json"),
     "report": Command("diagnosis.write_report", "diagnosis_tables:report_line",
         "Write the report page of a diagnosis again, without a new fit."),
+    "app": Command("app.serve_app", "import_tables:closed_page_line",
+        "Open a page in the browser of this machine: from logger files to the report."),
     "view": Command("view3d.view_file", "tables:view_table",
         "Write an interactive 3-D page of a body, deflection curves or the gap at the rim."),
     "blind-check": Command("diagnosis.run_blind_check", "diagnosis_tables:blind_check_table",
@@ -124,7 +126,7 @@ COMMANDS = {
 
 #: What the first help shows, by what it is for; at most 28 names fit on one screen.
 GROUPS = {
-    "Start": ("run", "cases", "parameters", "info", "doctor"),
+    "Start": ("run", "app", "cases", "parameters", "info", "doctor"),
     "Model": ("cad", "mesh", "curves", "reduce", "certificate", "export"),
     "Simulate": ("simulate", "study"),
     "Measure": ("plan", "new-campaign", "import", "check", "identify", "loads"),
