@@ -22,86 +22,153 @@ _Interval = tuple[float, float]
 
 @dataclass(frozen=True, eq=False)
 class BesideCurve:
-    """Curve of another part beside that of a shape."""
+    """Curve of another part beside that of a shape.
 
-    name: str  # Part in words
-    #: x, y: abscissa and curve, shape (n,)
+    Parameters
+    ----------
+    name : str
+        Part in words.
+    x, y : ndarray, shape (n,)
+        Abscissa and curve.
+    band : ndarray, shape (n, 2)
+        Its 95 % band.
+    """
+
+    name: str
     x: FloatArray
     y: FloatArray
-    band: FloatArray  # Its 95 % band, shape (n, 2)
+    band: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredShape:
-    """Curve that the records give for a class, over the range they visit."""
+    """Curve that the records give for a class, over the range they visit.
 
-    #: x, y: abscissa and the measured curve, shape (n,)
+    Parameters
+    ----------
+    x, y : ndarray, shape (n,)
+        Abscissa and the measured curve.
+    band : ndarray, shape (n, 2)
+        Lower and upper end of the 95 % band over the blocks.
+    law : ndarray, shape (n,)
+        The nearest law along the same abscissa; empty where no law is drawn.
+    labels, units : tuple of str
+        What x and y are, and their units.
+    words : str
+        The curve in an engineer's words.
+    smooth : ndarray, shape (n,)
+        The curve without its steps at rest.
+    steps : tuple of float
+        Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed.
+    beside : tuple of BesideCurve
+        Curves of other parts.
+    name : str
+        What the curve is beside others, in words.
+    """
+
     x: FloatArray
     y: FloatArray
-    band: FloatArray  # Lower and upper end of the 95 % band over the blocks, shape (n, 2)
-    #: The nearest law along the same abscissa; empty where no law is drawn, shape (n,)
+    band: FloatArray
     law: FloatArray
-    #: labels, units: what x and y are, and their units
     labels: tuple[str, str]
     units: tuple[str, str]
-    words: str  # The curve in an engineer's words
-    smooth: FloatArray  # The curve without its steps at rest, shape (n,)
-    #: Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed
+    words: str
+    smooth: FloatArray
     steps: tuple[float, float]
-    beside: tuple[BesideCurve, ...] = ()  # Curves of other parts
-    name: str = "measured"  # What the curve is beside others, in words
+    beside: tuple[BesideCurve, ...] = ()
+    name: str = "measured"
 
 
 @dataclass(frozen=True, eq=False)
 class ClassFinding:
-    """One class of the answer, and the law in it."""
+    """One class of the answer, and the law in it.
 
-    id: str  # Class
-    #: share, share_ci95: share of the gap above the floor that the class explains on held-out
-    #: records; in a pair, the mean of what it explains alone and of what is lost without it: parts
-    #: add up to the pair's share. No share of an answer is above one
+    Parameters
+    ----------
+    id : str
+        Class.
+    share, share_ci95 : float, tuple of float
+        Share of the gap above the floor that the class explains on held-out records; in a pair,
+        the mean of what it explains alone and of what is lost without it: parts add up to the
+        pair's share. No share of an answer is above one.
+    law : str
+        Nearest law of the library in this class; empty where it holds none.
+    law_share : float
+        Share of the gap above the floor that the nearest law explains on held-out records.
+    law_named : bool
+        Whether the records cannot tell the law from the class.
+    shape : MeasuredShape, optional
+        Measured curve; None where the class has none.
+    measured_law : Law, optional
+        Measured shape as a law without name; None where the class has none.
+    """
+
+    id: str
     share: float
     share_ci95: _Interval
-    law: str  # Nearest law of the library in this class; empty where it holds none
-    #: Share of the gap above the floor that the nearest law explains on held-out records
+    law: str
     law_share: float
-    law_named: bool  # Whether the records cannot tell the law from the class
-    shape: MeasuredShape | None = None  # Measured curve; None where the class has none
-    #: Measured shape as a law without name; None where the class has none
+    law_named: bool
+    shape: MeasuredShape | None = None
     measured_law: Law | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class ClassAnswer:
-    """Which class of effect the gap shows."""
+    """Which class of effect the gap shows.
 
-    #: One of :data:`NOTHING`, :data:`NAMED_CLASS`, :data:`LEADING_CLASS`, :data:`NO_CLASS`,
-    #: :data:`NOT_VISIBLE`
+    Parameters
+    ----------
+    state : str
+        One of :data:`NOTHING`, :data:`NAMED_CLASS`, :data:`LEADING_CLASS`, :data:`NO_CLASS`,
+        :data:`NOT_VISIBLE`.
+    classes : tuple of ClassFinding
+        One for a single cause, two for a pair; empty where no class is named.
+    ties : tuple of tuple of str
+        Sets of classes that the records cannot tell from the answer.
+    rivals : mapping of str to float
+        Share of every other class alone; of all of them where none is named.
+    share, share_ci95 : float, tuple of float
+        Share of the whole answer.
+    learnable : float
+        Share that the union of all classes, or the best pair, explains.
+    learnt_by : tuple of str
+        Classes of the best pair beside the answer; empty where none adds to it.
+    law_share : float
+        Share that the nearest laws explain together.
+    classes_of_law : mapping of str to tuple of str
+        Classes that hold each law, the narrowest first.
+    note : str
+        What the records cannot say, as a sentence; empty where nothing.
+    best : tuple of str
+        Classes that explain the share, where none is named; else empty.
+    experiment : str
+        What to record so that the class shows, where these records hold causes only mixed; empty
+        where nothing is asked.
+    same_scores : bool
+        Whether laws and classes are scored on the same signals and held-out records; otherwise
+        classes are compared in force space and laws are simulated.
+    law_sets : tuple of tuple of str
+        Sets of laws that are worth a fit in the simulator.
+    causes : tuple of tuple of str
+        Further sets, one for each cause of a body that differs from its drawing.
+    """
+
     state: str
-    #: One for a single cause, two for a pair; empty where no class is named
     classes: tuple[ClassFinding, ...]
-    #: Sets of classes that the records cannot tell from the answer
     ties: tuple[tuple[str, ...], ...]
-    #: Share of every other class alone; of all of them where none is named
     rivals: Mapping[str, float]
-    #: share, share_ci95: share of the whole answer
     share: float
     share_ci95: _Interval
-    learnable: float  # Share that the union of all classes, or the best pair, explains
-    #: Classes of the best pair beside the answer; empty where none adds to it
+    learnable: float
     learnt_by: tuple[str, ...]
-    law_share: float  # Share that the nearest laws explain together
-    classes_of_law: Mapping[str, tuple[str, ...]]  # Classes that hold each law, the narrowest first
-    note: str = ""  # What the records cannot say, as a sentence; empty where nothing
-    best: tuple[str, ...] = ()  # Classes that explain the share, where none is named; else empty
-    #: What to record so that the class shows, where these records hold causes only mixed; empty
-    #: where nothing is asked
+    law_share: float
+    classes_of_law: Mapping[str, tuple[str, ...]]
+    note: str = ""
+    best: tuple[str, ...] = ()
     experiment: str = ""
-    #: Whether laws and classes are scored on the same signals and held-out records; otherwise
-    #: classes are compared in force space and laws are simulated
     same_scores: bool = False
-    law_sets: tuple[tuple[str, ...], ...] = ()  # Sets of laws that are worth a fit in the simulator
-    #: Further sets, one for each cause of a body that differs from its drawing
+    law_sets: tuple[tuple[str, ...], ...] = ()
     causes: tuple[tuple[str, ...], ...] = ()
 
     @property

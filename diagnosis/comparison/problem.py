@@ -121,23 +121,36 @@ class Signatures:
 
 @dataclass(frozen=True, eq=False)
 class GapCell:
-    """One cell of the gap map."""
+    """One cell of the gap map.
 
-    #: channel_pattern, run: channel or sensor pattern; run
+    Parameters
+    ----------
+    channel_pattern, run : str
+        Channel or sensor pattern; run.
+    order : float
+        Shaft order, or line number of a periodic drive; frequency over the lowest of the map
+        otherwise.
+    mean_square, coherent : float
+        Mean square of the gap, and the same less the noise floor (may be negative).
+    share : float
+        Share of the whole coherent gap.
+    share_ci95 : tuple of float
+        Interval of the share.
+    p_value : float
+        Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli).
+    frequency_hz : tuple of float, optional
+        Band of the cell [Hz].
+    """
+
     channel_pattern: str
-    #: Shaft order, or line number of a periodic drive; frequency over the lowest of the map
-    #: otherwise
     order: float
     run: str
-    #: mean_square, coherent: mean square of the gap, and the same less the noise floor (may be
-    #: negative)
     mean_square: float
     coherent: float
-    share: float  # Share of the whole coherent gap
-    share_ci95: tuple[float, float]  # Interval of the share
-    #: Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli)
+    share: float
+    share_ci95: tuple[float, float]
     p_value: float
-    frequency_hz: tuple[float, float] | None = None  # Band of the cell [Hz]
+    frequency_hz: tuple[float, float] | None = None
 
 
 def total_products(table: FloatArray, block: NDArray[np.int64]) -> FloatArray:

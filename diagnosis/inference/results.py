@@ -39,15 +39,25 @@ NO_INTERVAL: Interval = (float("nan"), float("nan"))
 
 @dataclass(frozen=True, eq=False)
 class NamedValue:
-    """A parameter's value with its 95 % interval."""
+    """A parameter's value with its 95 % interval.
 
-    #: value, std: value; half the width of its 95 % interval over 1.96
+    Parameters
+    ----------
+    value, std : float
+        Value; half the width of its 95 % interval over 1.96.
+    unit : str
+        Unit of both.
+    ci95 : tuple of float
+        The interval; not numbers where nothing bounds it.
+    sources : mapping of str to float
+        Contribution to `std` of each source of error, ``noise``, ``load cell`` ...: their squares
+        add up to its square.
+    """
+
     value: float
     std: float
-    unit: str  # Unit of both
-    ci95: Interval  # The interval; not numbers where nothing bounds it
-    #: Contribution to `std` of each source of error, ``noise``, ``load cell`` ...: their squares
-    #: add up to its square
+    unit: str
+    ci95: Interval
     sources: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -69,97 +79,171 @@ class Rejection:
 
 @dataclass(frozen=True, eq=False)
 class RankedSet:
-    """One set of laws that was fitted."""
+    """One set of laws that was fitted.
 
-    effects: Effects  # Laws
-    held_out_rms: float  # RMS that it leaves on held-out records, in the unit of the channels
-    refused: str = ""  # Why the records do not support it; empty where they do
+    Parameters
+    ----------
+    effects : tuple of str
+        Laws.
+    held_out_rms : float
+        RMS that it leaves on held-out records, in the unit of the channels.
+    refused : str
+        Why the records do not support it; empty where they do.
+    """
+
+    effects: Effects
+    held_out_rms: float
+    refused: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class Attribution:
-    """Which effects explain the gap."""
+    """Which effects explain the gap.
 
-    #: Named effects, the one that explains most first; for the verdict "aliased" the best member of
-    #: each class
+    Parameters
+    ----------
+    effects : tuple of str
+        Named effects, the one that explains most first; for the verdict "aliased" the best member
+        of each class.
+    aliases : tuple of tuple of str
+        Classes of effects that these records cannot tell apart, the named one first.
+    parameters : mapping of str to mapping of str to NamedValue
+        Values by effect (``baseline`` too) and name.
+    ranking : tuple of RankedSet
+        Sets tried, best first.
+    discriminating_experiment : str
+        The measurement that would tell aliased effects apart or show a silent one.
+    gains : str
+        What the intervals of the parameters hold of the signals' gains, and what they take as it
+        is read.
+    undetermined : tuple of str
+        Parameters that the records do not determine, in words, and the combination that they do.
+    alternatives : mapping of str to mapping of str to NamedValue
+        Values of effects that cannot be told from the named ones, each in the place of its rival.
+    """
+
     effects: Effects
-    #: Classes of effects that these records cannot tell apart, the named one first
     aliases: tuple[Effects, ...]
-    #: Values by effect (``baseline`` too) and name
     parameters: Mapping[str, Mapping[str, NamedValue]]
-    ranking: tuple[RankedSet, ...]  # Sets tried, best first
-    #: The measurement that would tell aliased effects apart or show a silent one
+    ranking: tuple[RankedSet, ...]
     discriminating_experiment: str
-    #: What the intervals of the parameters hold of the signals' gains, and what they take as it is
-    #: read
     gains: str = ""
-    #: Parameters that the records do not determine, in words, and the combination that they do
     undetermined: tuple[str, ...] = ()
-    #: Values of effects that cannot be told from the named ones, each in the place of its rival
     alternatives: Mapping[str, Mapping[str, NamedValue]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class SelectionStep:
-    """Held-out result after effects were added in turn."""
+    """Held-out result after effects were added in turn.
 
-    added: str  # Effect that was added; ``baseline`` first
-    rms: float  # RMS of the gap in the unit of the channels
-    #: rho, rho_ci95: RMS over the baseline's, and its interval
+    Parameters
+    ----------
+    added : str
+        Effect that was added; ``baseline`` first.
+    rms : float
+        RMS of the gap in the unit of the channels.
+    rho, rho_ci95 : float, tuple of float
+        RMS over the baseline's, and its interval.
+    share, share_ci95 : float, tuple of float
+        Share of the gap above the floor that the effect takes beside those before it; shares of all
+        steps add up to phi.
+    by_run : mapping of str to float
+        RMS that the effect takes, by run; negative where it harms.
+    halves : tuple of float
+        The same in the first and in the second half of the runs.
+    """
+
+    added: str
+    rms: float
     rho: float
     rho_ci95: Interval
-    #: share, share_ci95: share of the gap above the floor that the effect takes beside those before
-    #: it; shares of all steps add up to phi
     share: float = math.nan
     share_ci95: Interval = NO_INTERVAL
-    #: RMS that the effect takes, by run; negative where it harms
     by_run: Mapping[str, float] = field(default_factory=dict)
-    halves: Interval = NO_INTERVAL  # The same in the first and in the second half of the runs
+    halves: Interval = NO_INTERVAL
 
 
 @dataclass(frozen=True, eq=False)
 class RunValidation:
-    """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20)."""
+    """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20).
 
-    run: str  # Run
-    #: error_before, error_after: RMS of E with the baseline and with the effects
+    Parameters
+    ----------
+    run : str
+        Run.
+    error_before, error_after : float
+        RMS of E with the baseline and with the effects.
+    u_val : float
+        Root of the squares of the numerical and the noise part.
+    """
+
+    run: str
     error_before: float
     error_after: float
-    u_val: float  # Root of the squares of the numerical and the noise part
+    u_val: float
 
 
 @dataclass(frozen=True, eq=False)
 class BlockScore:
-    """Held-out gap of the baseline in one block of a run."""
+    """Held-out gap of the baseline in one block of a run.
 
-    #: run, condition: its run and that run's condition
+    Parameters
+    ----------
+    run, condition : str
+        Its run and that run's condition.
+    block : int
+        Number of the block in the run, from 0.
+    samples : int
+        Samples that count, over all channels.
+    mean_square : float
+        Mean square of a sample.
+    """
+
     run: str
     condition: str
-    block: int  # Number of the block in the run, from 0
-    samples: int  # Samples that count, over all channels
-    mean_square: float  # Mean square of a sample
+    block: int
+    samples: int
+    mean_square: float
 
 
 @dataclass(frozen=True, eq=False)
 class GapReduction:
-    """How far the gap shrinks on held-out records."""
+    """How far the gap shrinks on held-out records.
 
-    #: rms_before, rms_after, noise_floor: RMS in the unit of the channels
+    Parameters
+    ----------
+    rms_before, rms_after, noise_floor : float
+        RMS in the unit of the channels.
+    rho, rho_ci95 : float, tuple of float
+        RMS after over before.
+    phi, phi_ci95 : float, tuple of float
+        Share of the mean square above the floor that is explained.
+    floor_multiple : float
+        RMS after over the floor.
+    extrapolation_rho : float
+        rho in the condition with the largest gap, predicted from the others (NaN with one
+        condition).
+    steps : tuple of SelectionStep
+        Accepted effects in turn.
+    cells_before, cells_after : tuple of GapCell
+        Gap map of the baseline and of the accepted model.
+    validation : tuple of RunValidation
+        By run.
+    blocks : tuple of BlockScore
+        The baseline's held-out gap by block.
+    """
+
     rms_before: float
     rms_after: float
     noise_floor: float
-    #: rho, rho_ci95: RMS after over before
     rho: float
     rho_ci95: Interval
-    #: phi, phi_ci95: share of the mean square above the floor that is explained
     phi: float
     phi_ci95: Interval
-    floor_multiple: float  # RMS after over the floor
-    #: rho in the condition with the largest gap, predicted from the others (NaN with one condition)
+    floor_multiple: float
     extrapolation_rho: float
-    steps: tuple[SelectionStep, ...]  # Accepted effects in turn
-    #: cells_before, cells_after: gap map of the baseline and of the accepted model
+    steps: tuple[SelectionStep, ...]
     cells_before: Sequence[GapCell]
     cells_after: Sequence[GapCell]
-    validation: tuple[RunValidation, ...]  # By run
-    blocks: tuple[BlockScore, ...] = ()  # The baseline's held-out gap by block
+    validation: tuple[RunValidation, ...]
+    blocks: tuple[BlockScore, ...] = ()
