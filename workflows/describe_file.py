@@ -387,7 +387,7 @@ def _fmu(path: Path) -> FileDescription:
     figures = {
         "FMI version": root.get("fmiVersion", ""),
         "model": root.get("modelName", ""),
-        "variables": str(len(root.find("ModelVariables") or ())),
+        "variables": str(len(root.findall("ModelVariables/*"))),
         "binaries": _listed(sorted({name.split("/")[1] for name in binaries})),
     }
     is_ours = root.get("generationTool") == "carrierflex"
