@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from carrierflex.files.plain_files import plain_content
+from carrierflex.files.shown_values import printable
 from carrierflex.files.toml_files import TomlKind, toml_document
 
 _TOML = TomlKind("a TOML file", most_bytes=1_000_000)
@@ -68,6 +69,7 @@ _OF_FOLDERS = (
     "deflection_curves.csv",
 )
 _STEP = (".step", ".stp")
+_REXS = (".rexs", ".rexsj", ".rexsz")
 _TEXT_LOGS = (".csv", ".txt", ".dat", ".asc", ".tsv")
 _MOST_LISTED = 6
 
@@ -90,7 +92,7 @@ def main(file: Path) -> FileDescription:
     ----------
     file
         Any file or folder that a command writes or reads: campaign, body, curves, diagnosis, case,
-        map, dimensions, STEP, mesh, matrix, logger's file, page.
+        map, dimensions, STEP, REXS, mesh, matrix, logger's file, page.
 
     Returns
     -------
@@ -123,6 +125,8 @@ def main(file: Path) -> FileDescription:
     suffix = file.suffix.lower()
     if suffix in _STEP:
         return _step(file)
+    if suffix in _REXS:
+        return _rexs(file)
     return readers.get(suffix, _foreign)(file)
 
 
@@ -289,6 +293,21 @@ def _step(path: Path) -> FileDescription:
     figures = {"faces": str(len(faces)), "surface": f"{sum(face.area for face in faces):.4g} m^2"}
     commands = ("cad-surfaces {} --out surfaces.toml", "cad-faces {}")
     return FileDescription(path, "STEP file of one solid", figures, "", _lines(commands, path))
+
+
+def _rexs(path: Path) -> FileDescription:
+    from carrierflex.simulation.rexs.rexs_files import read_rexs
+
+    model = read_rexs(path)
+    figures = {
+        "REXS": printable(model.version),
+        "components": str(len(model.components)),
+        "planetary stages": _listed(str(each.id) for each in model.of_type("planetary_stage")),
+        "load cases": str(len(model.load_cases)),
+    }
+    commands = ("cases --rexs {} --out STAGE",) if model.of_type("planetary_stage") else ()
+    software = printable(model.application)
+    return FileDescription(path, "gearbox in REXS", figures, software, _lines(commands, path))
 
 
 def _foreign(path: Path) -> FileDescription:

@@ -16,6 +16,7 @@ from carrierflex.workflows import describe_file
 from carrierflex.workflows.describe_file import main
 from carrierflex.workflows.shell.commands import COMMANDS, command_in
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
+from tests.simulation.rexs.public_sample import public_stage
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 
@@ -50,6 +51,15 @@ def test_a_run_file_is_that_of_a_logger_and_curves_are_none(tmp_path):
     assert told.kind == "deflection curves of a rim"
     largest = abs(curves["delta_f"].axial).max()
     assert told.figures["delta_f"].startswith(f"{largest:.3g} m")
+
+
+def test_a_gearbox_in_rexs_is_told_by_its_stages(tmp_path):
+    file = public_stage().write_archive(tmp_path / "gearbox.rexsz")
+    told = main(file)
+    assert told.kind == "gearbox in REXS"
+    assert told.software == "FVA Workbench 5.5"
+    assert told.figures["planetary stages"] == "1: 9"
+    assert told.commands == (f"carrierflex cases --rexs {file} --out STAGE",)
 
 
 def test_a_body_is_told_by_mass_pilots_and_certificate(tmp_path, pin_reduction):

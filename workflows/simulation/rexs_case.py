@@ -5,6 +5,7 @@ the file lacks is listed. A good answer: teeth, centre distance, plates, pins an
 the file, and the list names what to look up.
 """
 
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -96,7 +97,7 @@ def main(rexs: Path, *, out: Path, stage: int | None = None) -> RexsCase:
         (*values.dimensions, *(v for v in values.case if v.table != "gear")),
         values.notes,
         tuple(_problems(paths[0], paths[1])),
-        tuple(_commands(out, values.scale)),
+        tuple(_commands(rexs, out, values.scale)),
     )
     document: RexsDocument = {
         "inputs": {"rexs": GivenFile(**file_record({"rexs": rexs})["rexs"])},  # type: ignore[typeddict-item]
@@ -201,14 +202,13 @@ def _problems(parameters: Path, case: Path) -> Iterator[str]:
             yield str(error)
 
 
-def _commands(out: Path, scale: float) -> Iterator[str]:
+def _commands(rexs: Path, out: Path, scale: float) -> Iterator[str]:
     """Lines that lead from the files to a simulation; frequencies of use go with 1/scale."""
-    size, up_to = (
-        float(f"{value:.2g}") for value in (DEFAULT_SIZE * scale, DEFAULT_FREQUENCY / scale)
-    )
+    limits = []
+    for option, value in (("--size", DEFAULT_SIZE * scale), ("--up-to", DEFAULT_FREQUENCY / scale)):
+        limits += [option, f"{float(f'{value:.2g}'):g}"]
     for body in _BODIES.values():
-        yield (
-            f"carrierflex reduce --body {body} --parameters {out / PARAMETERS} --size {size:g} "
-            f"--up-to {up_to:g} --out {out / body}.h5"
-        )
-    yield f"carrierflex simulate {out / CASE} --out CAMPAIGN --loads LOADS"
+        files = ["--parameters", str(out / PARAMETERS), "--out", str(out / f"{body}.h5")]
+        yield shlex.join(["carrierflex", "reduce", "--body", body, *files, *limits])
+    results = ["--out", "CAMPAIGN", "--loads", "LOADS", "--rexs", str(rexs)]
+    yield shlex.join(["carrierflex", "simulate", str(out / CASE), *results])

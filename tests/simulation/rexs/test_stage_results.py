@@ -113,18 +113,20 @@ def test_turned_bearings_state_forces_in_their_axes(tmp_path):
     assert results[90]["force_acting_on_inner_component_w"] != pytest.approx(expected[2])
 
 
-def test_the_force_on_a_planet_is_that_on_the_pin_turned_round(tmp_path):
+@pytest.mark.parametrize("bearing", [90, 120], ids=["planet", "hub"])
+def test_a_force_on_the_other_side_of_a_bearing_is_turned_round(bearing, tmp_path):
     model = shipped_gearbox()
     for relation in model.relations:
         roles = {ref["role"]: ref for ref in relation["refs"]}
-        if relation["type"] == "side" and roles["assembly"]["id"] == 90:
+        if relation["type"] == "side" and roles["assembly"]["id"] == bearing:
             inner, outer = roles["inner_part"], roles["outer_part"]
             inner["id"], outer["id"] = outer["id"], inner["id"]
     stage, before = stage_of(model, tmp_path), stage_of(shipped_gearbox(), tmp_path)
     one, other = (
-        force(each, results_of(each, columns()), each.model.components[90])
+        force(each, results_of(each, columns()), each.model.components[bearing])
         for each in (stage, before)
     )
+    assert np.linalg.norm(one) > 1.0
     assert one == pytest.approx(-other)
 
 

@@ -94,10 +94,16 @@ def test_the_shipped_gearbox_comes_back_as_it_is(tmp_path):
     assert n["mesh", "backlash"] == pytest.approx(MeshData.backlash, rel=1e-11)
     assert [run.load.torque for run in values.runs] == [360e3, 180e3]
     assert [run.load.ntl_z for run in values.runs] == [0.0, -2e4]
-    assert n["planet", "mass"] == pytest.approx(
-        7850.0 * math.pi / 4 * ((0.39 / math.cos(math.radians(7.5))) ** 2 - 0.16**2) * 0.2275,
-        rel=1e-9,
-    )
+    # A thick ring of 7850 kg/m^3, 227.5 mm wide, from the pin to the reference diameter.
+    outside, bore, width = 0.39 / math.cos(math.radians(7.5)), 0.16, 0.2275
+    mass = 7850.0 * math.pi / 4 * (outside**2 - bore**2) * width
+    across = mass * (3.0 * (outside**2 + bore**2) / 4.0 + width**2) / 12.0
+    for key, number in (
+        ("mass", mass),
+        ("polar_inertia", mass * (outside**2 + bore**2) / 8.0),
+        ("transverse_inertia", across),
+    ):
+        assert n["planet", key] == pytest.approx(number, rel=1e-9), key
 
 
 OTHER_UNITS = {
@@ -197,6 +203,18 @@ def test_a_load_on_the_other_end_turns_the_frame(tmp_path):
     # Speed and torque change their signs together.
     assert turned.runs[0].load.torque == pytest.approx(forward.runs[0].load.torque)
     assert any("against the axis u" in note for note in turned.notes)
+
+
+def test_the_gearbox_may_stand_turned_in_space(tmp_path):
+    """Places and axes are in the frame of component 1: the stage is the same wherever that is."""
+    model = public_stage()
+    stated = {e["id"]: e for e in next(c for c in model.components if c["id"] == 1)["attributes"]}
+    stated["support_vector"]["value"] = [10.0, -20.0, 30.0]
+    stated["u_axis_vector"]["value"] = [0.0, 1.0, 0.0]
+    stated["w_axis_vector"]["value"] = [0.6, 0.0, 0.8]
+    turned, straight = numbers(values_of(model, tmp_path)), values_of(public_stage(), tmp_path)
+    for key, number in numbers(straight).items():
+        assert turned[key] == pytest.approx(number, rel=1e-9, abs=1e-12), key
 
 
 def changed(component, attribute, **entry):

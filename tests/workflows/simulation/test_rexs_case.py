@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import tomllib
 from dataclasses import fields
 
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameters import DEFAULT_SIZE
+from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.rexs.rexs_files import read_rexs
 from carrierflex.simulation.stage.stage_cases import read_stage_case
@@ -68,6 +71,21 @@ def test_both_files_are_read_and_every_number_states_where_it_comes_from(make, t
         if value["how"] == "file":
             assert not value["source"].startswith("default")
     assert {value["how"] for value in values} == {"file", "derived", "default"}
+
+
+def test_the_lines_to_run_next_are_those_of_the_program(tmp_path):
+    """Sizes and frequencies go with the ratio of the centre distances, 78 to 308 mm."""
+    source = public_stage().write_xml(tmp_path / "a b.rexs")
+    *reductions, last = cases(rexs=source, out=tmp_path / "a stage").commands
+    words = [shlex.split(line) for line in reductions]
+    assert [line[3] for line in words] == ["carrier", "pin", "main_shaft"]
+    for line in words:
+        options = dict(zip(line[2::2], line[3::2], strict=True))
+        assert options["--parameters"] == str(tmp_path / "a stage" / PARAMETERS)
+        assert float(options["--size"]) == pytest.approx(DEFAULT_SIZE * 78 / 308, rel=0.05)
+        assert float(options["--up-to"]) == pytest.approx(DEFAULT_FREQUENCY * 308 / 78, rel=0.05)
+    assert shlex.split(last)[2] == str(tmp_path / "a stage" / CASE)
+    assert shlex.split(last)[-2:] == ["--rexs", str(source)]
 
 
 def test_dimensions_that_do_not_fit_are_told_and_written(tmp_path):
