@@ -44,7 +44,7 @@ from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from carrierflex.workflows.fleet import watch_turbine
-from carrierflex.workflows.fleet.watch_page import WatchResult
+from carrierflex.workflows.fleet.watch_result import WatchResult
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 

@@ -3,10 +3,8 @@
 One HTML file that loads itself again every half minute, without network.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,6 +28,7 @@ from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inli
 from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import in_one_unit, listed, number, sized
 from carrierflex.files.versions import software_name
+from carrierflex.workflows.fleet.watch_result import WatchResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,27 +45,6 @@ _FAULTS = {
 #: What a class follows, in ids of a diagnosis.
 _UNDETERMINED = "undetermined"
 _MOST_ALARMS = 200
-
-
-@dataclass(frozen=True, eq=False)
-class WatchResult:
-    """What a watch has seen."""
-
-    source: Annotated[str, "Where the samples come from"]
-    turbine: Annotated[str, "Name of the diagnosed campaign"]
-    state: Annotated[Literal["learning", "watching", "new reference"], "What the watch does now"]
-    revolutions: Annotated[int, "Whole revolutions"]
-    omitted: Annotated[int, "Stretches between revolutions that are no whole turn"]
-    position: Annotated[float | None, "Time of the last sample that was used [s]"]
-    file: Annotated[str, "File of that sample; empty of standard input"]
-    floor: Annotated[float | None, "Noise floor of the learning period, RMS [m]"]
-    dead_band: Annotated[float | None, "Size of a change below which there is no alarm [m]"]
-    threshold: Annotated[float | None, "h: evidence (natural logarithm) that raises an alarm"]
-    run_length: Annotated[float | None, "Least mean revolutions between two false alarms, exp(h)"]
-    deviation: Annotated[float | None, "Deviation of the last 12 revolutions, RMS [m]"]
-    silent: Annotated[Sequence[str], "Channels that are constant or missing"]
-    alarms: Annotated[Sequence[Alarm], "Alarms, the first one first"]
-    lines: Annotated[Sequence[str], "The same in one line each"]
 
 
 def watch_page(result: WatchResult, watch: TurbineWatch) -> str:

@@ -26,7 +26,7 @@ from carrierflex.identification.campaign.document_files import read_campaign_hea
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.identification.campaign.run_files import ExpectedColumns
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.workflows.fleet.watch_page import WatchResult, alarm_line, watch_page
+from carrierflex.workflows.fleet.watch_result import WatchResult
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
@@ -85,16 +85,16 @@ def main(
     learn : int
         Revolutions of the learning period, at least 100: mean, noise and memory of the noise.
     least : float
-        Smallest change that is looked for, in noise floors (RMS over channels and turn).
+        Smallest change that is looked for, RMS over channels and turn [noise floors].
     false_alarms : float
-        Largest mean number of false alarms a turbine-day, above 0 and below 1.
+        Largest mean rate of false alarms, above 0 and below 1 [1/turbine-day].
     drift : float
         Fastest drift of the offset common to all axial channels that is temperature and no change
         [noise floors an hour].
     once : bool
         End with the last file of the folder; default: wait for further ones until interrupted.
     every : float
-        Seconds between two looks for further files.
+        Time between two looks for further files [s].
     quiet : bool
         Show no progress and no alarms.
 
@@ -258,6 +258,8 @@ class _Writer:
 
     def line(self, alarm: Alarm) -> str:
         """One line about an alarm."""
+        from carrierflex.workflows.fleet.watch_page import alarm_line
+
         return f"{self.turbine}: {alarm_line(alarm)}"
 
     def write_in_time(self) -> None:
@@ -269,6 +271,7 @@ class _Writer:
     def write(self, *, page: bool) -> WatchResult:
         """Write the state and what follows from it."""
         from carrierflex.diagnosis.carrier.watch.state_files import write_state
+        from carrierflex.workflows.fleet.watch_page import watch_page
 
         write_state(self.out / STATE_FILE, self.watch, self.key)
         self.state_written = time.monotonic()
