@@ -129,6 +129,8 @@ def main(
     writer = _Writer(out, str(source), document["campaign"], digest, key, watch)
     stages = Stages(1, quiet)
     with single_threaded(), stages.stage(f"watching {source}"):
+        if rim.unknown:
+            stages.tell(f"not determined by the diagnosis, taken as zero: {', '.join(rim.unknown)}")
         if watch.n_revolutions:
             stages.tell(f"goes on after {watch.n_revolutions} revolutions, {watch.position:g} s")
         samples = _samples(source, expected, watch, None if once else every)

@@ -38,7 +38,7 @@ runs = [{ name = "LC1", file = "LC1.csv", condition = "full load" }]
 
 [baseline]
 source = "model"
-effects = ["axial_offset", "carrier_tilt", "flexible_pins"]
+effects = ["axial_offset", "carrier_tilt", "flexible_pins", "flange_warp"]
 
 [rig]
 nominal_torque = 360e3
@@ -68,8 +68,9 @@ def diagnosed(tmp_path):
     )
     (folder / "campaign.toml").write_text(CAMPAIGN + "\n" + "\n".join(channels))
     (folder / "LC1.csv").write_text("time\n")
+    # As of a diagnosis that leaves a parameter undetermined.
     polar = {"phi_PLC": float(np.hypot(*TILT)), "theta_PLC": float(np.arctan2(TILT[1], TILT[0]))}
-    values = {"carrier_tilt": polar, "flexible_pins": {"rho_f": DEFLECTION}}
+    values = {"carrier_tilt": polar, "flexible_pins": {"rho_f": DEFLECTION}, "flange_warp": {}}
     document = {
         "format": "carrierflex-diagnosis",
         "version": 2,

@@ -178,7 +178,9 @@ def test_pieces_a_wrapped_angle_and_restarts_change_no_bit(tmp_path):
         watch = read_state(tmp_path / "killed.npz", BASELINE, OPTIONS, "key")
     assert arrays(tmp_path / "killed.npz") == expected
     wrapped = {**columns, "carrier_angle": np.angle(np.exp(1j * columns["carrier_angle"]))}
-    assert watched(wrapped).alarms[0].revolution == whole.alarms[0].revolution
+    alarm = watched(wrapped).alarms[0]
+    assert alarm.revolution == whole.alarms[0].revolution
+    assert alarm.regime.speed_rpm == pytest.approx(2.3 * 30.0 / np.pi, rel=0.01)
 
 
 def arrays(path):
