@@ -2,7 +2,7 @@
 
 Causes come from the truth of simulated fleets, which imports nothing that fits: a campaign of the
 turbine without the cause is diagnosed, then its records run on, and from one revolution on the
-cause is there. Writes watch.md; every part has a folder, and a later call goes on with what is
+cause is there. Writes watch.md; every topic has a folder, and a later call goes on with what is
 missing. A good answer: three noise floors found within 50 revolutions, named rightly in 90 %, no
 alarm where there is nothing.
 """
@@ -50,8 +50,8 @@ from carrierflex.workflows.progress import Stages
 
 FloatArray = NDArray[np.float64]
 Columns = dict[str, FloatArray]
-Part = Literal["causes", "statistics", "days", "size", "kills"]
-PARTS: tuple[Part, ...] = ("causes", "statistics", "days", "size", "kills")
+Topic = Literal["causes", "statistics", "days", "size", "kills"]
+TOPICS: tuple[Topic, ...] = ("causes", "statistics", "days", "size", "kills")
 
 #: Causes that come, and faults of the measurement.
 _CAUSES = (
@@ -85,7 +85,7 @@ _FILES_A_KILL, _SECONDS_OF_A_FILE, _FILES_A_CHANGE = 4, 61.7, 20
 def main(
     *,
     out: Path,
-    part: list[Part] | None = None,
+    only: list[Topic] | None = None,
     turbines: int = 5,
     revolutions: int = 10_000_000,
     days: int = 20,
@@ -100,7 +100,7 @@ def main(
     ----------
     out : Path
         Folder; a later call with the same options goes on.
-    part : list of str, optional
+    only : list of str, optional
         What is done: causes, statistics, days, size, kills; default: all.
     turbines : int
         Turbines a cause.
@@ -123,20 +123,20 @@ def main(
         Table of the figures, as in watch.md.
     """
     folder = prepared_folder(out).resolve()
-    stages = Stages(len(part or PARTS), quiet)
-    works: dict[Part, Callable[[Path], dict[str, Any]]] = {
+    stages = Stages(len(only or TOPICS), quiet)
+    works: dict[Topic, Callable[[Path], dict[str, Any]]] = {
         "causes": lambda to: _causes(to, turbines, seed, stages),
         "statistics": lambda to: _statistics(to, revolutions, seed, stages),
         "days": lambda to: _days(to, days, seed, stages),
         "size": lambda to: _long_record(to, samples, seed),
         "kills": lambda to: _kills(to, kills, seed, stages),
     }
-    for name in part or PARTS:
+    for name in only or TOPICS:
         with stages.stage(name), single_threaded():
             result = works[name](prepared_folder(folder / name))
             save_json(folder / f"{name}.json", result)
     lines = ["| figure | wanted | reached | of |", "|---|---|---|---|"]
-    for name in PARTS:
+    for name in TOPICS:
         if (folder / f"{name}.json").exists():
             lines += read_json(folder / f"{name}.json", "figures of this study")["rows"]
     text = "\n".join(lines) + "\n"
@@ -396,11 +396,11 @@ def _days(folder: Path, days: int, seed: int, stages: Stages) -> dict[str, Any]:
         outcomes.append(read_json(to / "outcome.json", "an outcome"))
     n_alarms = sum(len(one["lines"]) for one in outcomes)
     faster = min(one["times_real_time"] for one in outcomes)
-    whole = sum(one["seconds"] for one in outcomes) / 86400.0
+    n_days = sum(one["seconds"] for one in outcomes) / 86400.0
     return {
         "rows": [
             _row(
-                "alarms in whole turbine-days, from samples", "0", str(n_alarms), f"{whole:g} days"
+                "alarms in whole turbine-days, from samples", "0", str(n_alarms), f"{n_days:g} days"
             ),
             _row("speed over real time, the slowest day", "100", f"{faster:.0f}", f"{_RATE:g} Hz"),
         ],

@@ -13,7 +13,7 @@ def _few_streams(monkeypatch):
 
 def test_statistics_under_the_null_raise_no_alarm_and_state_their_limit(tmp_path):
     text = tabulate_watch.main(
-        out=tmp_path, part=["statistics"], revolutions=10_000, seed=4, quiet=True
+        out=tmp_path, only=["statistics"], revolutions=10_000, seed=4, quiet=True
     )
     # No alarm in t turbine-days: the upper 95 % limit is one in t / 3.
     limit = 10_000 / (22.0 * 60.0 * 24.0) / -np.log(0.05)

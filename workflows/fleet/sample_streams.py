@@ -78,7 +78,7 @@ def folder_samples(
         )
         for name in names:
             path = folder / name
-            if follow is not None and name == names[-1] and not _is_whole(path):
+            if follow is not None and name == names[-1] and not _is_complete(path):
                 break
             last = name
             if "time" not in run_file_header(path):
@@ -143,8 +143,8 @@ def _rows(stream: BinaryIO, expected: ExpectedColumns) -> Iterator[Columns]:
         }
 
 
-def _is_whole(path: Path) -> bool:
-    """Whether a Parquet file has its end: one that is being written has none."""
+def _is_complete(path: Path) -> bool:
+    """Whether a Parquet file has its end, which one that is being written has not."""
     if path.suffix.lower() != ".parquet":
         return True
     try:

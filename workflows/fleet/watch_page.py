@@ -57,8 +57,9 @@ def watch_page(result: WatchResult, watch: TurbineWatch) -> str:
             {
                 "svg": inline_svg(draw, "deviation", "Deviation of the last revolutions"),
                 "caption": (
-                    "Deviation from the learning period, RMS over channels and turn, mean of 12 "
-                    "revolutions. Orange: the dead band; a lasting deviation above it is an alarm."
+                    "Deviation from the reference (the learning period, or what followed the last "
+                    "alarm), RMS over channels and turn, mean of 12 revolutions. Orange: the dead "
+                    "band; a lasting deviation above it is an alarm."
                 ),
             }
         )

@@ -50,7 +50,7 @@ class WatchDocument(TypedDict):
     versions: Versions
     baseline: Annotated[str, "SHA-256 of diagnosis.json"]
     options: Annotated[dict[str, float], "Options of the watch"]
-    watch: Annotated[WatchResult, "What it has seen"]
+    watch: Annotated[WatchResult, "State and alarms"]
 
 
 def main(

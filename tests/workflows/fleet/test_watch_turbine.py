@@ -152,7 +152,9 @@ def test_nothing_is_lost_where_the_command_is_killed(tmp_path, diagnosed, column
     """Killed again and again while files come, it ends as the one that was never killed."""
     records = tmp_path / "records"
     write_files(records, columns, 40)
-    whole = watch_turbine.main(records, out=tmp_path / "whole", once=True, quiet=True, **diagnosed)
+    unbroken = watch_turbine.main(
+        records, out=tmp_path / "unbroken", once=True, quiet=True, **diagnosed
+    )
     rng = np.random.default_rng(22)
     line = [sys.executable, "-m", "carrierflex.workflows.command_line", "watch", str(records)]
     line += ["--baseline", str(tmp_path), "--campaign", str(diagnosed["campaign"]), "--quiet"]
@@ -165,10 +167,10 @@ def test_nothing_is_lost_where_the_command_is_killed(tmp_path, diagnosed, column
         time.sleep(rng.uniform(0.0, 0.5))
         process.send_signal(signal.SIGKILL)
         process.wait()
-    killed = watch_turbine.main(records, out=tmp_path / "out", once=True, quiet=True, **diagnosed)
-    assert killed.lines == whole.lines
-    assert killed.alarms[0].size == whole.alarms[0].size
-    assert killed.revolutions == whole.revolutions
+    killed = watch_turbine.main(records, out=tmp_path / "out", **options)
+    assert killed.lines == unbroken.lines
+    assert killed.alarms[0].size == unbroken.alarms[0].size
+    assert killed.revolutions == unbroken.revolutions
 
 
 def test_what_is_wrong_is_refused_by_name(tmp_path, diagnosed, columns):
