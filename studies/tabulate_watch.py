@@ -233,7 +233,10 @@ def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
     start = 0.0
     rng = np.random.default_rng([plan.seed, plan.number])
     first, second = rng.permutation(len(names))[:2]
+    before = None
     for k in range(_BEFORE + _AFTER):
+        if k == _BEFORE:
+            before = _watched(folder, records, "watch")
         run = case_campaign(plan, repeat=k + 1)[0].runs[_RUN]
         signals = np.array([run.signals[name] for name in names])
         if k >= _BEFORE:
@@ -245,16 +248,14 @@ def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
         columns = {"time": run.time + start, **run.inputs}
         start = float(columns["time"][-1]) + 1.0
         _write(records / f"{k:04d}.parquet", columns | dict(zip(names, signals, strict=True)))
-    result = watch_turbine.main(
-        records, baseline=folder / "diagnosis", out=folder / "watch", once=True, quiet=True
-    )
-    change = int(_revolution_of(records, result.omitted))
-    before = [alarm for alarm in result.alarms if alarm.revolution < change]
-    after = [alarm for alarm in result.alarms if alarm.revolution >= change]
+    assert before is not None
+    change = before.revolutions + 1
+    result = _watched(folder, records, "watch")
+    after = result.alarms[len(before.alarms) :]
     outcome: dict[str, Any] = {
         "cause": cause,
         "revolutions_before": change,
-        "n_before": len(before),
+        "n_before": len(before.alarms),
         "delay": None,
         "since": None,
         **dict.fromkeys(("is_right", "is_tied", "is_wrong", "holds_size"), False),
@@ -282,20 +283,6 @@ def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
 
 def _signals(campaign: Campaign, names: list[str]) -> FloatArray:
     return np.array([campaign.runs[_RUN].signals[name] for name in names])
-
-
-def _revolution_of(records: Path, n_omitted: int) -> int:
-    """Whole revolutions before the first record with the cause, plus one.
-
-    A record ends within a turn: of each but the first the piece before its first whole turn, and
-    the rest after its last, are no whole turn.
-    """
-    n = 0
-    for k in range(_BEFORE):
-        angle = pa_parquet.read_table(records / f"{k:04d}.parquet")["carrier_angle"].to_numpy()
-        number = np.floor(angle / (2.0 * np.pi))
-        n += int(number[-1] - number[0]) - 1
-    return n + 1
 
 
 def _write(path: Path, columns: Columns) -> None:

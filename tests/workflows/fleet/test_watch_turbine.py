@@ -152,9 +152,8 @@ def test_nothing_is_lost_where_the_command_is_killed(tmp_path, diagnosed, column
     """Killed again and again while files come, it ends as the one that was never killed."""
     records = tmp_path / "records"
     write_files(records, columns, 40)
-    unbroken = watch_turbine.main(
-        records, out=tmp_path / "unbroken", once=True, quiet=True, **diagnosed
-    )
+    options = {"once": True, "quiet": True, **diagnosed}
+    unbroken = watch_turbine.main(records, out=tmp_path / "unbroken", **options)
     rng = np.random.default_rng(22)
     line = [sys.executable, "-m", "carrierflex.workflows.command_line", "watch", str(records)]
     line += ["--baseline", str(tmp_path), "--campaign", str(diagnosed["campaign"]), "--quiet"]
