@@ -9,6 +9,7 @@ alarm where there is nothing.
 
 import multiprocessing
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -219,6 +220,9 @@ def _plan(cause: str, number: int, seed: int) -> FleetPlan:
 
 def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
     """Watch a turbine whose cause comes, or whose measurement fails."""
+    for name in ("records", "watch"):
+        # Of a call that was interrupted.
+        shutil.rmtree(folder / name, ignore_errors=True)
     campaign, label = case_campaign(plan)
     write_campaign(campaign, folder / "campaign", simulated=True)
     diagnose_campaign.main(folder / "campaign", out=folder / "diagnosis", report=False, quiet=True)
