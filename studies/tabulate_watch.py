@@ -2,13 +2,14 @@
 
 Causes come from the truth of simulated fleets, which imports nothing that fits: a campaign of the
 turbine without the cause is diagnosed, then its records run on, and from one revolution on the
-cause is there. Writes watch.md; every part has a folder, and a later call goes on with what is
+cause is there. Writes watch.md; every topic has a folder, and a later call goes on with what is
 missing. A good answer: three noise floors found within 50 revolutions, named rightly in 90 %, no
 alarm where there is nothing.
 """
 
 import multiprocessing
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -44,14 +45,14 @@ from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.workflows.diagnosis import diagnose_campaign
 from carrierflex.workflows.fleet import watch_turbine
-from carrierflex.workflows.fleet.watch_page import WatchResult
+from carrierflex.workflows.fleet.watch_result import WatchResult
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
 FloatArray = NDArray[np.float64]
 Columns = dict[str, FloatArray]
-Part = Literal["causes", "statistics", "days", "size", "kills"]
-PARTS: tuple[Part, ...] = ("causes", "statistics", "days", "size", "kills")
+Topic = Literal["causes", "statistics", "days", "size", "kills"]
+TOPICS: tuple[Topic, ...] = ("causes", "statistics", "days", "size", "kills")
 
 #: Causes that come, and faults of the measurement.
 _CAUSES = (
@@ -85,7 +86,7 @@ _FILES_A_KILL, _SECONDS_OF_A_FILE, _FILES_A_CHANGE = 4, 61.7, 20
 def main(
     *,
     out: Path,
-    part: list[Part] | None = None,
+    only: list[Topic] | None = None,
     turbines: int = 5,
     revolutions: int = 10_000_000,
     days: int = 20,
@@ -100,7 +101,7 @@ def main(
     ----------
     out : Path
         Folder; a later call with the same options goes on.
-    part : list of str, optional
+    only : list of str, optional
         What is done: causes, statistics, days, size, kills; default: all.
     turbines : int
         Turbines a cause.
@@ -123,20 +124,20 @@ def main(
         Table of the figures, as in watch.md.
     """
     folder = prepared_folder(out).resolve()
-    stages = Stages(len(part or PARTS), quiet)
-    works: dict[Part, Callable[[Path], dict[str, Any]]] = {
+    stages = Stages(len(only or TOPICS), quiet)
+    works: dict[Topic, Callable[[Path], dict[str, Any]]] = {
         "causes": lambda to: _causes(to, turbines, seed, stages),
         "statistics": lambda to: _statistics(to, revolutions, seed, stages),
         "days": lambda to: _days(to, days, seed, stages),
         "size": lambda to: _long_record(to, samples, seed),
         "kills": lambda to: _kills(to, kills, seed, stages),
     }
-    for name in part or PARTS:
+    for name in only or TOPICS:
         with stages.stage(name), single_threaded():
             result = works[name](prepared_folder(folder / name))
             save_json(folder / f"{name}.json", result)
     lines = ["| figure | wanted | reached | of |", "|---|---|---|---|"]
-    for name in PARTS:
+    for name in TOPICS:
         if (folder / f"{name}.json").exists():
             lines += read_json(folder / f"{name}.json", "figures of this study")["rows"]
     text = "\n".join(lines) + "\n"
@@ -219,6 +220,9 @@ def _plan(cause: str, number: int, seed: int) -> FleetPlan:
 
 def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
     """Watch a turbine whose cause comes, or whose measurement fails."""
+    for name in ("records", "watch"):
+        # Of a call that was interrupted.
+        shutil.rmtree(folder / name, ignore_errors=True)
     campaign, label = case_campaign(plan)
     write_campaign(campaign, folder / "campaign", simulated=True)
     diagnose_campaign.main(folder / "campaign", out=folder / "diagnosis", report=False, quiet=True)
@@ -233,7 +237,10 @@ def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
     start = 0.0
     rng = np.random.default_rng([plan.seed, plan.number])
     first, second = rng.permutation(len(names))[:2]
+    before = None
     for k in range(_BEFORE + _AFTER):
+        if k == _BEFORE:
+            before = _watched(folder, records, "watch")
         run = case_campaign(plan, repeat=k + 1)[0].runs[_RUN]
         signals = np.array([run.signals[name] for name in names])
         if k >= _BEFORE:
@@ -245,16 +252,14 @@ def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
         columns = {"time": run.time + start, **run.inputs}
         start = float(columns["time"][-1]) + 1.0
         _write(records / f"{k:04d}.parquet", columns | dict(zip(names, signals, strict=True)))
-    result = watch_turbine.main(
-        records, baseline=folder / "diagnosis", out=folder / "watch", once=True, quiet=True
-    )
-    change = int(_revolution_of(records, result.omitted))
-    before = [alarm for alarm in result.alarms if alarm.revolution < change]
-    after = [alarm for alarm in result.alarms if alarm.revolution >= change]
+    assert before is not None
+    change = before.revolutions + 1
+    result = _watched(folder, records, "watch")
+    after = result.alarms[len(before.alarms) :]
     outcome: dict[str, Any] = {
         "cause": cause,
         "revolutions_before": change,
-        "n_before": len(before),
+        "n_before": len(before.alarms),
         "delay": None,
         "since": None,
         **dict.fromkeys(("is_right", "is_tied", "is_wrong", "holds_size"), False),
@@ -282,20 +287,6 @@ def _outcome(folder: Path, plan: FleetPlan, cause: str) -> dict[str, Any]:
 
 def _signals(campaign: Campaign, names: list[str]) -> FloatArray:
     return np.array([campaign.runs[_RUN].signals[name] for name in names])
-
-
-def _revolution_of(records: Path, n_omitted: int) -> int:
-    """Whole revolutions before the first record with the cause, plus one.
-
-    A record ends within a turn: of each but the first the piece before its first whole turn, and
-    the rest after its last, are no whole turn.
-    """
-    n = 0
-    for k in range(_BEFORE):
-        angle = pa_parquet.read_table(records / f"{k:04d}.parquet")["carrier_angle"].to_numpy()
-        number = np.floor(angle / (2.0 * np.pi))
-        n += int(number[-1] - number[0]) - 1
-    return n + 1
 
 
 def _write(path: Path, columns: Columns) -> None:
@@ -396,11 +387,11 @@ def _days(folder: Path, days: int, seed: int, stages: Stages) -> dict[str, Any]:
         outcomes.append(read_json(to / "outcome.json", "an outcome"))
     n_alarms = sum(len(one["lines"]) for one in outcomes)
     faster = min(one["times_real_time"] for one in outcomes)
-    whole = sum(one["seconds"] for one in outcomes) / 86400.0
+    n_days = sum(one["seconds"] for one in outcomes) / 86400.0
     return {
         "rows": [
             _row(
-                "alarms in whole turbine-days, from samples", "0", str(n_alarms), f"{whole:g} days"
+                "alarms in whole turbine-days, from samples", "0", str(n_alarms), f"{n_days:g} days"
             ),
             _row("speed over real time, the slowest day", "100", f"{faster:.0f}", f"{_RATE:g} Hz"),
         ],

@@ -41,7 +41,10 @@ _FORMATS = {
         "what the page of a diagnosis is drawn from",
         ("report {0.parent} --out report.html",),
     ),
-    "carrierflex-watch": ("watch of a turbine", ()),
+    "carrierflex-watch": (
+        "watch of a turbine",
+        ("watch RECORDS --baseline DIAGNOSIS --out {0.parent}",),
+    ),
     "carrierflex-fleet": ("diagnoses of a fleet", ("batch CAMPAIGNS --out {0.parent}",)),
     "carrierflex-rim-motion": ("motion of a rim, measured and simulated", ("view {}",)),
     "carrierflex-answers": (
@@ -66,6 +69,7 @@ _OF_FOLDERS = (
     "plan.json",
     "comparison.json",
     "fleet.json",
+    "watch.json",
     "deflection_curves.csv",
 )
 _STEP = (".step", ".stp")

@@ -12,6 +12,7 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
+from carrierflex.identification.campaign.document_files import run_file_header
 from carrierflex.identification.campaign.file_names import RUN_SUFFIXES
 from carrierflex.identification.campaign.run_files import ExpectedColumns, column_pieces
 
@@ -46,7 +47,8 @@ def folder_samples(
     Parameters
     ----------
     folder : Path
-        Folder with Parquet or CSV files. Names that begin with "." or "_" are passed over.
+        Folder with Parquet or CSV files. Names that begin with "." or "_", and files without a
+        column time, are passed over.
     expected : ExpectedColumns
         Columns.
     after : Position
@@ -76,9 +78,11 @@ def folder_samples(
         )
         for name in names:
             path = folder / name
-            if follow is not None and name == names[-1] and not _is_whole(path):
+            if follow is not None and name == names[-1] and not _is_complete(path):
                 break
             last = name
+            if "time" not in run_file_header(path):
+                continue
             begin = after.time if name == after.file else -np.inf
             yield from _checked(column_pieces(path, expected), begin, name)
         if follow is None:
@@ -139,8 +143,8 @@ def _rows(stream: BinaryIO, expected: ExpectedColumns) -> Iterator[Columns]:
         }
 
 
-def _is_whole(path: Path) -> bool:
-    """Whether a Parquet file has its end: one that is being written has none."""
+def _is_complete(path: Path) -> bool:
+    """Whether a Parquet file has its end, which one that is being written has not."""
     if path.suffix.lower() != ".parquet":
         return True
     try:

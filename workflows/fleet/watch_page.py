@@ -3,10 +3,8 @@
 One HTML file that loads itself again every half minute, without network.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,6 +28,7 @@ from carrierflex.diagnosis.report.figures import BLUE, GREY, ORANGE, WIDTH, inli
 from carrierflex.diagnosis.report.page import rendered_page
 from carrierflex.diagnosis.report.words import in_one_unit, listed, number, sized
 from carrierflex.files.versions import software_name
+from carrierflex.workflows.fleet.watch_result import WatchResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,27 +47,6 @@ _UNDETERMINED = "undetermined"
 _MOST_ALARMS = 200
 
 
-@dataclass(frozen=True, eq=False)
-class WatchResult:
-    """What a watch has seen."""
-
-    source: Annotated[str, "Where the samples come from"]
-    turbine: Annotated[str, "Name of the diagnosed campaign"]
-    state: Annotated[Literal["learning", "watching", "new reference"], "What the watch does now"]
-    revolutions: Annotated[int, "Whole revolutions"]
-    omitted: Annotated[int, "Stretches between revolutions that are no whole turn"]
-    position: Annotated[float | None, "Time of the last sample that was used [s]"]
-    file: Annotated[str, "File of that sample; empty of standard input"]
-    floor: Annotated[float | None, "Noise floor of the learning period, RMS [m]"]
-    dead_band: Annotated[float | None, "Size of a change below which there is no alarm [m]"]
-    threshold: Annotated[float | None, "h: evidence (natural logarithm) that raises an alarm"]
-    run_length: Annotated[float | None, "Least mean revolutions between two false alarms, exp(h)"]
-    deviation: Annotated[float | None, "Deviation of the last 12 revolutions, RMS [m]"]
-    silent: Annotated[Sequence[str], "Channels that are constant or missing"]
-    alarms: Annotated[Sequence[Alarm], "Alarms, the first one first"]
-    lines: Annotated[Sequence[str], "The same in one line each"]
-
-
 def watch_page(result: WatchResult, watch: TurbineWatch) -> str:
     """HTML text of a watch."""
     figures = []
@@ -79,8 +57,9 @@ def watch_page(result: WatchResult, watch: TurbineWatch) -> str:
             {
                 "svg": inline_svg(draw, "deviation", "Deviation of the last revolutions"),
                 "caption": (
-                    "Deviation from the learning period, RMS over channels and turn, mean of 12 "
-                    "revolutions. Orange: the dead band; a lasting deviation above it is an alarm."
+                    "Deviation from the reference (the learning period, or what followed the last "
+                    "alarm), RMS over channels and turn, mean of 12 revolutions. Orange: the dead "
+                    "band; a lasting deviation above it is an alarm."
                 ),
             }
         )

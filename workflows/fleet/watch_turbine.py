@@ -26,7 +26,7 @@ from carrierflex.identification.campaign.document_files import read_campaign_hea
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.identification.campaign.run_files import ExpectedColumns
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.workflows.fleet.watch_page import WatchResult, alarm_line, watch_page
+from carrierflex.workflows.fleet.watch_result import WatchResult
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
@@ -50,7 +50,7 @@ class WatchDocument(TypedDict):
     versions: Versions
     baseline: Annotated[str, "SHA-256 of diagnosis.json"]
     options: Annotated[dict[str, float], "Options of the watch"]
-    watch: Annotated[WatchResult, "What it has seen"]
+    watch: Annotated[WatchResult, "State and alarms"]
 
 
 def main(
@@ -85,16 +85,16 @@ def main(
     learn : int
         Revolutions of the learning period, at least 100: mean, noise and memory of the noise.
     least : float
-        Smallest change that is looked for, in noise floors (RMS over channels and turn).
+        Smallest change that is looked for, RMS over channels and turn [noise floors].
     false_alarms : float
-        Largest mean number of false alarms a turbine-day, above 0 and below 1.
+        Largest mean rate of false alarms, above 0 and below 1 [1/turbine-day].
     drift : float
         Fastest drift of the offset common to all axial channels that is temperature and no change
         [noise floors an hour].
     once : bool
         End with the last file of the folder; default: wait for further ones until interrupted.
     every : float
-        Seconds between two looks for further files.
+        Time between two looks for further files [s].
     quiet : bool
         Show no progress and no alarms.
 
@@ -129,6 +129,8 @@ def main(
     writer = _Writer(out, str(source), document["campaign"], digest, key, watch)
     stages = Stages(1, quiet)
     with single_threaded(), stages.stage(f"watching {source}"):
+        if rim.unknown:
+            stages.tell(f"not determined by the diagnosis, taken as zero: {', '.join(rim.unknown)}")
         if watch.n_revolutions:
             stages.tell(f"goes on after {watch.n_revolutions} revolutions, {watch.position:g} s")
         samples = _samples(source, expected, watch, None if once else every)
@@ -258,6 +260,8 @@ class _Writer:
 
     def line(self, alarm: Alarm) -> str:
         """One line about an alarm."""
+        from carrierflex.workflows.fleet.watch_page import alarm_line
+
         return f"{self.turbine}: {alarm_line(alarm)}"
 
     def write_in_time(self) -> None:
@@ -269,6 +273,7 @@ class _Writer:
     def write(self, *, page: bool) -> WatchResult:
         """Write the state and what follows from it."""
         from carrierflex.diagnosis.carrier.watch.state_files import write_state
+        from carrierflex.workflows.fleet.watch_page import watch_page
 
         write_state(self.out / STATE_FILE, self.watch, self.key)
         self.state_written = time.monotonic()

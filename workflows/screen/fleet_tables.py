@@ -12,7 +12,8 @@ from carrierflex.workflows.diagnosis.record_difference import (
 )
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis
 from carrierflex.workflows.fleet.fleet_page import causes_of, fleet_sentences
-from carrierflex.workflows.fleet.watch_page import WatchResult, state_sentence
+from carrierflex.workflows.fleet.watch_page import state_sentence
+from carrierflex.workflows.fleet.watch_result import WatchResult
 from carrierflex.workflows.screen.titled_table import titled_table
 
 _MOST_ROWS = 20

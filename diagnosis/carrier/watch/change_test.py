@@ -97,7 +97,7 @@ def learned_noise(vectors: FloatArray) -> RevolutionNoise:
 
     phi is the correlation of neighbours over all channels of a row, corrected for its bias [5], and
     two standard deviations more. Sigma is the mean square of ``x_n - phi x_(n-1)``, divided by
-    ``(1 - sqrt(C / n) - t / sqrt(n))²``: a probability of one in 1000 is left that the true one is
+    ``(1 - sqrt(C / n) - t / sqrt(n))²``: with a probability of one in 1000 the true one is
     larger along any direction of any row [4].
 
     Parameters

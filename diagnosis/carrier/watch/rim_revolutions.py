@@ -108,6 +108,8 @@ class RimBaseline:
         Errors that the diagnosis named, by channel: of the gain, of the angle [rad].
     delay : float
         Delay of all channels [s].
+    unknown : tuple of str
+        Parameters that the diagnosis could not determine; they are zero.
     """
 
     channels: tuple[Channel, ...]
@@ -118,6 +120,7 @@ class RimBaseline:
     gains: Mapping[str, float] = field(default_factory=dict)
     moves: Mapping[str, float] = field(default_factory=dict)
     delay: float = 0.0
+    unknown: tuple[str, ...] = ()
 
     @property
     def n_orders(self) -> int:
@@ -138,9 +141,8 @@ class RimBaseline:
         """Signals of the baseline under the inputs of a revolution [m], shape (C, n)."""
         inputs = inputs_of_columns(columns)
         if self.delay:
-            time, angle = inputs.time, inputs.carrier_angle
-            speed = (angle[-1] - angle[0]) / (time[-1] - time[0])
-            inputs = replace(inputs, carrier_angle=angle - speed * self.delay)
+            late = _speed(inputs.time, inputs.carrier_angle) * self.delay
+            inputs = replace(inputs, carrier_angle=inputs.carrier_angle - late)
         rows = []
         for channel in self.channels:
             total = np.zeros_like(inputs.carrier_angle)
@@ -206,7 +208,7 @@ class RimBaseline:
         C = len(signals)
         names = ("torque", "ntl_y", "ntl_z")
         loads = [float(columns[name].mean()) if name in columns else 0.0 for name in names]
-        speed = abs(float((angle[-1] - angle[0]) / (time[-1] - time[0])))
+        speed = abs(_speed(time, angle))
         return Revolution(
             start=float(time[0]),
             end=float(time[-1]),
@@ -223,6 +225,13 @@ class RimBaseline:
         if n_equal.max() < _CONSTANT_SHARE * angle.size - 1 and np.isfinite(signals).all():
             return np.zeros(len(signals), dtype=np.bool_)
         return np.array([_is_silent(signal, angle, self.n_orders) for signal in signals])
+
+
+def _speed(time: FloatArray, angle: FloatArray) -> float:
+    """Mean speed over a turn [rad/s], whether its angle is wrapped or not."""
+    steps = np.diff(angle)
+    steps -= 2.0 * np.pi * np.round(steps / (2.0 * np.pi))
+    return float(steps.sum() / (time[-1] - time[0]))
 
 
 def _row_scale(p: int, C: int) -> FloatArray:
@@ -354,6 +363,7 @@ def rim_baseline(
     terms: list[Term] = []
     gains: dict[str, float] = {}
     moves: dict[str, float] = {}
+    unknown: list[str] = []
     delay = 0.0
     for name in (*(() if is_columns else header.baseline.effects), *named):
         values = {key: float(of["value"]) for key, of in parameters.get(name, {}).items()}
@@ -365,31 +375,43 @@ def rim_baseline(
         effect = effects[name]
         if effect.pattern is not None:
             if not effect.per_run:
-                terms.append(_term(effect, values))
+                term, without = _term(effect, values)
+                terms.append(term)
+                unknown += without
         elif name == "sensor_delay":
             delay = values.get("tau", 0.0)
         else:
             of_channel = {"sensor_gain": gains, "sensor_angle": moves}.get(name, {})
             of_channel |= {key.partition("_")[2]: value for key, value in values.items()}
     return RimBaseline(
-        tuple(header.channels), rig, effects, tuple(terms), is_columns, gains, moves, delay
+        channels=tuple(header.channels),
+        rig=rig,
+        effects=effects,
+        terms=tuple(terms),
+        has_predictions=is_columns,
+        gains=gains,
+        moves=moves,
+        delay=delay,
+        unknown=tuple(unknown),
     )
 
 
-def _term(effect: Effect, published: Mapping[str, float]) -> Term:
-    """Effect with its published values: size and angle of a vector are its components."""
+def _term(effect: Effect, published: Mapping[str, float]) -> tuple[Term, list[str]]:
+    """Effect with its published values, and the parameters without one, which are zero.
+
+    Size and angle of a vector are its components.
+    """
     values = []
+    unknown = []
     for parameter in effect.parameters:
         pair = parameter.pair
-        if pair is not None and pair.size in published:
+        value = published.get(parameter.name, np.nan)
+        if pair is not None:
             wave = np.cos if parameter.name == pair.components[0] else np.sin
-            values.append(float(published[pair.size] * wave(published[pair.angle])))
-        elif parameter.name in published:
-            values.append(published[parameter.name])
-        else:
-            raise ValueError(
-                f"the diagnosis has no value of {effect.id}.{parameter.name}; expected one for "
-                "every parameter of the baseline: diagnose the campaign again"
-            )
+            size, angle = (published.get(name, np.nan) for name in (pair.size, pair.angle))
+            value = size * float(wave(angle))
+        if not np.isfinite(value):
+            unknown.append(f"{effect.id}.{parameter.name}")
+        values.append(float(np.nan_to_num(value)))
     n = len(values) - effect.n_shapes
-    return Term(effect, tuple(values[:n]), tuple(values[n:]))
+    return Term(effect, tuple(values[:n]), tuple(values[n:])), unknown

@@ -23,7 +23,7 @@ from carrierflex.files.whole_files import whole_file
 FORMAT, VERSION = "carrierflex-watch-state", 1
 #: Numbers of the state that are no arrays.
 _NUMBERS = ("position", "floor", "threshold", "revolutions_a_day")
-_COUNTS = ("n_revolutions", "n_omitted", "n_needed", "n_kept")
+_COUNTS = ("n_revolutions", "n_omitted", "n_needed", "n_recent")
 
 
 def write_state(path: Path, watch: TurbineWatch, key: str) -> None:
@@ -51,7 +51,7 @@ def write_state(path: Path, watch: TurbineWatch, key: str) -> None:
         "numbers": np.array([getattr(watch, name) for name in _NUMBERS]),
         "silent": watch.silent,
         "masked": watch.masked,
-        **{f"kept_{name}": values for name, values in watch.kept.items()},
+        **{f"recent_{name}": values for name, values in watch.recent.items()},
     }
     for name, fields in (("noise", watch.noise), ("state", watch.state)):
         if fields is not None:
@@ -96,7 +96,7 @@ def read_state(path: Path, baseline: RimBaseline, options: WatchOptions, key: st
         setattr(watch, name, header[name])
     watch.file = header["file"]
     watch.silent, watch.masked = arrays["silent"], arrays["masked"]
-    watch.kept = {name: arrays[f"kept_{name}"] for name in watch.kept}
+    watch.recent = {name: arrays[f"recent_{name}"] for name in watch.recent}
     if "noise_mean" in arrays:
         watch.noise = RevolutionNoise(**_fields(arrays, "noise_"))
     if "state_last" in arrays:

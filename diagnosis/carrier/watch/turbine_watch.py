@@ -29,7 +29,7 @@ SETTLING = 50
 #: Revolutions in a row in which a channel is silent before it is reported, or reads again.
 _SILENT = 3
 #: Revolutions that are kept for the change point at least.
-_KEPT = 256
+_RECENT = 256
 _SECONDS_A_DAY, _SECONDS_AN_HOUR = 86400.0, 3600.0
 #: Change of the mean torque, over nominal, or of the radial load, over the torque's force at the
 #: sensor circle, that is another load.
@@ -125,14 +125,14 @@ class TurbineWatch:
     state: DetectorState | None = None
     silent: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     masked: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    kept: dict[str, FloatArray] = field(default_factory=dict)
-    n_kept: int = 0
+    recent: dict[str, FloatArray] = field(default_factory=dict)
+    n_recent: int = 0
 
     def __post_init__(self) -> None:
         p, C = self.baseline.shape
-        if not self.kept:
-            n = max(_KEPT, self.options.learn)
-            self.kept = {
+        if not self.recent:
+            n = max(_RECENT, self.options.learn)
+            self.recent = {
                 "residual": np.zeros((n, p, C)),
                 "predicted": np.zeros((n, p, C)),
                 "scatter": np.zeros((n, C)),
@@ -171,7 +171,7 @@ class TurbineWatch:
             return None
         self.n_revolutions += 1
         alarm = self._silence(revolution)
-        self._keep(revolution)
+        self._remember(revolution)
         if alarm is not None or (revolution.is_silent & ~self.masked).any():
             self._forget_last()
         elif self.n_needed:
@@ -187,7 +187,7 @@ class TurbineWatch:
         if self.state is not None:
             self.state = replace(self.state, last=np.full_like(self.state.last, np.nan))
 
-    def _keep(self, one: Revolution) -> None:
+    def _remember(self, one: Revolution) -> None:
         """Put a revolution among the last ones, unless a channel has just fallen silent in it."""
         if (one.is_silent & ~self.masked).any():
             return
@@ -198,16 +198,16 @@ class TurbineWatch:
             "loads": one.loads,
             "times": np.array([one.start, one.end]),
         }
-        row = self.n_kept % len(self.kept["loads"])
+        row = self.n_recent % len(self.recent["loads"])
         for name, value in values.items():
-            self.kept[name][row] = value
-        self.n_kept += 1
+            self.recent[name][row] = value
+        self.n_recent += 1
 
     def _last(self, name: str, n: int) -> FloatArray:
         """Values of the last n revolutions, the oldest first."""
-        size = len(self.kept[name])
-        n = min(n, self.n_kept, size)
-        return self.kept[name][np.arange(self.n_kept - n, self.n_kept) % size]
+        size = len(self.recent[name])
+        n = min(n, self.n_recent, size)
+        return self.recent[name][np.arange(self.n_recent - n, self.n_recent) % size]
 
     def _silence(self, one: Revolution) -> Alarm | None:
         """Alarm of channels that are silent for three revolutions, or read again."""
@@ -317,7 +317,7 @@ class TurbineWatch:
         window = int(np.argmax(self.state.sums[0]))
         d = self.state.estimate[0, window]
         size = float(np.linalg.norm(d))
-        residual = np.where(self.masked, 0.0, self._last("residual", _KEPT) - reference)
+        residual = np.where(self.masked, 0.0, self._last("residual", _RECENT) - reference)
         first = change_point(residual, d / size, size)
         n = len(residual) - first
         change = residual[first:].mean(axis=0)
@@ -354,10 +354,10 @@ class TurbineWatch:
 
         Empty while the reference is learnt.
         """
-        if self.noise is None or self.state is None or self.n_needed or self.n_kept < n:
+        if self.noise is None or self.state is None or self.n_needed or self.n_recent < n:
             return np.zeros(0)
         reference = self.noise.mean + float(self.state.offset[0]) * self.common_offset
-        x = np.where(self.masked, 0.0, self._last("residual", _KEPT) - reference)
+        x = np.where(self.masked, 0.0, self._last("residual", _RECENT) - reference)
         sums = np.cumsum(np.concatenate([np.zeros_like(x[:1]), x]), axis=0)
         return np.asarray(np.linalg.norm((sums[n:] - sums[:-n]) / n, axis=(1, 2)))
 

@@ -38,7 +38,7 @@ runs = [{ name = "LC1", file = "LC1.csv", condition = "full load" }]
 
 [baseline]
 source = "model"
-effects = ["axial_offset", "carrier_tilt", "flexible_pins"]
+effects = ["axial_offset", "carrier_tilt", "flexible_pins", "flange_warp"]
 
 [rig]
 nominal_torque = 360e3
@@ -68,8 +68,9 @@ def diagnosed(tmp_path):
     )
     (folder / "campaign.toml").write_text(CAMPAIGN + "\n" + "\n".join(channels))
     (folder / "LC1.csv").write_text("time\n")
+    # As of a diagnosis that leaves a parameter undetermined.
     polar = {"phi_PLC": float(np.hypot(*TILT)), "theta_PLC": float(np.arctan2(TILT[1], TILT[0]))}
-    values = {"carrier_tilt": polar, "flexible_pins": {"rho_f": DEFLECTION}}
+    values = {"carrier_tilt": polar, "flexible_pins": {"rho_f": DEFLECTION}, "flange_warp": {}}
     document = {
         "format": "carrierflex-diagnosis",
         "version": 2,
@@ -151,7 +152,8 @@ def test_nothing_is_lost_where_the_command_is_killed(tmp_path, diagnosed, column
     """Killed again and again while files come, it ends as the one that was never killed."""
     records = tmp_path / "records"
     write_files(records, columns, 40)
-    whole = watch_turbine.main(records, out=tmp_path / "whole", once=True, quiet=True, **diagnosed)
+    options = {"once": True, "quiet": True, **diagnosed}
+    unbroken = watch_turbine.main(records, out=tmp_path / "unbroken", **options)
     rng = np.random.default_rng(22)
     line = [sys.executable, "-m", "carrierflex.workflows.command_line", "watch", str(records)]
     line += ["--baseline", str(tmp_path), "--campaign", str(diagnosed["campaign"]), "--quiet"]
@@ -164,10 +166,10 @@ def test_nothing_is_lost_where_the_command_is_killed(tmp_path, diagnosed, column
         time.sleep(rng.uniform(0.0, 0.5))
         process.send_signal(signal.SIGKILL)
         process.wait()
-    killed = watch_turbine.main(records, out=tmp_path / "out", once=True, quiet=True, **diagnosed)
-    assert killed.lines == whole.lines
-    assert killed.alarms[0].size == whole.alarms[0].size
-    assert killed.revolutions == whole.revolutions
+    killed = watch_turbine.main(records, out=tmp_path / "out", **options)
+    assert killed.lines == unbroken.lines
+    assert killed.alarms[0].size == unbroken.alarms[0].size
+    assert killed.revolutions == unbroken.revolutions
 
 
 def test_what_is_wrong_is_refused_by_name(tmp_path, diagnosed, columns):

@@ -147,7 +147,7 @@ def test_a_dead_sensor_is_reported_as_one_and_the_others_are_watched(value):
     assert watch.is_learning
 
 
-def test_a_step_of_the_load_is_said_beside_the_change():
+def test_a_step_of_the_load_is_said_with_the_change():
     columns = record(
         BASELINE, N, np.random.default_rng(16), adding("housing_tilt", TILT, 0.0), since=SINCE
     )
@@ -161,9 +161,9 @@ def test_pieces_a_wrapped_angle_and_restarts_change_no_bit(tmp_path):
     columns = record(BASELINE, N, np.random.default_rng(17), cause, since=SINCE)
     columns["s047"][5000:5003] = np.nan
     n = columns["time"].size
-    whole = watched(columns)
-    write_state(tmp_path / "whole.npz", whole, "key")
-    expected = arrays(tmp_path / "whole.npz")
+    unbroken = watched(columns)
+    write_state(tmp_path / "unbroken.npz", unbroken, "key")
+    expected = arrays(tmp_path / "unbroken.npz")
     rng = np.random.default_rng(18)
     watch = watched(columns, np.sort(rng.choice(n, 400, replace=False)).tolist())
     write_state(tmp_path / "pieces.npz", watch, "key")
@@ -178,7 +178,9 @@ def test_pieces_a_wrapped_angle_and_restarts_change_no_bit(tmp_path):
         watch = read_state(tmp_path / "killed.npz", BASELINE, OPTIONS, "key")
     assert arrays(tmp_path / "killed.npz") == expected
     wrapped = {**columns, "carrier_angle": np.angle(np.exp(1j * columns["carrier_angle"]))}
-    assert watched(wrapped).alarms[0].revolution == whole.alarms[0].revolution
+    alarm = watched(wrapped).alarms[0]
+    assert alarm.revolution == unbroken.alarms[0].revolution
+    assert alarm.regime.speed_rpm == pytest.approx(2.3 * 30.0 / np.pi, rel=0.01)
 
 
 def arrays(path):
