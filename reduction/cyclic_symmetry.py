@@ -122,5 +122,7 @@ def unlike_response(model: ReducedModel, frequency_hz: float) -> float | None:
 
 
 def _change_ppm(A: NDArray[np.float64], Q: NDArray[np.float64]) -> float:
-    scale = np.sqrt(np.outer(A.diagonal(), A.diagonal()))
-    return 1e6 * float((np.abs(Q @ A @ Q.T - A) / scale).max())
+    scale = np.sqrt(np.outer(np.abs(A.diagonal()), np.abs(A.diagonal())))
+    # The only pilot of a free body has no stiffness to compare with.
+    change = np.divide(np.abs(Q @ A @ Q.T - A), scale, out=np.zeros_like(A), where=scale > 0.0)
+    return 1e6 * float(change.max())

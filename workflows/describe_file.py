@@ -118,6 +118,9 @@ def main(file: Path) -> FileDescription:
         ".toml": _toml,
         ".json": _json,
         ".h5": _hdf5,
+        ".hdf5": _body_or_log,
+        ".sid_fem": _foreign_body,
+        ".sid": _foreign_body,
         ".fmu": _fmu,
         ".html": _page,
         ".csv": _csv,
@@ -256,6 +259,40 @@ def _hdf5(path: Path) -> FileDescription:
     written = body.provenance.get("carrierflex")
     software = f"carrierflex {written}" if written else ""
     return FileDescription(path, "reduced body", figures, software, _lines(commands, path))
+
+
+def _foreign_body(path: Path) -> FileDescription:
+    """A reduced body that another program wrote, or this one for it."""
+    from carrierflex.reduction.imports.foreign_bodies import read_any_body
+
+    imported = read_any_body(path)
+    body = imported.model
+    figures = {
+        "body": body.name,
+        "coordinates": f"{len(body.labels)}",
+        "pilots": _listed(body.pilots),
+        "sensors": _listed(body.sensor_names),
+        "mass": f"{body.mass_properties.mass:.4g} in the file's unit",
+        **{f"note {number}": line for number, line in enumerate(imported.losses, start=1)},
+    }
+    commands = ("export {} --format FORMAT --out FILE",)
+    return FileDescription(
+        path, "reduced body of another program", figures, "", _lines(commands, path)
+    )
+
+
+def _body_or_log(path: Path) -> FileDescription:
+    import h5py
+
+    from carrierflex.files.hdf5_trial import try_hdf5
+
+    try_hdf5(path)
+    try:
+        with h5py.File(path, "r") as stored:
+            is_body = "massMatrix" in stored
+    except (OSError, RuntimeError) as error:
+        raise ValueError(f"{path}: not an HDF5 file: {' '.join(str(error).split())}") from error
+    return (_foreign_body if is_body else _log)(path)
 
 
 def _csv(path: Path) -> FileDescription:

@@ -16,6 +16,7 @@ from carrierflex.fe.solids.solid_matrices import (
     refuse_inverted,
     solid_matrices,
 )
+from carrierflex.geometry.given_meshes.other_entries import LINKS_REPLACED
 from carrierflex.geometry.given_meshes.solid_files import SolidMesh, read_solid_mesh
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ def solid_body(path: Path, document: "InterfacesDocument") -> GivenBody:
     """
     document = with_linked_pilots(document, path)
     mesh = read_solid_mesh(path, numbers_in_turn).without_unused_nodes()
+    if document.links:
+        mesh = replace(mesh, left_out=tuple(t for t in mesh.left_out if LINKS_REPLACED not in t))
     units = document.units
     in_metres = replace(mesh, points=mesh.points * units.length)
     refuse_inverted(in_metres, str(path))

@@ -26,6 +26,8 @@ _ABAQUS_CARRYING = (
     r"|SC[68]|CSS8|COH|U\d|VU\d)\w*"
 )
 _ABAQUS_LINKS = r"\*(RIGID BODY|((KINEMATIC|DISTRIBUTING) )?COUPLING|MPC|EQUATION|TIE)|R3D\d"
+#: What is said of links where pilots of an interfaces file stand for them.
+LINKS_REPLACED = "pilots of the interfaces file replace links"
 _SUFFIXES = (".inp", ".bdf", ".nas")
 _MOST_BYTES = 4_000_000_000
 
@@ -60,7 +62,7 @@ def left_out(path: Path) -> tuple[str, ...]:
     if facets := {} if has_sections else _of(counts, shells):
         told.append(f"left out: {_listed(facets)}, to which the file gives no thickness")
     if linked := _of(counts, links):
-        told.append(f"left out: {_listed(linked)}; pilots of the interfaces file replace links")
+        told.append(f"left out: {_listed(linked)}; {LINKS_REPLACED}")
     if counts["INCLUDE"]:
         told.append(f"{counts['INCLUDE']} INCLUDE not followed: nothing of those files is read")
     return tuple(told)

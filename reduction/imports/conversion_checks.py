@@ -122,7 +122,7 @@ def _response(before: ReducedModel, after: ReducedModel) -> ConversionCheck:
         first, second = (_receptance(model, common, omega) for model in (before, after))
         size = np.sqrt(np.abs(np.outer(first.diagonal(), first.diagonal())))
         worst = max(worst, float((np.abs(second - first) / size).max()))
-    name = f"frequency response at {len(common)} pilots up to {top / (2.0 * np.pi):.0f} Hz"
+    name = f"frequency response up to {top / (2.0 * np.pi):.0f} Hz, pilots: {len(common)}"
     return ConversionCheck(name, None, None, worst)
 
 

@@ -11,11 +11,15 @@ import scipy.sparse as sp
 from carrierflex.fe.curve_files import write_curves
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.reduction.body_files import write_body
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.exports.exudyn_files import write_exudyn
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows import describe_file
 from carrierflex.workflows.describe_file import main
 from carrierflex.workflows.shell.commands import COMMANDS, command_in
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
+from tests.reduction.imports.sid_sample import sample
+from tests.reduction.small_bar import bar
 from tests.simulation.rexs.public_sample import public_stage
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -137,3 +141,16 @@ def test_a_damaged_or_foreign_file_is_refused_by_its_name(tmp_path, name, conten
 def test_an_empty_folder_is_none_of_ours(tmp_path):
     with pytest.raises(ValueError, match=r"a folder with none of campaign\.toml"):
         main(tmp_path)
+
+
+def test_bodies_of_other_programs_are_told_by_mass_and_pilots(tmp_path):
+    reduction = craig_bampton(bar((1, 1, 1)), 1)
+    (tmp_path / "plate.SID_FEM").write_text(sample())
+    write_exudyn(bar((1, 1, 1)), reduction, tmp_path / "bar.hdf5")
+    for name, pilots in (("plate.SID_FEM", "1: node_1"), ("bar.hdf5", "2: bar_start, bar_end")):
+        told = main(tmp_path / name)
+        assert told.kind == "reduced body of another program"
+        assert told.figures["pilots"] == pilots
+        assert told.commands == (
+            f"carrierflex export {tmp_path / name} --format FORMAT --out FILE",
+        )

@@ -290,3 +290,41 @@ def test_groups_that_a_file_lost_are_named(reader, folder, read_here):
     bare = re.sub(r"\$PhysicalNames.*?\$EndPhysicalNames\n", "", lost, flags=re.S)
     (folder / "bare.msh").write_text(bare)
     assert len(read(folder / "bare.msh").blocks) == 2
+
+
+@pytest.mark.long
+def test_links_of_a_nastran_mesh_are_its_pilots(folder):
+    path = blocks("hexahedron", folder / "links.bdf")
+    mesh = read_solid_mesh(path)
+    x = mesh.points[:, 0]
+    start, end = (mesh.numbers[np.isclose(x, at)].tolist() for at in (x.min(), x.max()))
+    # Nine nodes of an end take a continuation line.
+    cards = (
+        f"GRID,9001,,{x.min()!r},.25,.25\nGRID,9002,,{x.max()!r},.25,.25\n"
+        f"RBE3,1,,9001,123456,1.0,123,{start[0]},{start[1]}\n"
+        f"+,{','.join(map(str, start[2:]))}\n"
+        f"RBE2,2,9002,123456,{','.join(map(str, end[:5]))}\n+,{','.join(map(str, end[5:]))}\n"
+    )
+    deck = path.read_text()
+    assert "ENDDATA" in deck
+    path.write_text(deck.replace("ENDDATA", cards + "ENDDATA"))
+    text = INTERFACES.format(
+        first="1", second="2", start=f"nodes = {start}", end=f"nodes = {end}"
+    ).replace('"end"\ntype = "distributing"', '"end"\ntype = "rigid"')
+    head, _, _ = text.partition("[[pilots]]")
+    (folder / "stated.toml").write_text(text)
+    (folder / "links.toml").write_text(head.replace("[materials", "links = true\n[materials", 1))
+    bodies = [
+        solid_body(path, read_interfaces(folder / f"{name}.toml")) for name in ("stated", "links")
+    ]
+    assert "replace links" in " ".join(bodies[0].warnings)
+    assert "replace links" not in " ".join(bodies[1].warnings)
+    stated, linked = (body.structure for body in bodies)
+    assert [pilot.name for pilot in linked.pilots] == ["rbe3_1", "rbe2_2"]
+    for first, second in zip(stated.pilots, linked.pilots, strict=True):
+        assert_allclose(second.point, first.point, atol=1e-9)
+        assert_allclose(second.G.toarray(), first.G.toarray(), atol=1e-9)
+    assert abs(linked.K - stated.K).max() < 1e-8 * abs(stated.K).max()
+    path.write_text(deck)
+    with pytest.raises(ValueError, match=r"links\.bdf: no RBE2 or RBE3; expected one at least"):
+        solid_body(path, read_interfaces(folder / "links.toml"))

@@ -15,6 +15,7 @@ from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.linearised import mounting_modes
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
+from tests.reduction.imports.sid_sample import sample
 
 SUFFIX = {
     "body": "h5",
@@ -180,6 +181,19 @@ def test_exudyns_file_comes_back_with_the_pilots_it_was_written_of(tmp_path, bod
         ValueError, match=r"exudyn needs the finite elements, which a\.hdf5 does not"
     ):
         export_body.main(tmp_path / "a.hdf5", format="exudyn", out=tmp_path / "b.hdf5", quiet=True)
+
+
+def test_a_public_body_of_one_pilot_becomes_a_body_file(tmp_path):
+    (tmp_path / "plate.SID_FEM").write_text(sample())
+    written = export_body.main(
+        tmp_path / "plate.SID_FEM", format="body", out=tmp_path / "plate.h5", quiet=True
+    )
+    assert max(c.difference for c in written.checks if c.difference is not None) < 1e-12
+    assert len(written.losses) == 2
+    grounding = next(c for c in written.checks if c.name.startswith("grounding"))
+    assert grounding.after == 0.0
+    # The frame's only pilot has no stiffness, and no warning of numpy says so.
+    check_certificate.main(tmp_path / "plate.h5")
 
 
 def test_what_is_not_read_back_says_so(tmp_path, body):

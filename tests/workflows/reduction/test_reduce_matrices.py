@@ -49,7 +49,7 @@ def files(tmp_path_factory, one_pin_mesh, pin_structure):
 MATERIAL = "[materials.STEEL]\nE = 2.1e11\nnu = 0.3\nrho = 7850.0\n"
 
 
-@pytest.mark.parametrize("suffix", [".cdb", ".cas", ".stl"])
+@pytest.mark.parametrize("suffix", [".db", ".cas", ".stl"])
 def test_a_mesh_of_a_kind_that_is_not_read_is_refused_by_its_suffix(suffix, tmp_path):
     (tmp_path / f"bar{suffix}").write_text("/PREP7\n")
     header = 'format = "carrierflex-interfaces"\nversion = 1\nname = "bar"\n'
