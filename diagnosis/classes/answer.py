@@ -202,7 +202,9 @@ def answer_of(
         share=at_most_one(shares.of(result)),
         share_ci95=shares.interval(result),
         learnable=at_most_one(learnable),
-        learnt_by=tuple(set(decision.best_pair) - set(decision.classes)) if pair_gains else (),
+        learnt_by=tuple(
+            name for name in decision.best_pair if pair_gains and name not in decision.classes
+        ),
         law_share=_law_share(scores, shares, laws),
         classes_of_law=_classes_of_law(table),
         note=note,
