@@ -44,18 +44,8 @@ def nearest_law(scores: ClassScores, shares: Shares, name: str, partners: Classe
     behind = shares.gain(with_class, result)
     error = limits.standard_errors * shares.gain_error(with_class, result)
     is_equal = behind <= max(limits.law_named, error) and _explains(shares, result)
-    is_equal = is_equal and not _is_small(scores, shares, name, partners)
     is_equal = is_equal and not _is_coupled(scores, shares, name, law_id, partners)
     return NearestLaw(law_id, columns, result, is_equal)
-
-
-def _is_small(scores: ClassScores, shares: Shares, class_id: str, partners: Classes) -> bool:
-    """Whether a class adds less to others than tells one law of it from another.
-
-    All laws are as near as the limits go to a class that adds no more than these.
-    """
-    added = shares.gain(scores.of((class_id, *partners)), scores.of(partners))
-    return bool(partners) and added < scores.constants.second_cause
 
 
 def _is_coupled(
@@ -212,7 +202,9 @@ def answer_of(
         share=at_most_one(shares.of(result)),
         share_ci95=shares.interval(result),
         learnable=at_most_one(learnable),
-        learnt_by=tuple(set(decision.best_pair) - set(decision.classes)) if pair_gains else (),
+        learnt_by=tuple(
+            name for name in decision.best_pair if pair_gains and name not in decision.classes
+        ),
         law_share=_law_share(scores, shares, laws),
         classes_of_law=_classes_of_law(table),
         note=note,

@@ -162,43 +162,20 @@ def _grown(
     """Set that further shapes do not clearly improve, one or several together.
 
     Of four causes of like size none takes half of what the first one leaves, all three together do.
-    Every one must gain what a second cause has to, or with the next one what two have to; the
-    answer is the last set that takes its part of what the answer before it leaves. The first pair
-    need not hold the best single class.
+    Every one must gain what a second cause has to; the answer is the last set that takes its part
+    of what the answer before it leaves. The first pair need not hold the best single class.
     """
     answer = grown = single
     larger = pair or enlarged(single)
     least = shares.constants.second_cause
     while larger is not None and not _fits_all(scores, shares, grown):
         if not shares.is_gain(scores.of(larger), scores.of(grown), least):
-            larger = _two_more(scores, shares, grown, larger, enlarged)
-        if larger is None:
             break
         grown = larger
         if shares.is_clear_gain(scores.of(grown), scores.of(answer), least):
             answer = grown
         larger = enlarged(grown)
     return answer
-
-
-def _two_more(
-    scores: ClassScores,
-    shares: Shares,
-    grown: Classes,
-    larger: Classes,
-    enlarged: Callable[[Classes], Classes | None],
-) -> Classes | None:
-    """Set with one shape beyond a larger one that is no gain, where both together are two gains.
-
-    What one cause gains scatters with what another one leaves: beside it, it stands clear.
-    """
-    both = enlarged(larger)
-    if both is None:
-        return None
-    least = shares.constants.second_cause
-    is_next = shares.is_gain(scores.of(both), scores.of(larger), least)
-    are_two = shares.is_gain(scores.of(both), scores.of(grown), 2.0 * least)
-    return both if is_next and are_two else None
 
 
 def _with_one_more(
@@ -293,23 +270,9 @@ def ties_of(
             # A simpler way leaves more than its shape does: what would be equal to it alone is not.
             best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, member)]
             pairs = [(result, scores.of(rival)), (best[1], best[0])]
-            if all(_is_tie(scores, shares, *pair) for pair in pairs):
+            if all(shares.are_equal(*pair) for pair in pairs):
                 ties.setdefault(tuple(sorted(map(shape_of, rival))), rival)
     return tuple(ties.values())
-
-
-def _is_tie(
-    scores: ClassScores, shares: Shares, result: HeldOutSquares, rival: HeldOutSquares
-) -> bool:
-    """Whether the records do not tell a result from a rival.
-
-    Folds of blocks of every condition lack the same and agree on anything.
-    """
-    table = scores.table
-    is_distinguished = table.has_whole_conditions and shares.folds_prefer(
-        result, rival, table.folds
-    )
-    return shares.are_equal(result, rival) and not is_distinguished
 
 
 def _in_best_way(

@@ -60,7 +60,6 @@ class GramTable:
     #: Groups of the coupled class in as few columns as the sum of its parts, by what they are: a
     #: power of the speed other than the first, times any function of the place
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    has_whole_conditions: bool = False  # Whether each fold is a condition of its own
     #: Quadratic penalty of the baseline's regressors by what is known of them beforehand; empty
     #: where nothing is, shape (n_base,)
     base_penalty: FloatArray = field(default_factory=lambda: np.empty(0))

@@ -4,10 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import t as student_t
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import HeldOutSquares
 from carrierflex.diagnosis.comparison.problem import FloatArray
 
@@ -105,24 +103,6 @@ class Shares:
         return ratio <= self.constants.most_equal_left and not self.is_beyond_scatter(
             self.gain(better, worse), better, worse
         )
-
-    def folds_prefer(self, better: HeldOutSquares, other: HeldOutSquares, folds: IntArray) -> bool:
-        """Whether the folds agree that a result leaves less than another, if only a little.
-
-        ``mean(d_f) > t_{0.975, F-1} s / sqrt(F)``, d_f the difference of what both leave in the
-        f-th of F folds, s its standard deviation. What the floor is not known to, and what both
-        lack alike, is in no difference; what one of them lacks is alike in all blocks of a
-        condition, so that these are one draw. A difference of less than the least that a result is
-        taken to leave is none.
-        """
-        differences = np.bincount(folds, weights=other.squares - better.squares)
-        n_folds = differences.size
-        if n_folds < 2:
-            return False
-        scatter = float(differences.std(ddof=1) / np.sqrt(n_folds))
-        least = float(student_t.ppf(_INTERVAL[1], n_folds - 1)) * scatter
-        is_seen = float(differences.sum()) > self.constants.least_left * float(self.floor.sum())
-        return is_seen and float(differences.mean()) > least
 
     def leaves_far_less(self, first: HeldOutSquares, second: HeldOutSquares) -> bool:
         """Whether a result leaves less than any that is equal to another, whatever the scatter."""

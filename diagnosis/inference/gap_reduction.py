@@ -200,7 +200,7 @@ def _extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fo
         return None
     sizes = {name: float(np.mean(np.asarray(gap)[condition == name])) for name in names}
     outside = condition == max(sizes, key=lambda name: sizes[name])
-    return Fold(f"condition {condition[outside][0]}", ~outside, np.zeros_like(outside), outside)
+    return Fold(~outside, np.zeros_like(outside), outside)
 
 
 def _validation(

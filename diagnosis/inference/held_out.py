@@ -27,7 +27,6 @@ _FOLD_STOP = StopRule(most_steps=4)
 class Fold:
     """One split of the segments."""
 
-    name: str  # What is left out, in words
     #: training, run_specific, held_out: segments that fit what runs share; segments of held-out
     #: runs that fit the parameters of those runs only; segments scored, shape (n_segments,)
     training: BoolArray
@@ -61,7 +60,7 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
             for parity in (0, 1) if runs_have_own else (None,):
                 scored = outside if parity is None else outside & (block % 2 == parity)
                 if scored.any():
-                    folds.append(Fold(f"condition {name}", ~outside, outside & ~scored, scored))
+                    folds.append(Fold(~outside, outside & ~scored, scored))
         return tuple(folds)
     groups = _BLOCK_GROUPS if len(names) == 1 else 2
     index = _numbers_in_condition(condition)
@@ -70,14 +69,7 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
         for k in range(groups):
             scored = (condition == name) & (index % groups == k)
             if scored.any():
-                folds.append(
-                    Fold(
-                        f"blocks {k + 1} of {groups} of {name}",
-                        ~scored,
-                        np.zeros_like(scored),
-                        scored,
-                    )
-                )
+                folds.append(Fold(~scored, np.zeros_like(scored), scored))
     return tuple(folds)
 
 

@@ -207,7 +207,6 @@ def carrier_class_table(
         base_penalty=penalty,
         folds=folds,
         scale=unit,
-        has_whole_conditions=has_conditions,
     )
     sizes = {
         name: sum(groups[group].columns.size for group in members)

@@ -1,7 +1,5 @@
 """Which shapes are named, in which way and with which ties, on sets whose remainders are known."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -106,40 +104,6 @@ def test_the_last_of_several_must_take_its_part_too():
     # All three take half of what the first leaves, the last one less than half of what two leave.
     causes = {"tilt": 60.0, "wear": 30.0, "play": 5.0, "rest": 12.0}
     assert decided(causes, shown(("tilt", "wear", "play"))).classes == ("tilt/one", "wear/one")
-
-
-def test_a_shape_that_scatters_with_what_another_leaves_is_named_beside_it():
-    # Play shows beside wear alone.
-    causes = {"tilt": 60.0, "wear": 12.0, "play": 16.0, "rest": 1.0}
-
-    def answer(scatter, names=("play", "tilt", "wear")):
-        classes = shown(names)
-        scores, shares = known_scores(causes, classes)
-        scores.known["play/one", "tilt/one"] = scores.known["tilt/one",]
-        two = ("tilt/one", "wear/one")
-        held = scores.known[two]
-        # The total stays; half of the blocks leave more, half less.
-        signs = np.where(np.arange(held.squares.size) % 2, 1.0, -1.0)
-        scores.known[two] = replace(held, squares=held.squares + scatter * signs)
-        return decide_by_shape(scores, shares, dict.fromkeys(classes, 1)).classes
-
-    assert answer(0.0) == ("play/one", "tilt/one", "wear/one")
-    gain, error = 12.0, np.sqrt(8)
-    assert answer(0.45 * gain / error) == ("play/one", "tilt/one", "wear/one")
-    # Beyond its scatter no more, but both together are; alone it is none.
-    assert answer(0.52 * gain / error) == ("play/one", "tilt/one", "wear/one")
-    assert answer(0.52 * gain / error, ("tilt", "wear")) == ("tilt/one",)
-    # The second one scatters too: nothing stands clear.
-    assert answer(0.7 * gain / error) == ("tilt/one",)
-
-
-def test_two_shapes_that_together_gain_less_than_two_causes_do_are_none():
-    causes = {"tilt": 100.0, "wear": 1.5, "play": 3.0}
-    scores, shares = known_scores(causes, shown(causes))
-    # Play shows beside wear alone: the second step is a gain, both together are no two.
-    scores.known["play/one", "tilt/one"] = scores.known["tilt/one",]
-    sizes = {f"{name}/one": 1 for name in causes}
-    assert decide_by_shape(scores, shares, sizes).classes == ("tilt/one",)
 
 
 def test_an_answer_has_six_classes_at_most():
@@ -269,20 +233,6 @@ def test_what_leaves_as_much_as_a_simple_way_but_more_than_its_shape_is_no_tie()
     classes["wear/all"] = {"tilt": 0.0}
     found = decided(causes, classes, sizes=sizes | {"wear/all": 6}, as_good=is_no_clear_gain)
     assert (found.classes, found.ties) == (("tilt/one",), (("wear/one",),))
-
-
-def test_a_rival_that_leaves_a_little_more_in_every_condition_is_no_tie():
-    causes = {"tilt": 50.0, "rest": 1.0}
-    classes = {"tilt/one": {"tilt": 0.0}, "wear/one": {"tilt": 1e-3}}
-    scores, shares = known_scores(causes, classes)
-    sizes = dict.fromkeys(classes, 1)
-    assert ties_of(scores, shares, ("tilt/one",), sizes) == (("wear/one",),)
-    conditions = replace(scores.table, has_whole_conditions=True)
-    assert ties_of(replace(scores, table=conditions), shares, ("tilt/one",), sizes) == ()
-    # The other way round the rival leaves less, and nothing tells them apart.
-    assert ties_of(replace(scores, table=conditions), shares, ("wear/one",), sizes) == (
-        ("tilt/one",),
-    )
 
 
 def test_of_several_classes_one_is_exchanged_in_a_tie():

@@ -107,30 +107,6 @@ def test_far_less_is_left_beyond_the_ratio_of_results_that_may_be_equal():
     assert not sure.leaves_far_less(leaving(0.5), leaving(0.9))
 
 
-def test_folds_that_agree_prefer_the_result_that_leaves_less_though_both_are_equal():
-    folds = np.repeat(np.arange(6), N_BLOCKS // 6)
-    more = held(3.0 + np.repeat([0.1, 0.3, 0.2, 0.1, 0.3, 0.2], N_BLOCKS // 6))
-    assert SHARES.are_equal(held(3.0), more)
-    assert SHARES.folds_prefer(held(3.0), more, folds)
-    assert not SHARES.folds_prefer(more, held(3.0), folds)
-    # The same in one fold alone: t is 1 of 2.57.
-    one = held(np.where(folds == 3, 4.2, 3.0))
-    assert not SHARES.folds_prefer(held(3.0), one, folds)
-    # Student's t of six folds is 2.57 standard errors, of two 12.7.
-    spread = np.resize([1.0, -1.0], 6) / np.sqrt(1.2)
-    for t, is_told in ((2.7, True), (2.45, False)):
-        of_six = held(3.0 + (t / np.sqrt(6.0) + spread)[folds] / 8.0)
-        assert SHARES.folds_prefer(held(3.0), of_six, folds) is is_told
-    two = folds // 3
-    for t, is_told in ((13.0, True), (12.0, False)):
-        of_two = held(3.0 + (t + np.array([1.0, -1.0]))[two] / 64.0)
-        assert SHARES.folds_prefer(held(3.0), of_two, two) is is_told
-    # Less than a result is taken to leave at least: no precision of any column.
-    assert not SHARES.folds_prefer(held(3.0), held(3.0 + 0.9 * LIMITS.least_left), folds)
-    assert SHARES.folds_prefer(held(3.0), held(3.0 + 1.1 * LIMITS.least_left), folds)
-    assert not SHARES.folds_prefer(held(3.0), more, np.zeros(N_BLOCKS, dtype=int))
-
-
 PAIRED = PairedShares(BEFORE, FLOOR, LIMITS)
 
 
