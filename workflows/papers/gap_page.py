@@ -119,8 +119,8 @@ def check_sentences(gap: PapersGap) -> list[str]:
         )
     else:
         lines.append(
-            "Laplace's approximation is not checked by nested sampling: dynesty is not installed "
-            "(pip install 'carrierflex[papers]')."
+            "Laplace's approximation is not checked by nested sampling: --no-check is given, or "
+            "dynesty is not installed (pip install 'carrierflex[papers]')."
         )
     return lines
 

@@ -36,6 +36,7 @@ Name = Literal[
     "sensitivities",
     "order-one",
     "table-5",
+    "papers-gap",
     "torsion",
     "gear-life",
     "linearised",
