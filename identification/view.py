@@ -267,7 +267,7 @@ def printed_tables_figure(facts: DerivedFacts) -> "Figure":
     _draw_intervals(tilt, facts.phi_PLC, 1e3)
     tilt.set(title=r"$\phi_{PLC}$", ylabel="mrad")
     loads = np.array([-200e3, 260e3])
-    at_rest, slope = (part.value for part in facts.saddle_line)
+    at_rest, slope = (coefficient.value for coefficient in facts.saddle_line)
     saddle.plot(
         loads / 1e3, (at_rest + slope * loads) * 1e3, color="#0072b2", label="line at full torque"
     )

@@ -329,13 +329,13 @@ class Law:
         for k, part in enumerate(self.parts, start=1):
             if part.type not in types:
                 expected = f"{' or '.join(types)}, of {self.effect_class}"
-                own = [f"key 'type' is '{part.type}'; expected {expected}"]
+                problems = [f"key 'type' is '{part.type}'; expected {expected}"]
             elif part.acts_on not in ACTS_ON[self.kind]:
                 expected = f"one of {', '.join(ACTS_ON[self.kind])} of kind {self.kind}"
-                own = [f"key 'acts_on' is '{part.acts_on}'; expected {expected}"]
+                problems = [f"key 'acts_on' is '{part.acts_on}'; expected {expected}"]
             else:
-                own = part.problems(self)
-            messages += [f"[[part]] {k}: {message}" for message in own]
+                problems = part.problems(self)
+            messages += [f"[[part]] {k}: {message}" for message in problems]
         return messages
 
     def _wrong_head(self) -> list[str]:

@@ -99,11 +99,11 @@ class Campaign:
     @property
     def input_units(self) -> dict[str, str]:
         """Units of all inputs, as declared or by the contract."""
-        return {**self.contract.inputs, **{own.name: own.unit for own in self.inputs}}
+        return {**self.contract.inputs, **{signal.name: signal.unit for signal in self.inputs}}
 
     def input_of(self, name: str) -> InputSignal:
         """What is declared of one input; its unit alone where nothing is."""
-        declared = {own.name: own for own in self.inputs}
+        declared = {signal.name: signal for signal in self.inputs}
         return declared.get(name) or InputSignal(name, self.contract.inputs[name])
 
     def within_use(self) -> "Campaign":

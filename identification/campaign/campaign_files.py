@@ -377,7 +377,7 @@ class KeptRuns:
         foreseen = max(self._n_bytes, size * self._expected if not self._runs else 0)
         if self._store is None and foreseen > self._in_memory and TemporaryStore.has_room(foreseen):
             self._store = TemporaryStore()
-            self._runs = [own.on_disk(self._store) for own in self._runs]
+            self._runs = [earlier.on_disk(self._store) for earlier in self._runs]
         self._runs.append(run.on_disk(self._store) if self._store else run)
 
 
@@ -401,7 +401,7 @@ def campaign_document(campaign: Campaign) -> dict[str, Any]:
     if campaign.recorded is not None:
         document["recorded"] = campaign.recorded
     if campaign.inputs:
-        document["inputs"] = [_signal_table(own) for own in campaign.inputs]
+        document["inputs"] = [_signal_table(signal) for signal in campaign.inputs]
     return {**document, "version": _version(document)}
 
 

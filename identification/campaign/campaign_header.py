@@ -101,7 +101,7 @@ def campaign_header(
 
     table = DOCUMENT_OF_KIND[kind_name]
     checked = checked_document(document, table, where, version=document["version"])
-    names = [own.name for own in checked.inputs]
+    names = [signal.name for signal in checked.inputs]
     kind = campaign_kind(checked.kind, document["rig"], [*names, *measured])
     channels, among_channels = channels_of(checked.channels, kind)
     inputs = (*inputs_of(checked.inputs, kind), *among_channels)

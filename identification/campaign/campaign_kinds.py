@@ -53,7 +53,7 @@ class CampaignKind:
 
 def _published(kind: str) -> dict[str, tuple[str, ...]]:
     """Published names of the parameters of every effect."""
-    return {name: tuple(own) for name, own in _NAMES[kind]["parameters"].items()}
+    return {name: tuple(names) for name, names in _NAMES[kind]["parameters"].items()}
 
 
 def _partners(kind: str) -> dict[tuple[str, str], str]:
@@ -92,8 +92,8 @@ def _carrier(facts: Mapping[str, Any]) -> CampaignKind:
     """Contract of a carrier: parameters of its own number of planets, inputs of its rig."""
     kind, n_planets = CARRIER, facts.get("n_planets")
     if isinstance(n_planets, int) and FEWEST_PLANETS <= n_planets <= MOST_PLANETS:
-        own = _NAMES["carrier"]["of_planets"].get(str(n_planets), {})
-        others = {name: tuple(names) for name, names in own.items()}
+        of_number = _NAMES["carrier"]["of_planets"].get(str(n_planets), {})
+        others = {name: tuple(names) for name, names in of_number.items()}
         kind = replace(kind, parameters={**kind.parameters, **others})
     if facts.get("radial_load") is not None:
         # A rig without radial load has no columns of it.

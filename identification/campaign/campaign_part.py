@@ -52,15 +52,15 @@ def campaign_part(
     records = tuple(run for run in campaign.runs if not runs or run.name in runs)
     if len(kept) < len(campaign.channels):
         records = tuple(run.of_channels(names) for run in records)
-    own = campaign.baseline
-    contained = own.effects if baseline is None else tuple(baseline)
-    ruled_out = {*own.impossible, *(name for name in known if effects and name not in effects)}
+    declared = campaign.baseline
+    contained = declared.effects if baseline is None else tuple(baseline)
+    ruled_out = {*declared.impossible, *(name for name in known if effects and name not in effects)}
     impossible = tuple(name for name in known if name in ruled_out and name not in contained)
     return replace(
         campaign,
         channels=tuple(kept),
         runs=records,
-        baseline=replace(own, effects=contained, impossible=impossible),
+        baseline=replace(declared, effects=contained, impossible=impossible),
     )
 
 

@@ -216,15 +216,15 @@ def _fixed_conflicts(name: str, baseline: Baseline, kind: CampaignKind) -> Itera
 def input_conflicts(inputs: Iterable[InputSignal], kind: CampaignKind) -> Iterator[str]:
     """One text for every input that the kind does not have, stands twice or has a wrong unit."""
     inputs = tuple(inputs)
-    yield from repeated_names([own.name for own in inputs], "[[inputs]] name")
-    for own in inputs:
-        if own.name not in kind.inputs:
+    yield from repeated_names([signal.name for signal in inputs], "[[inputs]] name")
+    for signal in inputs:
+        if signal.name not in kind.inputs:
             known = ", ".join(kind.inputs) or "none: this drive has no input"
-            yield f"[[inputs]]: key 'name' is '{own.name}'; expected one of {known}"
+            yield f"[[inputs]]: key 'name' is '{signal.name}'; expected one of {known}"
             continue
-        expected = kind.inputs[own.name]
-        if not _is_unit(own.unit, expected, kind):
-            yield f"[[inputs]] {own.name}: key 'unit' is '{own.unit}'; expected '{expected}'"
+        expected = kind.inputs[signal.name]
+        if not _is_unit(signal.unit, expected, kind):
+            yield f"[[inputs]] {signal.name}: key 'unit' is '{signal.unit}'; expected '{expected}'"
 
 
 def _is_unit(unit: str, expected: str, kind: CampaignKind) -> bool:

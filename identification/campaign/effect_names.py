@@ -50,7 +50,11 @@ def effect_names_text() -> str:
 
 def _names(effects: _Effects) -> dict[str, Any]:
     angles = {
-        name: {own.pair.size: own.pair.angle for own in effect.parameters if own.pair is not None}
+        name: {
+            parameter.pair.size: parameter.pair.angle
+            for parameter in effect.parameters
+            if parameter.pair is not None
+        }
         for name, effect in effects.items()
     }
     return {
@@ -75,4 +79,4 @@ def _published(effects: _Effects) -> dict[str, list[str]]:
 
 def _other_parameters(effects: Mapping[str, Effect]) -> dict[str, list[str]]:
     default = _published(CARRIER_EFFECTS)
-    return {name: own for name, own in _published(effects).items() if own != default[name]}
+    return {name: names for name, names in _published(effects).items() if names != default[name]}

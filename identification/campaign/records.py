@@ -162,7 +162,7 @@ def _chosen(
     if isinstance(columns, StoredColumns):
         places = {name: place for name, place in columns.places.items() if name in names}
         return replace(columns, places=places)
-    return {name: own for name, own in columns.items() if name in names}
+    return {name: values for name, values in columns.items() if name in names}
 
 
 def _first_wrong(

@@ -135,12 +135,12 @@ def _stuck(signal: _Signal) -> Iterator[CampaignWarning]:
     long = [(a, b) for a, b in all_stretches if b - a >= length]
     if long:
         a, b = max(long, key=lambda stretch: stretch[1] - stretch[0])
-        part = (b - a) / values.size
+        share = (b - a) / values.size
         yield signal.warning(
             "stuck",
             a,
             float(b - a),
-            f"{b - a + 1} samples in a row ({part:.1%} of the record) hold {values[a]:.4g} "
+            f"{b - a + 1} samples in a row ({share:.1%} of the record) hold {values[a]:.4g} "
             f"{signal.channel.unit} while the inputs change",
             "the sensor or the logger stood still: leave the stretch empty (missing samples)",
         )

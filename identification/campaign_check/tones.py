@@ -57,8 +57,8 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
             width = 2.0 / float(run.time[-1] - run.time[0])
             alike = {
                 other.name
-                for other, own in tones
-                if abs(own.frequency_hz - tone.frequency_hz)
+                for other, candidate in tones
+                if abs(candidate.frequency_hz - tone.frequency_hz)
                 < max(width, 2.0 / float(other.time[-1] - other.time[0]))
             }
             if len(alike) > 0.6 * len(runs):

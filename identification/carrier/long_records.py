@@ -172,14 +172,14 @@ class _Groups:
 
     def _pair(self) -> None:
         """Put neighbouring groups together; the upper half of the places becomes free."""
-        for part in (
+        for sums in (
             self.sums.matrix,
             self.sums.right_side,
             self.sums.square_sum,
             self.sums.n_samples,
         ):
-            part[: LARGEST_GROUPS // 2] = part[0::2] + part[1::2]
-            part[LARGEST_GROUPS // 2 :] = 0
+            sums[: LARGEST_GROUPS // 2] = sums[0::2] + sums[1::2]
+            sums[LARGEST_GROUPS // 2 :] = 0
         self._length *= 2
 
 

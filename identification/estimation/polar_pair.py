@@ -31,7 +31,7 @@ def polar_values(components: Array, covariance: Array) -> tuple[Array, Array]:
     derivatives : ndarray, shape (2, 2)
         J; for a vector of nothing those at a vector of a millionth of its error, along a.
     """
-    a, b = (float(part) for part in components)
+    a, b = (float(component) for component in components)
     values = np.array([np.hypot(a, b), np.arctan2(b, a)])
     variance = max(float(np.nan_to_num(np.trace(covariance))), 0.0)
     smallest = max(_SMALLEST_SHARE * float(np.sqrt(variance)), _SMALLEST)

@@ -41,7 +41,7 @@ class ClockShift:
 def clock_shift(
     time: FloatArray,
     measured: Sequence[FloatArray],
-    own_time: FloatArray,
+    predicted_time: FloatArray,
     predicted: Sequence[FloatArray],
 ) -> ClockShift:
     """Shift at which predictions and channels go together best.
@@ -52,7 +52,7 @@ def clock_shift(
         Time of the measurement [s].
     measured : sequence of ndarray, shape (n,)
         Channels, missing samples NaN.
-    own_time : ndarray, shape (m,)
+    predicted_time : ndarray, shape (m,)
         Time of the simulator [s].
     predicted : sequence of ndarray, shape (m,)
         Its prediction of each channel.
@@ -63,13 +63,16 @@ def clock_shift(
         Where nothing moves, or the records are too short.
     """
     step = even_step(time)
-    clock = np.arange(own_time[0], own_time[-1], step)
+    clock = np.arange(predicted_time[0], predicted_time[-1], step)
     even = np.arange(time[0], time[-1] + 0.5 * step, step)
     if min(clock.size, even.size) < 10:
         raise ValueError("prediction and measurement have less than ten samples in common")
     pairs = [
-        (np.interp(even, time, values, left=np.nan, right=np.nan), on_clock(own, own_time, clock))
-        for values, own in zip(measured, predicted, strict=True)
+        (
+            np.interp(even, time, values, left=np.nan, right=np.nan),
+            on_clock(prediction, predicted_time, clock),
+        )
+        for values, prediction in zip(measured, predicted, strict=True)
     ]
     lags, correlation = _correlation(pairs)
     best = int(np.argmax(correlation))
@@ -85,7 +88,7 @@ def clock_shift(
     near = 1 + min(peaks.tolist(), key=lambda k: abs(zero + lags[k + 1] * step), default=best - 1)
     others = tuple(zero + float(lags[k + 1]) * step for k in peaks.tolist() if k + 1 != near)
     first = zero + float(lags[near]) * step
-    seconds, std = _refined(time, measured, own_time, predicted, first)
+    seconds, std = _refined(time, measured, predicted_time, predicted, first)
     return ClockShift(seconds, std, float(correlation[near]), others)
 
 
@@ -118,7 +121,7 @@ def _correlation(
 def _refined(
     time: FloatArray,
     measured: Sequence[FloatArray],
-    own_time: FloatArray,
+    predicted_time: FloatArray,
     predicted: Sequence[FloatArray],
     first: float,
 ) -> tuple[float, float]:
@@ -131,8 +134,8 @@ def _refined(
     step = even_step(time)
     for _ in range(_REFINEMENTS):
         slopes, rests = [], []
-        for values, own in zip(measured, predicted, strict=True):
-            at = on_clock(own, own_time + shift, time)
+        for values, prediction in zip(measured, predicted, strict=True):
+            at = on_clock(prediction, predicted_time + shift, time)
             slope = np.gradient(at, time)
             known = np.isfinite(values) & np.isfinite(at) & np.isfinite(slope)
             columns = np.column_stack([np.ones(int(known.sum())), at[known], slope[known]])

@@ -88,8 +88,8 @@ def _parsed(texts: Sequence[str], format_: str) -> FloatArray | None:
     if "%S" in format_:
         pattern = r"(:\d{2})[.,](\d+)"
         series = pd.Series(texts, dtype="str")
-        parts = series.str.extract(pattern)[1]
-        fraction = "0." + parts.fillna("0")
+        digits = series.str.extract(pattern)[1]
+        fraction = "0." + digits.fillna("0")
         texts = series.str.replace(pattern, r"\1", regex=True).str.removesuffix("Z").tolist()
     try:
         dates = pd.to_datetime(pd.Series(texts), format=whole)

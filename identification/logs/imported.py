@@ -114,8 +114,8 @@ def imported_campaign(
             logged.append(_logged_run(entry, document, kind, by_name))
     refuse(problems.messages)
     channels, inputs = _declared(document, kind)
-    runs = [own.run for own in logged]
-    notes = [note for own in logged for note in own.notes]
+    runs = [one.run for one in logged]
+    notes = [note for one in logged for note in one.notes]
     if not kind.inputs and not simulated:
         cut = [cut_at_releases(run) if not run.use else (run,) for run in runs]
         notes += [
@@ -144,7 +144,7 @@ def imported_campaign(
     )
     return Imported(
         campaign,
-        tuple(count for own in logged for count in own.counts),
+        tuple(count for one in logged for count in one.counts),
         shifts,
         {path.name: _digest(path) for path in (*files, *simulated)},
         tuple(notes),
@@ -190,12 +190,12 @@ def _declared(
             channel = replace(channel, radius=document.rig.sensor_radius)
         channels.append(_in_unit(channel, unit, abs(factor * row.factor)))
     inputs = []
-    for own in document.inputs:
-        if own.name == "carrier_angle":
-            inputs.append(_in_unit(input_of(own), kind.inputs[own.name], 1.0))
+    for declared in document.inputs:
+        if declared.name == "carrier_angle":
+            inputs.append(_in_unit(input_of(declared), kind.inputs[declared.name], 1.0))
             continue
-        factor, unit = contract_unit(own.unit, kind.inputs[own.name], own.name, kind)
-        inputs.append(_in_unit(input_of(own), unit, abs(factor * own.factor)))
+        factor, unit = contract_unit(declared.unit, kind.inputs[declared.name], declared.name, kind)
+        inputs.append(_in_unit(input_of(declared), unit, abs(factor * declared.factor)))
     return tuple(channels), tuple(inputs)
 
 
@@ -303,14 +303,19 @@ def _logged_run(
     timed = _timed_tables(tables, entry, document)
     signals, counts = _signals(tables, timed, entry, document, kind)
     counts += [
-        Count(entry.name, own.table.file, "missing rows", own.time.size - own.rows.size)
-        for own in timed
-        if own.time.size > own.rows.size
+        Count(entry.name, clocked.table.file, "missing rows", clocked.time.size - clocked.rows.size)
+        for clocked in timed
+        if clocked.time.size > clocked.rows.size
     ]
     counts += [
-        Count(entry.name, own.table.file, "rows out of order", own.table.n_rows - own.rows.size)
-        for own in timed
-        if own.table.n_rows > own.rows.size
+        Count(
+            entry.name,
+            clocked.table.file,
+            "rows out of order",
+            clocked.table.n_rows - clocked.rows.size,
+        )
+        for clocked in timed
+        if clocked.table.n_rows > clocked.rows.size
     ]
     time, columns = _on_one_clock(signals, document)
     inputs = {name: columns[name] for name in kind.inputs}
@@ -370,33 +375,35 @@ def _signals(
     problems = Problems()
     signals: dict[str, tuple[_FloatArray, _FloatArray]] = {}
     counts: list[Count] = []
-    by_table = {id(own.table): own for own in timed}
+    by_table = {id(clocked.table): clocked for clocked in timed}
     for row in document.inputs:
         with problems.at(f"[[inputs]] {row.name}"):
-            own = by_table[id(table_with(tables, row.column))]
-            values = own.table.columns[row.column][own.rows]
-            values = input_values(row, values, own.instants[own.rows], kind)
-            signals[row.name] = own.time, own.spread(values)
+            clocked = by_table[id(table_with(tables, row.column))]
+            values = clocked.table.columns[row.column][clocked.rows]
+            values = input_values(row, values, clocked.instants[clocked.rows], kind)
+            signals[row.name] = clocked.time, clocked.spread(values)
     for channel in document.channels:
         with problems.at(f"[[channels]] {channel.name}"):
-            own = by_table[id(table_with(tables, channel.column))]
+            clocked = by_table[id(table_with(tables, channel.column))]
             expected = kind.quantities.get(channel.quantity, "m")
             factor, _ = contract_unit(channel.unit, expected, channel.quantity, kind)
             inputs = [signals[row.name] for row in document.inputs if row.name in signals]
-            moves = _moves(inputs, own)
+            moves = _moves(inputs, clocked)
             values, found = channel_values(
-                own.table.columns[channel.column][own.rows], moves, (entry.name, channel.name)
+                clocked.table.columns[channel.column][clocked.rows],
+                moves,
+                (entry.name, channel.name),
             )
             counts += found
             values = (channel.factor * values + channel.offset) * factor
-            signals[channel.name] = own.time, own.spread(values)
+            signals[channel.name] = clocked.time, clocked.spread(values)
     refuse(problems.messages)
     return signals, counts
 
 
-def _moves(inputs: Sequence[tuple[_FloatArray, _FloatArray]], own: _Timed) -> NDArray[np.bool_]:
+def _moves(inputs: Sequence[tuple[_FloatArray, _FloatArray]], clocked: _Timed) -> NDArray[np.bool_]:
     """Rows of a table in which an input changes; all where there is none."""
-    at = own.time[own.places]
+    at = clocked.time[clocked.places]
     changes = np.full(at.size, not inputs)
     for time, values in inputs:
         present = np.isfinite(values)

@@ -136,11 +136,11 @@ def _text_of(value: Any) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _named(path: Path, parts: Iterable[NamedColumn]) -> list[NamedColumn]:
-    """Vectors of all parts; a matrix gives one for each of its columns."""
+def _named(path: Path, vectors: Iterable[NamedColumn]) -> list[NamedColumn]:
+    """Columns of all vectors; a matrix gives one for each of its columns."""
     columns: list[NamedColumn] = []
     total = 0
-    for name, values, unit in parts:
+    for name, values, unit in vectors:
         total += values.size
         if total > MOST_NUMBERS or len(columns) > _MOST_PARTS:
             raise ValueError(f"{path}: more than {MOST_NUMBERS} numbers; expected less")

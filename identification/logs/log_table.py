@@ -55,14 +55,14 @@ class LogTable:
     def n_rows(self) -> int:
         """Number of samples."""
         sizes = [
-            *(len(own) for own in self.texts.values()),
+            *(len(cells) for cells in self.texts.values()),
             *(c.size for c in self.columns.values()),
         ]
         return sizes[0] if sizes else 0
 
 
 def table_of_columns(
-    path: Path, parts: Sequence[NamedColumn], *, step: float | None = None, start: float = 0.0
+    path: Path, columns: Sequence[NamedColumn], *, step: float | None = None, start: float = 0.0
 ) -> LogTable:
     """Table of columns; of a name with a path, the last member where it occurs once.
 
@@ -70,16 +70,16 @@ def table_of_columns(
     ----------
     path : Path
         File.
-    parts : sequence of (name, ndarray, unit)
+    columns : sequence of (name, ndarray, unit)
         Columns of one length.
     step, start : float, optional
         Clock of the file [s], as of :class:`LogTable`.
     """
-    short = _short_names([name for name, _, _ in parts])
+    short = _short_names([name for name, _, _ in columns])
     return LogTable(
         path.name,
-        {short[name]: np.asarray(values, dtype=np.float64) for name, values, _ in parts},
-        {short[name]: unit for name, _, unit in parts if unit},
+        {short[name]: np.asarray(values, dtype=np.float64) for name, values, _ in columns},
+        {short[name]: unit for name, _, unit in columns if unit},
         step=step,
         start=start,
     )

@@ -110,11 +110,11 @@ def contract_unit(unit: str, expected: str, quantity: str, kind: CampaignKind) -
     """
     dimension = dimension_of(unit)
     wanted = dimension_of(expected)
-    mechanical = [dimension_of(own) for own in _MECHANICAL]
+    mechanical = [dimension_of(known) for known in _MECHANICAL]
     if kind.any_unit and dimension and dimension not in mechanical and dimension != wanted:
         # A voltage analogue keeps its unit.
         return 1.0, unit
-    integrals = {dimension_of(own): what for own, what in _INTEGRALS.items()}
+    integrals = {dimension_of(known): what for known, what in _INTEGRALS.items()}
     if expected == "m" and (dimension in integrals or quantity in ("velocity", "acceleration")):
         what = integrals.get(dimension, f"a {quantity}")
         raise ValueError(

@@ -144,8 +144,8 @@ def factor_to(unit: str, expected: str) -> float:
         return 1.0
     if expected in ("rad", "rad/s") and unit.strip().lower() in _PER_SECOND:
         raise ValueError(f"unit '{unit}' may be turns or radians; expected rpm or rad/s")
-    own = _unit(unit)
-    if own is None:
+    parsed = _unit(unit)
+    if parsed is None:
         raise ValueError(f"unit '{unit}' is not known; expected one of the kind of {expected}")
     wanted = dimension_of(expected)
     if dimension_of(unit) != wanted:
@@ -155,7 +155,7 @@ def factor_to(unit: str, expected: str) -> float:
     import pint
 
     try:
-        quantity = _registry().Quantity(1.0, own).to(_spelling(expected))
+        quantity = _registry().Quantity(1.0, parsed).to(_spelling(expected))
     except pint.PintError as error:
         raise ValueError(f"unit '{unit}': {error}; expected one of {expected}") from error
     # Prefixes are products of rounded numbers: 1e-6 is to be 1e-6.

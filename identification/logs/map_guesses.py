@@ -165,11 +165,11 @@ def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[st
         groups.setdefault(names, []).append(path.name)
     if len({len(group) for group in groups.values()}) > 1:
         return [("run1", tuple(path.name for path in logs))]
-    parts = list(zip(*groups.values(), strict=True))
-    stems = [_stem(part[0]) for part in parts]
+    runs = list(zip(*groups.values(), strict=True))
+    stems = [_stem(files[0]) for files in runs]
     if len(set(stems)) < len(stems):
-        stems = [f"run{number}" for number in range(1, len(parts) + 1)]
-    return [(stem, tuple(part)) for stem, part in zip(stems, parts, strict=True)]
+        stems = [f"run{number}" for number in range(1, len(runs) + 1)]
+    return [(stem, tuple(files)) for stem, files in zip(stems, runs, strict=True)]
 
 
 def _stem(name: str) -> str:

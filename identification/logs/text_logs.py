@@ -108,8 +108,8 @@ def _names_and_units(lines: list[str], dialect: Dialect) -> tuple[list[str], dic
     names += [""] * (width - len(names))
     different: list[str] = []
     for number, name in enumerate(names):
-        own = " ".join(name.split()) or f"column {number + 1}"
-        different.append(own if own not in different else f"{own} ({number + 1})")
+        title = " ".join(name.split()) or f"column {number + 1}"
+        different.append(title if title not in different else f"{title} ({number + 1})")
     if dialect.units is None:
         return different, {}
     units = cells_of(lines[dialect.units].lstrip("#% "), dialect.separator)

@@ -488,8 +488,8 @@ def _guesses(
 def _thinned(residuals: MountingResiduals) -> MountingResiduals:
     """Residuals of every n-th sample; the loads stay linear between the samples that are left."""
     inputs, signals = [], []
-    for own, measured in zip(residuals.inputs, residuals.signals, strict=True):
-        every = slice(None, None, max(1, own.time.size // _SEARCH_SAMPLES))
-        inputs.append(type(own)(*(column[every] for column in own.columns().values())))
+    for of_run, measured in zip(residuals.inputs, residuals.signals, strict=True):
+        every = slice(None, None, max(1, of_run.time.size // _SEARCH_SAMPLES))
+        inputs.append(type(of_run)(*(column[every] for column in of_run.columns().values())))
         signals.append(measured[every])
     return replace(residuals, inputs=tuple(inputs), signals=tuple(signals))

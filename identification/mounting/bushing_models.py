@@ -69,8 +69,8 @@ class BushingModel:
         """Unknowns with physical bounds, scaled by the rig's nominal stiffness."""
         free = (_free(name, self.unit(name), rig.bushing_radial_stiffness) for name in self.names)
         return tuple(
-            _within_simulator(one, own)
-            for one, own in zip(free, self.simulated.values(), strict=True)
+            _within_simulator(one, simulated_name)
+            for one, simulated_name in zip(free, self.simulated.values(), strict=True)
         )
 
     def with_axial(self, names: Iterable[str]) -> "BushingModel":
@@ -103,7 +103,7 @@ class BushingModel:
 
     def values_of(self, simulated: Mapping[str, float]) -> dict[str, float]:
         """Published values from the simulator's parameter set; only those that it holds."""
-        return {name: simulated[own] for name, own in self.simulated.items() if own in simulated}
+        return {name: simulated[key] for name, key in self.simulated.items() if key in simulated}
 
 
 LINEAR = BushingModel("linear_bushing", {**_LINEAR, "P_T": "P_T"})
@@ -145,21 +145,21 @@ class MountingResiduals:
         """Residuals, shape (n_residuals,); missing samples are zero."""
         parameters = parameter_array(self.rig, self.model.simulator_values(values))
         places = [SENSORS.index(sensor) for sensor in self.sensors]
-        parts = []
+        gaps = []
         for inputs, measured in zip(self.inputs, self.signals, strict=True):
             gap = (
                 measured - simulate(self.rig, parameters, inputs).signals[:, places]
             ) @ self.weight.T
-            parts.append(np.nan_to_num(gap, nan=0.0).ravel())
-        return np.concatenate(parts)
+            gaps.append(np.nan_to_num(gap, nan=0.0).ravel())
+        return np.concatenate(gaps)
 
     def blocks(self, seconds: float) -> NDArray[np.int64]:
         """Number of the time block of every residual; blocks of different runs differ."""
         numbers, first = [], 0
         for inputs in self.inputs:
-            own = ((inputs.time - inputs.time[0]) // seconds).astype(np.int64)
-            numbers.append(np.repeat(first + own, len(self.weight)))
-            first += int(own[-1]) + 1
+            blocks = ((inputs.time - inputs.time[0]) // seconds).astype(np.int64)
+            numbers.append(np.repeat(first + blocks, len(self.weight)))
+            first += int(blocks[-1]) + 1
         return np.concatenate(numbers)
 
     def counted(self) -> Array:

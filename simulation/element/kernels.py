@@ -348,21 +348,21 @@ def driven_motion(
                     q, v, branch, slider, drive, left, sign, p, law_1, law_2, p_1, p_2
                 )
                 reverses = sign != 0.0 and v1 * sign < 0.0
-                part = v / (v - v1) if reverses and v != 0.0 else 1.0
-                if part < 1.0:
-                    _drive_of_step(force, j, place, part * left / h, drive)
+                share = v / (v - v1) if reverses and v != 0.0 else 1.0
+                if share < 1.0:
+                    _drive_of_step(force, j, place, share * left / h, drive)
                     q1, v1, b1 = _runge_kutta(
-                        q, v, branch, slider, drive, part * left, sign, p, law_1, law_2, p_1, p_2
+                        q, v, branch, slider, drive, share * left, sign, p, law_1, law_2, p_1, p_2
                     )
                 v1 = 0.0 if reverses else v1
                 slider = min(max(slider + p[SLOT.Kp] * (q1 - q), -p[SLOT.Fy]), p[SLOT.Fy])
                 if p.size > N_SLOTS:
-                    remember(q1 - q, part * left, p, N_SLOTS)
+                    remember(q1 - q, share * left, p, N_SLOTS)
                 q = q1
                 v = v1
                 branch = b1
-                place += part * left / h
-                left *= 1.0 - part
+                place += share * left / h
+                left *= 1.0 - share
                 if left <= 1e-9 * h:
                     break
     return deflection, speed

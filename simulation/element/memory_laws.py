@@ -140,12 +140,12 @@ def joined_parts(parts: Sequence[tuple[MemoryParts, float]]) -> MemoryParts:
     """
     if not parts:
         return NO_PARTS
-    levels = [(own.levels, size) for own, size in parts if own.levels.size]
+    levels = [(law.levels, size) for law, size in parts if law.levels.size]
     return MemoryParts(
-        np.concatenate([_times(own.stops, size, slice(FIRST_FORCE, None)) for own, size in parts]),
-        np.concatenate([_times(own.branches, size, STIFFNESS) for own, size in parts]),
+        np.concatenate([_times(law.stops, size, slice(FIRST_FORCE, None)) for law, size in parts]),
+        np.concatenate([_times(law.branches, size, STIFFNESS) for law, size in parts]),
         _joined_levels(levels),
-        np.concatenate([_times(own.loops, size, LOOP_FORCE) for own, size in parts]),
+        np.concatenate([_times(law.loops, size, LOOP_FORCE) for law, size in parts]),
     )
 
 
@@ -160,8 +160,8 @@ def _joined_levels(levels: Sequence[tuple[Array, float]]) -> Array:
     """Sum of tables of dry friction, each times a factor, at the nodes of all."""
     if not levels:
         return NO_PARTS.levels
-    nodes = np.unique(np.concatenate([own[:, NODE] for own, _ in levels]))
-    sums = [size * np.interp(nodes, own[:, NODE], own[:, LEVEL]) for own, size in levels]
+    nodes = np.unique(np.concatenate([table[:, NODE] for table, _ in levels]))
+    sums = [size * np.interp(nodes, table[:, NODE], table[:, LEVEL]) for table, size in levels]
     return np.column_stack([nodes, np.sum(sums, axis=0)])
 
 

@@ -161,10 +161,10 @@ class Block:
         """Stiffness at rest under `loads` [N/m, N m/rad]; nothing slips or relaxes."""
         _, _, _, Kp, Fy = self.law
         u = self.preload + self.rows @ self.static_solution(loads)[0]
-        own = np.eye(len(u)) * (Kp if Fy > 0.0 else 0.0)
+        at_rest = np.eye(len(u)) * (Kp if Fy > 0.0 else 0.0)
         if self.tables is not None:
-            own = own + np.diag(np.tile(springs_of(self.tables), len(u) // 2))
-        return self.K + self._of_elements(self._slopes_at_rest(u)[0] + own)
+            at_rest = at_rest + np.diag(np.tile(springs_of(self.tables), len(u) // 2))
+        return self.K + self._of_elements(self._slopes_at_rest(u)[0] + at_rest)
 
     def tangent_damping(self, loads: Array) -> Array:
         """Damping of small motions about the rest under `loads` [N s/m, N m s/rad]."""
@@ -183,8 +183,8 @@ class Block:
         if self.tables is not None:
             across = np.roll(u, len(u) // 2)
             pairs = enumerate(zip(u.tolist(), across.tolist(), strict=True))
-            own = [bushing_force(self.tables, e % 2, *pair, 0.0, 0.0) for e, pair in pairs]
-            force = force + np.array(own)
+            forces = [bushing_force(self.tables, e % 2, *pair, 0.0, 0.0) for e, pair in pairs]
+            force = force + np.array(forces)
         return force
 
     def _slopes_at_rest(self, u: Array) -> tuple[Array, Array]:

@@ -295,10 +295,10 @@ def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any, ta
             row = half * n_e + e
             u = block.preload[e] + block.probe[row]
             yields = not abs(before + Kp * (u - u_before)) < Fy
-            own = 0.0 if yields else Kp
-            slope, rate_slope = hardening_stiffness(u, K3, K5) + own, 0.0
+            friction_slope = 0.0 if yields else Kp
+            slope, rate_slope = hardening_stiffness(u, K3, K5) + friction_slope, 0.0
             # An elastic second half remembers the middle, unless the first half was elastic too.
-            over_middle = middle_slope - own if half == 1 and not yields else 0.0
+            over_middle = middle_slope - friction_slope if half == 1 and not yields else 0.0
             if C3 > 0.0:
                 slope += 2.0 * C3 * u * block.probe[size + row]
                 rate_slope = C3 * u * u
@@ -337,7 +337,7 @@ def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any, ta
             block.work[row, row] += 1.0
             before = block.friction[row]
             u_before = u
-            middle_slope = own
+            middle_slope = friction_slope
 
 
 @_inline

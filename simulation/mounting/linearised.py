@@ -334,10 +334,10 @@ def _state_matrix(blocks: tuple[Block, Block], spin: float) -> Array:
     The spin follows the tilted shaft, ``H = J Ω (1, theta_z, -theta_y)``: its rate adds ``J Ω
     θ̇_z`` to the inertia in pitch and ``-J Ω θ̇_y`` to that in yaw.
     """
-    parts = [block.state_matrices()[0] for block in blocks]
-    n = len(parts[0])
-    A = np.zeros((n + len(parts[1]), n + len(parts[1])))
-    A[:n, :n], A[n:, n:] = parts
+    matrices = [block.state_matrices()[0] for block in blocks]
+    n = len(matrices[0])
+    A = np.zeros((n + len(matrices[1]), n + len(matrices[1])))
+    A[:n, :n], A[n:, n:] = matrices
     pitch, yaw = blocks[0].names.index("theta_y"), blocks[1].names.index("theta_z")
     n_v, n_h = len(blocks[0].names), len(blocks[1].names)
     A[n_v : 2 * n_v, n + n_h + yaw] = -spin * np.linalg.inv(blocks[0].M)[:, pitch]

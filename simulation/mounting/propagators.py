@@ -64,12 +64,12 @@ def propagator(block: Block, step: float) -> Propagator:
     n_q = len(block.names)
     deflection = np.zeros((n_e, n))
     deflection[:, :n_q] = block.rows
-    parts = [deflection @ middle, deflection @ end]
+    readings = [deflection @ middle, deflection @ end]
     if block.needs_rates:
         rate = np.zeros((n_e, n))
         rate[:, n_q : 2 * n_q] = block.rows
-        parts += [rate @ middle, rate @ end]
-    probes = np.vstack(parts)
+        readings += [rate @ middle, rate @ end]
+    probes = np.vstack(readings)
     known = n + 6 + n_e
     return Propagator(
         end, np.ascontiguousarray(probes[:, :known]), np.ascontiguousarray(probes[:, known:])

@@ -256,8 +256,10 @@ def _parts_at_rest(block: Block) -> Array:
 
 def first_signals(model: MountingModel, state: MarchState) -> Array:
     """Signals of a state, shape (6,)."""
-    parts = [b.output @ x[: len(b.names)] for b, x in zip(model.blocks, state.states, strict=True)]
-    return np.asarray(np.sum(parts, axis=0))
+    outputs = [
+        b.output @ x[: len(b.names)] for b, x in zip(model.blocks, state.states, strict=True)
+    ]
+    return np.asarray(np.sum(outputs, axis=0))
 
 
 def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Array, MarchState]:

@@ -78,9 +78,9 @@ class SizedCause:
 
     def nodes(self, stage: PredictedStage) -> list[float]:
         """Sizes with the stage's own among them, ascending."""
-        own = self.value(stage)
-        factor = own if self.is_factor else 1.0
-        return sorted({own, *(factor * size for size in self.sizes)})
+        nominal = self.value(stage)
+        factor = nominal if self.is_factor else 1.0
+        return sorted({nominal, *(factor * size for size in self.sizes)})
 
     def changed(self, stage: PredictedStage, size: float) -> PredictedStage:
         """Stage with the quantity at a size."""
@@ -332,12 +332,12 @@ def _sizes(
 ) -> _Sizes | None:
     """The sizes of a cause that were solved, and the case's own; None where none was."""
     cause = SIZED_CAUSES[name]
-    own = cause.value(stage)
-    others = [size for size in cause.nodes(stage) if size != own]
+    nominal = cause.value(stage)
+    others = [size for size in cause.nodes(stage) if size != nominal]
     added = {size: one for size, one in zip(others, differences, strict=True) if one is not None}
     if not added:
         return None
-    added[own] = next(iter(added.values())) * 0.0
+    added[nominal] = next(iter(added.values())) * 0.0
     nodes = sorted(added)
     return _Sizes(np.array(nodes), tuple(added[size] for size in nodes))
 

@@ -71,7 +71,7 @@ class CoordinateLayout:
         return arm - float(pilots["main_bearing_seat"][0] - pilots[self.hub][0])
 
     @property
-    def parts(self) -> dict[str, RigidPart]:
+    def rigid_bodies(self) -> dict[str, RigidPart]:
         """Rigid parts by name in the order of their coordinates."""
         planets = {f"planet_{i}": self.data.planet for i in range(1, self.n_planets + 1)}
         return {
@@ -85,33 +85,35 @@ class CoordinateLayout:
     def rows(self) -> dict[str, NDArray[np.int64]]:
         """Rows of every rigid part (6) and shaft of the parallel stages (1)."""
         start = self.body.model.n_coordinates
-        rows = {name: start + 6 * i + np.arange(6) for i, name in enumerate(self.parts)}
+        rows = {name: start + 6 * i + np.arange(6) for i, name in enumerate(self.rigid_bodies)}
         start += 6 * len(rows)
         return rows | {name: np.array([start + i]) for i, name in enumerate(SHAFTS)}
 
     @property
     def n(self) -> int:
         """Number of coordinates."""
-        return self.body.model.n_coordinates + 6 * len(self.parts) + len(SHAFTS)
+        return self.body.model.n_coordinates + 6 * len(self.rigid_bodies) + len(SHAFTS)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Every coordinate in words."""
-        parts = [f"{part} {coordinate}" for part in self.parts for coordinate in _PART_COORDINATES]
-        return (*self.body.model.labels, *parts, *(f"{shaft} Rx [rad]" for shaft in SHAFTS))
+        labels = [
+            f"{name} {coordinate}" for name in self.rigid_bodies for coordinate in _PART_COORDINATES
+        ]
+        return (*self.body.model.labels, *labels, *(f"{shaft} Rx [rad]" for shaft in SHAFTS))
 
-    def centre(self, part: str) -> NDArray[np.float64]:
+    def centre(self, name: str) -> NDArray[np.float64]:
         """Centre of a rigid part in the carrier frame [m]."""
-        point = np.array([self.parts[part].x, 0.0, 0.0])
-        if part.startswith("planet"):
-            angle = float(pin_angles(self.n_planets)[int(part[-1]) - 1])
+        point = np.array([self.rigid_bodies[name].x, 0.0, 0.0])
+        if name.startswith("planet"):
+            angle = float(pin_angles(self.n_planets)[int(name[-1]) - 1])
             point[1:] = self.data.gear.centre_distance * np.array([-np.sin(angle), np.cos(angle)])
         return point
 
-    def part_motion(self, part: str, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    def part_motion(self, name: str, point: NDArray[np.float64]) -> NDArray[np.float64]:
         """Rows (6, n): displacement and rotation of a rigid part at `point` [m]."""
         G = np.zeros((6, self.n))
-        G[:, self.rows[part]] = motion_at(point - self.centre(part))
+        G[:, self.rows[name]] = motion_at(point - self.centre(name))
         return G
 
     def pilot_motion(self, pilot: str) -> NDArray[np.float64]:
@@ -125,8 +127,8 @@ class CoordinateLayout:
         """Rigid translation of everything that has a place, along x, y and z, shape (n, 3)."""
         R = np.zeros((self.n, 3))
         R[: self.body.model.n_coordinates] = geometric_rigid_modes(self.body.model)[:, :3]
-        for part in self.parts:
-            R[self.rows[part][:3], [0, 1, 2]] = 1.0
+        for name in self.rigid_bodies:
+            R[self.rows[name][:3], [0, 1, 2]] = 1.0
         return R
 
     @cached_property
@@ -159,7 +161,7 @@ class CoordinateLayout:
         """
         J = np.zeros((self.n, self.n))
         pilots = self.body.model.pilot_coordinates.values()
-        for rows in (*pilots, *(self.rows[part] for part in self.parts)):
+        for rows in (*pilots, *(self.rows[name] for name in self.rigid_bodies)):
             for y, z in ((rows[1], rows[2]), (rows[4], rows[5])):
                 J[y, z], J[z, y] = -1.0, 1.0
         return J

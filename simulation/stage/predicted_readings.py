@@ -142,8 +142,10 @@ class StageReadings:
 
     def signal(self, sensor: RimSensor, inputs: CarrierInputs) -> Array:
         """Reading of the sensor that stands next to a rim sensor [m], shape (n,)."""
-        others = np.array([(own.quantity == AXIAL) != sensor.is_axial for own in self.sensors])
-        turned = 1.0 - np.cos([own.angle - sensor.angle for own in self.sensors])
+        others = np.array(
+            [(candidate.quantity == AXIAL) != sensor.is_axial for candidate in self.sensors]
+        )
+        turned = 1.0 - np.cos([candidate.angle - sensor.angle for candidate in self.sensors])
         nearest = int(np.argmin(np.where(others, np.inf, turned)))
         weights, waves = _basis(self.points, inputs, self.series.shape[2])
         return np.asarray(((weights @ self.series[:, nearest]) * waves).sum(axis=1).real)

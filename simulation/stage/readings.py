@@ -112,15 +112,15 @@ def rim_reader(model: StageModel) -> RimReader:
     """Series of the body's rim rows, which stand at equal angles from 0."""
     body = model.layout.body
     tilt = body.misalignment_reading @ model.effects.misalignment
-    parts = []
+    series_of = []
     for prefix in (RIM_AXIAL, RIM_RADIAL):
         rows = [i for i, name in enumerate(body.model.sensor_names) if name.startswith(prefix)]
         rim_rows = body.model.sensor_rows[rows] @ model.L[: body.model.n_coordinates]
         # A turn about the axis moves no rim point axially or radially; rounding of it would grow
         # with the angle.
         rim_rows[:, 0] = 0.0
-        parts.append((_series(rim_rows), _series(tilt[rows][:, None])[:, 0]))
-    (axial, axial_tilt), (radial, radial_tilt) = parts
+        series_of.append((_series(rim_rows), _series(tilt[rows][:, None])[:, 0]))
+    (axial, axial_tilt), (radial, radial_tilt) = series_of
     size = np.abs(
         np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)
     ).max(axis=1)

@@ -128,8 +128,10 @@ def _pin_fits(layout: CoordinateLayout, effects: StageEffects) -> dict[str, Spri
 
 def _planet_bearing(layout: CoordinateLayout, effects: StageEffects, planet: int) -> Spring:
     bearings, pilot = layout.data.bearings, layout.body.planet_pilots[planet - 1]
-    part = f"planet_{planet}"
-    G = layout.part_motion(part, layout.body.model.pilots[pilot]) - layout.pilot_motion(pilot)
+    planet_body = f"planet_{planet}"
+    G = layout.part_motion(planet_body, layout.body.model.pilots[pilot]) - layout.pilot_motion(
+        pilot
+    )
     angle = float(pin_angles(layout.n_planets)[planet - 1])
     offset = effects.of_planets("pin_offset", layout.n_planets)[planet - 1]
     free = np.zeros(6)
@@ -159,10 +161,10 @@ def _parallel_stages(layout: CoordinateLayout) -> dict[str, Spring]:
     low_ratio = chain.low_teeth[1] / chain.low_teeth[0]
     high_ratio = chain.high_teeth[1] / chain.high_teeth[0]
 
-    def row(parts: Mapping[str, float]) -> NDArray[np.float64]:
+    def row(factors: Mapping[str, float]) -> NDArray[np.float64]:
         G = np.zeros((1, n))
-        for part, factor in parts.items():
-            G[0, rows[part][3] if len(rows[part]) == 6 else rows[part][0]] += factor
+        for name, factor in factors.items():
+            G[0, rows[name][3] if len(rows[name]) == 6 else rows[name][0]] += factor
         return G
 
     first, second = chain.low_base_radius, chain.high_base_radius
@@ -177,8 +179,8 @@ def _parallel_stages(layout: CoordinateLayout) -> dict[str, Spring]:
         ("coupling", {"high_speed": 1.0, "generator": -1.0}, chain.coupling_torsion),
     )  # fmt: skip
     return {
-        name: Spring(row(parts), np.array([stiffness]), np.zeros(1))
-        for name, parts, stiffness in meshes
+        name: Spring(row(factors), np.array([stiffness]), np.zeros(1))
+        for name, factors, stiffness in meshes
     }
 
 

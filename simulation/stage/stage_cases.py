@@ -145,7 +145,7 @@ def read_stage_case(path: Path) -> StageCase:
 
 def _data(document: "StageCaseDocument") -> StageData:
     nominal = StageData()
-    parts = {
+    tables = {
         name: replace(getattr(nominal, name), **getattr(document, name).given())
         for name in ("housing", "planet", "sun", "ring")
     }
@@ -157,7 +157,7 @@ def _data(document: "StageCaseDocument") -> StageData:
         mounting=document.mounting,
         planet_rollers=document.planet_rollers,
         damping_ratio=document.damping_ratio,
-        **parts,
+        **tables,
     )
 
 

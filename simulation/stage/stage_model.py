@@ -184,9 +184,9 @@ def _elastic(
     n_body = body.model.n_coordinates
     K[:n_body, :n_body], M[:n_body, :n_body] = body.model.K, body.model.M
     force[:n_body] = body.misalignment_load @ effects.misalignment
-    for part, rigid in layout.parts.items():
+    for name, rigid in layout.rigid_bodies.items():
         inertia = [rigid.polar_inertia, rigid.transverse_inertia, rigid.transverse_inertia]
-        M[layout.rows[part], layout.rows[part]] = [rigid.mass] * 3 + inertia
+        M[layout.rows[name], layout.rows[name]] = [rigid.mass] * 3 + inertia
     chain = data.chain
     for shaft in ("low_speed", "intermediate", "high_speed", "generator"):
         M[layout.rows[shaft][0], layout.rows[shaft][0]] = getattr(chain, f"{shaft}_inertia")
@@ -270,10 +270,10 @@ def _loads(
     hub = layout.body.model.coordinates_of(layout.hub)
     arm = layout.arm_at_hub(layout.data.mounting.ntl_arm)
 
-    def unit(*parts: tuple[int, float]) -> NDArray[np.float64]:
+    def unit(*entries: tuple[int, float]) -> NDArray[np.float64]:
         """Unit loads on rows of the unreduced coordinates, as independent coordinates see them."""
         f = np.zeros(layout.n)
-        for row, value in parts:
+        for row, value in entries:
             f[row] = value
         return L.T @ f
 

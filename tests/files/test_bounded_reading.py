@@ -31,7 +31,7 @@ def holes(path):
         (os.mkfifo, "a device or a pipe"),
         (device, "a device or a pipe"),
         (os.mkdir, "a folder"),
-        (holes, "holds a hole where nothing is stored"),
+        (holes, "has a gap without stored data"),
         (lambda path: path.symlink_to(path), "symbolic links"),
         (lambda path: path.write_bytes(bytes(100_001)), "100001 bytes; expected a list of at most"),
     ],
@@ -110,7 +110,7 @@ def swell(path):
         (crash, "x.step: reader ended by SIGSEGV while reading it; the file may be damaged"),
         (refuse, "x.step: not this one"),
         (run_on, "x.step: reader did not come to an end with it; the file may be damaged"),
-        (swell, "x.step: reader takes more memory than a file of its size needs"),
+        (swell, "x.step: reader needs more memory than a sound file of this size"),
     ],
 )
 def test_a_reader_that_dies_is_one_line(tmp_path, function, told):

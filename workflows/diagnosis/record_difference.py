@@ -148,7 +148,7 @@ def _of_both(first: CauseSize, second: CauseSize) -> SizeDifference:
 
 def _left_by(cause: str, document: Mapping[str, Any], gap: CauseSize | None) -> CauseSize | None:
     """RMS of what a named cause leaves in one measurement, by the share of its class."""
-    classes = [own for own in document["classes"] if cause in (own["law"], own["id"])]
+    classes = [one for one in document["classes"] if cause in (one["law"], one["id"])]
     return size_left(cause, classes[0], gap) if gap is not None and classes else None
 
 

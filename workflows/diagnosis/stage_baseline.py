@@ -135,7 +135,7 @@ def _gap(campaign: Campaign, points: LoadPoints, readings: StageReadings) -> Gap
             of_run.append(fit[: orders.size] + 1j * np.append(0.0, fit[orders.size :]))
         waves.append(of_run)
         shares.append(points.weights(inputs).mean(axis=0))
-    is_axial = np.array([own.quantity == AXIAL for own in readings.sensors])
+    is_axial = np.array([sensor.quantity == AXIAL for sensor in readings.sensors])
     return GapSeries(np.array(waves), np.array(shares), is_axial)
 
 

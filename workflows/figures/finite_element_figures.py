@@ -178,15 +178,15 @@ def deflection_curves(shared: SharedRuns) -> Figure:
 
 def seventh_mode(shared: SharedRuns) -> Figure:
     """First elastic mode of main shaft, carrier and pins, free in space (2012, figure 12)."""
-    parts, mode, pivot = mode_shapes(shared)
-    everything = np.concatenate([points for _, points, _ in parts])
+    shapes, mode, pivot = mode_shapes(shared)
+    everything = np.concatenate([points for _, points, _ in shapes])
     length = float(np.ptp(everything, axis=0).max())
-    largest = max(float(np.linalg.norm(u, axis=1).max()) for _, _, u in parts)
+    largest = max(float(np.linalg.norm(u, axis=1).max()) for _, _, u in shapes)
     factor = _DRAWN_MODE * length / largest
 
     def add(plotter: Any) -> None:
         """Bodies in the mode, and at rest as a thin grid."""
-        for mesh, points, u in parts:
+        for mesh, points, u in shapes:
             size = np.linalg.norm(u, axis=1) / largest
             surface = skin(mesh, displacement=u, size=size, place=points)
             surface.points = (
@@ -239,15 +239,15 @@ def mode_shapes(shared: SharedRuns) -> tuple[list[BodyShape], AssemblyMode, floa
     mode = _upright(group, assembly_modes(group, 2))
     placed = [_Placed(shaft, 0.0, {}), _Placed(carrier, 0.0, {})]
     for number, angle in enumerate(pin_angles(shared.parameters.carrier.n_planets), start=1):
-        names = {f"pin_1_{part}": pin_pilot(number, part) for part in _PIN_PARTS}
+        names = {f"pin_1_{position}": pin_pilot(number, position) for position in _PIN_PARTS}
         placed.append(_Placed(pin, float(angle), names))
     modal = [i for i, label in enumerate(group.labels) if label.startswith("mode ")]
-    parts = []
+    shapes = []
     for one in placed:
         n_modes = len(one.body.reduction.modes.omega)
-        parts.append(_shape(one, group, mode.shape, modal[:n_modes]))
+        shapes.append(_shape(one, group, mode.shape, modal[:n_modes]))
         modal = modal[n_modes:]
-    return parts, mode, _pivot(group, mode.shape)
+    return shapes, mode, _pivot(group, mode.shape)
 
 
 @dataclass(frozen=True)
@@ -269,8 +269,8 @@ def _shape(
         for pilot in body.reduction.model.pilots
     ]
     # In the body's own frame: the basis knows no other.
-    own = [(pilot.reshape(2, 3) @ R).ravel() for pilot in pilots]
-    u = (body.reduction.basis @ np.concatenate([*own, shape[modal]])).reshape(-1, 3)
+    turned = [(pilot.reshape(2, 3) @ R).ravel() for pilot in pilots]
+    u = (body.reduction.basis @ np.concatenate([*turned, shape[modal]])).reshape(-1, 3)
     return body.mesh, body.mesh.points @ R.T, u @ R.T
 
 
@@ -317,7 +317,9 @@ def _draw_pilots(axes: Axes, shared: SharedRuns) -> None:
     bores = {f"pin_{i}_{side}": points[f"pin_{i}_{side}"] for i in (1, 2, 3) for side in _SIDES}
     others = {name: points[name] for name in ("shaft_face", "upwind_seat", "downwind_seat")}
     out = np.array([-0.6, 0.0, 0.0])
-    own = {f"{name} of the pin": point + out for name, point in body.reduction.model.pilots.items()}
+    of_pin = {
+        f"{name} of the pin": point + out for name, point in body.reduction.model.pilots.items()
+    }
 
     def add(plotter: Any) -> None:
         """Carrier, its coloured bores, pin 1 drawn out, and what each pilot averages."""
@@ -336,7 +338,7 @@ def _draw_pilots(axes: Axes, shared: SharedRuns) -> None:
             surface = body.mesh.points[np.unique(body.mesh.surface(name))]
             _add_spokes(plotter, point + out, surface + out)
 
-    scene = rendered(add, bores | own | others, _FROM_UPWIND)
+    scene = rendered(add, bores | of_pin | others, _FROM_UPWIND)
     scene.show(axes, left=0.16, right=0.16, above=0.10, below=0.10)
     for name, pixel in scene.pixels.items():
         colour = SENSOR if name in others else FORCE

@@ -35,7 +35,7 @@ def index_page(figures: Sequence[PaperFigure], size: float) -> str:
         Element edge length [m] of the finite elements.
     """
     links = " ".join(f'<a href="#{figure.name}">{figure.name}</a>' for figure in figures)
-    parts = [
+    pieces = [
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>Figures of the papers</title><style>{_STYLE}</style></head><body>",
@@ -46,11 +46,11 @@ def index_page(figures: Sequence[PaperFigure], size: float) -> str:
         f"<nav>{links}</nav>",
     ]
     for paper, title in _PAPERS.items():
-        own = [figure for figure in figures if figure.paper == paper]
-        if own:
-            parts.append(f"<h1>{escape(title)}</h1>")
-        parts += [_entry(figure) for figure in own]
-    return "\n".join([*parts, "</body></html>\n"])
+        of_paper = [figure for figure in figures if figure.paper == paper]
+        if of_paper:
+            pieces.append(f"<h1>{escape(title)}</h1>")
+        pieces += [_entry(figure) for figure in of_paper]
+    return "\n".join([*pieces, "</body></html>\n"])
 
 
 def _entry(figure: PaperFigure) -> str:

@@ -80,13 +80,13 @@ class BodiesAtWork:
         """
         last = slice(-_SAMPLES_A_TURN, None)
         angle = self.stage["carrier_angle"][last]
-        parts = [
+        components = [
             np.mean(
                 self.stage[sensor.name][last] * np.exp(1j * self.n_planets * (sensor.angle - angle))
             )
             for sensor in self.axial_sensors
         ]
-        return float(2.0 * np.abs(np.mean(parts)))
+        return float(2.0 * np.abs(np.mean(components)))
 
     @property
     def axial_sensors(self) -> tuple[Sensor, ...]:

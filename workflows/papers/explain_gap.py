@@ -40,6 +40,7 @@ class Task:
     method: str
     seed: int
     size: float
+    starts: int
 
     @property
     def file(self) -> str:
@@ -53,6 +54,7 @@ class Task:
             "method": self.method,
             "size": self.size,
             "seed": self.seed,
+            "starts": self.starts,
             "parameters": list(self.run.hypothesis.priors),
         }
 
@@ -61,6 +63,8 @@ def main(
     *,
     out: Path,
     method: Literal["laplace", "nested"] = "laplace",
+    starts: int = 10,
+    check: bool = True,
     size: float = 0.045,
     seed: int = 2012,
     workers: int = 1,
@@ -74,12 +78,16 @@ def main(
     Parameters
     ----------
     out
-        Folder to write: papers_gap.html, papers_gap.json, papers_gap.png, and under ``runs`` a file
+        Folder to write: papers_gap.html, papers_gap.json, papers_gap.png, and under runs/ a file
         a hypothesis and width; a stopped command continues from these files.
     method
-        How the evidence is computed: ``laplace`` (Laplace's approximation; where dynesty is
-        installed, nested sampling checks it for three hypotheses) or ``nested`` (dynesty for all,
-        about an hour; pip install 'carrierflex[papers]').
+        How the evidence is computed: laplace (Laplace's approximation) or nested
+        (nested sampling, about an hour; pip install 'carrierflex[papers]').
+    starts
+        Starting points of each search for the most probable values; with few of them a hypothesis
+        may look worse than it is.
+    check
+        Check Laplace's approximation by nested sampling, where dynesty is installed.
     size
         Element edge length [m] of carrier and pins.
     seed
@@ -94,9 +102,11 @@ def main(
     ImportError
         With the method nested, where dynesty is not installed.
     ValueError
-        Where a file under ``runs`` was made with other options.
+        Where there are no starts, or a file under ``runs`` was made with other options.
     """
     has_dynesty = find_spec("dynesty") is not None
+    if starts < 1:
+        raise ValueError(f"--starts is {starts}; expected 1 or more")
     if method == "nested" and not has_dynesty:
         raise ImportError("--method nested needs dynesty (pip install 'carrierflex[papers]')")
     folder, stages = prepared_folder(out), Stages(3, quiet)
@@ -108,14 +118,14 @@ def main(
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
         body = default_stage_body(PIN_FIT, size)
         compare = comparison(body)
-    tasks = [Task(run, method, seed, size) for run in RUNS]
-    if method == "laplace" and has_dynesty:
-        tasks += [Task(run, "nested", seed, size) for run in RUNS if _is_compared(run)]
+    tasks = [Task(run, method, seed, size, starts) for run in RUNS]
+    if method == "laplace" and check and has_dynesty:
+        tasks += [Task(run, "nested", seed, size, starts) for run in RUNS if _is_compared(run)]
     with stages.stage(f"{len(tasks)} posteriors"):
         samples = _samples(tasks, folder / "runs", compare, workers, stages)
     with stages.stage(f"writing {out}"):
         gap = _gap(method, body, compare, samples, seed)
-        _write(folder, gap, {"method": method, "size": size, "seed": seed})
+        _write(folder, gap, {"method": method, "starts": starts, "size": size, "seed": seed})
     return gap
 
 
@@ -155,7 +165,9 @@ def write_samples(task: Task, compare: Comparison, path: Path) -> None:
     if task.method == "nested":
         samples = sample(run.hypothesis, compare, run.width, rng)
     else:
-        samples = laplace(run.hypothesis, compare, run.width, rng, draws=_is_compared(run))
+        samples = laplace(
+            run.hypothesis, compare, run.width, rng, draws=_is_compared(run), starts=task.starts
+        )
     save_json(
         path,
         {

@@ -30,9 +30,11 @@ from carrierflex.workflows.papers.gap_posterior import (
     standard_errors,
 )
 
-#: Prior points that are looked at, the best of them from which least squares starts, the best of
-#: its results from which it starts again.
-_LOOKED_AT, _STARTS, _RESTARTS, _EVALUATIONS = 300, 10, 6, 40
+#: Prior points among which the starts are chosen, the best results of least squares from which it
+#: starts again, and its evaluations.
+_LOOKED_AT, _RESTARTS, _EVALUATIONS = 300, 6, 40
+#: Starting points of the search for modes.
+STARTS = 10
 #: A point counts as a mode where Newton's step from it gains less than this [nat].
 _MOST_TO_GAIN = 1.0
 #: Modes nearer than this many standard deviations are one.
@@ -174,6 +176,7 @@ def laplace(
     rng: np.random.Generator,
     *,
     draws: bool,
+    starts: int = STARTS,
 ) -> Samples:
     """Evidence of a hypothesis at every choice of errors, and points of its posterior.
 
@@ -189,11 +192,13 @@ def laplace(
         Of starting points and draws.
     draws : bool
         Draw the posterior with the middle error; otherwise the points are its modes.
+    starts : int
+        Starting points of the search for modes.
     """
     middle = _Posterior(hypothesis, compare, width, (SAMPLED_ERROR, 0.0))
     looked_at = [_prior_point(middle, rng) for _ in range(_LOOKED_AT)]
     costs = [float((middle.misfit(z) ** 2).sum()) for z in looked_at]
-    first = middle.reached(looked_at[i] for i in np.argsort(costs)[:_STARTS])[:_RESTARTS]
+    first = middle.reached(looked_at[i] for i in np.argsort(costs)[:starts])[:_RESTARTS]
     modes = middle.modes(middle.reached(mode.z for mode, _ in first))
     log_evidence = {}
     for choice in CHOICES:

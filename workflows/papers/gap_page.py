@@ -72,19 +72,18 @@ def gap_page(gap: PapersGap, inputs: Mapping[str, Any]) -> str:
 
 def gap_sentences(gap: PapersGap) -> list[str]:
     """The answer in sentences, most important first."""
-    undecided = [row for row in gap.order if row.better is None]
-    beaten = [row for row in gap.order if row.better == gap.best]
+    others = {row.second: row.better for row in gap.order if row.first == gap.best}
+    undecided = [name for name, better in others.items() if better is None]
+    worse = [name for name, better in others.items() if better == gap.best]
     sentences = []
     if undecided:
-        pairs = "; ".join(f"{row.first} or {row.second}" for row in undecided)
         sentences.append(
-            f"Not decided: {pairs}. Their order changes with the assumed errors or priors, or the "
-            f"difference is below {DECISIVE:g}."
+            f"Not decided between {gap.best} and: {'; '.join(undecided)}. The order changes with "
+            f"the assumed errors or priors, or the evidence differs by less than {DECISIVE:g}."
         )
-    if beaten:
-        names = ", ".join(row.second for row in beaten)
+    if worse:
         sentences.append(
-            f"{_capital(gap.best)} explains the published numbers better than {names}."
+            f"{_capital(gap.best)} explains the published numbers better than: {'; '.join(worse)}."
         )
     first = gap.predictions[0]
     n = len(first.predicted)
@@ -120,8 +119,8 @@ def check_sentences(gap: PapersGap) -> list[str]:
         )
     else:
         lines.append(
-            "Laplace's approximation is not checked by nested sampling: dynesty is not installed "
-            "(pip install 'carrierflex[papers]')."
+            "Laplace's approximation is not checked by nested sampling: --no-check is given, or "
+            "dynesty is not installed (pip install 'carrierflex[papers]')."
         )
     return lines
 
@@ -282,6 +281,7 @@ def gap_figure(gap: PapersGap) -> Figure:
     evidence.set_yticks(range(len(names)), names, fontsize="small")
     evidence.invert_yaxis()
     evidence.set_xscale("symlog", linthresh=5.0)
+    evidence.set_xticks([-1000, -100, -10, 0], ["-1000", "-100", "-10", "0"])
     evidence.axvspan(-DECISIVE, 0.0, color="0.9")
     evidence.set(
         xlabel="log evidence less the best's", title="grey: cannot be distinguished from the best"

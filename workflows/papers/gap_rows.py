@@ -102,6 +102,7 @@ class GapInputs(TypedDict):
     """Options of the command."""
 
     method: Annotated[str, "laplace or nested"]
+    starts: Annotated[int, "Starting points of each search"]
     size: Annotated[float, "Element edge length [m]"]
     seed: Annotated[int, "Seed of the random numbers"]
 

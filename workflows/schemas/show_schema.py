@@ -37,6 +37,7 @@ Name = Literal[
     "sensitivities",
     "order-one",
     "table-5",
+    "papers-gap",
     "torsion",
     "gear-life",
     "rexs",

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
+from rich.text import Text
 
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.workflows.screen.titled_table import titled_table
@@ -108,7 +109,8 @@ def papers_gap_table(gap: "PapersGap") -> RenderableType:
     for row in gap.order:
         difference = f"{row.least:+.1f} to {row.most:+.1f}"
         table.add_row(row.first, row.second, difference, row.better or "not decided")
-    return Group(table, "", *gap_sentences(gap), "", *check_sentences(gap))
+    sentences = [Text(line) for line in (*gap_sentences(gap), "", *check_sentences(gap))]
+    return Group(table, "", *sentences)
 
 
 def fmu_table(unit: "ExportedUnit") -> RenderableType:

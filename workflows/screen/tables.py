@@ -436,11 +436,11 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
     """
     shown: list[RenderableType] = []
     for variant, bracket in brackets.items():
-        for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
-            coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[part]]
+        for unit, motions in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
+            coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[motions]]
             table = _table(f"{variant} carrier", "pilot", *coordinates)
             for pilot, soft, rigid in zip(
-                bracket.pilots, *bracket.stiffness[:, :, part] / 1e9, strict=True
+                bracket.pilots, *bracket.stiffness[:, :, motions] / 1e9, strict=True
             ):
                 table.add_row(
                     pilot,

@@ -273,9 +273,9 @@ def _write_stage(
     header = ["support", "carrier", "mesh", "common slope [urad]", *planets, *pressures, *raw]
     save_table(out / "stage_meshes.csv", header, [_mesh_row(kink) for kink in life.kinks])
     tilts = [
-        [state.support, state.carrier, state.phi_PLC * 1e3, part, *(state.tilt[part] * 1e6)]
+        [state.support, state.carrier, state.phi_PLC * 1e3, wheel, *(state.tilt[wheel] * 1e6)]
         for state in life.states
-        for part in state.tilt
+        for wheel in state.tilt
     ]
     header = ["support", "carrier", "phi_PLC [mrad]", "part", "about y [urad]", "about z [urad]"]
     save_table(out / "stage_tilts.csv", header, tilts)

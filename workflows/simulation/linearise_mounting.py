@@ -121,10 +121,10 @@ def _mode_rows(case: MountingCase, loads: Array) -> Iterable[list[object]]:
 def _response_header() -> list[str]:
     units = {"torque": "m/(N m)", "ntl_y": "m/N", "ntl_z": "m/N"}
     cells = [
-        f"{s}_per_{load}_{part} [{units[load]}]"
+        f"{s}_per_{load}_{component} [{units[load]}]"
         for load in units
         for s in SENSORS
-        for part in ("re", "im")
+        for component in ("re", "im")
     ]
     return ["frequency_hz", *cells]
 

@@ -64,10 +64,10 @@ def main(case: StageCase, model: StageModel, *, out: Path) -> None:
     header = ["mode", "leading_coordinate", "frequency_hz", "damping_ratio"]
     save_table(out / "modes.csv", header, _mode_rows(model, linearised_modes(modal)))
     columns = [
-        f"{s}_per_{load}_{part} [{_UNITS[load]}]"
+        f"{s}_per_{load}_{component} [{_UNITS[load]}]"
         for load in _UNITS
         for s in names
-        for part in ("re", "im")
+        for component in ("re", "im")
     ]
     rows = [
         [frequency, *row.T.copy().view(np.float64).ravel()]
@@ -98,8 +98,8 @@ def rim_readings(case: StageCase, model: StageModel) -> NDArray[np.float64]:
     ]
     return np.array(
         [
-            np.real(np.exp(1j * reader.orders * sensor.angle) @ own)
-            for sensor, own in zip(case.sensors, series, strict=True)
+            np.real(np.exp(1j * reader.orders * sensor.angle) @ coefficients)
+            for sensor, coefficients in zip(case.sensors, series, strict=True)
         ]
     )
 

@@ -58,7 +58,7 @@ def case_state_space(
             "a body file (.h5), a case of kind mounting or a stage case"
         )
     mounting = read_mounting_case(path)
-    runs = {own.name: own for own in mounting.runs}
+    runs = {run.name: run for run in mounting.runs}
     if run is not None and run not in runs:
         raise ValueError(f"{case}: no run {run!r}; expected one of {', '.join(runs)}")
     loads, _ = operating_point(runs[run] if run is not None else mounting.runs[0])

@@ -113,7 +113,7 @@ def main(
     Parameters
     ----------
     out : Path
-        Folder to write: ``table_5.json``, ``table_5.csv`` and ``table_5.png``.
+        Folder to write: table_5.json, table_5.csv and table_5.png.
     size : float
         Element edge length [m] of carrier and pins.
     duration : float

@@ -146,8 +146,8 @@ def _state(
     effects = StageEffects(phi_PLC=name[2], theta_PLC=_KINK_AXIS)
     model = stage_model(body, data, effects=effects, speed=0.0)
     c = quasi_static_turn(model, load).c
-    parts = ("sun", "ring", *(f"planet_{pin + 1}" for pin in range(body.n_planets)))
-    tilt = {part: part_tilt(model, part, c).mean(axis=0) for part in parts}
+    wheels = ("sun", "ring", *(f"planet_{pin + 1}" for pin in range(body.n_planets)))
+    tilt = {wheel: part_tilt(model, wheel, c).mean(axis=0) for wheel in wheels}
     force = part_loads(model, c).mesh_force[:, : 2 * body.n_planets].mean(axis=0)
     return StageState(*name, tilt, mesh_misalignment(model, c).mean(axis=0), force)
 

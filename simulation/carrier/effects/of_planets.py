@@ -26,7 +26,7 @@ def effects_of(n_planets: int) -> dict[str, Effect]:
 
     Parameters, equations and texts are those of its own orders.
     """
-    own = (
+    of_planets = (
         _flexible_pins(n_planets),
         _stiff_pins(n_planets),
         _pin_clearance(n_planets),
@@ -44,7 +44,7 @@ def effects_of(n_planets: int) -> dict[str, Effect]:
         face_runout_of(n_planets),
         _ring_pass(n_planets),
     )
-    return {**CARRIER_EFFECTS, **{effect.id: effect for effect in own}}
+    return {**CARRIER_EFFECTS, **{effect.id: effect for effect in of_planets}}
 
 
 def pattern_of(order: int) -> str:

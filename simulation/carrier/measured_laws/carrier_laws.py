@@ -96,7 +96,7 @@ def law_signal(law: Law, sensor: RimSensor, inputs: CarrierInputs) -> FloatArray
             followed[way] = _followed(*way, inputs)
         x, factor = followed[way]
         phase = wave.lobes * sensor.angle - wave.order * inputs.carrier_angle
-        cosine, sine = (_continued(wave.x, own, x) for own in (wave.cosine, wave.sine))
+        cosine, sine = (_continued(wave.x, amplitude, x) for amplitude in (wave.cosine, wave.sine))
         total += factor * (cosine * np.cos(phase) + sine * np.sin(phase))
     return total
 

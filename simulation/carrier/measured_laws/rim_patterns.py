@@ -165,9 +165,9 @@ def modulated_waves(quantities: Sequence[str], n_planets: int) -> Columns:
 
 def _columns(quantities: Sequence[str], order: int, waves: Sequence[tuple[Wave, ...]]) -> Columns:
     return tuple(
-        PatternColumn(quantity, order, own)
+        PatternColumn(quantity, order, wave)
         for quantity in dict.fromkeys(quantities)
-        for own in waves
+        for wave in waves
     )
 
 

@@ -118,14 +118,14 @@ def bushing_force(tables, bushing, u, across, v, v_across):  # type: ignore[no-u
         where = int(tables[at + 1])
         if where < 0 or where == bushing:
             kind = int(tables[at + 2])
-            own, other = (v, v_across) if kind == 1 else (u, across)
+            along, crosswise = (v, v_across) if kind == 1 else (u, across)
             is_radial = tables[at] > 0.5
-            x = np.hypot(own, other) if is_radial else own
+            x = np.hypot(along, crosswise) if is_radial else along
             value = _interpolated(tables, at + _HEAD, n, x, tables[at + 4], tables[at + 5])
             if kind == 2:
                 value *= v
             elif is_radial:
-                value = value * own / x if x > 0.0 else 0.0
+                value = value * along / x if x > 0.0 else 0.0
             total += tables[at + 3] * value
         at += _HEAD + 2 * n
     return total

@@ -120,8 +120,8 @@ def answer_of(*names, state=NAMED_CLASS):
     ("answer", "wanted", "told"),
     [
         (answer_of(state=NOTHING), None, "answer by class is 'nothing'"),
-        (answer_of("delay", "dissipation"), None, "class 'delay' is not kept as a law"),
-        (answer_of("time_variation"), None, "class 'time_variation' is not kept as a law"),
+        (answer_of("delay", "dissipation"), None, "class 'delay' cannot be saved as a law"),
+        (answer_of("time_variation"), None, "class 'time_variation' cannot be saved as a law"),
         (answer_of("hysteresis"), None, "was named by its law backlash, not by its shape"),
         (answer_of("delay"), "dissipation", "'dissipation' is not in the answer; expected delay"),
         (answer_of("restoring_force"), None, "was named by its law backlash, not by its shape"),
@@ -143,7 +143,7 @@ def test_records_that_leave_the_range_of_a_law_are_told():
     (warning,) = beyond_visited(narrow, problem.records)
     assert (warning.check, warning.about) == ("visited_range", "straight")
     assert 0.0 < warning.figure < 1.0
-    assert "goes on with the slope of its end" in warning.remedy
+    assert "is extrapolated with the slope of its end" in warning.remedy
     assert beyond_visited(wide, problem.records) == ()
 
 

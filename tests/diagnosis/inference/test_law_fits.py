@@ -148,7 +148,7 @@ def test_a_search_that_ends_above_a_smaller_set_supports_nothing():
     reason = reason_of(fits, ("b", "a"))
     assert reason.startswith("model a + b contains a and costs")
     assert "more than" in reason
-    assert reason_of(fits, ("a", "b", "c")) == f"nothing is known without c: {reason}"
+    assert reason_of(fits, ("a", "b", "c")) == f"no result without c: {reason}"
     assert rule_of(fits, ("a", "b")) == ("search", "")
     assert rule_of(fits, ("a", "b", "c")) == ("search", "c")
     assert reason_of(fits, ("a",)) == ""

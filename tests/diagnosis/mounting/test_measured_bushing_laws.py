@@ -163,7 +163,7 @@ def test_a_law_with_a_memory_is_for_mountings_and_tells_where_it_was_measured():
         problem_of(campaign, {}, (lasting(),))
     problem = mounting_problem(mounting_campaign(seconds=40.0), (lasting(visited=1e-4),))
     (warning,) = law_findings(problem, (lasting(visited=1e-4),))
-    assert "goes on with stops that slip as at its end" in warning.remedy
+    assert "is extrapolated with stops that slip as at its end" in warning.remedy
     assert law_findings(problem, (lasting(visited=1.0),)) == ()
 
 
@@ -178,7 +178,7 @@ def test_records_that_leave_the_range_of_a_law_are_told():
     (warning,) = law_findings(problem, (straight(),))
     assert (warning.check, warning.about) == ("visited_range", "straight")
     assert 0.0 < warning.figure < 1.0
-    assert "goes on with the slope of its end" in warning.remedy
+    assert "is extrapolated with the slope of its end" in warning.remedy
     x = np.linspace(-1.0, 1.0, 3)
     wide = straight(parts=(Table(BOTH, x, x, APART),))
     assert law_findings(problem, (wide,)) == ()

@@ -94,7 +94,7 @@ def test_classes_that_one_frequency_mixes_are_measured_apart_and_no_unknown_caus
     assert verdict_heading(mixed) == "These records show that an effect is missing, not which one"
     # Without one, no class explains the gap.
     unknown = replace(mixed, classes=replace(answer, experiment=""))
-    assert next_step(unknown).startswith("Look at where the gap lies")
+    assert next_step(unknown).startswith("Check the position and growth of the gap")
     assert verdict_heading(unknown) == "No known effect explains the gap"
 
 

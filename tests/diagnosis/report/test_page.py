@@ -318,7 +318,7 @@ _BOXES = """JSON.stringify([...document.querySelectorAll("svg")].map(own => {
 
 
 def test_page_says_what_the_errors_of_parameters_hold(page, carrier_page):
-    assert "their squares add up. Gain errors are not included." in Text(page).text
+    assert "The squares add up to the square of ±. Gain errors are not included." in Text(page).text
     assert "Gain errors are not included" not in Text(carrier_page).text
 
 

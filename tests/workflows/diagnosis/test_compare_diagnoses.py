@@ -102,7 +102,7 @@ def test_a_diagnosis_beside_itself_has_not_changed(folders, capsys, monkeypatch)
         command_line.main()
     assert ended.value.code == 0
     shown = " ".join(capsys.readouterr().out.split())
-    assert shown.startswith("The change left the gap as it was: ")
+    assert shown.startswith("The change did not affect the gap: ")
     assert "ratio 1.000" in shown
 
 

@@ -239,7 +239,7 @@ def test_a_measurement_tells_as_much_as_its_predictions_differ():
 
 def test_samples_of_another_seed_are_refused(tmp_path):
     (run,) = [run for run in RUNS if run.hypothesis is HYPOTHESES[0] and run.width == 1.0]
-    task = Task(run, "laplace", 1, 0.045)
+    task = Task(run, "laplace", 1, 0.045, 10)
     samples = made_up(run.hypothesis, 1e-6)
     content = {"points": samples.points, "numbers": samples.numbers}
     content |= {"log_volume": samples.log_volume, "laplace_evidence": [[6e-6, 0.0, 3.0]]}

@@ -82,6 +82,7 @@ SLOW = {
     "figures": {"figures --only 2011-5 --out figures": 0},
     "study gear-life": {"study gear-life --size 0.06 --out life": 0},
     "study order-one": {"study order-one --size 0.06 --out order_one": 0},
+    "papers gap": {"papers gap --size 0.08 --starts 1 --no-check --out papers_gap": 0},
     "papers table-5": {"papers table-5 --size 0.06 --duration 2.72 --only LC1 --out table_5": 0},
     "run": {"run --size 0.06 --mesh-sizes 0.07 --mesh-sizes 0.06 --out job": 0},
 }
