@@ -11,8 +11,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import FLOOR_UNKNOWN, NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.words import UNKNOWN, parameter_words, scaled_unit, shown_unit
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
-from carrierflex.identification.estimation.resampling import two_level_counts
+from carrierflex.identification.estimation.resampling import NORMAL_95, two_level_counts
 
 #: Cause of a size that every diagnosis has: all that the baseline leaves above the noise.
 GAP = "gap"

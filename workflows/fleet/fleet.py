@@ -10,7 +10,7 @@ import numpy as np
 
 from carrierflex.diagnosis.inference.results import Interval
 from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.shrinkage import (
     FEWEST_DATES,
     FEWEST_MACHINES,
