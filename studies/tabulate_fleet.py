@@ -135,43 +135,48 @@ def _table(
 def _trend_rows(
     trends: Sequence[SizeTrend], plans: Sequence[FleetPlan], labels: Mapping[str, Label]
 ) -> Iterator[str]:
-    """Figures of the gap's trends by fate, and of all trends of turbines that stay as they are."""
+    """Figures of the gap's trends and of the causes' own by fate, and of what stays as it is."""
     fates = {plan.turbine: plan.fate for plan in plans}
-    of_gap = [one for one in trends if one.cause == GAP]
     for fate in CAUSES:
-        members = [one for one in of_gap if fates[one.turbine] == fate]
-        told = [one for one in members if one.changes]
-        upward = sum(one.slope > 0.0 for one in told)
-        slopes = {one.turbine: _true_slope(one, labels) for one in members}
+        of_fate = [one for one in trends if fates[one.turbine] == fate]
+        members = [one for one in of_fate if one.cause == GAP]
+        reported = [one for one in members if one.changes]
+        upward = sum(one.slope > 0.0 for one in reported)
+        yield _row(f"{fate}: change of the gap reported", "-", len(reported), members)
+        yield _row(f"{fate}: of these, upward", "100 %", upward, reported)
+        true = {one: _true_slope(one, labels) for one in of_fate}
+        of_cause = [one for one, slope in true.items() if slope is not None]
         inside = sum(
-            one.slope_ci95[0] <= slopes[one.turbine] <= one.slope_ci95[1] for one in members
+            one.slope_ci95[0] <= (true[one] or 0.0) <= one.slope_ci95[1] for one in of_cause
         )
-        yield _row(f"{fate}: change of the gap reported", "-", len(told), members)
-        yield _row(f"{fate}: of these, upward", "100 %", upward, told)
-        yield _row(f"{fate}: interval holds the true slope", "95 %", inside, members)
-    loosened = [one for one in of_gap if fates[one.turbine] == BUSHING and one.changes]
-    true_days = {plan.turbine: plan.day for plan in reversed(plans) if plan.effects}
-    dated = sum(
-        bool(one.stepped) and abs(one.dates.index(one.stepped) + 1 - true_days[one.turbine]) <= 1
-        for one in loosened
-    )
-    yield _row(f"{BUSHING}: step dated within one campaign", "100 %", dated, loosened)
+        name = f"{fate}: interval of the cause's slope holds the true one"
+        yield _row(name, "95 %", inside, of_cause)
+        if fate == BUSHING:
+            first = {plan.turbine: plan.day for plan in reversed(plans) if plan.effects}
+            dated = sum(
+                bool(one.stepped)
+                and abs(one.dates.index(one.stepped) + 1 - first[one.turbine]) <= 1
+                for one in reported
+            )
+            yield _row(f"{fate}: step dated within one campaign", "100 %", dated, reported)
     steady = [one for one in trends if fates[one.turbine] == NOTHING]
     false = sum(one.changes for one in steady)
     yield _row("change reported of a size that stays", "<= 5 %", false, steady)
 
 
-def _row(name: str, wanted: str, count: int, members: Sequence[object]) -> str:
-    return f"| {name} | {wanted} | {_share(count, members)} | {len(members)} |"
-
-
-def _true_slope(one: SizeTrend, labels: Mapping[str, Label]) -> float:
-    """Slope of the same line through the true gaps of the same days [unit a year]."""
+def _true_slope(one: SizeTrend, labels: Mapping[str, Label]) -> float | None:
+    """Slope of the same line through the true values of a withheld size [unit a year]."""
     days = {day_of(number).isoformat(): number for number in range(1, len(labels) + 1)}
     of_day = [labels[f"{one.turbine}/day{days[recorded]:02d}"] for recorded in one.dates]
-    true = np.array([label.gap_over_floor * label.floor for label in of_day])
+    if not all(one.cause in label.effects for label in of_day):
+        return None
+    true = np.array([label.parameters[one.cause][one.parameter] for label in of_day])
     years = np.array([date.fromisoformat(day).toordinal() for day in one.dates]) / 365.25
     return trend(years, true, np.array(one.stds)).slope
+
+
+def _row(name: str, wanted: str, count: int, members: Sequence[object]) -> str:
+    return f"| {name} | {wanted} | {_share(count, members)} | {len(members)} |"
 
 
 def _reports(row: CampaignRow, channel: str) -> bool:

@@ -39,7 +39,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import TOLERANCES, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import rim_sensor
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
 from carrierflex.simulation.carrier.rim import CarrierRig
 from carrierflex.simulation.measurement import Measurement

@@ -30,8 +30,8 @@ from carrierflex.diagnosis.comparison.problem import BASELINE, BoolArray, FloatA
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
 from carrierflex.identification.estimation.polar_pair import polar_values
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
 
 

@@ -11,8 +11,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import FLOOR_UNKNOWN, NO_INTERVAL, Interval
 from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.diagnosis.report.words import UNKNOWN, parameter_words, scaled_unit, shown_unit
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
-from carrierflex.identification.estimation.resampling import two_level_counts
+from carrierflex.identification.estimation.resampling import NORMAL_95, two_level_counts
 
 #: Cause of a size that every diagnosis has: all that the baseline leaves above the noise.
 GAP = "gap"
@@ -40,6 +39,11 @@ class CauseSize:
     ci95: Annotated[Interval, "Its 95 % interval [unit]"]
     unit: Annotated[str, "Unit"]
     is_named: Annotated[bool, "Whether the diagnosis names the cause; else the baseline holds it"]
+    repeat_std: Annotated[
+        float,
+        "Standard deviation between records under the same conditions: without what loads, gains "
+        "and curves do alike to all of them [unit]",
+    ] = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +65,7 @@ class CampaignRow:
     rho: Annotated[float, "Held-out RMS with the causes over that without"] = math.nan
     rho_ci95: Annotated[Interval, "Its 95 % interval"] = NO_INTERVAL
     sizes: Annotated[tuple[CauseSize, ...], "Size of every cause"] = ()
+    conditions: Annotated[tuple[str, ...], "Conditions of the records"] = ()
     faults: Annotated[tuple[str, ...], "Findings of the check"] = ()
     first_fault: Annotated[
         str, "Fault of the measurement that explains as much as the causes; empty where none"
@@ -111,6 +116,7 @@ def campaign_row(
         rho=_number(far["rho"]),
         rho_ci95=_interval(far["rho_ci95"]),
         sizes=tuple(sizes),
+        conditions=tuple(sorted({block["condition"] for block in document["held_out"]})),
         faults=tuple(
             f"{one['about']}: {one['text']}"
             for one in document["warnings"]
@@ -134,11 +140,23 @@ def _gap_size(document: Mapping[str, Any]) -> Iterator[CauseSize]:
     drawn = (counts @ squares) / (counts @ samples) - floor**2
     square = max(float(squares.sum() / samples.sum()) - floor**2, 0.0)
     of_square = float(drawn.std(ddof=1))
+    # Every condition once: what its loads do to the gap is alike in all records under it.
+    alike = np.zeros_like(counts)
+    for name in set(conditions):
+        members = np.flatnonzero(np.array(conditions) == name)
+        alike[:, members] = two_level_counts([name] * members.size, n_samples=_DRAWS, rng=rng)
+    of_repeats = float(((alike @ squares) / (alike @ samples)).std(ddof=1))
     low, high = np.sqrt(np.maximum(np.quantile(drawn, INTERVAL), 0.0))
-    # Derivative of the root; where the square is within its error of zero, at that error.
-    std = of_square / (2.0 * math.sqrt(max(square, of_square))) if of_square > 0.0 else math.nan
-    value = math.sqrt(square)
-    yield CauseSize(GAP, RMS, value, std, (float(low), float(high)), document["unit"], False)
+
+    def of_root(std: float) -> float:
+        """By the root's derivative; where the square is within its error of zero, at that error."""
+        return std / (2.0 * math.sqrt(max(square, std))) if std > 0.0 else math.nan
+
+    interval = (float(low), float(high))
+    yield CauseSize(
+        GAP, RMS, math.sqrt(square), of_root(of_square), interval, document["unit"], False,
+        of_root(of_repeats),
+    )  # fmt: skip
 
 
 def _parameter_sizes(document: Mapping[str, Any]) -> Iterator[CauseSize]:
@@ -150,7 +168,10 @@ def _parameter_sizes(document: Mapping[str, Any]) -> Iterator[CauseSize]:
             if is_size and math.isfinite(value) and math.isfinite(std) and std > 0.0:
                 is_named = cause in document["effects"]
                 interval = _interval(one["ci95"])
-                yield CauseSize(cause, parameter, value, std, interval, one["unit"], is_named)
+                noise = _number(one.get("sources", {}).get("noise"))
+                yield CauseSize(
+                    cause, parameter, value, std, interval, one["unit"], is_named, noise
+                )
 
 
 def size_left(cause: str, finding: Mapping[str, Any], gap: CauseSize) -> CauseSize | None:

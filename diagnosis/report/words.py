@@ -22,7 +22,7 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 
 _POWER = re.compile(r"\^(-?\d+(?:\.\d+)?)")
 _POWER_OF_TEN = re.compile(r"(^|(?:&lt;|≤) )(-?\d+(?:\.\d+)?)e([+-]?\d+)")

@@ -25,7 +25,7 @@ from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -14,7 +14,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.records import Run
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.hidden_stages import (
     HIDDEN,

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 from scipy.stats import t as student_t
 
 from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
@@ -16,8 +15,6 @@ from carrierflex.identification.estimation.resampling import growth_by_memory
 
 Array = NDArray[np.float64]
 
-#: Half width of a 95 % interval in standard deviations.
-NORMAL_95 = float(norm.ppf(0.975))
 #: Singular values of the scaled derivatives below this share of the largest: not determined.
 _UNSEEN = 1e-5
 #: A component of an unseen direction below this share is left out of the words.

@@ -4,12 +4,15 @@ A sample is a row of counts, so that sums by block give a draw by one product.
 """
 
 from collections.abc import Iterable, Sequence
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+#: Half width of a 95 % interval in standard deviations.
+NORMAL_95 = NormalDist().inv_cdf(0.975)
 #: With fewer groups than this a draw of groups says nothing of their scatter.
 FEWEST_GROUPS = 3
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 
 Array = NDArray[np.float64]
 
@@ -125,7 +125,11 @@ def _spread_square(values: Array, stds: Array, columns: Array) -> float:
 
     # At this tau^2 the scatter is at most one.
     most = float(((values - values.mean()) ** 2).sum())
-    return float(optimize.brentq(excess, 0.0, most)) if excess(0.0) > 0.0 else 0.0
+    if excess(0.0) <= 0.0:
+        return 0.0
+    # A share of it: squares of micrometres are below the solver's absolute tolerance.
+    share = optimize.brentq(lambda share: excess(most * share), 0.0, 1.0, xtol=1e-15, rtol=1e-12)
+    return float(most * share)
 
 
 def _p_value(values: Array, stds: Array, machine: int) -> float:
@@ -144,7 +148,7 @@ class Trend:
     slope, slope_ci95 : float, tuple of float
         Change in a unit of time, and its 95 % interval.
     p_value : float
-        Two-sided probability of such a slope, or of such a step, of a value that stays.
+        Two-sided probability of such a slope, step or drift that speeds up of a value that stays.
     step_time : float
         First time after a step, where one value before and another after it leave less than the
         line; NaN where the line leaves less.
@@ -179,12 +183,15 @@ def trend(time: Array, values: Array, stds: Array) -> Trend:
     firsts = np.unique(time)[1:]
     steps = [_slope((time >= first).astype(np.float64), values, stds) for first in firsts]
     best = int(np.argmin([step.left for step in steps]))
-    # The smallest of several probabilities, as many times as it was looked for (Bonferroni).
+    quicker = _slope((time - time.min()) ** 2, values, stds)
+    # The smallest of several probabilities, as many times as it was looked for (Bonferroni): half
+    # for the line, a quarter each for a drift that speeds up and for the steps.
     of_steps = len(steps) * min(step.p_value for step in steps)
+    p_value = min(2.0 * line.p_value, 4.0 * quicker.p_value, 4.0 * of_steps, 1.0)
     return Trend(
         line.slope,
         (line.slope - line.half, line.slope + line.half),
-        min(2.0 * min(line.p_value, of_steps), 1.0),
+        p_value,
         float(firsts[best]) if steps[best].left < line.left else float("nan"),
     )
 

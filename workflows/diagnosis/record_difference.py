@@ -32,7 +32,7 @@ from carrierflex.diagnosis.report.words import capitalised, counted, listed, num
 from carrierflex.files.json_files import plain
 from carrierflex.files.result_schemas import json_content, json_table
 from carrierflex.files.versions import software_name
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 
 #: Distance in standard deviations at which nine of ten differences lie beyond their interval.
 _SEEN_IN_NINE_OF_TEN = NORMAL_95 + float(norm.ppf(0.9))

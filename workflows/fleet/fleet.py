@@ -10,7 +10,7 @@ import numpy as np
 
 from carrierflex.diagnosis.inference.results import Interval
 from carrierflex.diagnosis.report.fleet_sizes import CampaignRow, CauseSize
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.shrinkage import (
     FEWEST_DATES,
     FEWEST_MACHINES,
@@ -168,7 +168,12 @@ def _trends(rows: Sequence[CampaignRow]) -> Iterator[SizeTrend]:
         years = np.array([date.fromisoformat(day).toordinal() for day in dates]) / _DAYS_A_YEAR
         values = tuple(size.value for _, size in members)
         stds = tuple(size.std for _, size in members)
-        line = trend(years, np.array(values), np.array(stds))
+        repeats = tuple(size.repeat_std for _, size in members)
+        alike = len({row.conditions for row, _ in members}) == 1
+        line = change = trend(years, np.array(values), np.array(stds))
+        if alike and all(np.isfinite(repeats)) and min(repeats) > 0.0:
+            # What loads, gains and curves do alike on all days scales a change and makes none.
+            change = trend(years, np.array(values), np.array(repeats))
         named = [row.recorded for row, size in members if size.is_named]
         yield SizeTrend(
             turbine,
@@ -178,12 +183,12 @@ def _trends(rows: Sequence[CampaignRow]) -> Iterator[SizeTrend]:
             stds=stds,
             slope=line.slope,
             slope_ci95=line.slope_ci95,
-            p_value=line.p_value,
-            changes=line.p_value * n_turbines[key] < LEVEL,
+            p_value=change.p_value,
+            changes=change.p_value * n_turbines[key] < LEVEL,
             first_named=named[0] if named else "",
             stepped=""
-            if np.isnan(line.step_time)
-            else dates[int(np.argmax(years >= line.step_time))],
+            if np.isnan(change.step_time)
+            else dates[int(np.argmax(years >= change.step_time))],
         )
 
 

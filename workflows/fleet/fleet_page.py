@@ -27,7 +27,7 @@ from carrierflex.diagnosis.report.words import (
     number,
 )
 from carrierflex.files.versions import software_name
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.workflows.fleet.fleet import FleetDiagnosis, FleetPrior, SizeTrend
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from carrierflex.diagnosis.inference.named_values import (
     _small_sample_factor,
 )
 from carrierflex.identification.campaign.declarations import InputSignal
-from carrierflex.identification.estimation.fit_uncertainty import NORMAL_95
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     STIFFNESS,

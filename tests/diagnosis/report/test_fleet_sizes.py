@@ -33,6 +33,24 @@ def test_the_gap_is_what_lies_above_the_noise_and_its_interval_holds():
     assert row.gap_floors == pytest.approx(LEFT / FLOOR, rel=1e-5)
 
 
+def test_loads_that_are_alike_on_all_days_are_in_the_error_but_not_between_repeats():
+    far = {"noise_floor": FLOOR, "rho": None, "rho_ci95": [None, None]}
+    rng = np.random.default_rng(2)
+    blocks = [
+        {"condition": name, "samples": 400,
+         "mean_square": float(FLOOR**2 + (k * LEFT) ** 2 * (1.0 + 0.02 * rng.standard_normal()))}
+        for k, name in enumerate(("idle", "half", "full", "over")) for _ in range(15)
+    ]  # fmt: skip
+    row = campaign_row(document(held_out=blocks, how_far=far), "T1/a", "T1", "")
+    (size,) = row.sizes
+    assert row.conditions == ("full", "half", "idle", "over")
+    # Squares of 0, 1, 4 and 9: a standard deviation of 1.75 about 3.5 in their mean, half in its
+    # root; within the conditions 2 % of a block in the larger ones.
+    np.testing.assert_allclose(size.std / size.value, 0.25, rtol=0.15)
+    expected = 0.5 * 0.02 * np.sqrt((81.0 + 16.0 + 1.0) * 15.0) / (14.0 * 15.0)
+    np.testing.assert_allclose(size.repeat_std / size.value, expected, rtol=0.4)
+
+
 def test_a_class_without_a_law_has_the_root_of_its_share():
     finding = {"id": "carrier/waves/torque", "law": None, "share": 0.64, "share_ci95": [0.48, 0.80]}
     row = campaign_row(document(scatter=1e-6, classes=[finding]), "T1/a", "T1", "2026-01-31")

@@ -99,3 +99,24 @@ def test_a_step_of_five_errors_is_dated_and_no_step_is_seen_in_a_drift(first):
         drifts.append(np.isnan(trend(time, 2.0 * time + noise, stds).step_time))
     assert np.mean(dated) > 0.85
     assert np.mean(drifts) > 0.85
+
+
+def test_a_drift_that_speeds_up_is_a_change_though_no_line():
+    time = np.arange(6.0)
+    stds = np.full(6, 0.1)
+    noise = 0.1 * np.random.default_rng(3).standard_normal(6)
+    grown = trend(time, 10.0 * (time / 5.0) ** 2 + noise, stds)
+    assert grown.p_value < 1e-5
+    assert np.isnan(grown.step_time)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e6])
+def test_units_change_nothing(unit):
+    rng = np.random.default_rng(8)
+    time, values, stds = np.arange(6.0), 2.0 * rng.standard_normal(6), rng.uniform(0.3, 1.0, 6)
+    here, there = trend(time, values, stds), trend(time, unit * values, unit * stds)
+    np.testing.assert_allclose(there.slope_ci95, unit * np.array(here.slope_ci95), rtol=1e-8)
+    np.testing.assert_allclose(there.p_value, here.p_value, rtol=1e-8)
+    prior = shrunk_values(unit * values, unit * stds)
+    np.testing.assert_allclose(prior.spread, unit * shrunk_values(values, stds).spread, rtol=1e-8)
+    assert prior.spread > 0.0

@@ -52,7 +52,7 @@ def results(out):
     """What a batch says, without the times of its work."""
     documents = {
         str(path.relative_to(out)): json.loads(path.read_text(encoding="utf-8"))
-        for path in sorted(out.rglob("*.json"))
+        for path in sorted(out.rglob("[!.]*.json"))
     }
     for name, document in documents.items():
         if name.endswith("batch.json"):
@@ -67,7 +67,7 @@ def results(out):
 def finished(out):
     """Content of the folder of every campaign that is finished; all JSON files can be read."""
     contents = {}
-    for path in out.rglob("*.json"):
+    for path in out.rglob("[!.]*.json"):
         document = json.loads(path.read_text(encoding="utf-8"))
         if path.name == "batch.json" and document["state"] == "finished":
             contents |= {

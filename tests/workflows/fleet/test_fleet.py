@@ -79,6 +79,22 @@ def test_a_step_is_dated_where_a_line_fits_worse():
     assert "2026-04-01</td>" in fleet_page(fleet, "records", "campaigns", "report.html")
 
 
+def test_an_error_that_all_days_share_hides_no_change_under_the_same_conditions():
+    def days(turbine, conditions):
+        for month in range(1, 7):
+            one = row(turbine, month, 2e-5 + 2e-5 * (month > 3))
+            size = replace(one.sizes[0], std=1e-5, repeat_std=2e-7)
+            yield replace(one, sizes=(size,), conditions=conditions[month - 1])
+
+    alike = days("T01", 6 * (("full", "half"),))
+    other = days("T02", 5 * (("full", "half"),) + (("full",),))
+    first, second = sorted(fleet_diagnosis([*alike, *other]).trends, key=lambda one: one.turbine)
+    assert (first.changes, first.stepped) == (True, "2026-04-01")
+    assert not second.changes
+    # What all days share scales the slope: it is in the interval.
+    np.testing.assert_allclose(first.slope_ci95, second.slope_ci95)
+
+
 def test_a_fault_of_the_measurement_comes_first_and_is_in_no_prior():
     rng = np.random.default_rng(4)
     faulty = replace(row("T98", 1, 9e-4), first_fault="wiring/sensor_order")
