@@ -69,7 +69,8 @@ class Step:
         with self.output:
             bar = ui.linear_progress(0.0, show_value=False)
             stage = ui.label("starting").classes("faint-words")
-            ui.button("Stop", on_click=self._called.end).props("flat no-caps dense")
+            stop = ui.button("Stop", on_click=self._called.end).props("flat no-caps dense")
+            stop.classes("stop")
 
         def note(text: str, share: float | None) -> None:
             bar.value = bar.value if share is None else share
