@@ -74,7 +74,8 @@ class Step:
 
         def note(text: str, share: float | None) -> None:
             bar.value = bar.value if share is None else share
-            stage.text = f"{text}, {time.monotonic() - begun:.0f} s since the start"
+            done = "" if share is None else "done: "
+            stage.text = f"{done}{text}; {time.monotonic() - begun:.0f} s since the start"
 
         ended = await self._called.call(words, note)
         self.output.clear()

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.long
 PROGRAM = [sys.executable, "-P", "-m", "carrierflex.workflows.command_line"]
 #: No name is resolved, so that nothing can come from a network.
 OFFLINE = [*FLAGS, "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
-SECONDS = 90
+SECONDS = 180
 #: Runs, as the newcomer's logger has them; no name tells the angle of the third sensor.
 COLUMNS = ("Zeit [s]", "Winkel [rad]", "Drehmoment [kN m]", "ntl_y [kN]", "ntl_z [kN]")
 SENSORS = {"s047": "probe 47 [um]", "s137": "probe 137 [um]", "s227": "left below [um]"}
@@ -37,7 +37,7 @@ WIDER = """[...document.querySelectorAll('.page *')].filter(e => {
 #: Words of fields, lines and tables that cover one another.
 COVERED = """(() => {
     const words = [...document.querySelectorAll('.line, .q-btn, caption, td, th, h2, .faint-words,'
-        + ' .state, .signal b, .q-field, .q-checkbox, .refused, .note, figure')]
+        + ' .state, .signal b, .q-field, .q-field__messages, .q-checkbox, .refused, .note, figure')]
         .map(e => [e, e.getBoundingClientRect()]).filter(([e, box]) => box.width && box.height);
     const pairs = [];
     for (const [a, p] of words) for (const [b, q] of words)
