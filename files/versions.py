@@ -14,6 +14,7 @@ _RECORDED_PACKAGES = ("carrierflex", "numpy", "scipy", "scikit-fem", "gmsh", "py
 OPTIONAL_PACKAGES = {
     "mkl": "faster factorisation",
     "k3d": "view --html",
+    "nicegui": "app",
     "nptdms": "TDMS files of loggers",
     "pyuff": "UFF files",
     "asammdf": "MDF files",

@@ -100,7 +100,7 @@ class MeasurementTab:
             await self._read_tables()
 
         words = ["new-campaign", "--kind", *self._kind.split(), "--from", *chosen, "--out", out]
-        step.command("Guess the columns", words, then)
+        step.command("Guess the columns", words, then, shows_tables=False)
 
     def _open_map(self, name: str) -> None:
         self._map = name
@@ -188,7 +188,11 @@ class MeasurementTab:
         for table in self._tables:
             for column, values in table.columns.items():
                 finite = values[np.isfinite(values)]
-                ends = [f"{end:.5g}" for end in (finite.min(), finite.max())] if finite.size else []
+                ends = (
+                    [f"{end:.3g}" for end in (finite.min(), finite.max() + 0.0)]
+                    if finite.size
+                    else []
+                )
                 unit = table.units.get(column, "")
                 rows.append([column, unit, *(ends or ["", ""]), taken.get(column, "left out")])
         if self._tables:

@@ -69,11 +69,13 @@ class Step:
         with self.output:
             bar = ui.linear_progress(0.0, show_value=False)
             stage = ui.label("starting").classes("faint-words")
-            ui.button("Stop", on_click=self._called.end).props("flat no-caps dense")
+            stop = ui.button("Stop", on_click=self._called.end).props("flat no-caps dense")
+            stop.classes("stop")
 
         def note(text: str, share: float | None) -> None:
             bar.value = bar.value if share is None else share
-            stage.text = f"{text}, {time.monotonic() - begun:.0f} s since the start"
+            done = "" if share is None else "done: "
+            stage.text = f"{done}{text}; {time.monotonic() - begun:.0f} s since the start"
 
         ended = await self._called.call(words, note)
         self.output.clear()

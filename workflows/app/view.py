@@ -75,7 +75,7 @@ def housing(sensors: Iterable[DrawnSensor]) -> str:
     rig = MountingRig()
     places = {
         "ssx": (rig.R_z, rig.R_y, "x"), "spx": (-rig.R_z, rig.R_y, "x"),
-        "ssz": (rig.R_x, -rig.R_y, "z"), "spz": (-rig.R_x, -rig.R_y, "z"),
+        "ssz": (rig.R_x, -2.0 * rig.R_y, "z"), "spz": (-rig.R_x, -2.0 * rig.R_y, "z"),
         "spy": (-rig.R_x / 2.0, 0.0, "y"), "sbx": (0.0, -rig.R_b, "x"),
     }  # fmt: skip
     shapes = ['<rect class="steel" x="-700" y="-620" width="1400" height="1240" rx="260"/>']
@@ -85,7 +85,7 @@ def housing(sensors: Iterable[DrawnSensor]) -> str:
         shapes += [circle, _text((at[0], at[1] + 105.0), f"{name}, along {direction}", "axis")]
     n_waiting = 0
     for sensor in sensors:
-        y, z, direction = places.get(str(sensor.place), (0.7 - 0.28 * n_waiting, -0.9, ""))
+        y, z, direction = places.get(str(sensor.place), (0.75 - 0.5 * n_waiting, -0.92, ""))
         n_waiting += not direction
         shapes.append(
             f'<g class="sensor housing{"" if direction else " open"}" '

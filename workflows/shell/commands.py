@@ -126,7 +126,7 @@ COMMANDS = {
 
 #: What the first help shows, by what it is for; at most 28 names fit on one screen.
 GROUPS = {
-    "Start": ("run", "app", "cases", "parameters", "info", "doctor"),
+    "Start": ("run", "cases", "parameters", "info", "doctor", "app"),
     "Model": ("cad", "mesh", "curves", "reduce", "certificate", "export"),
     "Simulate": ("simulate", "study"),
     "Measure": ("plan", "new-campaign", "import", "check", "identify", "loads"),

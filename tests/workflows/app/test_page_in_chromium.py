@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 import tomllib
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from http.client import HTTPConnection
 from importlib.util import find_spec
 from urllib.parse import urlsplit
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.long
 PROGRAM = [sys.executable, "-P", "-m", "carrierflex.workflows.command_line"]
 #: No name is resolved, so that nothing can come from a network.
 OFFLINE = [*FLAGS, "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
-SECONDS = 90
+SECONDS = 180
 #: Runs, as the newcomer's logger has them; no name tells the angle of the third sensor.
 COLUMNS = ("Zeit [s]", "Winkel [rad]", "Drehmoment [kN m]", "ntl_y [kN]", "ntl_z [kN]")
 SENSORS = {"s047": "probe 47 [um]", "s137": "probe 137 [um]", "s227": "left below [um]"}
@@ -37,7 +37,7 @@ WIDER = """[...document.querySelectorAll('.page *')].filter(e => {
 #: Words of fields, lines and tables that cover one another.
 COVERED = """(() => {
     const words = [...document.querySelectorAll('.line, .q-btn, caption, td, th, h2, .faint-words,'
-        + ' .state, .signal b, .q-field, .q-checkbox, .refused, .note, figure')]
+        + ' .state, .signal b, .q-field, .q-field__messages, .q-checkbox, .refused, .note, figure')]
         .map(e => [e, e.getBoundingClientRect()]).filter(([e, box]) => box.width && box.height);
     const pairs = [];
     for (const [a, p] of words) for (const [b, q] of words)
@@ -51,13 +51,13 @@ COVERED = """(() => {
 
 @contextmanager
 def served(folder):
-    """Address of a page whose work folder is `work` in a folder."""
+    """Address and process of a page whose work folder is `work` in a folder."""
     if find_spec("nicegui") is None:
         pytest.skip("NiceGUI is not installed; the page is made with it")
     line = [*PROGRAM, "app", "--no-browser", "--quiet", "--out", "work"]
     with subprocess.Popen(line, cwd=folder, stdout=subprocess.PIPE, text=True) as process:
         try:
-            yield process.stdout.readline().strip()
+            yield process.stdout.readline().strip(), process
         finally:
             process.terminate()
 
@@ -107,7 +107,7 @@ class Page:
     def drag(self, name, degrees):
         """Drag a sensor around the rim."""
         self.browser.value("document.querySelector('svg.drawing').scrollIntoView()")
-        sensor = f"document.querySelector('[data-name={name!r}]')"
+        sensor = f"document.querySelector('[data-name=\"{name}\"]')"
         at = f"(e => [(e.left + e.right) / 2, (e.top + e.bottom) / 2])({sensor}" + (
             ".querySelector('circle').getBoundingClientRect())"
         )
@@ -158,7 +158,7 @@ def session(tmp_path_factory):
     logs = folder / "logger"
     logs.mkdir()
     paths = write_logs(logs)
-    with served(folder) as address, browser(folder / "profile", OFFLINE) as opened:
+    with served(folder) as (address, _), browser(folder / "profile", OFFLINE) as opened:
         page = Page(opened, address, 1280)
         page.drop(*paths)
         page.until("document.querySelectorAll('.q-checkbox').length === 2")
@@ -249,9 +249,9 @@ def test_only_this_machine_with_the_token_and_the_right_host_is_answered(session
     assert (parts.hostname, len(parts.path.strip("/"))) == ("127.0.0.1", 32)
 
     def status(path, **headers):
-        connection = HTTPConnection("127.0.0.1", parts.port)
-        connection.request("GET", path, headers=headers)
-        return connection.getresponse().status
+        with closing(HTTPConnection("127.0.0.1", parts.port)) as connection:
+            connection.request("GET", path, headers=headers)
+            return connection.getresponse().status
 
     assert status(parts.path) == 200
     report = f"{parts.path}report/diagnosis"
@@ -304,7 +304,7 @@ def test_a_map_that_was_changed_elsewhere_is_not_replaced(session):
 def test_a_file_that_is_none_of_a_logger_is_refused_in_one_line(tmp_path, command):
     bad = tmp_path / "bad.csv"
     bad.write_bytes(bytes(range(256)) * 40)
-    with served(tmp_path) as address, browser(tmp_path / "profile", OFFLINE) as opened:
+    with served(tmp_path) as (address, _), browser(tmp_path / "profile", OFFLINE) as opened:
         page = Page(opened, address, 390)
         page.drop(bad)
         page.until("document.querySelectorAll('.q-checkbox').length === 1")
@@ -315,8 +315,8 @@ def test_a_file_that_is_none_of_a_logger_is_refused_in_one_line(tmp_path, comman
     assert {path.name for path in (tmp_path / "work").iterdir()} == {"bad.csv"}
 
 
-def test_dimensions_change_picture_and_curve_at_once_and_the_button_writes_the_file(tmp_path):
-    with served(tmp_path) as address, browser(tmp_path / "profile", OFFLINE) as opened:
+def test_dimensions_change_the_picture_at_once_and_the_button_solves_until_it_is_stopped(tmp_path):
+    with served(tmp_path) as (address, process), browser(tmp_path / "profile", OFFLINE) as opened:
         page = Page(opened, address, 1280)
         opened.value("document.querySelectorAll('.q-tab')[1].click()")
         page.until("!!document.querySelector('.run-curves')")
@@ -336,4 +336,17 @@ def test_dimensions_change_picture_and_curve_at_once_and_the_button_writes_the_f
         )
         for width in (390, 1280):
             assert page.overflow(width) == (False, [], [])
-        assert not list((tmp_path / "work").iterdir())
+        work = tmp_path / "work"
+        assert not list(work.iterdir())
+        opened.value("document.querySelector('.run-curves').click()")
+        page.until("!!document.querySelector('.stop')")
+        assert (work / "carrier.toml").read_text(
+            encoding="utf-8"
+        ) == "[carrier]\nplate_gap = 0.25\n"
+        opened.value("document.querySelector('.stop').click()")
+        page.until("!!document.querySelector('.refused')")
+        said = opened.value("document.querySelector('.refused').textContent")
+        assert "terminated" in said or "exit code -15" in said
+        assert [path.name for path in work.rglob("*") if path.is_file()] == ["carrier.toml"]
+        opened.value("document.querySelector('.close').click()")
+        assert process.wait(SECONDS) == 0

@@ -21,6 +21,7 @@ QUICK = {
     "info copied": 0,
     "completion bash": 0,
     "new-campaign --kind carrier --from campaign/LC1.csv --out map.toml": 0,
+    "app --port 70000": 2,
     "mesh --size 5 --out a.msh": 2,
     "mesh --no-such-option 1": 2,
     "diagnoze campaign": 2,

@@ -31,6 +31,7 @@ for arguments in json.loads(sys.argv[1]):
 print(json.dumps([codes, sorted(sys.modules)]))
 """
 WORK = {"scipy", "numba", "gmsh", "skfem", "pandas", "matplotlib", "pyvista", "h5py", "jinja2"}
+WORK |= {"nicegui", "fastapi", "uvicorn"}
 
 
 def run_in_one_process(lines, folder):
