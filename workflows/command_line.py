@@ -50,8 +50,8 @@ log = logging.getLogger("carrierflex.workflows.command_line")
 
 _HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
 
-All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise. --out names the file
-or the folder to write, as the help of the command says; a file's suffix says its format."""
+All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise.
+--out names the file or the folder to write; the suffix of a file says its format."""
 
 
 def main() -> None:
