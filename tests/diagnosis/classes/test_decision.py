@@ -115,7 +115,7 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     assert (found.state, found.ids) == (NO_CLASS, ())
     # The one that would have been named is listed among the others.
     assert found.rivals["a"] > 0.99
-    assert found.note.startswith("one frequency drives all runs: a second cause")
+    assert found.note.startswith("one frequency drives all runs: in these records a second cause")
     assert decided(signal, few).is_inseparable
     assert not decided(signal, {}).is_inseparable
     both = answered(signal, noise=0.01, options=few | {"drive_note": "short"}).note

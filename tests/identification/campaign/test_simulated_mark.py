@@ -39,7 +39,7 @@ def test_a_measurement_is_not_replaced_by_a_simulation(tmp_path):
     write_campaign(carrier_campaign(seed=3), folder)
     before = contents(folder)
     with pytest.raises(
-        ValueError, match=r"campaign\.toml: no table \[simulated\].* never replaced"
+        ValueError, match=r"campaign\.toml: no table \[simulated\].* are not replaced"
     ):
         write_campaign(carrier_campaign(), folder, simulated=True)
     assert contents(folder) == before
