@@ -164,6 +164,7 @@ def main(
         Where `out` or `save_law` cannot be written.
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
+    refuse_foreign_diagnosis(out)
 
     from carrierflex.simulation.law_files import read_law
 
@@ -215,6 +216,24 @@ def _refuse(
     if save_law is not None:
         check_file_writable(save_law)
         refuse_foreign(save_law, 'format = "carrierflex-')
+
+
+def refuse_foreign_diagnosis(out: Path) -> None:
+    """Refuse a folder with a file of a diagnosis' name that this program did not write.
+
+    Raises
+    ------
+    FileExistsError
+        Where there is one: it would be replaced, or removed with those of an earlier diagnosis.
+    """
+    from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE
+    from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE
+    from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE
+
+    for name in (DIAGNOSIS_FILE, REPORT_DATA_FILE, RIM_MOTION_FILE):
+        refuse_foreign(out / name, '"carrierflex-')
+    for name in (REPORT_FILE, VIEW_FILE):
+        refuse_foreign(out / name, "carrierflex")
 
 
 def _diagnosed(

@@ -105,6 +105,8 @@ def _with_head(page: str, scene: Scene) -> str:
     head = (
         f"<title>{title}</title>\n<link rel='icon' href='data:,'>\n"
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        # By this word the page is known as one of this program, which the next one may replace.
+        '<meta name="generator" content="carrierflex">\n'
         f"<style>{style}</style>"
     )
     page = re.sub(r"<title>[^<]*</title>", lambda _: head, page, count=1)

@@ -70,6 +70,18 @@ def test_a_folder_of_curves_gives_one_page_that_says_what_is_in_it(command, curv
     assert page.count("<title>deflection curves, curves</title>") == 1
 
 
+def test_a_page_of_others_is_not_replaced_and_one_of_this_program_is(command, tmp_path, curves):
+    pytest.importorskip("k3d")
+    (tmp_path / "page.html").write_text("<title>notes of a colleague</title>")
+    assert "page.html: is there already" in refused(
+        command, "curves", "--quiet", "--out", "page.html"
+    )
+    (tmp_path / "page.html").unlink()
+    for _ in range(2):
+        ended = command("view", "curves", "--quiet", "--out", "page.html")
+        assert ended.returncode == 0, ended.stderr
+
+
 def test_entries_that_find_no_room_are_left_out_and_told(command, curves, monkeypatch):
     pytest.importorskip("k3d")
     whole = command("view", "curves", "--quiet", "--out", "whole.html")
