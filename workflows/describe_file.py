@@ -56,6 +56,15 @@ _FORMATS = {
 _MAIN_KEYS = {
     "carrierflex-diagnosis": ("campaign", "kind", "unit", "verdict", "headline", "version"),
 }
+#: Results without a format, by the name of their schema: kind, key of what counts, commands.
+_RESULTS = {
+    "papers-gap": ("causes that explain the gap of the 2012 paper's tables", "gap", ()),
+    "rexs": (
+        "numbers of a case from REXS and their sources",
+        "result",
+        ("simulate {0.parent}/stage.toml --out CAMPAIGN",),
+    ),
+}
 _PARAMETERS = ("carrier", "pin", "gear", "main_shaft")
 #: Documents by which a folder of this program is described, the first that is there.
 _OF_FOLDERS = (
@@ -70,6 +79,8 @@ _OF_FOLDERS = (
     "comparison.json",
     "fleet.json",
     "watch.json",
+    "papers_gap.json",
+    "rexs.json",
     "deflection_curves.csv",
 )
 _STEP = (".step", ".stp")
@@ -215,6 +226,10 @@ def _json(path: Path) -> FileDescription:
         raise ValueError(f"{path}: JSON that no command writes; expected a result of carrierflex")
     stated = str(document.get("format", ""))
     kind, commands = _FORMATS.get(stated, (f"result '{schema}'", ()))
+    if not stated and schema in _RESULTS:
+        kind, inside, commands = _RESULTS[schema]
+        counts = document.get(inside)
+        document = {**document, **(counts if isinstance(counts, dict) else {}), inside: ""}
     versions = document.get("versions", {})
     written = versions.get("carrierflex") if isinstance(versions, dict) else None
     software = str(document.get("software") or (f"carrierflex {written}" if written else ""))

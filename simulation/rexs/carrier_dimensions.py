@@ -32,12 +32,13 @@ def carrier_dimensions(stage: PlanetaryStage, unit_of: Callable[[str, str], str]
     Raises
     ------
     ValueError
-        Where the file states no centre distance, module or teeth, or a unit or a number is wrong.
+        Where the file states no centre distance and no places of the gears, no module or teeth, or
+        a unit or a number is wrong.
     """
-    distance = _centre_distance(stage)
+    distance, source = _centre_distance(stage)
     numbers = Numbers(stage, distance / GearData.centre_distance, unit_of)
     numbers.notes += stage.notes
-    _gear(numbers, distance)
+    _gear(numbers, distance, source)
     _plates(numbers)
     _pin(numbers)
     _carrier_ends(numbers)
@@ -48,7 +49,8 @@ def carrier_dimensions(stage: PlanetaryStage, unit_of: Callable[[str, str], str]
     return numbers
 
 
-def _centre_distance(stage: PlanetaryStage) -> float:
+def _centre_distance(stage: PlanetaryStage) -> tuple[float, str]:
+    """Centre distance [m], stated or that of the planets' places, and its source."""
     for planet in stage.planets:
         for mesh in (planet.sun_mesh, planet.ring_mesh):
             distance = stage.model.number(mesh, "center_distance")
@@ -58,14 +60,17 @@ def _centre_distance(stage: PlanetaryStage) -> float:
                         f"{stage.model.path}: {mesh}: center_distance is {distance} m; expected a "
                         "positive one"
                     )
-                return distance
+                return distance, f"{mesh} center_distance"
+    for planet in stage.planets:
+        if planet.radius > 0.0:
+            return planet.radius, f"{planet.gear} support_vector, from the axis"
     raise ValueError(
-        f"{stage.model.path}: {stage.stage}: no cylindrical_stage of it has a center_distance; "
-        "expected one"
+        f"{stage.model.path}: {stage.stage}: no cylindrical_stage of it has a center_distance, no "
+        "planet a support_vector off the axis; expected one"
     )
 
 
-def _gear(numbers: Numbers, distance: float) -> None:
+def _gear(numbers: Numbers, distance: float, source: str) -> None:
     """Teeth, module, angles, widths and tip diameters."""
     stage = numbers.stage
     planet = stage.planets[0]
@@ -76,7 +81,6 @@ def _gear(numbers: Numbers, distance: float) -> None:
         strict=True,
     ):
         numbers.put("gear", key, teeth, "file", f"{gear} number_of_teeth")
-    source = f"{planet.sun_mesh} center_distance"
     numbers.put("gear", "centre_distance", distance, "file", source)
     numbers.put("carrier", "centre_distance", distance, "file", source)
     numbers.take("gear", "module", stage.sun, "normal_module")
@@ -124,11 +128,13 @@ def _plates(numbers: Numbers) -> None:
             f"{stage.carrier or 'no planet carrier'} with {len(stage.plates)} side plates: the "
             "model's carrier has two"
         )
+    if stage.plates:
+        numbers.take("carrier", "upwind_plate_thickness", stage.plates[0], "length")
+        numbers.take("carrier", "outer_radius", stage.plates[0], "outer_diameter", times=0.5)
+    if len(stage.plates) != 2:
         return
     upwind, downwind = stage.plates
-    numbers.take("carrier", "upwind_plate_thickness", upwind, "length")
     numbers.take("carrier", "downwind_plate_thickness", downwind, "length")
-    numbers.take("carrier", "outer_radius", upwind, "outer_diameter", times=0.5)
     ends = [_ends(stage, plate) for plate in stage.plates]
     if ends[0] is not None and ends[1] is not None and ends[1][0] > ends[0][1]:
         gap = ends[1][0] - ends[0][1]
@@ -223,11 +229,16 @@ def _room_of_the_planets(numbers: Numbers) -> None:
     """Webs, the planets' room between them, and the sensors' circle."""
     stage, scale = numbers.stage, numbers.scale
     carrier = stage.carrier
-    numbers.take("carrier", "planet_clearance_radius", carrier, "strut_radius_planet_recess")
+    for key, attribute, times in (
+        ("planet_clearance_radius", "strut_radius_planet_recess", 1.0),
+        ("web_inner_radius", "strut_inner_diameter", 0.5),
+    ):
+        # Programs write 0 where there are no struts.
+        if numbers.model.number(carrier, attribute):
+            numbers.take("carrier", key, carrier, attribute, times=times)
     room = 0.5 * numbers["gear", "planet_tip_diameter"] + _AIR * scale
     rule = f"planet_tip_diameter / 2 + {_AIR:g} x {scale:.4g}"
     numbers.put("carrier", "planet_clearance_radius", room, "default", rule)
-    numbers.take("carrier", "web_inner_radius", carrier, "strut_inner_diameter", times=0.5)
     numbers.default("carrier", "outer_radius")
     holes = numbers["carrier", "centre_distance"] + 0.5 * numbers["carrier", "pin_hole_diameter"]
     circle = 0.5 * (holes + numbers["carrier", "outer_radius"])

@@ -38,6 +38,8 @@ class Planet:
     ring_mesh: Component
     radial: NDArray[np.float64]
     """Unit vector from the axis to the planet, in the model's frame, shape (3,)."""
+    radius: float
+    """Distance from the axis [m]; 0 where the file states no place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +191,7 @@ def planetary_stage(model: RexsModel, stage: Component) -> PlanetaryStage:
     shafts = list({each.id: each for each in [*related, *members] if each.id not in known}.values())
     carrier_loads = [load for shaft in shafts for load in model.parts(shaft, "external_load")]
     notes: list[str] = []
-    x_axis, z_axis = _frame(model, axis[1], shafts, notes)
+    x_axis, z_axis = _frame(model, axis[1], (shafts, sun), notes)
     axes = np.array([x_axis, np.cross(z_axis, x_axis), z_axis])
 
     def from_upwind(components: Iterable[Component]) -> tuple[Component, ...]:
@@ -338,17 +340,21 @@ def _across(place: NDArray[np.float64], axis: _Axis) -> NDArray[np.float64]:
 
 
 def _frame(
-    model: RexsModel, u: NDArray[np.float64], shafts: Sequence[Component], notes: list[str]
+    model: RexsModel,
+    u: NDArray[np.float64],
+    around: tuple[Sequence[Component], Component],
+    notes: list[str],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Directions x and z: x leads away from the carrier's load, z points against the weight."""
-    places = [(shaft, position(model, shaft)) for shaft in shafts]
-    along = [float(u @ place) for _, place in places if place is not None]
+    shafts, sun = around
+    middle = position(model, sun)
     loaded = [
-        float(u @ place)
-        for shaft, place in places
-        if place is not None and model.parts(shaft, "external_load")
+        float(u @ (placed[1] + (model.number(load, "u_coordinate_on_shaft") or 0.0) * placed[0][0]))
+        for shaft in shafts
+        for load in model.parts(shaft, "external_load")
+        if (placed := placement(model, shaft)) is not None
     ]
-    x = -u if loaded and len(along) > 1 and loaded[0] == max(along) > min(along) else u
+    x = -u if loaded and middle is not None and loaded[0] > u @ middle else u
     if x is not u:
         notes.append("x leads against the axis u: the carrier's load is on its positive side")
     unit = next(iter(model.of_type("gear_unit")), None)
@@ -440,6 +446,7 @@ def _planet(
         bearings,
         *meshes,
         radial=arm / length if length > 0.0 else arm,
+        radius=length,
     )
 
 

@@ -41,6 +41,18 @@ _MODEL_NAME = re.compile(r"\.(rexs|rexsj|rexs\.xml|rexs\.json)$", re.IGNORECASE)
 #: Keys of an attribute in JSON that are no value.
 _NO_VALUE = ("id", "unit")
 
+#: What a damaged file raises.
+_BAD = (
+    ValueError,
+    LookupError,
+    OSError,
+    EOFError,
+    ElementTree.ParseError,
+    zipfile.BadZipFile,
+    zlib.error,
+    RuntimeError,
+)
+
 #: New values [SI] of one load case: by component and attribute.
 Results = Mapping[int, Mapping[str, float]]
 
@@ -132,10 +144,13 @@ def write_with_load_cases(path: Path, source: Path, cases: Sequence[tuple[str, R
         if not document.member:
             temporary.write_bytes(content)
             return
-        with zipfile.ZipFile(source) as old, zipfile.ZipFile(temporary, "w") as new:
-            for member in old.infolist():
-                data = content if member.filename == document.member else old.read(member)
-                new.writestr(member, data, zipfile.ZIP_DEFLATED)
+        try:
+            with zipfile.ZipFile(source) as old, zipfile.ZipFile(temporary, "w") as new:
+                for member in old.infolist():
+                    data = content if member.filename == document.member else old.read(member)
+                    new.writestr(member, data, zipfile.ZIP_DEFLATED)
+        except _BAD as error:
+            raise ValueError(f"{source}: a damaged archive: {_reason(error)}") from error
 
 
 def refuse_foreign_model(path: Path) -> None:
@@ -183,17 +198,7 @@ def _document(path: Path) -> _Document:
         if _tag(root) != "model":
             raise ValueError(f"its element is '{shortened(_tag(root))}'; expected 'model'")
         return _Document(root, member)
-    except (
-        ValueError,
-        LookupError,
-        OSError,
-        RecursionError,
-        ElementTree.ParseError,
-        zipfile.BadZipFile,
-        zlib.error,
-        NotImplementedError,
-        RuntimeError,
-    ) as error:
+    except _BAD as error:
         raise ValueError(f"{path}: not {_WHAT}: {_reason(error)}") from error
 
 

@@ -3,7 +3,7 @@
 A number is taken from the REXS file, derived from numbers of the file, or a default: that of the
 shipped gearbox, scaled to the centre distance by geometric similarity in the same material. With
 the ratio ``s`` of the centre distances, lengths go with s, stiffnesses with s (N/m) and s^3
-(N m/rad), masses with s^3, inertias with s^5, dampings with s^2 and s^4.
+(N m/rad), masses and torques with s^3, inertias with s^5, dampings with s^2 and s^4.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +22,7 @@ _POWERS = {
     "N/m": 1,
     "N s/m": 2,
     "kg": 3,
+    "N m": 3,
     "N m/rad": 3,
     "N m s": 4,
     "kg m^2": 5,

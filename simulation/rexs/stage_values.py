@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from carrierflex.simulation.rexs.carrier_dimensions import TABLES, carrier_dimensions
 from carrierflex.simulation.rexs.planetary_stage import PlanetaryStage
@@ -20,8 +20,8 @@ _SUN_MESH, _RING_MESH = 15e9, 18e9
 _STEEL = 7850.0
 #: Bending stiffness of a pin in its bore in the shipped cases [N m/rad].
 _PIN_FIT = 1e6
-#: Speed of the shipped cases [1/min].
-_SPEED = 22.1
+#: Speed [1/min] and torque [N m] of the shipped cases.
+_SPEED, _TORQUE = 22.1, 360e3
 #: Tables that come from the shipped gearbox where the file has nothing of them.
 _DEFAULTED = ("mesh", "bearings", "chain", "mounting", "housing")
 _CASE_TABLES = ("", "rig", "gear", *_DEFAULTED, "planet", "sun", "ring")
@@ -63,8 +63,7 @@ def stage_values(stage: PlanetaryStage, unit_of: Callable[[str, str], str]) -> S
     Raises
     ------
     ValueError
-        Where the file states no centre distance, module, teeth or torque, or a unit or a number is
-        wrong.
+        Where the file states no centre distance, module or teeth, or a unit or a number is wrong.
     """
     dimensions = carrier_dimensions(stage, unit_of)
     case = Numbers(stage, dimensions.scale, unit_of)
@@ -160,14 +159,15 @@ def _group(numbers: Numbers, bearings: tuple[Component, ...], name: str) -> None
     if not bearings:
         return
     names = " and ".join(str(bearing) for bearing in bearings)
+    is_gear = name in ("planet", "sun")
     axial = _stiffness(numbers, bearings, "axial_stiffness")
-    if axial is not None and name in ("planet", "sun"):
-        _keep(numbers, f"{name}_axial", axial, f"{names} axial_stiffness")
+    if axial is not None and is_gear:
+        _hold(numbers, f"{name}_axial", axial, f"{names} axial_stiffness")
     radial = _stiffness(numbers, bearings, "radial_stiffness")
     if radial is not None:
         _keep(numbers, f"{name}_radial", radial, f"{names} radial_stiffness")
         tilt, source = _tilt(numbers, bearings, names)
-        _keep(numbers, f"{name}_tilt", tilt, source)
+        (_hold if is_gear else _keep)(numbers, f"{name}_tilt", tilt, source)
     clearances = [_clearance(numbers, bearing) for bearing in bearings]
     known = [clearance for clearance in clearances if clearance is not None]
     if known:
@@ -220,6 +220,14 @@ def _keep(numbers: Numbers, key: str, stiffness: float, source: str) -> None:
     """Keep a stiffness of [bearings]."""
     shipped = BearingData.planet_tilt if key.endswith("_tilt") else BearingData.planet_radial
     numbers.take_stiffness("bearings", key, stiffness, shipped, source)
+
+
+def _hold(numbers: Numbers, key: str, stiffness: float, source: str) -> None:
+    """Keep a stiffness without which a gear is free: where there is none, the default holds it."""
+    if stiffness > 0.0:
+        _keep(numbers, key, stiffness, source)
+    else:
+        numbers.notes.append(f"{source}: none, the gear would be free; the default of {key} holds")
 
 
 def _clearance(numbers: Numbers, bearing: Component) -> float | None:
@@ -337,12 +345,13 @@ def _runs(numbers: Numbers) -> tuple[tuple[StageRun, ...], tuple[str, ...]]:
         runs.append(StageRun(name, name, SteadyLoad(signed, *forces, gravity)))
         sources.append(source)
     largest = max(abs(run.load.torque) for run in runs)
-    if not largest > 0.0:
-        raise ValueError(
-            f"{stage.model.path}: no external_load of {stage.stage} has a torque_around_u_axis; "
-            "expected one on the carrier's or the sun's shaft"
-        )
-    numbers.put("rig", "nominal_torque", largest, "file", "largest torque of the runs")
+    if largest > 0.0:
+        numbers.put("rig", "nominal_torque", largest, "file", "largest torque of the runs")
+    else:
+        torque, source = numbers.scaled("rig", "nominal_torque", _TORQUE)
+        numbers.put("rig", "nominal_torque", torque, "default", source)
+        runs = [replace(run, load=replace(run.load, torque=torque)) for run in runs]
+        sources = [source] * len(runs)
     return tuple(runs), tuple(sources)
 
 

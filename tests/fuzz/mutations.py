@@ -1,7 +1,9 @@
 """Damage that files meet: lost and doubled parts, other numbers and encodings, hostile values."""
 
+import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import h5py
 import numpy as np
@@ -100,6 +102,45 @@ def damaged(draw: st.DrawFn, content: bytes) -> bytes:
     for _ in range(draw(st.integers(1, 3))):
         content = draw(st.sampled_from([_tokens, _tokens, _lines, _bytes]))(draw, content)
     return content
+
+
+#: Values of a JSON document that stand for another.
+_OTHERS = [
+    None,
+    True,
+    -1,
+    0,
+    10**25,
+    0.5,
+    1e308,
+    float("nan"),
+    "",
+    "1e-30",
+    "x" * 9000,
+    [],
+    [0.0],
+    {},
+]
+
+
+def _leaves(part: Any) -> Iterator[tuple[Any, Any]]:
+    """Containers and keys of the values of a JSON document."""
+    for key, value in part.items() if isinstance(part, dict) else enumerate(part):
+        if isinstance(value, dict | list) and value:
+            yield from _leaves(value)
+        else:
+            yield part, key
+
+
+@st.composite
+def damaged_values(draw: st.DrawFn, content: bytes) -> bytes:
+    """JSON that is read, with one to five hostile values, or those of other places."""
+    leaves = list(_leaves(document := json.loads(content)))
+    places = st.integers(0, len(leaves) - 1)
+    for _ in range(draw(st.integers(1, 5))):
+        (part, key), (other, place) = leaves[draw(places)], leaves[draw(places)]
+        part[key] = draw(st.sampled_from([other[place], *_OTHERS]))
+    return json.dumps(document).encode()
 
 
 _VALUES = [

@@ -25,6 +25,8 @@ from scipy.io import savemat
 
 from carrierflex.blind_check.sealing.check import Seals, read_seals, write_seals
 from carrierflex.blind_check.sealing.verdicts import read_verdict
+from carrierflex.diagnosis.carrier.watch.rim_revolutions import RevolutionSplitter
+from carrierflex.diagnosis.carrier.watch.state_files import read_state, write_state
 from carrierflex.diagnosis.report.diagnosis_files import read_diagnosis
 from carrierflex.diagnosis.report.rim_motion_files import (
     RimMotion,
@@ -44,6 +46,7 @@ from carrierflex.geometry.mesh_files import read_mesh, write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.run_files import ExpectedColumns
 from carrierflex.identification.logs import log_files
 from carrierflex.identification.logs.log_files import read_log
 from carrierflex.identification.logs.map_files import read_map
@@ -62,14 +65,25 @@ from carrierflex.simulation.rexs.stage_values import stage_values
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.cached_results import CacheStore
 from carrierflex.workflows.fe.default_curves import default_curves, with_mesh_error
+from carrierflex.workflows.fleet.sample_streams import Position, stream_samples
 from carrierflex.workflows.view3d.rim_scene import rim_scene
+from tests.diagnosis.carrier.watch.test_turbine_watch import (
+    BASELINE,
+    OPTIONS,
+    SINCE,
+    TILT,
+    N,
+    adding,
+    watched,
+)
+from tests.diagnosis.carrier.watch.turbines import record
 from tests.fe.solids.test_solids import blocks
 from tests.forked_readers import read_in_forks
 from tests.fuzz.body_files import BODY_READERS, body_contents
 from tests.fuzz.body_files import read as read_foreign_body
 from tests.fuzz.counts import COUNTS
 from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
-from tests.fuzz.mutations import damaged, damaged_hdf5
+from tests.fuzz.mutations import damaged, damaged_hdf5, damaged_values
 from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
 from tests.identification.logs.test_other_tools import (
     write_mdf,
@@ -90,6 +104,8 @@ TOLD = (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryErro
 PATIENCE = 20.0
 #: Memory beyond what stood before [kB] that no small file may take.
 MOST_MEMORY = 400_000
+#: As errors name the stream.
+_STREAM = "standard input"
 #: Laws whose files are damaged: one of every form of a part.
 DAMAGED_LAWS = ("rubbing", "slipping", "surface", "bushings", "bushing stops", "tilt")
 
@@ -236,6 +252,43 @@ def _read_gearbox(path: Path) -> None:
     write_with_load_cases(path.with_name("copy_of_" + path.name), path, results)
 
 
+def _watches(folder: Path) -> dict[str, Target]:
+    """What a watch goes on from: its state, the header of that alone, and rows as they come."""
+    rng = np.random.default_rng(1)
+    columns = record(BASELINE, N, rng, adding("housing_tilt", TILT, 0.0), since=SINCE)
+    write_state(folder / "state.npz", watched(columns), "key")
+    with np.load(folder / "state.npz") as file:
+        arrays = dict(file)
+    expected = ExpectedColumns(dict.fromkeys(columns, "input") | {"time": "time"})
+    rows = np.column_stack([values[:300] for values in columns.values()])
+    np.savetxt(folder / _STREAM, rows, delimiter=",", header=",".join(columns), comments="")
+
+    def read_header(path: Path) -> None:
+        header = np.array((path / "header.json").read_bytes().decode("utf-8", "replace"))
+        np.savez(path / "header.json.npz", **(arrays | {"header": header}))
+        read_state(path / "header.json.npz", BASELINE, OPTIONS, "key")
+
+    def read_rows(path: Path) -> None:
+        splitter = RevolutionSplitter()
+        for piece in stream_samples(
+            io.BytesIO((path / _STREAM).read_bytes()), expected, Position()
+        ):
+            list(splitter.turns(piece.columns))
+
+    state, rows_of_stream = (folder / "state.npz").read_bytes(), (folder / _STREAM).read_bytes()
+    return {
+        "watch state": Target(
+            {"state.npz": state},
+            "state.npz",
+            lambda path: read_state(path / "state.npz", BASELINE, OPTIONS, "key"),
+        ),
+        "watch header": Target(
+            {"header.json": str(arrays["header"]).encode()}, "header.json", read_header
+        ),
+        "watch rows": Target({_STREAM: rows_of_stream}, _STREAM, read_rows),
+    }
+
+
 def _reading(read: Callable[[Path], Any], file: str) -> Callable[[Path], Any]:
     return lambda folder: read(folder / file)
 
@@ -272,11 +325,14 @@ TEXTS = [
     ),
     *MATRIX_READERS,
     *("gearbox.rexs", "gearbox.rexsj", "gearbox.rexsz"),
+    *("watch state", "watch header", "watch rows"),
     *(f"body {name}" for name in BODY_READERS),
     "body .h5 bytes",
 ]
+#: JSON whose values are damaged too, so that it is taken for what it is.
+VALUES = ("gearbox.rexsj", "watch header")
 #: Every reader has its share; the body is damaged in two ways.
-SHARE = ceil(int(os.environ.get("FUZZ_INPUTS", "2000")) / (len(TEXTS) + 1))
+SHARE = ceil(int(os.environ.get("FUZZ_INPUTS", "2000")) / (len(TEXTS) + len(VALUES) + 1))
 SETTINGS = settings(
     max_examples=SHARE,
     deadline=None,
@@ -323,6 +379,7 @@ def targets(tmp_path_factory, one_pin_mesh, body):
         **_logs(tmp_path_factory.mktemp("logs")),
         **_cases(),
         **_gearboxes(tmp_path_factory.mktemp("gearboxes")),
+        **_watches(tmp_path_factory.mktemp("watches")),
         "mesh .msh": Target(mesh, "a.msh", lambda path: read_mesh(path / "a.msh")),
         "mesh of hexahedra .inp": Target(
             hexahedra, "a.inp", lambda path: read_mesh(path / "a.inp")
@@ -408,6 +465,19 @@ def test_damaged_files_are_told_in_one_line(tmp_path, targets, name):
     @given(content=damaged(target.files[target.damaged]))
     def check(content):
         tried(name, target.read, written(target, content, tmp_path), target.damaged)
+
+    check()
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_other_values_are_told_in_one_line(tmp_path, targets, name):
+    target = targets[name]
+
+    @SETTINGS
+    @given(content=damaged_values(target.files[target.damaged]))
+    def check(content):
+        where = written(target, content, tmp_path)
+        tried(f"{name} values", target.read, where, target.damaged)
 
     check()
 

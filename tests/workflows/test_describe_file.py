@@ -96,6 +96,12 @@ def test_results_state_who_wrote_them(tmp_path):
     told = main(tmp_path / "pin_fit.json")
     assert (told.kind, told.software) == ("result 'pin-fit'", "carrierflex 9.8")
     assert told.figures["worst"] == "0.5"
+    gap = {"gap": {"best": "tilt", "causes": [1, 2]}, "inputs": {"seed": 1}, "versions": {}}
+    (tmp_path / "papers_gap.json").write_text(json.dumps(gap))
+    told = main(tmp_path)
+    assert told.kind.startswith("folder with papers_gap.json: causes that explain the gap")
+    assert (told.figures["best"], told.figures["causes"]) == ("tilt", "2 entries")
+    assert "gap" not in told.figures
     diagnosis = {"format": "carrierflex-diagnosis", "headline": "h", "software": "carrierflex 9"}
     (tmp_path / "diagnosis.json").write_text(json.dumps(diagnosis))
     assert main(tmp_path).kind == "folder with diagnosis.json: diagnosis"

@@ -130,7 +130,8 @@ def main(
     # Runs are equally long; what comes before them tells nothing of their time.
     weights = (1.0,) * (first + len(what.runs)) + (0.0,)
     stages = Stages(len(weights), quiet, weights, timed_from=first)
-    with stages.stage(f"reduced carrier and pins, elements of {size} m"):
+    made = "of the files of [bodies]" if what.bodies else f"elements of {size} m"
+    with stages.stage(f"reduced carrier and pins, {made}"):
         body = stage_body_of_case(what, size, stresses)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
     if linearised is not None:

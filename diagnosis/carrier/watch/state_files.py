@@ -2,28 +2,44 @@
 
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.watch.change_class import ChangeClass
 from carrierflex.diagnosis.carrier.watch.change_test import DetectorState, RevolutionNoise
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import RimBaseline
 from carrierflex.diagnosis.carrier.watch.turbine_watch import (
     Alarm,
-    Regime,
     TurbineWatch,
     WatchOptions,
 )
 from carrierflex.files.json_files import plain
+from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.whole_files import whole_file
+
+Array = NDArray[Any]
 
 FORMAT, VERSION = "carrierflex-watch-state", 1
 #: Numbers of the state that are no arrays.
 _NUMBERS = ("position", "floor", "threshold", "revolutions_a_day")
 _COUNTS = ("n_revolutions", "n_omitted", "n_needed", "n_recent")
+#: What a damaged file raises.
+_BAD = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    ArithmeticError,
+    RuntimeError,
+    MemoryError,
+    EOFError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 def write_state(path: Path, watch: TurbineWatch, key: str) -> None:
@@ -66,61 +82,77 @@ def read_state(path: Path, baseline: RimBaseline, options: WatchOptions, key: st
     Raises
     ------
     ValueError
-        Where the file is no state, of a newer version, or of another baseline or other options.
+        Where the file is no state, damaged, of a newer version, or of another baseline or other
+        options.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         header = json.loads(str(arrays["header"]))
-        stated = header["format"], header["version"]
-    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        stated = header["format"], header["version"], header["key"]
+    except _BAD as error:
         raise ValueError(
-            f"{path}: is no state of a watch ({' '.join(str(error).split())}); expected the file "
+            f"{path}: is no state of a watch ({_reason(error)}); expected the file "
             "that carrierflex watch wrote: move it, or choose another folder by --out"
         ) from error
-    if stated != (FORMAT, VERSION):
+    if stated[:2] != (FORMAT, VERSION):
         raise ValueError(
-            f"{path}: is '{stated[0]}' of version {stated[1]}; expected '{FORMAT}' of version "
-            f"{VERSION}: continue with the version of carrierflex that wrote it, or choose another "
-            "folder by --out"
+            f"{path}: is {shown(stated[0])} of version {shown(stated[1])}; expected '{FORMAT}' of "
+            f"version {VERSION}: continue with the version of carrierflex that wrote it, or choose "
+            "another folder by --out"
         )
-    if header["key"] != key:
+    if stated[2] != key:
         raise ValueError(
             f"{path}: is of a watch with another baseline or other options; expected the same "
             "--baseline and options, or another folder by --out"
         )
-    watch = TurbineWatch(baseline, options)
-    for name, value in zip(_NUMBERS, arrays["numbers"].tolist(), strict=True):
+    try:
+        return _watch(arrays, header, TurbineWatch(baseline, options))
+    except _BAD as error:
+        raise ValueError(
+            f"{path}: is damaged ({_reason(error)}); expected the file that carrierflex watch "
+            "wrote: move it, or choose another folder by --out"
+        ) from error
+
+
+def _reason(error: Exception) -> str:
+    return shortened(" ".join(str(error).split()), 200)
+
+
+def _watch(
+    arrays: Mapping[str, Array], header: Mapping[str, Any], watch: TurbineWatch
+) -> TurbineWatch:
+    """A new watch with all that the file holds."""
+    from pydantic import TypeAdapter
+
+    def like(name: str, other: Array) -> Array:
+        value = arrays[name]
+        if (value.shape, value.dtype) != (other.shape, other.dtype):
+            raise ValueError(
+                f"{name} is {value.dtype} of shape {value.shape}; expected {other.dtype} of shape "
+                f"{other.shape}"
+            )
+        return value
+
+    numbers = like("numbers", np.zeros(len(_NUMBERS)))
+    for name, value in zip(_NUMBERS, numbers.tolist(), strict=True):
         setattr(watch, name, value)
     for name in _COUNTS:
+        if not isinstance(header[name], int) or header[name] < 0:
+            raise ValueError(f"{name} is {shown(header[name])}; expected a whole number")
         setattr(watch, name, header[name])
-    watch.file = header["file"]
-    watch.silent, watch.masked = arrays["silent"], arrays["masked"]
-    watch.recent = {name: arrays[f"recent_{name}"] for name in watch.recent}
+    watch.file = str(header["file"])
+    watch.silent, watch.masked = like("silent", watch.silent), like("masked", watch.masked)
+    watch.recent = {name: like(f"recent_{name}", values) for name, values in watch.recent.items()}
     if "noise_mean" in arrays:
-        watch.noise = RevolutionNoise(**_fields(arrays, "noise_"))
-    if "state_last" in arrays:
-        watch.state = DetectorState(**_fields(arrays, "state_"))
-    watch.alarms = [_alarm(one) for one in header["alarms"]]
+        p, C = watch.baseline.shape
+        shapes = {"mean": (p, C), "memory": (p,), "covariance": (p, C, C)}
+        watch.noise = RevolutionNoise(
+            **{name: like(f"noise_{name}", np.zeros(shape)) for name, shape in shapes.items()}
+        )
+        fields = vars(watch.test.begin())
+        watch.state = DetectorState(
+            **{name: like(f"state_{name}", values) for name, values in fields.items()}
+        )
+    watch.alarms = TypeAdapter(list[Alarm]).validate_python(header["alarms"])
     return watch
-
-
-def _fields(arrays: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    return {
-        name.removeprefix(prefix): value
-        for name, value in arrays.items()
-        if name.startswith(prefix)
-    }
-
-
-def _alarm(fields: Mapping[str, Any]) -> Alarm:
-    """Alarm of what JSON made of it."""
-    what = fields["change"]
-    return Alarm(
-        **{
-            **fields,
-            "change": None if what is None else ChangeClass(**what),
-            "regime": Regime(**fields["regime"]),
-            "before": Regime(**fields["before"]),
-        }
-    )

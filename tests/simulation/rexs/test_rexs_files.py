@@ -127,6 +127,17 @@ def test_archives_that_hold_no_one_model_or_too_much_are_refused(tmp_path):
         read_rexs(path)
 
 
+def test_another_damaged_file_of_the_archive_is_told_by_the_copy(tmp_path):
+    path = public_stage().write_archive(tmp_path / "a.rexsz")
+    content = path.read_bytes()
+    name = content.index(b"pictures/housing.txt")
+    path.write_bytes(content[: name + 20] + b"XX" + content[name + 22 :])
+    assert read_rexs(path).components
+    with pytest.raises(ValueError, match=r"a\.rexsz: a damaged archive"):
+        write_with_load_cases(tmp_path / "b.rexsz", path, [])
+    assert not (tmp_path / "b.rexsz").exists()
+
+
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"a\.rexs: no such file; expected a REXS file"):
         read_rexs(tmp_path / "a.rexs")

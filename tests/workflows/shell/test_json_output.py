@@ -9,6 +9,7 @@ from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.workflows.outputs import schema_file
 from carrierflex.workflows.shell.commands import COMMANDS, command_in
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
+from tests.simulation.rexs.public_sample import public_stage
 
 VALIDATOR = jsonschema.Draft202012Validator(
     json.loads(schema_file("result").read_text(encoding="utf-8"))
@@ -17,6 +18,7 @@ VALIDATOR = jsonschema.Draft202012Validator(
 QUICK = {
     "mesh --size 0.1 --out a.msh": 0,
     "cases": 0,
+    "cases --rexs a.rexs --out stage": 0,
     "schema campaign": 0,
     "info copied": 0,
     "completion bash": 0,
@@ -107,6 +109,7 @@ def write_copied_record(folder):
 def test_quick_commands_and_refusals_print_what_the_schema_says(command, tmp_path):
     write_copied_record(tmp_path / "campaign")
     write_copied_record(tmp_path / "copied")
+    public_stage().write_xml(tmp_path / "a.rexs")
     for line, code in QUICK.items():
         done = command(*line.split(), "--json")
         assert done.returncode == code, (line, done.stderr)

@@ -212,3 +212,14 @@ def test_a_state_of_another_watch_is_refused(tmp_path):
     (tmp_path / "state.npz").write_bytes(b"mine")
     with pytest.raises(ValueError, match=r"state.npz: is no state of a watch"):
         read_state(tmp_path / "state.npz", BASELINE, OPTIONS, "one")
+    state = tmp_path / "damaged.npz"
+    write_state(state, TurbineWatch(BASELINE, OPTIONS), "one")
+    with np.load(state) as file:
+        valid = dict(file)
+    np.savez(state, **(valid | {"recent_scatter": np.zeros((3, 4))}))
+    with pytest.raises(ValueError, match=r"recent_scatter is float64 of shape \(3, 4\); expected"):
+        read_state(state, BASELINE, OPTIONS, "one")
+    header = str(valid["header"]).replace('"n_recent": 0', '"n_recent": -1')
+    np.savez(state, **(valid | {"header": np.array(header)}))
+    with pytest.raises(ValueError, match=r"is damaged \(n_recent is -1; expected a whole number"):
+        read_state(state, BASELINE, OPTIONS, "one")
