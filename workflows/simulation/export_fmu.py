@@ -58,17 +58,19 @@ def main(
     out : Path
         File to write (.fmu).
     case : Path, optional
-        Case of kind mounting, whose rig and truth are taken, or a stage case; or the name of a
-        bundled one. Without it the default rig with linear bushings.
+        Case of kind mounting or stage case, or the name of a bundled one.
+
+        Of a mounting its rig and truth are exported; default: the default rig with linear bushings.
     run : str, optional
-        Stage: run whose load it begins under, the first by default.
+        Stage: run of the initial load; default: the first run.
     fmi : {"2", "3"}
         Version of the standard: 2.0, which most tools import, or 3.0.
     time_step : float, optional
-        Largest step inside [s]: 0.001 by default, of a stage the step of its case. Communication
-        steps may be of any size.
+        Largest internal step [s]; default: 0.001, of a stage its case's.
+
+        Communication steps may be of any size.
     size : float
-        Stage: element edge length [m] of bodies that the case does not name files of.
+        Stage: element edge length [m] of default bodies.
     sources_only : bool
         Write the C sources only, even where there is a compiler.
     quiet : bool
