@@ -118,6 +118,12 @@ API fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, REFERENCES unknowns[
     return SIZED(c, n_knowns + n_unknowns, n_seed + n_sensitivity,
                  unit_directional(c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity));
 }
+API fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, REFERENCES unknowns[], size_t n_unknowns,
+                                        REFERENCES knowns[], size_t n_knowns, const fmi3Float64 seed[],
+                                        size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
+    return SIZED(c, n_knowns + n_unknowns, n_seed + n_sensitivity,
+                 unit_adjoint(c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity));
+}
 
 API fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 size, fmi3Boolean final,
                           fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached) {
@@ -176,8 +182,6 @@ REFUSES(fmi3SetClock, REFERENCES a[], size_t b, const fmi3Clock d[])
 REFUSES(fmi3GetNumberOfVariableDependencies, fmi3ValueReference a, size_t *b)
 REFUSES(fmi3GetVariableDependencies, fmi3ValueReference a, size_t b[], fmi3ValueReference d[], size_t e[],
         fmi3DependencyKind f[], size_t g)
-REFUSES(fmi3GetAdjointDerivative, REFERENCES a[], size_t b, REFERENCES d[], size_t e, const fmi3Float64 f[],
-        size_t g, fmi3Float64 h[], size_t i)
 REFUSES(fmi3GetIntervalDecimal, REFERENCES a[], size_t b, fmi3Float64 d[], fmi3IntervalQualifier e[])
 REFUSES(fmi3GetIntervalFraction, REFERENCES a[], size_t b, fmi3UInt64 d[], fmi3UInt64 e[],
         fmi3IntervalQualifier f[])

@@ -35,6 +35,8 @@ _tag = ElementTree.SubElement
 
 #: Versions of the standard: words and keys of both differ.
 VERSIONS = ("2", "3")
+#: Unit of the motion in a mode of unit mass.
+MODAL_UNIT = "kg(1/2).m"
 _HERE = Path(__file__).parent
 _SHARED = ("unit.h", "unit.c")
 #: SI base units of the units used: exponents of kg, m, s, rad.
@@ -80,6 +82,14 @@ class ContinuousState:
     derivative: Variable
 
 
+def coordinate_states(variable: Variable) -> tuple[ContinuousState, ContinuousState]:
+    """A coordinate and its velocity as states; name, unit and words of both derivatives follow."""
+    name, unit, words = variable.name, variable.unit, variable.description
+    velocity = Variable(f"der({name})", f"{unit}/s", f"{words}, velocity")
+    acceleration = Variable(f"der({name},2)", f"{unit}/s2", f"{words}, acceleration")
+    return ContinuousState(variable, velocity), ContinuousState(velocity, acceleration)
+
+
 @dataclass(frozen=True, eq=False)
 class UnitModel:
     """What a model gives to become a unit.
@@ -95,7 +105,7 @@ class UnitModel:
     inputs, outputs : tuple of Variable
         Variables in the order of the C file's ``u`` and ``y``.
     states : tuple of ContinuousState
-        States in the order of ``x``; none where the model gives no derivatives.
+        States in the order of ``x``.
     dependencies : mapping of str to tuple of str
         Inputs and states that each output depends on at the same instant, by name.
     source : Path
@@ -187,28 +197,32 @@ def model_description(
     abilities = {
         "modelIdentifier": model.identifier,
         "canHandleVariableCommunicationStepSize": "true",
-        "maxOutputDerivativeOrder": "1" if model.states else "0",
+        "maxOutputDerivativeOrder": "1",
         "canGetAndSetFMUstate" if version == "2" else "canGetAndSetFMUState": "true",
         "canSerializeFMUstate" if version == "2" else "canSerializeFMUState": "true",
     }
-    derivatives = "true" if model.states else "false"
     if version == "2":
         root = Element("fmiModelDescription", about, fmiVersion="2.0", guid=token)
         unit = _tag(
             root, "CoSimulation", abilities, canInterpolateInputs="true",
-            providesDirectionalDerivative=derivatives, canNotUseMemoryManagementFunctions="true",
+            providesDirectionalDerivative="true", canNotUseMemoryManagementFunctions="true",
         )  # fmt: skip
         files = _tag(unit, "SourceFiles")
         for name in _c_files(model, version):
             _tag(files, "File", name=name)
     else:
         root = Element("fmiModelDescription", about, fmiVersion="3.0", instantiationToken=token)
-        _tag(root, "CoSimulation", abilities, providesDirectionalDerivatives=derivatives)
+        _tag(
+            root, "CoSimulation", abilities,
+            providesDirectionalDerivatives="true", providesAdjointDerivatives="true",
+        )  # fmt: skip
     units = _tag(root, "UnitDefinitions")
     for name in sorted({row.variable.unit for row in rows}):
-        powers = zip(("kg", "m", "s", "rad"), _BASE_UNITS[name], strict=True)
-        base = {key: str(power) for key, power in powers if power}
-        _tag(_tag(units, "Unit", name=name), "BaseUnit", base)
+        entry = _tag(units, "Unit", name=name)
+        # The standard has no roots of base units.
+        if not name.startswith(MODAL_UNIT):
+            powers = zip(("kg", "m", "s", "rad"), _BASE_UNITS[name], strict=True)
+            _tag(entry, "BaseUnit", {key: str(power) for key, power in powers if power})
     _tag(_tag(root, "LogCategories"), "Category", name="logStatusError")
     _tag(root, "DefaultExperiment", startTime="0", stepSize=repr(model.step))
     add = _add_variables_2 if version == "2" else _add_variables_3
@@ -297,7 +311,6 @@ def _c_files(model: UnitModel, version: str) -> tuple[str, ...]:
 def c_headers(model: UnitModel, token: str = "") -> dict[str, str]:
     """``model.h`` with sizes and token, ``model_data.h`` with the model's constants."""
     sizes = {
-        "HAS_DERIVATIVES": int(bool(model.states)),
         "N_U": len(model.inputs),
         "N_X": len(model.states),
         "N_Y": len(model.outputs),

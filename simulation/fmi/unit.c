@@ -82,13 +82,11 @@ int unit_reset(Unit *unit) {
 
 int unit_get(Unit *unit, const unsigned references[], size_t n, double values[]) {
     const State *state = &unit->state;
-    double y[N_Y], dx[N_X + 1] = {0};
+    double y[N_Y], dx[N_X];
     size_t k;
+    int derived = 0;
     if (settled(unit) != OK) return FAILED;
     model_outputs(unit->work, state, y);
-#if HAS_DERIVATIVES
-    model_derivatives(unit->work, state, dx);
-#endif
     for (k = 0; k < n; ++k) {
         unsigned r = references[k];
         if (r == TIME) values[k] = state->time;
@@ -96,8 +94,10 @@ int unit_get(Unit *unit, const unsigned references[], size_t n, double values[])
         else if (r < OUTPUTS) values[k] = state->rate[r - RATES];
         else if (r < STATES) values[k] = y[r - OUTPUTS];
         else if (r < DERIVATIVES) values[k] = state->x[r - STATES];
-        else if (r < N_VARIABLES) values[k] = dx[r - DERIVATIVES];
-        else return unit_failed(unit, "a value reference is unknown; expected one of modelDescription.xml");
+        else if (r < N_VARIABLES) {
+            if (!derived++) model_derivatives(unit->work, state, dx);
+            values[k] = dx[r - DERIVATIVES];
+        } else return unit_failed(unit, "a value reference is unknown; expected one of modelDescription.xml");
     }
     return OK;
 }
@@ -137,14 +137,13 @@ int unit_step(Unit *unit, double time, double size) {
     return OK;
 }
 
-#if HAS_DERIVATIVES
 int unit_output_derivatives(Unit *unit, const unsigned references[], size_t n, const int orders[], double values[]) {
-    double dx[N_X], rate[N_X], dy[N_Y], no_inputs[N_U] = {0};
+    double dx[N_X], rate[N_X], dy[N_Y];
     size_t k;
     const char *message;
     if (unit->state.mode != STEPPING) return unit_failed(unit, "output derivatives are known after the initialization");
     model_derivatives(unit->work, &unit->state, dx);
-    message = model_changes(unit->work, &unit->state, no_inputs, dx, rate, dy);
+    message = model_changes(unit->work, &unit->state, unit->state.rate, dx, rate, dy);
     if (message) return unit_failed(unit, message);
     for (k = 0; k < n; ++k) {
         if (references[k] < OUTPUTS || references[k] >= STATES || orders[k] != 1)
@@ -180,18 +179,18 @@ int unit_directional(Unit *unit, const unsigned unknowns[], size_t n_unknowns, c
     }
     return OK;
 }
-#else
-int unit_output_derivatives(Unit *unit, const unsigned references[], size_t n, const int orders[], double values[]) {
-    (void)references; (void)n; (void)orders; (void)values;
-    return unit_failed(unit, "output derivatives are not offered");
+/* Row by row of what the directional derivatives give column by column. */
+int unit_adjoint(Unit *unit, const unsigned unknowns[], size_t n_unknowns, const unsigned knowns[], size_t n_knowns,
+                 const double seed[], double sensitivity[]) {
+    double column[N_VARIABLES], one = 1.0;
+    size_t i, k;
+    if (n_unknowns > N_VARIABLES) return unit_failed(unit, "more unknowns than variables");
+    for (k = 0; k < n_knowns; ++k) {
+        if (unit_directional(unit, unknowns, n_unknowns, &knowns[k], 1, &one, column) != OK) return FAILED;
+        for (sensitivity[k] = 0.0, i = 0; i < n_unknowns; ++i) sensitivity[k] += seed[i] * column[i];
+    }
+    return OK;
 }
-
-int unit_directional(Unit *unit, const unsigned unknowns[], size_t n_unknowns, const unsigned knowns[], size_t n_knowns,
-                     const double seed[], double sensitivity[]) {
-    (void)unknowns; (void)n_unknowns; (void)knowns; (void)n_knowns; (void)seed; (void)sensitivity;
-    return unit_failed(unit, "directional derivatives are not offered");
-}
-#endif
 
 int unit_get_state(Unit *unit, void **state) {
     if (!state) return unit_failed(unit, "no place for the state was given");

@@ -24,7 +24,7 @@ enum { INSTANTIATED = 1, INITIALISING, STEPPING, TERMINATED };
 
 /* All that decides how a unit goes on: copied whole to get, set and store it. */
 typedef struct {
-    double time, u[N_U], rate[N_U], x[N_X + 1], memory[N_MEMORY];
+    double time, u[N_U], rate[N_U], x[N_X], memory[N_MEMORY];
     int mode, at_rest; /* at_rest: x belongs to the inputs u; an input set before the start clears it */
 } State;
 
@@ -45,7 +45,6 @@ void model_free(Work *);
 const char *model_start(Work *, State *);
 const char *model_step(Work *, State *, double size);
 void model_outputs(Work *, const State *, double y[]);
-/* Where HAS_DERIVATIVES of model.h is 1: */
 void model_derivatives(Work *, const State *, double dx[]);
 /* Changes dx' and dy with changes du and dx; before the first step dx and dy of the rest with du. */
 const char *model_changes(Work *, const State *, const double du[], double dx[], double rate[], double dy[]);
@@ -65,6 +64,8 @@ int unit_step(Unit *, double time, double size);
 int unit_output_derivatives(Unit *, const unsigned references[], size_t n, const int orders[], double values[]);
 int unit_directional(Unit *, const unsigned unknowns[], size_t n_unknowns, const unsigned knowns[], size_t n_knowns,
                      const double seed[], double sensitivity[]);
+int unit_adjoint(Unit *, const unsigned unknowns[], size_t n_unknowns, const unsigned knowns[], size_t n_knowns,
+                 const double seed[], double sensitivity[]);
 int unit_get_state(Unit *, void **state);
 int unit_set_state(Unit *, const void *state);
 int unit_free_state(Unit *, void **state);

@@ -12,7 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from carrierflex.simulation.fmi.functional_mockup import ContinuousState, UnitModel, Variable
+from carrierflex.simulation.fmi.functional_mockup import (
+    ContinuousState,
+    UnitModel,
+    Variable,
+    coordinate_states,
+)
 from carrierflex.simulation.mounting.equations import Block, mounting_blocks
 from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
 from carrierflex.simulation.mounting.parameters import INDEX
@@ -142,10 +147,15 @@ def _states(blocks: tuple[Block, ...], *, has_friction: bool) -> tuple[Continuou
     """States by block: coordinates, velocities, fluid branches; then friction of all elements."""
     states = []
     for block, elements in zip(blocks, _ELEMENTS, strict=True):
-        motions = [_moving(name, _unit(name), _COORDINATES[name]) for name in block.names]
+        motions = [
+            coordinate_states(Variable(name, _unit(name), _COORDINATES[name]))
+            for name in block.names
+        ]
         n_fluid = len(block.state_matrices()[0]) - 2 * len(block.names)
         fluid = [
-            _moving(f"fluid_{element}", "m", f"Stretch of the fluid spring, bushing {element}")
+            coordinate_states(
+                Variable(f"fluid_{element}", "m", f"Stretch of the fluid spring, bushing {element}")
+            )
             for element in elements[:n_fluid]
         ]
         states += [position for position, _ in motions] + [velocity for _, velocity in motions]
@@ -166,11 +176,3 @@ def _states(blocks: tuple[Block, ...], *, has_friction: bool) -> tuple[Continuou
 
 def _unit(name: str) -> str:
     return "rad" if name.startswith("theta") else "m"
-
-
-def _moving(name: str, unit: str, words: str) -> tuple[ContinuousState, ContinuousState]:
-    """A coordinate and its velocity as states."""
-    position = Variable(name, unit, words)
-    velocity = Variable(f"der({name})", f"{unit}/s", f"{words}, velocity")
-    acceleration = Variable(f"der({name},2)", f"{unit}/s2", f"{words}, acceleration")
-    return ContinuousState(position, velocity), ContinuousState(velocity, acceleration)

@@ -28,7 +28,8 @@ enum {
 #define RUN_AWAY 1e3
 
 struct Work { double h, A_inverse[N_M][N_M], answer[N_CH][N_M], W[N_CH][N_CH]; };
-typedef struct { double q[N_M], v[N_M], force[N_CH], before[N_CH], h; } Memory;
+/* Memory of the solver: channel forces of the last two steps, length of the last. States are q, then v = q'. */
+typedef struct { double force[N_CH], before[N_CH], h; } Memory;
 
 Work *model_work(void) { return calloc(1, sizeof(Work)); }
 void model_free(Work *work) { free(work); }
@@ -65,11 +66,13 @@ static double dot(const double a[], const double b[], int n) {
     return sum;
 }
 
-static void mesh_stiffness_at(double angle, double k[N_MESHES]) {
+/* Stiffness of the meshes at a mesh angle, or its derivative of an order. */
+static void mesh_stiffness_at(double angle, int order, double k[N_MESHES]) {
     int j, h;
-    for (j = 0; j < N_MESHES; ++j) k[j] = REAL[j][0];
+    for (j = 0; j < N_MESHES; ++j) k[j] = order ? 0.0 : REAL[j][0];
     for (h = 1; h < N_HARMONICS; ++h) {
-        double c = cos(h * angle), s = sin(h * angle);
+        double phase = h * angle + order * acos(0.0), size = pow(h, order);
+        double c = size * cos(phase), s = size * sin(phase);
         for (j = 0; j < N_MESHES; ++j) k[j] += REAL[j][h] * c - IMAG[j][h] * s;
     }
 }
@@ -162,16 +165,14 @@ static void spline_force(double y, double z, double k, double clearance, double 
     out[7] = k * (along_L * z + across_L * y);
 }
 
-/* Energy of bearing b; with `force` also its gradient, tangent, and the gradient by the carrier angle. */
-static double roller_load(int b, const double motion[4], double angle, double force[4], double tangent[4][4],
-                          double *by_angle) {
+/* Energy of bearing b; with `force` also its gradient and tangent by the motion and, fifth, the carrier angle. */
+static double roller_load(int b, const double motion[4], double angle, double force[5], double tangent[5][5]) {
     double y = motion[0], z = motion[1], ry = motion[2], rz = motion[3], energy = 0.0;
     double turn_c = cos(CAGE * angle), turn_s = sin(CAGE * angle);
     int roller, i, j;
     if (force) {
-        memset(force, 0, 4 * sizeof *force);
-        memset(tangent, 0, 4 * sizeof *tangent);
-        *by_angle = 0.0;
+        memset(force, 0, 5 * sizeof *force);
+        memset(tangent, 0, 5 * sizeof *tangent);
     }
     for (roller = 0; roller < N_ROLLERS; ++roller) {
         double c0 = DIRECTIONS[b][roller][0], s0 = DIRECTIONS[b][roller][1];
@@ -190,42 +191,48 @@ static double roller_load(int b, const double motion[4], double angle, double fo
         }
         if (!force || Q == 0.0) continue;
         {
-            double d[4] = {s, -c, 0.0, 0.0}, t[4] = {0.0, 0.0, c, s}; /* d delta = d + x t */
-            for (i = 0; i < 4; ++i) {
+            double by[4] = {Q * c, Q * s, -M * s, M * c}; /* Of the force, by the turn of the cage. */
+            double d[5] = {s, -c, 0.0, 0.0, CAGE * (c * y + s * z)}; /* d delta = d + x t */
+            double t[5] = {0.0, 0.0, c, s, CAGE * (c * rz - s * ry)};
+            for (i = 0; i < 5; ++i) {
                 force[i] += Q * d[i] + M * t[i];
-                for (j = 0; j < 4; ++j)
+                for (j = 0; j < 5; ++j)
                     tangent[i][j] += (k * d[i] * d[j] + kx * (d[i] * t[j] + t[i] * d[j]) + kxx * t[i] * t[j]) * (10.0 / 9.0);
             }
-            *by_angle += CAGE * (Q * (c * y + s * z) + M * (c * rz - s * ry));
+            for (i = 0; i < 4; ++i) {
+                tangent[i][4] += CAGE * by[i];
+                tangent[4][i] += CAGE * by[i];
+            }
+            tangent[4][4] -= CAGE * CAGE * (Q * middle + M * slope);
         }
     }
     return 9.0 / 19.0 * energy;
 }
 
 /* Discrete gradient over a step in motion and carrier angle. */
-static double roller_gradient(int b, const double old[4], const double new[4], const double angles[2], double old_energy,
-                              double force[4], double tangent[4][4]) {
+static double roller_gradient(int b, const double old[4], const double new[4], const double angles[2],
+                              double old_energy, double force[5], double tangent[5][5]) {
     static const double weight[4] = {1.0, 1.0, 0.01, 0.01}; /* A lever arm of 0.1 m makes lengths of tilts. */
-    double middle[4], by_angle, turned = angles[1] - angles[0], square = turned * turned, work, rest;
+    double middle[4], turned = angles[1] - angles[0], square = turned * turned, work, rest;
     int i;
     for (i = 0; i < 4; ++i) middle[i] = 0.5 * (old[i] + new[i]);
-    roller_load(b, middle, 0.5 * (angles[0] + angles[1]), force, tangent, &by_angle);
-    work = by_angle * turned;
+    roller_load(b, middle, 0.5 * (angles[0] + angles[1]), force, tangent);
+    work = force[4] * turned;
     for (i = 0; i < 4; ++i) {
         square += weight[i] * (new[i] - old[i]) * (new[i] - old[i]);
         work += force[i] * (new[i] - old[i]);
     }
-    if (square < STILL * STILL) return by_angle;
-    rest = (roller_load(b, new, angles[1], NULL, NULL, NULL) - old_energy - work) / square;
+    if (square < STILL * STILL) return force[4];
+    rest = (roller_load(b, new, angles[1], NULL, NULL) - old_energy - work) / square;
     for (i = 0; i < 4; ++i) force[i] += rest * weight[i] * (new[i] - old[i]);
-    return by_angle + rest * turned;
+    return force[4] + rest * turned;
 }
 
 /* Pairs of y and z among the turning channels: housing's translation and rotation, then each bearing. */
 static int y_of_pair(int pair) { return pair == 0 ? 1 : pair == 1 ? 4 : HOUSING_CHANNELS + 2 * (pair - 2); }
 
 /* R^T fixed R with R from the carrier's frame into the fixed one. */
-static void turned(double fixed[N_TURNING][N_TURNING], double angle, double out[N_TURNING][N_TURNING]) {
+static void turned(const double fixed[N_TURNING][N_TURNING], double angle, double out[N_TURNING][N_TURNING]) {
     double c = cos(angle), s = sin(angle);
     int pair, i;
     memcpy(out, fixed, sizeof(double) * N_TURNING * N_TURNING);
@@ -244,15 +251,13 @@ static void turned(double fixed[N_TURNING][N_TURNING], double angle, double out[
 
 /* Rates s of the channels over a step and their forces, by Newton's method; 0 where there is no balance. */
 static int solve_channels(const Work *work, const double s_free[], const double delta[], double force[], double s[]) {
-    double K[N_TURNING][N_TURNING], C[N_TURNING][N_TURNING], K_0[N_TURNING][N_TURNING], C_0[N_TURNING][N_TURNING];
+    double K[N_TURNING][N_TURNING], C[N_TURNING][N_TURNING], K_0[N_TURNING][N_TURNING];
     double old_k[N_MESHES], mid_k[N_MESHES], new_k[N_MESHES], old_energy[N_ROLLING + 1];
     static const int blocks[5][2] = {{1, N_FLANKS}, {N_TURNING, 1}, {2, N_LOOSE}, {4, N_ROLLING}, {3, N_SPLINES}};
     double h = work->h, angle = delta[0], largest = 0.0, rounding;
     int i, j, k, iteration;
-    memcpy(K_0, K_FIXED, sizeof K_0);
-    memcpy(C_0, C_FIXED, sizeof C_0);
-    turned(K_0, angle + 0.5 * h * s_free[0], K);
-    turned(C_0, angle + 0.5 * h * s_free[0], C);
+    turned(K_FIXED, angle + 0.5 * h * s_free[0], K);
+    turned(C_FIXED, angle + 0.5 * h * s_free[0], C);
     for (i = 0; i < N_TURNING; ++i) {
         double seen[N_TURNING] = {0};
         for (k = 0; k < N_TURNING / 2 - 1; ++k) { /* The fixed frame's velocity from the carrier's: x' + Omega J x. */
@@ -265,8 +270,8 @@ static int solve_channels(const Work *work, const double s_free[], const double 
             K_0[i][j] = 0.5 * h * K[i][j] + C[i][j] - C_MEAN[i][j]; /* Of the rates. */
         }
     }
-    mesh_stiffness_at(MESH_TEETH * angle, old_k);
-    for (k = 0; k < N_ROLLING; ++k) old_energy[k] = roller_load(k, delta + ROLLING + 4 * k, angle, NULL, NULL, NULL);
+    mesh_stiffness_at(MESH_TEETH * angle, 0, old_k);
+    for (k = 0; k < N_ROLLING; ++k) old_energy[k] = roller_load(k, delta + ROLLING + 4 * k, angle, NULL, NULL);
     for (i = 0; i < N_CH; ++i) {
         s[i] = s_free[i] + dot(work->W[i], force, N_CH);
         largest = fmax(largest, fabs(s[i]));
@@ -276,8 +281,8 @@ static int solve_channels(const Work *work, const double s_free[], const double 
         double tangent[N_CH][N_CH], matrix[N_CH][N_CH], change[N_CH], power = 0.0, by_twist;
         int first = FLANKS, kind, block;
         memset(tangent, 0, sizeof tangent);
-        mesh_stiffness_at(MESH_TEETH * (angle + 0.5 * h * s[0]), mid_k);
-        mesh_stiffness_at(MESH_TEETH * (angle + h * s[0]), new_k);
+        mesh_stiffness_at(MESH_TEETH * (angle + 0.5 * h * s[0]), 0, mid_k);
+        mesh_stiffness_at(MESH_TEETH * (angle + h * s[0]), 0, new_k);
         for (j = 0; j < N_FLANKS; ++j) {
             int mesh = j % N_MESHES, at = FLANKS + j;
             double stiffness = SHARES[j] * mid_k[mesh], before = delta[at] - GAPS[j], after = before + h * s[at];
@@ -304,7 +309,7 @@ static int solve_channels(const Work *work, const double s_free[], const double 
         }
         for (k = 0; k < N_ROLLING; ++k) {
             int at = ROLLING + 4 * k;
-            double new[4], gradient[4], stiffness[4][4], angles[2] = {angle, angle + h * s[0]};
+            double new[4], gradient[5], stiffness[5][5], angles[2] = {angle, angle + h * s[0]};
             for (i = 0; i < 4; ++i) new[i] = delta[at + i] + h * s[at + i];
             force[0] -= roller_gradient(k, delta + at, new, angles, old_energy[k], gradient, stiffness);
             for (i = 0; i < 4; ++i) {
@@ -354,17 +359,22 @@ static int solve_channels(const Work *work, const double s_free[], const double 
     return 0;
 }
 
-/* One step of work->h with inputs u of its middle. */
-static const char *advance(const Work *work, Memory *m, double delta[], const double u[]) {
-    double h = work->h, middle = delta[0] + 0.5 * h * dot(B[0], m->v, N_M), c = cos(middle), s = sin(middle);
-    double a[7], rhs[N_M], free_w[N_M], s_free[N_CH], rate[N_CH];
-    int i, j;
+/* Loads a at a carrier angle. */
+static void loads(double angle, const double u[], double a[7]) {
+    double c = cos(angle), s = sin(angle);
     a[0] = u[0], a[1] = GENERATOR * u[1];
     a[2] = -GRAVITY * s, a[3] = -GRAVITY * c;
     a[4] = c * u[2] + s * u[3], a[5] = c * u[3] - s * u[2];
     a[6] = 1.0;
+}
+
+/* One step of work->h with inputs u of its middle. */
+static const char *advance(const Work *work, State *state, Memory *m, double delta[], const double u[]) {
+    double h = work->h, *q = state->x, *v = q + N_M, a[7], rhs[N_M], free_w[N_M], s_free[N_CH], rate[N_CH];
+    int i, j;
+    loads(delta[0] + 0.5 * h * dot(B[0], v, N_M), u, a);
     for (i = 0; i < N_M; ++i) {
-        rhs[i] = 2.0 / h * m->v[i] - OMEGA_2[i] * m->q[i];
+        rhs[i] = 2.0 / h * v[i] - OMEGA_2[i] * q[i];
         for (j = 0; j < 7; ++j) rhs[i] += a[j] * P[j][i];
     }
     for (i = 0; i < N_M; ++i) free_w[i] = dot(work->A_inverse[i], rhs, N_M);
@@ -379,8 +389,8 @@ static const char *advance(const Work *work, Memory *m, double delta[], const do
     for (j = 0; j < N_CH; ++j)
         for (i = 0; m->force[j] != 0.0 && i < N_M; ++i) free_w[i] += m->force[j] * work->answer[j][i];
     for (i = 0; i < N_M; ++i) {
-        m->q[i] += h * free_w[i];
-        m->v[i] = 2.0 * free_w[i] - m->v[i];
+        q[i] += h * free_w[i];
+        v[i] = 2.0 * free_w[i] - v[i];
     }
     for (i = 0; i < N_CH; ++i) {
         delta[i] += h * rate[i];
@@ -399,11 +409,11 @@ const char *model_step(Work *work, State *state, double size) {
     /* Communication steps that differ by rounding share their matrices. */
     if (!(fabs(memory.h * count - size) <= 1e-11 * size)) memory.h = size / count;
     if (work->h != memory.h && !prepare(work, memory.h)) return "no matrices of a step of this length";
-    for (i = 0; i < N_CH; ++i) delta[i] = dot(B[i], memory.q, N_M) - FREE[i];
+    for (i = 0; i < N_CH; ++i) delta[i] = dot(B[i], state->x, N_M) - FREE[i];
     for (k = 0.0; k < count; ++k) {
         const char *message;
         for (i = 0; i < N_U; ++i) u[i] = state->u[i] + (k + 0.5) / count * size * state->rate[i];
-        message = advance(work, &memory, delta, u);
+        message = advance(work, state, &memory, delta, u);
         if (message) return message;
     }
     memcpy(state->memory, &memory, sizeof memory);
@@ -412,44 +422,174 @@ const char *model_step(Work *work, State *state, double size) {
 
 /* The answer to the loads of the run at the carrier angle 0, whatever the inputs. */
 const char *model_start(Work *work, State *state) {
-    Memory memory;
     (void)work;
-    memset(&memory, 0, sizeof memory);
-    memcpy(memory.q, Q_0, sizeof Q_0);
-    memcpy(memory.v, V_0, sizeof V_0);
-    memcpy(state->memory, &memory, sizeof memory);
+    memset(state->memory, 0, sizeof state->memory);
+    memcpy(state->x, Q_0, sizeof Q_0);
+    memcpy(state->x + N_M, V_0, sizeof V_0);
     return NULL;
 }
 
-/* Motion of the rim at the angle phi: Re of the sum over orders of (rows q + tilt) exp(j order phi). */
-static double rim_motion(const double q[], int is_axial, double phi) {
-    double sum = 0.0;
-    int k;
-    for (k = 0; k < N_ORDERS; ++k) {
-        double re = dot(RIM_RE[is_axial][k], q, N_M) + TILT_RE[is_axial][k];
-        double im = dot(RIM_IM[is_axial][k], q, N_M) + TILT_IM[is_axial][k];
-        sum += re * cos(ORDERS[k] * phi) - im * sin(ORDERS[k] * phi);
+/* S w with S = (R^T)' R, a quarter turn back in every pair; with sign -1 S^T w. */
+static void quarter_turned(const double w[], double sign, double out[N_TURNING]) {
+    int pair;
+    memset(out, 0, sizeof(double) * N_TURNING);
+    for (pair = 0; pair < N_TURNING / 2 - 1; ++pair) {
+        int y = y_of_pair(pair), z = y + 1;
+        out[y] = sign * w[z], out[z] = -sign * w[y];
     }
-    return sum;
+}
+
+/* Forces f of the channels at an instant, to which the forces of a step converge, and their changes df with changes
+ * of delta and s. */
+static void channel_forces(const double delta[], const double s[], const double d_delta[], const double d_s[],
+                           double f[], double df[]) {
+    double K[N_TURNING][N_TURNING], C[N_TURNING][N_TURNING], mesh[3][N_MESHES], angle = delta[0], turn = d_delta[0];
+    double back[N_TURNING], d_back[N_TURNING], back_rate[N_TURNING], load[N_TURNING], by_load[N_TURNING];
+    const double *x = delta + TURNING, *x_s = s + TURNING, *dx = d_delta + TURNING, *dx_s = d_s + TURNING;
+    int i, j, k;
+    memset(f, 0, sizeof(double) * N_CH);
+    memset(df, 0, sizeof(double) * N_CH);
+    for (k = 0; k < 3; ++k) mesh_stiffness_at(MESH_TEETH * angle, k, mesh[k]);
+    for (j = 0; j < N_FLANKS; ++j) {
+        int m = j % N_MESHES, at = FLANKS + j;
+        double into = fmax(delta[at] - GAPS[j], 0.0), d_into = into > 0.0 ? d_delta[at] : 0.0;
+        double stiffness = SHARES[j] * mesh[0][m], slope = SHARES[j] * MESH_TEETH * mesh[1][m];
+        double curvature = SHARES[j] * MESH_TEETH * MESH_TEETH * mesh[2][m];
+        f[at] = REFERENCE[at] * delta[at] - stiffness * into;
+        df[at] = REFERENCE[at] * d_delta[at] - stiffness * d_into - slope * turn * into;
+        f[0] -= 0.5 * slope * into * into;
+        df[0] -= 0.5 * curvature * turn * into * into + slope * into * d_into;
+    }
+    turned(K_FIXED, angle, K);
+    turned(C_FIXED, angle, C);
+    quarter_turned(x, -1.0, back);
+    quarter_turned(dx, -1.0, d_back);
+    for (i = 0; i < N_TURNING; ++i) back_rate[i] = x_s[i] + SPEED * back[i]; /* Velocity in the fixed frame. */
+    for (i = 0; i < N_TURNING; ++i) load[i] = dot(K[i], x, N_TURNING) + dot(C[i], back_rate, N_TURNING);
+    quarter_turned(load, 1.0, by_load);
+    for (i = 0; i < N_TURNING; ++i) {
+        f[TURNING + i] = dot(K_MEAN[i], x, N_TURNING) + dot(C_MEAN[i], x_s, N_TURNING) - load[i];
+        df[TURNING + i] = dot(K_MEAN[i], dx, N_TURNING) + dot(C_MEAN[i], dx_s, N_TURNING) - turn * by_load[i];
+    }
+    quarter_turned(back_rate, -1.0, load);
+    for (i = 0; i < N_TURNING; ++i)
+        for (j = 0; j < N_TURNING; ++j) {
+            df[TURNING + i] -= K[i][j] * (dx[j] + turn * back[j]);
+            df[TURNING + i] -= C[i][j] * (dx_s[j] + SPEED * d_back[j] + turn * load[j]);
+        }
+    for (k = 0; k < N_LOOSE; ++k) {
+        int y = LOOSE + 2 * k, z = y + 1;
+        double g[6]; /* Over a step of nothing: half the tangent. */
+        play_gradient(delta[y], delta[z], delta[y], delta[z], CLEARANCE[k], g);
+        for (i = 0; i < 2; ++i) {
+            f[y + i] = REFERENCE[y] * (delta[y + i] - g[i]);
+            df[y + i] = REFERENCE[y] * (d_delta[y + i] - 2.0 * (g[2 + 2 * i] * d_delta[y] + g[3 + 2 * i] * d_delta[z]));
+        }
+    }
+    for (k = 0; k < N_ROLLING; ++k) {
+        int at = ROLLING + 4 * k;
+        double force[5], tangent[5][5];
+        roller_load(k, delta + at, angle, force, tangent);
+        for (i = 0; i < 5; ++i) {
+            int row = i < 4 ? at + i : 0;
+            double reference = i < 4 ? REFERENCE[row] : 0.0;
+            f[row] += reference * delta[row] - force[i];
+            df[row] += reference * d_delta[row] - tangent[i][4] * turn - dot(tangent[i], d_delta + at, 4);
+        }
+    }
+    for (k = 0; k < N_SPLINES; ++k) {
+        int twist = SPLINE + 3 * k, y = twist + 1;
+        double stiffness = SPLINES[k][0], friction = SPLINES[k][2], g[8];
+        double d_limit = friction * ((delta[twist] > 0.0) - (delta[twist] < 0.0)) * d_delta[twist];
+        spline_force(delta[y], delta[y + 1], stiffness, SPLINES[k][1], friction * fabs(delta[twist]), g);
+        for (i = 0; i < 2; ++i) {
+            f[y + i] = stiffness * delta[y + i] - g[i];
+            df[y + i] = stiffness * d_delta[y + i] - dot(g + 2 + 2 * i, d_delta + y, 2) - g[6 + i] * d_limit;
+        }
+    }
+}
+
+/* x' = (v, q'') and its change with du and dx. */
+static void equations(const State *state, const double du[], const double dx[], double rate[], double change[]) {
+    const double *q = state->x, *v = q + N_M, *dq = dx, *dv = dx + N_M;
+    double delta[N_CH], s[N_CH], d_delta[N_CH], d_s[N_CH], f[N_CH], df[N_CH], a[7], da[7];
+    int i, j;
+    for (i = 0; i < N_CH; ++i) {
+        delta[i] = dot(B[i], q, N_M) - FREE[i], s[i] = dot(B[i], v, N_M);
+        d_delta[i] = dot(B[i], dq, N_M), d_s[i] = dot(B[i], dv, N_M);
+    }
+    channel_forces(delta, s, d_delta, d_s, f, df);
+    loads(delta[0], state->u, a);
+    loads(delta[0], du, da);
+    da[2] = a[3] * d_delta[0], da[3] = -a[2] * d_delta[0];
+    da[4] += a[5] * d_delta[0], da[5] -= a[4] * d_delta[0];
+    da[6] = 0.0;
+    memcpy(rate, v, sizeof(double) * N_M);
+    memcpy(change, dv, sizeof(double) * N_M);
+    for (i = 0; i < N_M; ++i) {
+        double sum = -OMEGA_2[i] * q[i] - dot(D[i], v, N_M), d_sum = -OMEGA_2[i] * dq[i] - dot(D[i], dv, N_M);
+        for (j = 0; j < 7; ++j) sum += a[j] * P[j][i], d_sum += da[j] * P[j][i];
+        for (j = 0; j < N_CH; ++j) sum += f[j] * B[j][i], d_sum += df[j] * B[j][i];
+        rate[N_M + i] = sum, change[N_M + i] = d_sum;
+    }
+}
+
+void model_derivatives(Work *work, const State *state, double dx[]) {
+    double none[N_X] = {0}, no_inputs[N_U] = {0}, change[N_X];
+    (void)work;
+    equations(state, no_inputs, none, dx, change);
+}
+
+/* Motion at sensor i and the angle phi on the rim, linear in q and the constant tilt; and its derivative by phi. Rim:
+ * Re of the sum over orders of (rows q + tilt) exp(j order phi). */
+static double sensed(int i, const double q[], double tilt, double phi, double *by_phi) {
+    double r = SENSOR_RADIUS[i], s = sin(phi), c = cos(phi), sum = 0.0, move[6];
+    int k, axial = SENSOR_AXIAL[i];
+    *by_phi = 0.0;
+    for (k = 0; k < N_ORDERS; ++k) {
+        double re = dot(RIM_RE[axial][k], q, N_M) + tilt * TILT_RE[axial][k];
+        double im = dot(RIM_IM[axial][k], q, N_M) + tilt * TILT_IM[axial][k];
+        double turn_c = cos(ORDERS[k] * phi), turn_s = sin(ORDERS[k] * phi);
+        sum += re * turn_c - im * turn_s;
+        *by_phi -= ORDERS[k] * (re * turn_s + im * turn_c);
+    }
+    for (k = 0; k < 6; ++k) move[k] = ON_HOUSING * dot(HOUSING[k], q, N_M);
+    if (axial) {
+        *by_phi -= r * (move[5] * c - move[4] * s);
+        return sum - move[0] - r * (move[4] * c + move[5] * s);
+    } else {
+        double y = move[1] - move[5] * HOUSING_X, z = move[2] + move[4] * HOUSING_X;
+        *by_phi += c * y + s * z;
+        return sum + s * y - c * z;
+    }
 }
 
 void model_outputs(Work *work, const State *state, double y[]) {
-    Memory memory;
-    double theta, move[6], generator;
+    const double *q = state->x, *v = q + N_M;
+    double ignored;
     int i;
     (void)work;
-    memcpy(&memory, state->memory, sizeof memory);
-    theta = dot(ANGLE, memory.q, N_M);
-    generator = dot(P[1], memory.v, N_M);
-    for (i = 0; i < 6; ++i) move[i] = dot(HOUSING[i], memory.q, N_M);
-    y[0] = theta;
-    y[1] = dot(ANGLE, memory.v, N_M);
-    y[2] = generator;
-    y[3] = GENERATOR * (state->u[1] - generator);
+    y[0] = dot(ANGLE, q, N_M);
+    y[1] = dot(ANGLE, v, N_M);
+    y[2] = dot(P[1], v, N_M);
+    y[3] = GENERATOR * (state->u[1] - y[2]);
+    for (i = 0; i < N_SENSORS; ++i)
+        y[4 + i] = SENSOR_GAIN[i] * sensed(i, q, 1.0, SENSOR_ANGLE[i] - y[0], &ignored) + SENSOR_ZERO[i];
+}
+
+const char *model_changes(Work *work, const State *state, const double du[], double dx[], double rate[], double dy[]) {
+    double ignored[N_X], theta = dot(ANGLE, state->x, N_M), by_phi, none;
+    int i;
+    (void)work;
+    equations(state, du, dx, ignored, rate);
+    dy[0] = dot(ANGLE, dx, N_M);
+    dy[1] = dot(ANGLE, dx + N_M, N_M);
+    dy[2] = dot(P[1], dx + N_M, N_M);
+    dy[3] = GENERATOR * (du[1] - dy[2]);
     for (i = 0; i < N_SENSORS; ++i) {
-        double phi = SENSOR_ANGLE[i] - theta, r = SENSOR_RADIUS[i], s = sin(phi), c = cos(phi), of_housing;
-        if (SENSOR_AXIAL[i]) of_housing = move[0] + move[4] * r * c + move[5] * r * s;
-        else of_housing = -s * (move[1] - move[5] * HOUSING_X) + c * (move[2] + move[4] * HOUSING_X);
-        y[4 + i] = SENSOR_GAIN[i] * (rim_motion(memory.q, SENSOR_AXIAL[i], phi) - ON_HOUSING * of_housing) + SENSOR_ZERO[i];
+        double phi = SENSOR_ANGLE[i] - theta;
+        sensed(i, state->x, 1.0, phi, &by_phi);
+        dy[4 + i] = SENSOR_GAIN[i] * (sensed(i, dx, 0.0, phi, &none) - by_phi * dy[0]);
     }
+    return NULL;
 }

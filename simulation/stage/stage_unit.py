@@ -14,7 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
-from carrierflex.simulation.fmi.functional_mockup import UnitModel, Variable
+from carrierflex.simulation.fmi.functional_mockup import (
+    MODAL_UNIT,
+    UnitModel,
+    Variable,
+    coordinate_states,
+)
 from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.modal_form import modal_stage, step_matrices
@@ -158,7 +163,9 @@ def stage_unit(
         "ANGLE": stage.Phi[0],
         **_readings(model, sensors, effects, stage.Phi, rest_angle, load.gravity),
     }
-    n_m, n_ch = len(stage.omega), len(k.B)
+    motions = [coordinate_states(_mode(i, omega)) for i, omega in enumerate(stage.omega)]
+    positions, velocities = zip(*motions, strict=True)
+    moves, turns = (tuple(s.variable.name for s in group) for group in (positions, velocities))
     return UnitModel(
         identifier="carrierflex_stage",
         title="carrierflex planetary stage",
@@ -177,17 +184,25 @@ def stage_unit(
             Variable("ntl_z", "N", "Non-torque load on the main shaft along z", ntl_z),
         ),
         outputs=(*_SHAFTS, *map(_signal, sensors)),
-        states=(),
+        states=positions + velocities,
         dependencies={
-            **{shaft.name: () for shaft in _SHAFTS},
-            "generator_torque": ("generator_speed_set",),
-            **{sensor.name: () for sensor in sensors},
+            "carrier_angle": moves,
+            "carrier_speed": turns,
+            "generator_speed": turns,
+            "generator_torque": ("generator_speed_set", *turns),
+            **dict.fromkeys((sensor.name for sensor in sensors), moves),
         },
         source=Path(__file__).with_suffix(".c"),
         data=data,
-        memory=2 * n_m + 2 * n_ch + 1,
+        memory=2 * len(k.B) + 1,
         step=float(step),
     )
+
+
+def _mode(i: int, omega: float) -> Variable:
+    """Coordinate of normal mode `i` of the linear stage."""
+    mode = f"mode of {omega / (2.0 * np.pi):.4g} Hz" if i else "free motion of the drive"
+    return Variable(f"mode[{i + 1}]", MODAL_UNIT, f"Coordinate of the {mode}, mass-normalised")
 
 
 def _signal(sensor: Sensor) -> Variable:

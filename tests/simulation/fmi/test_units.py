@@ -20,7 +20,7 @@ from carrierflex.simulation.mounting.time_integration import (
     state_at_rest,
 )
 from carrierflex.workflows.simulation.export_fmu import main
-from tests.simulation.fmi.fmpy_tool import Tool
+from tests.simulation.fmi.fmpy_tool import Tool, central
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy checks and runs the unit")
 needs_compiler = pytest.mark.skipif(
@@ -156,16 +156,6 @@ def test_simulated_by_fmpy_with_held_inputs(files, version):
     np.testing.assert_allclose(signals, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
 
 
-def partner(tool, unit, name, change):
-    """State of `unit` with one state variable changed, by its stored bytes."""
-    stored = unit.store(unit.get_state())
-    value = unit.get(tool.references([name]))[0]
-    at = stored.index(np.float64(value).tobytes())
-    assert stored.count(np.float64(value).tobytes()) <= 2, "the value has to stand out"
-    changed = stored[:at] + np.float64(value + change).tobytes() + stored[at + 8 :]
-    return unit.restore(changed)
-
-
 @needs_compiler
 def test_derivatives_equal_central_differences(tool):
     """In step mode over inputs and states, of a place where all forces act and friction slips."""
@@ -188,7 +178,7 @@ def test_derivatives_equal_central_differences(tool):
         if i < len(INPUTS):
             unit.set(tool.references(knowns[i : i + 1]), values[i : i + 1] + change)
         else:
-            unit.set_state(partner(tool, unit, knowns[i], change))
+            unit.set_state(tool.partner(unit, knowns[i], change))
         result = np.array(unit.get(tool.references(unknowns)))
         unit.set_state(base)
         return result
@@ -199,12 +189,6 @@ def test_derivatives_equal_central_differences(tool):
     rounding = 1e-15 * (np.abs(exact) @ np.abs(values))[:, None] / steps
     assert (np.abs(exact - numeric) <= 1e-7 * np.abs(exact) + rounding).all()
     assert (rounding < 1e-8 * np.abs(exact)).sum() > 80
-
-
-def central(shifted, i, step):
-    """Derivative by two central differences without the error of third order."""
-    near, far = ((shifted(i, h) - shifted(i, -h)) / (2.0 * h) for h in (step, 2.0 * step))
-    return (4.0 * near - far) / 3.0
 
 
 @needs_compiler
@@ -227,18 +211,12 @@ def test_derivatives_of_the_rest_equal_central_differences(tool):
 def test_output_derivatives_are_those_of_the_outputs(tool):
     unit = tool.started(loads(np.zeros(1))[0])
     tool.steps(unit, np.arange(20) * 0.01, loads(np.arange(20) * 0.01))
-    if tool.version == "2":
-        rates = unit.getRealOutputDerivatives(tool.references(SENSORS), [1] * 6)
-    else:
-        rates = (ctypes.c_double * 6)()
-        references = (ctypes.c_uint32 * 6)(*tool.references(SENSORS))
-        orders = (ctypes.c_int32 * 6)(*[1] * 6)
-        unit.fmi3GetOutputDerivatives(unit.component, references, 6, orders, rates, 6)
+    rates = tool.output_derivatives(unit)
     before = np.array(tool.read(unit))
     unit.set(tool.references(INPUTS), loads(np.array([0.19]))[0])
     unit.doStep(0.19, 1e-6)
     slope = (np.array(tool.read(unit)) - before) / 1e-6
-    np.testing.assert_allclose(list(rates), slope, rtol=0.0, atol=1e-4 * np.abs(slope).max())
+    np.testing.assert_allclose(rates, slope, rtol=0.0, atol=1e-4 * np.abs(slope).max())
 
 
 @needs_compiler

@@ -1,6 +1,8 @@
 """The stage as a co-simulation unit: the nonlinear stage with its flexible bodies is inside."""
 
+import zipfile
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from carrierflex.simulation.stage.stage_data import BearingData, RollerBearingDa
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_unit import stage_unit
 from carrierflex.simulation.stage.statics import SteadyLoad
-from tests.simulation.fmi.fmpy_tool import Tool
+from tests.simulation.fmi.fmpy_tool import Tool, central
 from tests.simulation.stage.conftest import SPEED
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy checks and runs the unit")
@@ -61,12 +63,26 @@ def unit_model(loose):
 
 
 @pytest.fixture(scope="module")
-def tool(unit_model, tmp_path_factory):
-    """The unit in FMI 3; tests/simulation/fmi compares both versions."""
+def tools(unit_model, tmp_path_factory):
+    """The unit by version of the standard."""
     folder = tmp_path_factory.mktemp("stage")
-    file = folder / "stage.fmu"
-    write_fmu(unit_model, file, version="3", compiler=c_compiler(), notes={"test": "1"})
-    return Tool(file, folder / "unit")
+    for version in "23":
+        file = folder / f"stage{version}.fmu"
+        write_fmu(unit_model, file, version=version, compiler=c_compiler(), notes={"test": "1"})
+    return {version: Tool(folder / f"stage{version}.fmu", folder / version) for version in "23"}
+
+
+@pytest.fixture
+def tool(tools):
+    """The unit in FMI 3; tests/simulation/fmi compares both versions."""
+    return tools["3"]
+
+
+def read_offers(file):
+    """Attributes of CoSimulation; fmpy reads some of FMI 2's only."""
+    with zipfile.ZipFile(file) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    return root.find("CoSimulation").attrib
 
 
 def drive(model, time):
@@ -110,7 +126,8 @@ def test_a_unit_of_the_stage_is_valid_and_says_what_it_starts_with(unit_model, v
     start = {v.name: v.start for v in description.modelVariables}
     assert float(start["torque"]) == LOAD.torque
     assert float(start["ntl_z"]) == LOAD.ntl_z
-    assert not description.coSimulation.providesDirectionalDerivative
+    offers = read_offers(file)
+    assert offers[f"providesDirectionalDerivative{'s' * (version == '3')}"] == "true"
     assert description.coSimulation.canGetAndSetFMUstate
     assert all(v.description and v.unit for v in description.modelVariables)
 
@@ -139,11 +156,89 @@ def test_a_state_set_again_gives_the_same_bits(tool, loose):
     np.testing.assert_array_equal(tool.steps(other, time[9:], inputs[9:]), first)
 
 
+#: Times; at the last, every law of force acts and no contact opens within the differences.
+SMOOTH = np.arange(38) * 0.0037
+
+
+def moving(tool, model):
+    """The unit after some steps; its states and their derivatives without the velocities."""
+    unit = tool.started()
+    tool.steps(unit, SMOOTH, drive(model, SMOOTH))
+    motions = [name for name in tool.at if name.startswith("mode[")]
+    states = [*motions, *(f"der({name})" for name in motions)]
+    return unit, states, [f"der({name},2)" for name in motions]
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_derivatives_equal_central_differences(tools, loose, version):
+    """Outputs and state derivatives over inputs and states; `rounding` is that of their sums."""
+    tool = tools[version]
+    unit, states, accelerations = moving(tool, loose)
+    unknowns, knowns = [*tool.outputs, *accelerations], [*tool.inputs, *states]
+    exact = tool.partials(unit, unknowns, knowns)
+    base = unit.get_state()
+    values = np.array(unit.get(tool.references(knowns)))
+
+    def shifted(i, change):
+        """Unknowns with one known changed."""
+        if i < 4:
+            unit.set(tool.references(knowns[i : i + 1]), values[i : i + 1] + change)
+        else:
+            unit.set_state(tool.partner(unit, knowns[i], change))
+        result = np.array(unit.get(tool.references(unknowns)))
+        unit.set_state(base)
+        return result
+
+    n = len(accelerations)
+    steps = np.concatenate([1e-3 * np.abs(values[:4]), np.full(n, 1e-7), np.full(n, 1e-4)])
+    # The free motion of the drive, which no force resists: 10 urad of the carrier's angle.
+    steps[4] = 1e-5 / abs(exact[0, 4])
+    numeric = np.column_stack([central(shifted, i, step) for i, step in enumerate(steps)])
+    rounding = 5e-15 * (np.abs(exact) @ np.abs(values))[:, None] / steps
+    assert (np.abs(exact - numeric) <= 1e-7 * np.abs(exact) + rounding).all()
+    assert (rounding < 1e-8 * np.abs(exact)).sum() > 10000
+
+
+def test_derivatives_are_those_that_the_steps_follow(tool, loose):
+    """A step of the midpoint rule is the mean of the derivatives at its ends, to order h^2."""
+    unit, states, accelerations = moving(tool, loose)
+    n, h = len(accelerations), 1e-6
+    tool.set_inputs(unit, drive(loose, SMOOTH[-1:])[0], [1e6, 1.0, 1e6, -1e6])
+    read = tool.references([*states, *tool.outputs, *accelerations])
+
+    def values_and_derivatives():
+        values = np.array(unit.get(read))
+        return values[:-n], np.concatenate(
+            [values[n : 2 * n], values[-n:], tool.output_derivatives(unit)]
+        )
+
+    before, first = values_and_derivatives()
+    unit.doStep(SMOOTH[-1], h)
+    after, last = values_and_derivatives()
+    slope, expected = (after - before) / h, 0.5 * (first + last)
+    scale = np.abs(expected)
+    scale[:n], scale[n + 1 : 2 * n] = scale[:n].max(), scale[n : 2 * n].max()
+    # The carrier's acceleration, an output, is a small sum of large ones of the modes.
+    tolerance = np.repeat([1e-10, 1e-7, 1e-6, 1e-4], [n, 1, n - 1, len(tool.outputs)])
+    assert (np.abs(slope - expected) < tolerance * scale).all()
+
+
+def test_adjoint_derivatives_are_the_rows_of_the_directional_ones(tool, loose):
+    unit, states, accelerations = moving(tool, loose)
+    unknowns, knowns = [*tool.outputs, *accelerations], [*tool.inputs, *states]
+    seed = np.linspace(-1.0, 1.0, len(unknowns))
+    expected = seed @ tool.partials(unit, unknowns, knowns)
+    adjoint = unit.getAdjointDerivative(
+        tool.references(unknowns), tool.references(knowns), seed, len(knowns)
+    )
+    np.testing.assert_allclose(adjoint, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
 def test_what_the_unit_of_a_stage_does_not_offer_is_an_error_with_a_message(tool):
     unit = tool.started()
     with pytest.raises(fmpy.fmi1.FMICallException):
-        tool.partials(unit, ["carrier_speed"], ["torque"])
-    assert "directional derivatives are not offered" in tool.messages[-1]
+        tool.partials(unit, ["carrier_speed"], ["axial"])
+    assert "a known is refused" in tool.messages[-1]
     unit.set(tool.references(["torque"]), [1e15])
     with pytest.raises(fmpy.fmi1.FMICallException):
         unit.doStep(0.0, 0.1)
