@@ -141,7 +141,7 @@ class LawDocument(TomlTable):
     rig: RigTable | None = key("Carrier that gave it; for kind carrier", default=None)
     visited: VisitedTable | None = key("Range of the records; not for tables", default=None)
     part: Annotated[
-        list[Annotated[_PartTable, Field(discriminator="type")]],
+        list[Annotated[_PartTable, Field(discriminator="type")]],  # pyright: ignore[reportInvalidTypeForm]
         Field(min_length=1, max_length=_MOST_PARTS),
     ] = key("Parts that add up")
 

@@ -147,7 +147,7 @@ def _read_full(path: Path, size: int, quantity: str) -> StoredMatrix:
 
 def _by_reader(path: Path, size: int, quantity: str) -> StoredMatrix:
     try:
-        from ansys.mapdl import reader
+        from ansys.mapdl import reader  # pyright: ignore[reportMissingImports]
     except ImportError as error:
         raise ValueError(
             f"{path}: .full files are read by ansys-mapdl-reader, which is not installed; {_EXTRA}"
