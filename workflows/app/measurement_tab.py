@@ -66,9 +66,11 @@ class MeasurementTab:
             self._steps[number - 1].refresh()
 
     def _files(self, step: Step) -> None:
-        async def upload(event: events.UploadEventArguments) -> None:
-            await self._folder.save(event.file.name, event.file.save)
-            self._chosen.append(event.file.name)
+        # All files at once: drawn anew after the first, the box would be gone with the others.
+        async def upload(event: events.MultiUploadEventArguments) -> None:
+            for file in event.files:
+                await self._folder.save(file.name, file.save)
+                self._chosen.append(file.name)
             self._refresh(1)
 
         def choose(name: str, chosen: bool) -> None:
@@ -80,8 +82,10 @@ class MeasurementTab:
             self._refresh(1)
 
         label = "Drop files here, or choose them: +"
-        upload_box = ui.upload(multiple=True, auto_upload=True, label=label)
-        upload_box.on_upload(step.guarded(upload)).props("flat bordered")
+        upload_box = ui.upload(
+            multiple=True, auto_upload=True, label=label, on_multi_upload=step.guarded(upload)
+        )
+        upload_box.props("flat bordered")
         names = self._folder.log_files()
         chosen = [name for name in names if name in self._chosen]
         with ui.element("div").classes("fields"):
