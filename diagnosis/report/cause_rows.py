@@ -150,7 +150,9 @@ def _shape_values(finding: ClassFinding) -> list[tuple[str, str]]:
     if finding.law:
         share = finding.law_share / finding.share if finding.share > 0.0 else math.nan
         law = plain_name(finding.law)
-        near = f"no law of the library, nearest {law}: {share_words(share)} of it"
+        is_open = finding.id.endswith("/undetermined")
+        near = "nearest law" if is_open else "no law of the library, nearest"
+        near = f"{near} {law}: {share_words(share)} of it"
         texts.append(f"law: {law}" if finding.law_named else near)
     if finding.id.endswith("/undetermined"):
         texts.append("its load dependence cannot be determined from these records")

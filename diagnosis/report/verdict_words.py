@@ -43,13 +43,21 @@ def _class_names(answer: ClassAnswer) -> str:
 def _class_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
     """Classes that explain a gap: named effects, and the classes that none of them follows."""
     if not effects:
-        return f"{_friction_words(answer) or _class_names(answer)}, by no law of the library"
+        classes = _friction_words(answer) or _class_names(answer)
+        if _depends_on_unknown_loads(answer):
+            return f"{classes}; the loads of the records determine no law"
+        return f"{classes}, by no law of the library"
     by_law = {
         finding.id for finding in answer.classes if finding.law_named and finding.law in effects
     }
     laws = " and ".join(plain_name(effect) for effect in effects)
     others = [plain_name(name) for name in answer.ids if name not in by_law]
     return f"{laws}, and {' and '.join(others)}" if others else laws
+
+
+def _depends_on_unknown_loads(answer: ClassAnswer) -> bool:
+    """Whether the records do not show how any class depends on the load."""
+    return all(name.endswith("/undetermined") for name in answer.ids)
 
 
 def _friction_words(answer: ClassAnswer) -> str:
@@ -234,6 +242,9 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
                 f"Put the measured shape of {_class_names(answer)} into the simulation "
                 "(diagnose --save-law), or find the law that has it."
             )
+        if _depends_on_unknown_loads(answer):
+            names = _class_names(answer)
+            return f"Measure at other loads: these records do not determine the law of {names}."
         return f"Look for the source of {_class_names(answer)}: no law of the library has it."
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: no difference from the simulation is detectable in this measurement."

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from carrierflex.diagnosis.report.cause_rows import _shape_values
-from carrierflex.diagnosis.report.verdict_words import share_words
+from carrierflex.diagnosis.report.verdict_words import _class_words, share_words
 from tests.diagnosis.class_answers import one_class
 
 
@@ -34,5 +34,16 @@ def test_a_class_is_told_with_its_law_or_the_nearest_and_its_share_of_it():
         ("", "no law of the library, nearest Coulomb friction: 50 % of it")
     ]
     assert _shape_values(replace(named, law="")) == []
-    unknown = replace(named, id="housing/tilt/undetermined")
-    assert "load dependence cannot be determined" in _shape_values(unknown)[-1][1]
+    unknown = replace(near, id="housing/tilt/undetermined", law_share=0.5)
+    assert [words for _, words in _shape_values(unknown)] == [
+        "nearest law Coulomb friction: 100 % of it",
+        "its load dependence cannot be determined from these records",
+    ]
+
+
+def test_a_law_is_no_unknown_one_where_the_loads_do_not_determine_it():
+    answer = one_class("dissipation", "coulomb_friction", {})
+    assert _class_words(answer, ()).endswith("by no law of the library")
+    classes = (replace(answer.classes[0], id="housing/tilt/undetermined"),)
+    of_one_load = replace(answer, classes=classes)
+    assert _class_words(of_one_load, ()).endswith("; the loads of the records determine no law")
