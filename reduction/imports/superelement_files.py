@@ -44,6 +44,8 @@ from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes, mass_
 _NAMED = re.compile(r"^\$ (Grid|Spoint) (\d{1,12}): (?:pilot )?(.+?)\s*$", re.MULTILINE)
 _TITLE = re.compile(r"^\$ Reduced body (.{1,200}?), Craig-Bampton, written by carrierflex", re.M)
 _MOST_BYTES = 4_000_000_000
+#: Beside .op4 and .OP4: grids, and the order of the rows.
+_PARTNERS = (".asm", ".pch"), (".ASM", ".PCH")
 _NO_INVARIANTS = (
     "matrices alone hold no inertia invariants: mbdyn and sid cannot be written of them"
 )
@@ -76,9 +78,10 @@ def read_superelement(path: Path) -> ImportedBody:
         Where a file is missing or damaged, or they make no body; one line that names the file.
     """
     is_op4 = path.suffix.lower() == ".op4"
-    deck = path
+    deck, files = path, str(path)
     if is_op4:
-        deck = path.with_suffix(".ASM" if path.suffix.isupper() else ".asm")
+        deck, order = map(path.with_suffix, _PARTNERS[path.suffix.isupper()])
+        files = f"{path} with {deck.name} and {order.name}"
     stored = [read_matrix(path, quantity) for quantity in ("stiffness", "mass")]
     if stored[0].A.shape == stored[1].A.shape and not (stored[0].A - stored[1].A).nnz:
         raise ValueError(
@@ -93,7 +96,7 @@ def read_superelement(path: Path) -> ImportedBody:
         links = [] if is_op4 else linked_pilots(path, nodes)
         body = _linked(matrices, nodes, links) if links else _by_grids(matrices, _names(words))
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError(f"{files}: {error}") from error
     title = _TITLE.search(words)
     name = title[1] if title and title[1].isprintable() else path.stem
     R = matrices.layout.rigid_modes(np.zeros(3))
