@@ -104,7 +104,7 @@ def test_without_a_report_none_is_drawn_and_none_of_an_earlier_diagnosis_stays(
     monkeypatch.setattr(examination, "diagnose", lambda *args, **options: diagnosis)
     write_campaign(campaign, tmp_path / "campaign")
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "report.html").write_text("of an earlier diagnosis")
+    (tmp_path / "out" / "report.html").write_text("page of carrierflex, of an earlier diagnosis")
     assert command("diagnose", "campaign", "--out", "out", "--no-report").returncode == 0
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "diagnosis.json",
