@@ -3,7 +3,7 @@
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NoReturn
@@ -107,6 +107,25 @@ def refuse_foreign(path: Path, *marks: str) -> None:
     wanted = [mark.encode() for mark in marks if mark.encode() not in content]
     if wanted and not all(word in re.sub(rb"[\s$*]+", b" ", content) for word in wanted):
         refuse_to_replace(path)
+
+
+def refuse_foreign_files(marks: Mapping[Path, str]) -> None:
+    """Refuse to begin work whose files would be in the way of others.
+
+    Parameters
+    ----------
+    marks : mapping of Path to str
+        Words of each file that is to be written, as of :func:`refuse_foreign`.
+
+    Raises
+    ------
+    FileExistsError, IsADirectoryError
+        Where there is a file without its words, or a folder.
+    """
+    for path, mark in marks.items():
+        if path.is_dir():
+            check_file_writable(path)
+        refuse_foreign(path, mark)
 
 
 def refuse_to_replace(path: Path) -> NoReturn:

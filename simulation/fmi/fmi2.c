@@ -30,11 +30,6 @@ typedef struct {
 } fmi2EventInfo;
 #endif
 
-#if defined(_WIN32)
-#define API __declspec(dllexport)
-#else
-#define API __attribute__((visibility("default")))
-#endif
 #define REFERENCES const fmi2ValueReference
 
 static void report(const Unit *unit, const char *message) {

@@ -35,11 +35,6 @@ typedef void (*fmi3LockPreemptionCallback)();
 typedef void (*fmi3UnlockPreemptionCallback)();
 #endif
 
-#if defined(_WIN32)
-#define API __declspec(dllexport)
-#else
-#define API __attribute__((visibility("default")))
-#endif
 #define REFERENCES const fmi3ValueReference
 
 static void report(const Unit *unit, const char *message) {

@@ -8,6 +8,13 @@
 #include <stddef.h>
 #include "model.h"
 
+/* What an importing tool finds in the library. */
+#if defined(_WIN32)
+#define API __declspec(dllexport)
+#else
+#define API __attribute__((visibility("default")))
+#endif
+
 /* Value references: the time, then each group behind the one before. */
 enum {
     TIME = 0,

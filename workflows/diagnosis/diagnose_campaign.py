@@ -23,7 +23,11 @@ from carrierflex.fe.curve_files import causes_of, read_curves, read_derivatives
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import versions
-from carrierflex.files.whole_files import check_file_writable, refuse_foreign
+from carrierflex.files.whole_files import (
+    check_file_writable,
+    refuse_foreign,
+    refuse_foreign_files,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
@@ -164,7 +168,7 @@ def main(
         Where `out` or `save_law` cannot be written.
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
-    refuse_foreign_diagnosis(out)
+    refuse_foreign_files(marks_of_diagnosis(out))
 
     from carrierflex.simulation.law_files import read_law
 
@@ -218,22 +222,19 @@ def _refuse(
         refuse_foreign(save_law, 'format = "carrierflex-')
 
 
-def refuse_foreign_diagnosis(out: Path) -> None:
-    """Refuse a folder with a file of a diagnosis' name that this program did not write.
-
-    Raises
-    ------
-    FileExistsError
-        Where there is one: it would be replaced, or removed with those of an earlier diagnosis.
-    """
-    from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE
+def marks_of_diagnosis(out: Path) -> dict[Path, str]:
+    """Files that a diagnosis writes or removes, and words by which they are of this program."""
+    from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT
     from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE
     from carrierflex.workflows.diagnosis.report_files import REPORT_DATA_FILE
 
-    for name in (DIAGNOSIS_FILE, REPORT_DATA_FILE, RIM_MOTION_FILE):
-        refuse_foreign(out / name, '"carrierflex-')
-    for name in (REPORT_FILE, VIEW_FILE):
-        refuse_foreign(out / name, "carrierflex")
+    return {
+        out / DIAGNOSIS_FILE: f'"{FORMAT}"',
+        out / REPORT_DATA_FILE: '"carrierflex-',
+        out / RIM_MOTION_FILE: '"carrierflex-',
+        out / REPORT_FILE: "carrierflex",
+        out / VIEW_FILE: "carrierflex",
+    }
 
 
 def _diagnosed(

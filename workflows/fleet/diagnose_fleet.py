@@ -24,10 +24,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict
 from carrierflex.files.json_files import read_json, save_json, save_text
 from carrierflex.files.shown_values import shortened
 from carrierflex.files.versions import Software, Versions, software_name, versions
-from carrierflex.files.whole_files import check_file_writable, refuse_foreign, whole_file
+from carrierflex.files.whole_files import refuse_foreign_files, whole_file
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
-from carrierflex.workflows.diagnosis.diagnose_campaign import REPORT_FILE
+from carrierflex.workflows.diagnosis.diagnose_campaign import REPORT_FILE, marks_of_diagnosis
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
 from carrierflex.workflows.executors import other_processes, work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_table
@@ -206,9 +206,6 @@ def main(
 
 def _refuse_foreign(out: Path, tasks: Sequence[Task]) -> None:
     """Refuse files that batch did not write where it is to write, before any work."""
-    from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE
-    from carrierflex.diagnosis.report.diagnosis_files import FORMAT as DIAGNOSIS_FORMAT
-
     marks = {
         out / FLEET_FILE: f'"{FORMAT}"',
         out / TABLE_FILE: "campaign,turbine,",
@@ -216,15 +213,8 @@ def _refuse_foreign(out: Path, tasks: Sequence[Task]) -> None:
         out / PAGE_FILE: "carrierflex",
     }
     for task in tasks:
-        marks |= {
-            task.out / ENTRY_FILE: '"run"',
-            task.out / DIAGNOSIS_FILE: f'"{DIAGNOSIS_FORMAT}"',
-            task.out / REPORT_FILE: "carrierflex",
-        }
-    for path, mark in marks.items():
-        if path.is_dir():
-            check_file_writable(path)
-        refuse_foreign(path, mark)
+        marks |= {task.out / ENTRY_FILE: '"run"', **marks_of_diagnosis(task.out)}
+    refuse_foreign_files(marks)
 
 
 def _tasks(folder: Path, out: Path) -> Iterator[Task]:
