@@ -269,8 +269,8 @@ def _forms(
     for k in range(count):
         first = names[(start + k) % len(names)]
         others = [name for name in names if shapes[name] != shapes[first]]
-        own = (first, str(rng.choice(others)))
-        drawn.append({0: (), 1: tuple(sorted(own))}.get(k % _FORM_CYCLE, (first,)))
+        pair = (first, str(rng.choice(others)))
+        drawn.append({0: (), 1: tuple(sorted(pair))}.get(k % _FORM_CYCLE, (first,)))
     return [drawn[k] for k in rng.permutation(count)]
 
 
@@ -313,11 +313,11 @@ def _further(kind: str, causes: list[str], rng: np.random.Generator) -> str:
     """A cause of another class than those so far, that the records can tell from them."""
     classes = _CLASSES[kind]
     taken = {classes[name] for name in causes}
-    is_told = _ALIKE[kind].isdisjoint(causes)
+    is_distinguishable = _ALIKE[kind].isdisjoint(causes)
     free = [
         name
-        for name, own in classes.items()
-        if own not in taken and (is_told or name not in _ALIKE[kind])
+        for name, class_id in classes.items()
+        if class_id not in taken and (is_distinguishable or name not in _ALIKE[kind])
     ]
     chosen = rng.choice(sorted({classes[name] for name in free}))
     return str(rng.choice([name for name in free if classes[name] == chosen]))

@@ -94,9 +94,9 @@ def decay_plans(
     strata = {0: NOTHING, 1: OUTSIDE}
     drawn: list[tuple[str, tuple[str, ...], float, str]] = []
     for k, ratio in enumerate(_ratios(rng, cases)):
-        turn, place = divmod(k, _DECAY_CYCLE)
+        turn, index = divmod(k, _DECAY_CYCLE)
         family, effects = _content(
-            strata.get(place, DECAY), DECAY, turn if place < len(strata) else place, rng
+            strata.get(index, DECAY), DECAY, turn if index < len(strata) else index, rng
         )
         drawn.append((family, effects, 0.0 if family == NOTHING else ratio, DECAY))
     order = rng.permutation(cases)
@@ -150,9 +150,9 @@ def _drawn_cause(drive: str, rng: np.random.Generator) -> str:
 
 
 def _drives_of(name: str) -> tuple[str, ...]:
-    own = CAUSES[name].drives
+    drives = CAUSES[name].drives
     # One level shows what several levels at one frequency show.
-    return (*own, ONE_SINE) if SINES in own else own
+    return (*drives, ONE_SINE) if SINES in drives else drives
 
 
 def _weight(ids: tuple[str, ...], visible: Sequence[str]) -> float:

@@ -106,7 +106,7 @@ class ClampedHalfSector:
 
     def statics(self, loads: NDArray[np.float64]) -> "HalfSectorStatics":
         """Displacement under loads (6 p, c) at the pilots [N, N m]."""
-        z = [part.solved(part.forces(part.block.G, loads)) for part in self.blocks]
+        z = [block.solved(block.forces(block.block.G, loads)) for block in self.blocks]
         return HalfSectorStatics(self, loads, tuple(z))
 
     def readings(self, z: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -115,10 +115,10 @@ class ClampedHalfSector:
         read = np.zeros((len(images), z[0].shape[2]))
         for number in np.unique(images):
             u = 0.0
-            for part, z_part in zip(self.blocks, z, strict=True):
-                kind = part.block.representation
-                turned = np.einsum("kj,knc->jnc", kind.matrices[number], z_part)
-                fields = (T_j @ z_j for T_j, z_j in zip(part.partners, turned, strict=True))
+            for solved_block, z_block in zip(self.blocks, z, strict=True):
+                kind = solved_block.block.representation
+                turned = np.einsum("kj,knc->jnc", kind.matrices[number], z_block)
+                fields = (T_j @ z_j for T_j, z_j in zip(solved_block.partners, turned, strict=True))
                 u = u + np.sqrt(kind.share) * sum(fields)
             on_image = images == number
             read[on_image] = rows[on_image] @ u
@@ -153,16 +153,24 @@ class HalfSectorStatics:
         """Motion along each load under every other, ``C = Fᵀ G K⁻¹ Gᵀ F``, shape (c, c)."""
         blocks = zip(self.body.blocks, self.z, strict=True)
         return np.sum(
-            [_work(part.forces(part.block.G, self.loads), z) for part, z in blocks], axis=0
+            [
+                _work(solved_block.forces(solved_block.block.G, self.loads), z)
+                for solved_block, z in blocks
+            ],
+            axis=0,
         )
 
     def compliance_derivative(self, of: HalfSectorDerivative) -> NDArray[np.float64]:
         """``C' = f'ᵀ z + zᵀ f' - zᵀ K' z`` by one parameter, under the same loads, (c, c)."""
         dG_half = of.of_couplings(self.body.half)
         total = np.zeros((self.loads.shape[1],) * 2)
-        for part, z in zip(self.body.blocks, self.z, strict=True):
-            by_couplings = _work(part.forces(part.coupling_derivative(dG_half), self.loads), z)
-            total += by_couplings + by_couplings.T - _work(z, part.stiffness_forces(of.dK, z))
+        for solved_block, z in zip(self.body.blocks, self.z, strict=True):
+            by_couplings = _work(
+                solved_block.forces(solved_block.coupling_derivative(dG_half), self.loads), z
+            )
+            total += (
+                by_couplings + by_couplings.T - _work(z, solved_block.stiffness_forces(of.dK, z))
+            )
         return total
 
     def forces(
@@ -179,10 +187,10 @@ class HalfSectorStatics:
         """
         dG_half = of.of_couplings(self.body.half)
         right = []
-        for part, z in zip(self.body.blocks, self.z, strict=True):
-            f = part.forces(part.coupling_derivative(dG_half), self.loads)
-            f += part.forces(part.block.G, d_loads)
-            right.append(f - part.stiffness_forces(of.dK, z))
+        for solved_block, z in zip(self.body.blocks, self.z, strict=True):
+            f = solved_block.forces(solved_block.coupling_derivative(dG_half), self.loads)
+            f += solved_block.forces(solved_block.block.G, d_loads)
+            right.append(f - solved_block.stiffness_forces(of.dK, z))
         return tuple(right)
 
     def derivatives(self, forces: Sequence[tuple[NDArray[np.float64], ...]]) -> NDArray[np.float64]:
@@ -196,8 +204,10 @@ class HalfSectorStatics:
         angles (:func:`carrierflex.geometry.shape_velocity.parametric_motion`).
         """
         dz = [
-            part.solved(np.concatenate(of_block, axis=2))
-            for part, of_block in zip(self.body.blocks, zip(*forces, strict=True), strict=True)
+            solved_block.solved(np.concatenate(of_block, axis=2))
+            for solved_block, of_block in zip(
+                self.body.blocks, zip(*forces, strict=True), strict=True
+            )
         ]
         read = self.body.readings(dz)
         return read.reshape(len(read), len(forces), -1).transpose(1, 0, 2)
@@ -227,12 +237,12 @@ def clamped_half_sector(
     SingularMatrixError
         Where they do not hold the body.
     """
-    held = np.zeros(half.structure.n_dofs)
-    held[dofs_of(np.unique(shaft_face)).ravel()] = 1.0
+    displacement = np.zeros(half.structure.n_dofs)
+    displacement[dofs_of(np.unique(shaft_face)).ravel()] = 1.0
     blocks = []
     for kind in half.group.representations:
         block = symmetry_block(half, kind)
-        fixed = np.flatnonzero(abs(block.T).T @ np.tile(held, kind.dimension) > 0.0)
+        fixed = np.flatnonzero(abs(block.T).T @ np.tile(displacement, kind.dimension) > 0.0)
         blocks.append(_ClampedBlock(block, factorise(block.K, fixed=fixed)))
     return ClampedHalfSector(half, sensors, tuple(blocks))
 

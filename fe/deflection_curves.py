@@ -227,7 +227,7 @@ def _fourier_series(
     all orders. It ends with the last order whose amplitude is above rounding.
     """
     amplitude = order_amplitudes(samples)
-    kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
-    series = amplitude[: kept.max(initial=0) + 1]
+    orders = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
+    series = amplitude[: orders.max(initial=0) + 1]
     powers = np.vander(np.exp(1j * angle.ravel()), series.size, increasing=True)
     return np.asarray((powers @ series).real.reshape(angle.shape))

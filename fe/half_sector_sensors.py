@@ -63,9 +63,9 @@ def folded_circle(n_planets: int) -> FoldedCircle:
     # The second half of a pitch is the mirror image that the next rotation brings.
     images = np.where(mirrored, 2 * ((sector + 1) % n_planets) + 1, 2 * sector)
     step = np.where(mirrored, N_SENSOR_ANGLES - step, step)
-    places, place = np.unique(step, return_inverse=True)
+    places, inverse = np.unique(step, return_inverse=True)
     angles = half_sector_angle(n_planets) * (2 * places / N_SENSOR_ANGLES)
-    return FoldedCircle(angles, place, images)
+    return FoldedCircle(angles, inverse, images)
 
 
 def half_sector_sensors(half: TetMesh, radius: float, n_planets: int) -> HalfSectorSensors:

@@ -59,23 +59,25 @@ def displacement_by_scikit_fem(
     ``solve(*condense(K, f, D=fixed))`` with scipy's direct solver, which factorises once for all
     columns.
     """
-    held = skfem.condense(K, loads, x=np.zeros_like(loads), D=fixed)
-    return np.asarray(skfem.solve(*held, solver=superlu_solution))
+    condensed = skfem.condense(K, loads, x=np.zeros_like(loads), D=fixed)
+    return np.asarray(skfem.solve(*condensed, solver=superlu_solution))
 
 
 def _assembled(
     form: skfem.BilinearForm, mesh: TetMesh, elements: NDArray[np.int64], order: int
 ) -> sp.csr_array:
     """Matrix of a form over some elements, in the node-by-node order of degrees of freedom."""
-    own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
+    skfem_mesh = skfem.MeshTet2(
+        np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T)
+    )
     element = skfem.ElementVector(skfem.ElementTetP2())
-    basis = skfem.CellBasis(own, element, intorder=order, elements=elements)
-    place = np.empty(basis.N, dtype=np.int64)
+    basis = skfem.CellBasis(skfem_mesh, element, intorder=order, elements=elements)
+    dof_of = np.empty(basis.N, dtype=np.int64)
     node_dofs = 3 * mesh.tets[:, :, None] + np.arange(3)
-    place[basis.dofs.element_dofs] = node_dofs.reshape(-1, 30).T
+    dof_of[basis.dofs.element_dofs] = node_dofs.reshape(-1, 30).T
     matrix = sp.coo_array(form.assemble(basis))
     shape = (3 * len(mesh.points), 3 * len(mesh.points))
-    return sp.csr_array((matrix.data, (place[matrix.row], place[matrix.col])), shape=shape)
+    return sp.csr_array((matrix.data, (dof_of[matrix.row], dof_of[matrix.col])), shape=shape)
 
 
 def stiffness_form(lam: float, mu: float) -> skfem.BilinearForm:

@@ -135,8 +135,8 @@ def carrier_pilot_points(
     }
     for number, angle in enumerate(pin_angles(carrier.n_planets), start=1):
         axis = carrier.centre_distance * radial(float(angle))
-        for part, x in zip(("upwind", "midspan", "downwind"), carrier.pin_stations, strict=True):
-            points[f"pin_{number}_{part}"] = axis + np.array([x, 0.0, 0.0])
+        for section, x in zip(("upwind", "midspan", "downwind"), carrier.pin_stations, strict=True):
+            points[f"pin_{number}_{section}"] = axis + np.array([x, 0.0, 0.0])
     return points
 
 

@@ -76,7 +76,7 @@ def _quadrilateral_rule(
     middles = (corners + np.roll(corners, -1, axis=0)) / 2.0
     wanted = np.concatenate([corners, middles, [[0.5, 0.5]]])[:n_nodes]
     points, weights = get_quadrature(RefQuad, _QUADRILATERAL_ORDER)
-    node_of = [int(np.abs(element.doflocs - place).sum(axis=1).argmin()) for place in wanted]
+    node_of = [int(np.abs(element.doflocs - point).sum(axis=1).argmin()) for point in wanted]
     values = [element.lbasis(points, i) for i in node_of]
     ones = np.ones(len(weights))
     N = np.stack([value * ones for value, _ in values], axis=1)

@@ -38,7 +38,7 @@ def surface_motion(
     KeyError
         Where the mesh has no such surface.
     """
-    facets = np.concatenate([boundary_facets(mesh.tets[own]) for own in mesh.bodies.values()])
+    facets = np.concatenate([boundary_facets(mesh.tets[cells]) for cells in mesh.bodies.values()])
     normals = nodal_normals(mesh.points, facets)
     n = len(mesh.points)
     rates = np.zeros((*facets.shape, len(groups)))

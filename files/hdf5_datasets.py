@@ -140,9 +140,9 @@ def names(group: h5py.Group, name: str) -> tuple[str, ...]:
     _refuse_unstored(dataset)
     texts = dataset.asstr()
     # Several entries may point to the same long text: the first one that is long ends the reading.
-    whole = dataset.shape[0] * dataset.file.id.get_filesize() < _MOST_TEXT
-    found = texts[:] if whole else (texts[number] for number in range(dataset.shape[0]))
-    return tuple(checked_name(text, dataset.name) for text in found)
+    is_small = dataset.shape[0] * dataset.file.id.get_filesize() < _MOST_TEXT
+    values = texts[:] if is_small else (texts[number] for number in range(dataset.shape[0]))
+    return tuple(checked_name(text, dataset.name) for text in values)
 
 
 def checked_name(text: str, where: str) -> str:
@@ -165,10 +165,10 @@ def _dataset(group: h5py.Group, name: str) -> h5py.Dataset:
     """Dataset of this file; links to other files are none."""
     parts: Sequence[str] = name.split("/")
     here = group
-    for part in parts:
-        if not isinstance(here.get(part, getlink=True), h5py.HardLink):
+    for step in parts:
+        if not isinstance(here.get(step, getlink=True), h5py.HardLink):
             raise PartError(f"{group.name.rstrip('/')}/{name} is missing or a link")
-        here = here[part]
+        here = here[step]
     if not isinstance(here, h5py.Dataset) or here.is_virtual or here.external:
         raise PartError(f"{group.name.rstrip('/')}/{name} is no dataset of this file")
     return here

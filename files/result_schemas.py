@@ -201,7 +201,7 @@ def _schema(value: Any, definitions: _Definitions) -> Schema:
     if origin is NotRequired:
         return _schema(arguments[0], definitions)
     if origin in (Union, types.UnionType):
-        return {"anyOf": [_schema(part, definitions) for part in arguments]}
+        return {"anyOf": [_schema(argument, definitions) for argument in arguments]}
     if origin in _LISTS:
         return _list(arguments, definitions)
     if origin in _TABLES:
@@ -230,7 +230,7 @@ def _list(arguments: tuple[Any, ...], definitions: _Definitions) -> Schema:
     of_any_length = len(arguments) == 1 or arguments[-1] is Ellipsis
     if of_any_length:
         return {"type": "array", "items": _schema(arguments[0], definitions)}
-    items = [_schema(part, definitions) for part in arguments]
+    items = [_schema(argument, definitions) for argument in arguments]
     return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
 
 

@@ -212,9 +212,9 @@ def write_toml(
     # Late: most commands write no such file.
     import tomli_w
 
-    own = {"format": kind.format, "version": kind.version}
-    own |= {name: value for name, value in document.items() if value is not None}
-    content = "\n".join((*heading, tomli_w.dumps(own)))
+    header = {"format": kind.format, "version": kind.version}
+    header |= {name: value for name, value in document.items() if value is not None}
+    content = "\n".join((*heading, tomli_w.dumps(header)))
     with whole_file(path) as temporary:
         temporary.write_bytes(content.encode())
 

@@ -172,5 +172,5 @@ def _reason(error: OSError | RuntimeError, temporary: Path) -> str | None:
             return None
         return os.strerror(error.errno) if error.errno else " ".join(str(error).split())
     # HDF5 tells a full disk in the text of a RuntimeError when the file is closed.
-    told = re.search(r"errno = (\d+)", str(error))
-    return os.strerror(int(told[1])) if told else None
+    errno = re.search(r"errno = (\d+)", str(error))
+    return os.strerror(int(errno[1])) if errno else None

@@ -204,8 +204,8 @@ def _meshed_solid(
     first_pass: int,
     algorithm: int = HXT,
 ) -> TetMesh:
-    with step_solid(path, statements.frame) as (whole, all_faces):
-        solid, faces = _without_small_holes(path, statements, whole, all_faces)
+    with step_solid(path, statements.frame) as (full_solid, all_faces):
+        solid, faces = _without_small_holes(path, statements, full_solid, all_faces)
         finer, wall = statements.finer_at_inner_edges, _mean_wall(*_volume_and_area(solid, faces))
         bonded = _pins(statements, faces) if pins else CadPins((), ())
         carrier_volume, overlaps = _cut(solid, _circles(statements, faces, bonded), bonded)
@@ -253,14 +253,14 @@ def _without_small_holes(
     if not n_holes:
         return solid, faces
     try:
-        left = _without_faces(solid, holes)
+        without_holes = _without_faces(solid, holes)
     except ValueError as error:
         raise ValueError(
             f"{path}: {n_holes} holes of at most {statements.leave_out_holes_below} m cannot be "
             f"left out: {error}; expected another [mesh] leave_out_holes_below"
         ) from error
     log.info("%s: %d holes left out", path, n_holes)
-    return left, cad_faces()
+    return without_holes, cad_faces()
 
 
 def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
@@ -404,10 +404,10 @@ def _without_faces(solid: int, faces: tuple[CadFace, ...]) -> int:
         gmsh.model.occ.synchronize()
     except Exception as error:
         raise ValueError(f"OpenCASCADE cannot fill {len(faces)} faces ({error})") from error
-    left = [tag for dimension, tag in solids if dimension == 3]
-    if len(left) != 1:
-        raise ValueError(f"filling {len(faces)} faces leaves {len(left)} solids; expected one")
-    return int(left[0])
+    remaining = [tag for dimension, tag in solids if dimension == 3]
+    if len(remaining) != 1:
+        raise ValueError(f"filling {len(faces)} faces leaves {len(remaining)} solids; expected one")
+    return int(remaining[0])
 
 
 def _coaxial(faces: list[CadFace]) -> list[list[CadFace]]:

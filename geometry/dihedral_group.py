@@ -92,9 +92,9 @@ def dihedral_group(n_planets: int) -> DihedralGroup:
     """The group D_N of a carrier of `n_planets` equal pins."""
     motions = np.array(
         [
-            rotation_about_x(2.0 * np.pi * k / n_planets) @ part
+            rotation_about_x(2.0 * np.pi * k / n_planets) @ factor
             for k in range(n_planets)
-            for part in (np.eye(3), _MIRROR)
+            for factor in (np.eye(3), _MIRROR)
         ]
     )
     reversed_by_mirrors = np.linalg.det(motions).round()

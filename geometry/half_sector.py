@@ -249,7 +249,7 @@ def extracted(body_of: Callable[[int], str]) -> TetMesh:
     # In the order of their names, whatever the order of gmsh's volumes.
     by_body = {name: np.concatenate(blocks[name]) for name in sorted(blocks)}
     used, compact = np.unique(np.concatenate(list(by_body.values())), return_inverse=True)
-    edges = np.cumsum([0, *(len(part) for part in by_body.values())])
+    edges = np.cumsum([0, *(len(cells) for cells in by_body.values())])
     bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(by_body)}
     return TetMesh(all_points[used], compact.reshape(-1, 10), {}, bodies)
 

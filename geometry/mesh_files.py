@@ -196,17 +196,17 @@ def read_mesh(
     mesh = _from_blocks(foreign, path, statements)
     mesh = replace(mesh, points=_in_frame(metres * mesh.points, statements))
     check_mesh(mesh, str(path))
-    facets = {name: boundary_facets(mesh.tets[own]) for name, own in mesh.bodies.items()}
+    facets = {name: boundary_facets(mesh.tets[cells]) for name, cells in mesh.bodies.items()}
     return replace(mesh, surfaces=_with_stated(mesh, facets, statements, str(path)))
 
 
 def _read_solids(path: Path, metres: float, statements: CadStatements | None) -> NamedSolids:
     """Read a mesh that has other solids than tetrahedra."""
-    found = read_solid_mesh(path).without_unused_nodes()
+    solids = read_solid_mesh(path).without_unused_nodes()
     of_group = {} if statements is None else statements.body_of_group
-    groups = {group: of_group.get(group, group) for _, group, _ in found.blocks}
+    groups = {group: of_group.get(group, group) for _, group, _ in solids.blocks}
     bodies = _named_bodies(groups.values(), path)
-    mesh = named_solids(found, {group: bodies[name] for group, name in groups.items()}, str(path))
+    mesh = named_solids(solids, {group: bodies[name] for group, name in groups.items()}, str(path))
     mesh = replace(mesh, points=_in_frame(metres * mesh.points, statements))
     check_solids(mesh, str(path))
     facets = {body: mesh.boundary(body) for body in mesh.bodies}
@@ -315,7 +315,7 @@ def _from_blocks(mesh: ForeignMesh, path: Path, statements: CadStatements | None
                 "(tetra10) or linear ones (tetra) only"
             )
     parts = {name: np.concatenate(nodes) for name, nodes in _bodies(solids, path).items()}
-    edges = np.cumsum([0, *(len(part) for part in parts.values())])
+    edges = np.cumsum([0, *(len(block) for block in parts.values())])
     bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(parts)}
     points, tets = np.asarray(mesh.points, np.float64), np.concatenate(list(parts.values()))
     if tets.shape[1] == 4:
@@ -326,9 +326,9 @@ def _from_blocks(mesh: ForeignMesh, path: Path, statements: CadStatements | None
         for name, nodes in faces.items()
     }
     for name, nodes in mesh.node_sets.items():
-        found = (of_body[np.isin(of_body[:, :3], nodes).all(axis=1)] for of_body in outside)
+        candidates = (of_body[np.isin(of_body[:, :3], nodes).all(axis=1)] for of_body in outside)
         # Bodies that share a surface have its facets twice; they are those of the first.
-        facets = next((part for part in found if len(part)), None)
+        facets = next((block for block in candidates if len(block)), None)
         if facets is not None:
             surfaces.setdefault(name, facets)
     return TetMesh(points, tets, surfaces, bodies)
@@ -468,13 +468,13 @@ def _stated_facets(
     if statement.name == "rim_face":
         _refuse_crossed_circle(inside[on], low, tolerance, where)
     within = (inside >= low - tolerance) & (inside <= high + tolerance)
-    found = facets[on & within.all(axis=1)]
-    if not len(found):
+    stated = facets[on & within.all(axis=1)]
+    if not len(stated):
         raise ValueError(
             f"{where}: no facet lies on surface {statement.name!r}, the {statement}, within "
             f"{tolerance:g} m; expected one that element edges bound"
         )
-    return found
+    return stated
 
 
 def _refuse_crossed_circle(

@@ -52,8 +52,8 @@ def with_carrier_surfaces(
             if "midspan" in name
         }
         surfaces |= _matching(mesh, pin_facets, equations)
-    whole = mesh.symmetry_order == carrier.n_planets
-    return _checked(mesh, surfaces, complete=whole)
+    is_full_circle = mesh.symmetry_order == carrier.n_planets
+    return _checked(mesh, surfaces, complete=is_full_circle)
 
 
 def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters) -> TetMesh:
@@ -113,12 +113,12 @@ def pin_surface_equations(p: CarrierParameters, pin: PinParameters) -> dict[str,
     seat = (middle - pin.bearing_width / 2.0, middle + pin.bearing_width / 2.0)
     surfaces: dict[str, Surface] = {}
     for number, angle in enumerate(pin_angles(p.n_planets), start=1):
-        for part, x in (
+        for section, x in (
             ("upwind", p.upwind_bore_x),
             ("downwind", p.downwind_bore_x),
             ("midspan", seat),
         ):
-            surfaces[f"pin_{number}_{part}"] = _cylinder(
+            surfaces[f"pin_{number}_{section}"] = _cylinder(
                 x, pin.diameter / 2.0, (p.centre_distance, float(angle))
             )
     return surfaces

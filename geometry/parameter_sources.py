@@ -55,14 +55,14 @@ def limits(stage: StageParameters, table: str) -> dict[str, tuple[float, float]]
         Ends by key, in the unit of the key; equal ends where another dimension has to be changed
         with it.
     """
-    own = getattr(stage, table)
+    rows = getattr(stage, table)
     return {
         field.name: (
             _end(stage, table, field.name, downwards=True),
             _end(stage, table, field.name, downwards=False),
         )
-        for field in fields(own)
-        if isinstance(getattr(own, field.name), float)
+        for field in fields(rows)
+        if isinstance(getattr(rows, field.name), float)
     }
 
 

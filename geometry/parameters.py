@@ -105,8 +105,8 @@ class CarrierParameters:
 
     def __post_init__(self) -> None:
         refuse_non_positive(self, "carrier")
-        whole = isinstance(self.n_planets, int)
-        if not (whole and FEWEST_PLANETS <= self.n_planets <= MOST_PLANETS):
+        is_integer = isinstance(self.n_planets, int)
+        if not (is_integer and FEWEST_PLANETS <= self.n_planets <= MOST_PLANETS):
             raise ValueError(
                 f"[carrier] n_planets is {self.n_planets}; expected a whole number from "
                 f"{FEWEST_PLANETS} to {MOST_PLANETS}"

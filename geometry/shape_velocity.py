@@ -144,7 +144,7 @@ def parametric_motion(
         Where a facet of the boundary lies on no face of the carrier.
     """
     pins = "pins" in half.bodies
-    facets = np.concatenate([boundary_facets(half.tets[own]) for own in half.bodies.values()])
+    facets = np.concatenate([boundary_facets(half.tets[cells]) for cells in half.bodies.values()])
     corners, points = half.points[facets], half.points
     faces = _faces(stage.carrier)
     moved = [with_imaginary_step(stage, dimension) for dimension in dimensions]
@@ -156,7 +156,7 @@ def parametric_motion(
         on = face.holds(corners).all(axis=1)
         on_some |= on
         nodes_of[name] = nodes = np.unique(facets[on])
-        rates = [own[name].distance(points[nodes]).imag for own in moved_faces]
+        rates = [faces[name].distance(points[nodes]).imag for faces in moved_faces]
         rows.append((nodes, face.normals(points[nodes]), _rates(rates, nodes)))
     if not on_some.all():
         raise ValueError(
@@ -168,7 +168,7 @@ def parametric_motion(
     moved_imprints = [_imprints(one.carrier, one.pin, pins=pins) for one in moved]
     for number, (name, edge) in enumerate(imprints):
         nodes = nodes_of[name][edge.holds(points[nodes_of[name]])]
-        rates = [own[number][1].distance(points[nodes]).imag for own in moved_imprints]
+        rates = [edges[number][1].distance(points[nodes]).imag for edges in moved_imprints]
         normals = edge.normals(points[nodes])
         rows.append((nodes, normals, _rates(rates, nodes)))
         if isinstance(edge, _Cylinder):

@@ -13,11 +13,11 @@ def silent_stdout() -> Iterator[None]:
     It writes to the process's standard output.
     """
     sys.stdout.flush()
-    kept = os.dup(1)
+    saved = os.dup(1)
     try:
         with open(os.devnull, "wb") as nowhere:
             os.dup2(nowhere.fileno(), 1)
             yield
     finally:
-        os.dup2(kept, 1)
-        os.close(kept)
+        os.dup2(saved, 1)
+        os.close(saved)

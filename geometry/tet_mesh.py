@@ -135,11 +135,13 @@ def surface_of_facets(
         for number, surface in enumerate(surfaces.values())
         for corners in _corner_sets(surface)
     }
-    return np.array([number_of.get(own, -1) for own in _corner_sets(facets)], dtype=np.int64)
+    return np.array(
+        [number_of.get(facet_corners, -1) for facet_corners in _corner_sets(facets)], dtype=np.int64
+    )
 
 
 def _corner_sets(facets: NDArray[np.int64]) -> list[frozenset[int]]:
-    return [frozenset(own) for own in facets[:, : FACET_CORNERS[facets.shape[1]]].tolist()]
+    return [frozenset(corners) for corners in facets[:, : FACET_CORNERS[facets.shape[1]]].tolist()]
 
 
 def corner_triangles(

@@ -290,9 +290,9 @@ def torque_arrow(
     )
     arc = centre + radius * out - np.array([0.35 * radius, 0.0, 0.0])
     points = (arc[:, None] + section).reshape(-1, 3)
-    ring, place = np.divmod(np.arange((len(angle) - 1) * around.size), around.size)
-    corner = around.size * ring + place
-    beside = around.size * ring + (place + 1) % around.size
-    first = np.stack([corner, corner + around.size, beside], axis=1)
-    second = np.stack([beside, corner + around.size, beside + around.size], axis=1)
+    ring, position = np.divmod(np.arange((len(angle) - 1) * around.size), around.size)
+    corner = around.size * ring + position
+    neighbour = around.size * ring + (position + 1) % around.size
+    first = np.stack([corner, corner + around.size, neighbour], axis=1)
+    second = np.stack([neighbour, corner + around.size, neighbour + around.size], axis=1)
     return points, np.concatenate([first, second])

@@ -107,12 +107,12 @@ def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:
     be forty megabytes that nobody reads.
     """
     names = list(zip(estimate.names, estimate.scopes, strict=True))
-    kept = list(range(len(names)))
+    chosen = list(range(len(names)))
     if len(names) > _MOST_CORRELATED:
-        kept = [k for k, (_, scope) in enumerate(names) if scope == SHARED]
+        chosen = [k for k, (_, scope) in enumerate(names) if scope == SHARED]
     return {
-        "parameters": [f"{scope}.{name}".lstrip(".") for name, scope in (names[k] for k in kept)],
-        "matrix": estimate.correlation[np.ix_(kept, kept)],
+        "parameters": [f"{scope}.{name}".lstrip(".") for name, scope in (names[k] for k in chosen)],
+        "matrix": estimate.correlation[np.ix_(chosen, chosen)],
     }
 
 

@@ -123,14 +123,14 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
     for joint in joints:
         _add_springs(K, rows[joint.first][3:], rows[joint.second][3:], joint)
     labels = [label for body in bodies for label in body.labels]
-    kept = np.unique(row_of, return_index=True)[1]
+    first_rows = np.unique(row_of, return_index=True)[1]
     sensor_rows = [body.sensor_rows for body in bodies]
     return ReducedModel(
         name=name,
         K=L.T @ K @ L,
         M=L.T @ scipy.linalg.block_diag(*(body.M for body in bodies)) @ L,
         D=L.T @ scipy.linalg.block_diag(*(body.D for body in bodies)) @ L,
-        labels=tuple(labels[row] for row in kept),
+        labels=tuple(labels[row] for row in first_rows),
         pilots=pilots,
         pilot_coordinates={pilot: row_of[coordinates] for pilot, coordinates in rows.items()},
         sensor_names=tuple(sensor for body in bodies for sensor in body.sensor_names),
@@ -211,13 +211,13 @@ def _merged(
     parts: Sequence[Mapping[str, NDArray[np.float64]]], kind: str
 ) -> dict[str, NDArray[np.float64]]:
     merged: dict[str, NDArray[np.float64]] = {}
-    for part in parts:
-        repeated = merged.keys() & part.keys()
+    for mapping in parts:
+        repeated = merged.keys() & mapping.keys()
         if repeated:
             raise ValueError(
                 f"two bodies have a {kind} named {sorted(repeated)[0]!r}; expected different names"
             )
-        merged.update(part)
+        merged.update(mapping)
     return merged
 
 
@@ -245,8 +245,8 @@ def _tie_matrix(
     # A chain of joints may be given in any order: follow it to its end.
     while (representative[representative] != representative).any():
         representative = representative[representative]
-    kept, row_of = np.unique(representative, return_inverse=True)
-    L = np.zeros((n, len(kept)))
+    first_rows, row_of = np.unique(representative, return_inverse=True)
+    L = np.zeros((n, len(first_rows)))
     L[np.arange(n), row_of] = 1.0
     return L, row_of
 
@@ -263,10 +263,10 @@ def _add_springs(
 
 
 def _together(parts: list[MassProperties]) -> MassProperties:
-    mass = sum(part.mass for part in parts)
-    centre = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
+    mass = sum(body.mass for body in parts)
+    centre = sum((body.mass * body.centre for body in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
-    for part in parts:
-        r = part.centre - centre
-        inertia += part.inertia + part.mass * (r @ r * np.eye(3) - np.outer(r, r))
+    for body in parts:
+        r = body.centre - centre
+        inertia += body.inertia + body.mass * (r @ r * np.eye(3) - np.outer(r, r))
     return MassProperties(mass, centre, inertia)

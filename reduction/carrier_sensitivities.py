@@ -438,9 +438,9 @@ def spring_sensitivities(
         {f"{name}_of_pin": load for name, load in one_pin.items()},
     )
     f = np.stack([load_vector(model, loads) for loads in cases], axis=1)
-    held = model.rows_of(HELD)
-    q = constrained_solution(model, held, f, f"holding {HELD}")
-    dq = [constrained_solution(model, held, -(one @ q), f"holding {HELD}") for one in dK]
+    held_rows = model.rows_of(HELD)
+    q = constrained_solution(model, held_rows, f, f"holding {HELD}")
+    dq = [constrained_solution(model, held_rows, -(one @ q), f"holding {HELD}") for one in dK]
     zero = np.zeros_like(K)
     n_pilots = len(model.pilot_rows)
     return BodySensitivities(

@@ -194,9 +194,9 @@ def certify_free_interface(
         Static compliance at every pilot, free frequencies and MAC up to the cut-off, and
         :func:`inner_checks`.
     """
-    kept = reduction.modes.omega
+    omega = reduction.modes.omega
     if cut_off_hz is None:
-        cut_off_hz = FREE_CUT_OFF_SHARE * float(kept[-1]) / (2.0 * np.pi) if len(kept) else 0.0
+        cut_off_hz = FREE_CUT_OFF_SHARE * float(omega[-1]) / (2.0 * np.pi) if len(omega) else 0.0
     checks = [
         *compliance_checks(compliance_errors(structure, reduction)),
         *_free_modes_of_body(structure, reduction, cut_off_hz, seed),

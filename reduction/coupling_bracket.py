@@ -89,10 +89,10 @@ def coupling_bracket(
     groups = {
         group: _curve(
             curve_name,
-            *_held(rigidly_coupled(soft, mesh, tuple(n for n in names if part in n))),
+            *_held(rigidly_coupled(soft, mesh, tuple(n for n in names if marker in n))),
             load,
         )
-        for group, part in _GROUPS.items()
+        for group, marker in _GROUPS.items()
     }
     return CouplingBracket(
         curve_name, tuple(names[1:]), stiffness, (curve_soft, curve_rigid), groups

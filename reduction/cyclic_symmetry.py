@@ -41,8 +41,8 @@ def pilot_rotation(model: ReducedModel) -> NDArray[np.float64] | None:
         j = int(distance.argmin())
         if distance[j] > _SAME_POINT:
             return None
-        for part in (0, 3):
-            Q[6 * j + part : 6 * j + part + 3, 6 * i + part : 6 * i + part + 3] = R
+        for first in (0, 3):
+            Q[6 * j + first : 6 * j + first + 3, 6 * i + first : 6 * i + first + 3] = R
     return Q
 
 
@@ -87,8 +87,8 @@ def modal_asymmetry_ppm(model: ReducedModel) -> float | None:
     largest = 0.0
     for sigma in np.geomspace(elastic[0], elastic[-1], _N_SIGMA):
         Z = model.K + sigma * model.M
-        modal_part = Z[np.ix_(b, q)] @ np.linalg.solve(Z[np.ix_(q, q)], Z[np.ix_(q, b)])
-        largest = max(largest, _change_ppm(Z[np.ix_(b, b)] - modal_part, Q))
+        modal_flexibility = Z[np.ix_(b, q)] @ np.linalg.solve(Z[np.ix_(q, q)], Z[np.ix_(q, b)])
+        largest = max(largest, _change_ppm(Z[np.ix_(b, b)] - modal_flexibility, Q))
     return largest
 
 
@@ -115,8 +115,8 @@ def unlike_response(model: ReducedModel, frequency_hz: float) -> float | None:
         H = (np.linalg.inv(Z * np.outer(scale, scale)) * np.outer(scale, scale))[np.ix_(b, b)]
         difference, expected = (Q @ H @ Q.T - H) * np.outer(W, W), H * np.outer(W, W)
         for first in range(0, len(b), 6):
-            own = np.s_[first : first + 6, first : first + 6]
-            share = np.linalg.norm(difference[own]) / np.linalg.norm(expected[own])
+            block = np.s_[first : first + 6, first : first + 6]
+            share = np.linalg.norm(difference[block]) / np.linalg.norm(expected[block])
             largest = max(largest, float(share))
     return largest
 

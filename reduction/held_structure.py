@@ -249,10 +249,10 @@ class HeldStructure:
     def _refuse_free_motion(self, H: NDArray[np.float64]) -> None:
         """Refuse pilots that leave a rigid motion of the body free; `H` are their motions in it."""
         k = H.shape[1]
-        held = int(np.linalg.matrix_rank(H)) if k else 0
-        if held < k:
+        rank = int(np.linalg.matrix_rank(H)) if k else 0
+        if rank < k:
             raise SingularMatrixError(
-                f"what is held holds {held} of {k} rigid motions of the body; expected pilots "
+                f"what is held holds {rank} of {k} rigid motions of the body; expected pilots "
                 "whose components hold all of them"
             )
 

@@ -25,17 +25,17 @@ def sound_grounding(body: GivenBody) -> Grounded:
     ValueError
         Where it has a mechanism; the message names nodes.
     """
-    held = grounded(body.structure)
+    grounding = grounded(body.structure)
     try:
-        if not _finds_motions_again(body, held):
+        if not _finds_motions_again(body, grounding):
             raise SingularMatrixError
     except SingularMatrixError as error:
-        K, R = body.structure.K, held.rigid_modes
+        K, R = body.structure.K, grounding.rigid_modes
         raise ValueError(
             f"{body.structure.name}: the stiffness has {described_mechanism(K, R, body.layout)}; "
             "expected a stiffness against every motion but rigid ones"
         ) from error
-    return held
+    return grounding
 
 
 def _finds_motions_again(body: GivenBody, held: Grounded) -> bool:

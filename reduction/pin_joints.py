@@ -90,7 +90,7 @@ def carrier_with_each_pin(
     joints = []
     angles = pin_angles(planets_of(carrier.pilots))
     for number, (pin, angle) in enumerate(zip(pins, angles, strict=True), start=1):
-        rename = {f"pin_1_{part}": pin_pilot(number, part) for part in _PARTS}
+        rename = {f"pin_1_{section}": pin_pilot(number, section) for section in _PARTS}
         bodies.append(turned(pin, float(angle), rename))
         for side in ("upwind", "downwind"):
             torsional = stiffness if stiffness != 0.0 or side == "downwind" else _SPIN_HOLD

@@ -124,8 +124,8 @@ class ReducedModel:
         """
         rows = self.rows_of(pilot)
         if pilot in self.pilot_components:
-            own = ", ".join(PILOT_COORDINATES[i] for i in self.pilot_components[pilot])
-            raise ValueError(f"{self.name}: pilot {pilot!r} has {own} only; expected all six")
+            listed = ", ".join(PILOT_COORDINATES[i] for i in self.pilot_components[pilot])
+            raise ValueError(f"{self.name}: pilot {pilot!r} has {listed} only; expected all six")
         return rows
 
     def rows_of(self, pilot: str) -> NDArray[np.int64]:
@@ -176,8 +176,8 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
     Q = np.eye(model.n_coordinates)
     for name in model.pilots:
         rows = model.coordinates_of(name)
-        for part in (rows[:3], rows[3:]):
-            Q[np.ix_(part, part)] = R
+        for triple in (rows[:3], rows[3:]):
+            Q[np.ix_(triple, triple)] = R
     labels = list(model.labels)
     for old, new in rename.items():
         for row, coordinate in zip(model.coordinates_of(old), PILOT_COORDINATES, strict=True):

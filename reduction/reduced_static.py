@@ -121,9 +121,9 @@ def pilot_compliance(model: ReducedModel, fixed_pilots: Sequence[str]) -> NDArra
     none = np.zeros(0, dtype=np.int64)
     rows, fixed = (
         np.concatenate(
-            [none, *(model.rows_of(p) for p in model.pilots if (p in fixed_pilots) == held)]
+            [none, *(model.rows_of(p) for p in model.pilots if (p in fixed_pilots) == is_held)]
         )
-        for held in (False, True)
+        for is_held in (False, True)
     )
     unit = np.zeros((model.n_coordinates, len(rows)))
     unit[rows, np.arange(len(rows))] = 1.0

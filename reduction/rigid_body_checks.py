@@ -37,9 +37,9 @@ def leading_rows(model: ReducedModel) -> NDArray[np.int64]:
     Those of the first pilot with all six; else those that the rigid motions move most independently
     of one another.
     """
-    whole = next((name for name in model.pilots if name not in model.pilot_components), None)
-    if whole is not None:
-        return model.coordinates_of(whole)
+    complete = next((name for name in model.pilots if name not in model.pilot_components), None)
+    if complete is not None:
+        return model.coordinates_of(complete)
     rows = model.pilot_rows
     R = geometric_rigid_modes(model)[rows]
     scale = np.abs(R).max(axis=0)
@@ -139,5 +139,7 @@ def grounding(model: ReducedModel) -> float:
     """
     pilots = model.pilot_rows
     force = np.abs(model.K[pilots] @ geometric_rigid_modes(model)).max(axis=1)
-    own = model.K.diagonal()[pilots]
-    return float(np.divide(force, own, out=np.where(force > 0.0, np.inf, 0.0), where=own > 0).max())
+    diagonal = model.K.diagonal()[pilots]
+    return float(
+        np.divide(force, diagonal, out=np.where(force > 0.0, np.inf, 0.0), where=diagonal > 0).max()
+    )

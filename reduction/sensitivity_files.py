@@ -50,8 +50,8 @@ def write_sensitivities(path: Path, bodies: Sequence[BodySensitivities]) -> None
             group["frequency"] = body.frequencies.frequency
             group["d_frequency"] = body.frequencies.derivative
             for name, curve in body.curves.items():
-                part = group.create_group(name)
-                part.attrs["unit_load"] = curve.nominal.unit_load
-                part["angle"] = curve.nominal.angle
-                part["axial"], part["radial"] = curve.nominal.axial, curve.nominal.radial
-                part["d_axial"], part["d_radial"] = curve.axial, curve.radial
+                subgroup = group.create_group(name)
+                subgroup.attrs["unit_load"] = curve.nominal.unit_load
+                subgroup["angle"] = curve.nominal.angle
+                subgroup["axial"], subgroup["radial"] = curve.nominal.axial, curve.nominal.radial
+                subgroup["d_axial"], subgroup["d_radial"] = curve.axial, curve.radial

@@ -212,12 +212,12 @@ def body_state_space(model: ReducedModel) -> StateSpace:
             "components without mass out of the interfaces and reduce again"
         )
     n_free = model.n_free_motions
-    held = np.abs(omega_squared[:n_free]) > _FREE * omega_squared[-1]
-    if held.any():
+    elastic = np.abs(omega_squared[:n_free]) > _FREE * omega_squared[-1]
+    if elastic.any():
         raise ValueError(
-            f"{model.name}: {n_free - int(held.sum())} motions meet no stiffness, and {n_free} are "
-            "free by its record; expected as many: reduce again, or state free_rigid_motions in "
-            "its provenance"
+            f"{model.name}: {n_free - int(elastic.sum())} motions meet no stiffness, and {n_free} "
+            "are free by its record; expected as many: reduce again, or state free_rigid_motions "
+            "in its provenance"
         )
     # What nothing holds has a frequency of rounding.
     omega_squared[:n_free] = 0.0

@@ -151,7 +151,7 @@ def _response(
     K_bb = X[0].T @ reduction.basis.K_bb @ X[0]
     scale = np.sqrt(block.representation.share)
     rows = sp.csr_array(sp.block_diag([reduction.sensors.rows] * d) @ block.T * scale)
-    part = response_of_fields(HeldStructure(body, (block,)), block.M, Psi, K_bb, modes, rows)
+    response = response_of_fields(HeldStructure(body, (block,)), block.M, Psi, K_bb, modes, rows)
 
     def read(rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Readings of the partners (..., d n_sensors, m) under the pilots' own coordinates."""
@@ -159,16 +159,16 @@ def _response(
         return np.asarray(np.einsum("...jsm,jpm->...sp", by_partner, X))
 
     k = len(modes.omega)
-    modal = part.sensors_modal.reshape(d, n_sensors, k)
+    modal = response.sensors_modal.reshape(d, n_sensors, k)
     return FullResponse(
-        K_bb=_on_pilots(part.K_bb, X),
-        M_bb=_on_pilots(part.M_bb, X),
+        K_bb=_on_pilots(response.K_bb, X),
+        M_bb=_on_pilots(response.M_bb, X),
         omega=np.repeat(modes.omega, d),
-        L=np.einsum("im,jpm->ijp", part.L, X).reshape(k * d, len(X[0])),
-        moments=np.array([_on_pilots(moment, X) for moment in part.moments]),
-        sensors_static=read(part.sensors_static),
+        L=np.einsum("im,jpm->ijp", response.L, X).reshape(k * d, len(X[0])),
+        moments=np.array([_on_pilots(moment, X) for moment in response.moments]),
+        sensors_static=read(response.sensors_static),
         sensors_modal=modal.transpose(1, 2, 0).reshape(n_sensors, k * d),
-        sensor_moments=read(part.sensor_moments),
+        sensor_moments=read(response.sensor_moments),
     )
 
 

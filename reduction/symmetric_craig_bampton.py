@@ -229,10 +229,10 @@ def _symmetric_basis(half: HalfSector, kept: int | ModeRule, *, seed: int = 0) -
     n_half, pilots = half.structure.n_dofs, half.pilot_motions
     T_pilots = np.zeros((n_half, pilots.shape[1]))
     K_bb = np.zeros(pilots.shape[1:])
-    for part in solved:
-        for Psi, X in zip(part.Psi, part.X, strict=True):
+    for solution in solved:
+        for Psi, X in zip(solution.Psi, solution.X, strict=True):
             T_pilots += Psi @ X.T
-            K_bb += X @ part.K_bb @ X.T
+            K_bb += X @ solution.K_bb @ X.T
     T_modes = [solved[b].Phi[:, :, i].T for b, i in chosen]
     kinds = [solved[b].kind for b, _ in chosen]
     return SymmetricBasis(
@@ -280,25 +280,27 @@ def _with_lowest_modes(half: HalfSector, n_modes: int, seed: int) -> _SolvedBody
     solved = [_solved(half, kind, n, seed) for kind, n in zip(kinds, counts, strict=True)]
     while True:
         have = np.sort(
-            np.concatenate([np.repeat(part.omega, part.kind.dimension) for part in solved])
+            np.concatenate(
+                [np.repeat(solution.omega, solution.kind.dimension) for solution in solved]
+            )
         )
         if not n_modes:
             return _SolvedBody(solved, have)
         highest = have[n_modes - 1] if len(have) >= n_modes else np.inf
-        if all(part.omega[-1] >= highest for part in solved):
+        if all(solution.omega[-1] >= highest for solution in solved):
             return _SolvedBody(solved, have[:n_modes])
         solved = [
-            part
-            if part.omega[-1] >= highest
-            else _solved(half, part.kind, 2 * len(part.omega), seed)
-            for part in solved
+            solution
+            if solution.omega[-1] >= highest
+            else _solved(half, solution.kind, 2 * len(solution.omega), seed)
+            for solution in solved
         ]
 
 
 def _lowest(solved: list[_SolvedBlock], n_modes: int) -> list[tuple[int, int]]:
     """Block and number of the modes that make up the lowest `n_modes`, ascending."""
     modes = sorted(
-        (omega, b, i) for b, part in enumerate(solved) for i, omega in enumerate(part.omega)
+        (omega, b, i) for b, solution in enumerate(solved) for i, omega in enumerate(solution.omega)
     )
     counts = np.cumsum([solved[b].kind.dimension for _, b, _ in modes])
     return (

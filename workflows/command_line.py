@@ -146,10 +146,16 @@ def _refuse_unknown_command(arguments: list[str]) -> None:
     """Refuse a name that is no command; cyclopts would import every workflow to say so."""
     first = arguments[0] if arguments else "--help"
     if first in HOLDERS:
-        held = {name.split()[1]: name for name in COMMANDS if name.startswith(f"{first} ")}
+        subcommands = {name.split()[1]: name for name in COMMANDS if name.startswith(f"{first} ")}
         second = arguments[1] if len(arguments) > 1 else "--help"
-        if not second.startswith("-") and second not in held:
-            _refuse_name(f"{first} {second}", second, held, [*held], f"carrierflex {first} --help")
+        if not second.startswith("-") and second not in subcommands:
+            _refuse_name(
+                f"{first} {second}",
+                second,
+                subcommands,
+                [*subcommands],
+                f"carrierflex {first} --help",
+            )
     elif not first.startswith("-") and first not in COMMANDS:
         if first in RENAMED:
             new = RENAMED[first]
@@ -216,10 +222,10 @@ def application(*, shows_related: bool = False) -> "cyclopts.App":
     for holder in holders.values():
         app.command(holder)
     for name, command in COMMANDS.items():
-        holder_name, _, own_name = name.rpartition(" ")
+        holder_name, _, subcommand = name.rpartition(" ")
         (holders[holder_name] if holder_name else app).command(
             f"carrierflex.workflows.shell.called_commands:{name}",
-            name=own_name,
+            name=subcommand,
             help=command.help,
             help_epilogue=_related(name),
             sort_key=shown.index(name),

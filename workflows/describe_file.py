@@ -159,9 +159,13 @@ def _folder(folder: Path) -> FileDescription:
         )
     if name == "campaign.toml":
         return _campaign(folder)
-    told = main(folder / name)
+    described = main(folder / name)
     return FileDescription(
-        folder, f"folder with {name}: {told.kind}", told.figures, told.software, told.commands
+        folder,
+        f"folder with {name}: {described.kind}",
+        described.figures,
+        described.software,
+        described.commands,
     )
 
 

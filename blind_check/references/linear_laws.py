@@ -72,8 +72,8 @@ def sparse_laws(table: GramTable, n_samples: float) -> tuple[str, ...]:
     laws = _laws(table, gram)
     values: dict[tuple[str, ...], float] = {(): _bic(gram, [], n_samples)}
     for threshold in _THRESHOLDS:
-        kept = _thresholded(gram, laws, threshold)
-        values[kept] = _bic(gram, [laws[name] for name in kept], n_samples)
+        chosen = _thresholded(gram, laws, threshold)
+        values[chosen] = _bic(gram, [laws[name] for name in chosen], n_samples)
     return min(values, key=lambda names: values[names])
 
 
@@ -98,39 +98,39 @@ def _laws(table: GramTable, gram: FloatArray) -> dict[str, _Law]:
 
 def _left(gram: FloatArray, columns: Sequence[int]) -> float:
     """Sum of squares that a fit of some columns leaves of the target."""
-    own = list(columns)
-    return float(gram[0, 0] - gram[0, own] @ _fit(gram, own))
+    index = list(columns)
+    return float(gram[0, 0] - gram[0, index] @ _fit(gram, index))
 
 
 def _fit(gram: FloatArray, columns: Sequence[int]) -> FloatArray:
     """Least squares of the target on some columns."""
-    own = list(columns)
-    return normal_solution(gram[np.ix_(own, own)], gram[own, 0])
+    index = list(columns)
+    return normal_solution(gram[np.ix_(index, index)], gram[index, 0])
 
 
 def _bic(gram: FloatArray, laws: Sequence[_Law], n_samples: float) -> float:
     columns = [column for law in laws for column in law.columns]
-    left = max(_left(gram, columns), _ROUNDING * gram[0, 0])
+    remaining = max(_left(gram, columns), _ROUNDING * gram[0, 0])
     n_unknowns = sum(law.n_unknowns for law in laws)
-    return float(n_samples * np.log(left / n_samples) + n_unknowns * np.log(n_samples))
+    return float(n_samples * np.log(remaining / n_samples) + n_unknowns * np.log(n_samples))
 
 
 def _thresholded(gram: FloatArray, laws: Mapping[str, _Law], threshold: float) -> tuple[str, ...]:
     """Laws that are kept at one threshold."""
-    kept = tuple(sorted(laws))
-    while kept:
-        columns = [column for name in kept for column in laws[name].columns]
+    chosen = tuple(sorted(laws))
+    while chosen:
+        columns = [column for name in chosen for column in laws[name].columns]
         amounts = dict(zip(columns, _fit(gram, columns).tolist(), strict=True))
-        carried = {name: _square(gram, laws[name].columns, amounts) for name in kept}
-        fewer = tuple(name for name in kept if carried[name] >= threshold * gram[0, 0])
-        if fewer == kept:
+        carried = {name: _square(gram, laws[name].columns, amounts) for name in chosen}
+        fewer = tuple(name for name in chosen if carried[name] >= threshold * gram[0, 0])
+        if fewer == chosen:
             break
-        kept = fewer
-    return kept
+        chosen = fewer
+    return chosen
 
 
 def _square(gram: FloatArray, columns: Sequence[int], amounts: Mapping[int, float]) -> float:
     """Sum of squares of what some columns carry in a fit."""
-    own = list(columns)
-    values = np.array([amounts[column] for column in own])
-    return float(values @ gram[np.ix_(own, own)] @ values)
+    index = list(columns)
+    values = np.array([amounts[column] for column in index])
+    return float(values @ gram[np.ix_(index, index)] @ values)

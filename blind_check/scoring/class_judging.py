@@ -111,11 +111,11 @@ class ClassJudged:
 
         None where the answer is not right, or leaves it open.
         """
-        told = not any(name.endswith(f"/{UNDETERMINED}") for name in self.answer)
+        is_determined = not any(name.endswith(f"/{UNDETERMINED}") for name in self.answer)
         is_asked = self.has_class and all(
             name.count("/") + 1 == _PARTS for name in self.label.classes
         )
-        if self.outcome != RIGHT or not is_asked or not told:
+        if self.outcome != RIGHT or not is_asked or not is_determined:
             return None
         return set(self.label.classes) <= set(self.answer)
 

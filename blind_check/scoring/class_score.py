@@ -140,12 +140,12 @@ def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
     figures: list[Figure] = []
     confusion: list[ClassRow] = []
     for kind in KINDS:
-        own = [case for case in cases if case.label.kind == kind]
-        if own:
-            for head, part in by_noise(own):
-                figures += named_after(head, _figures(part))
-            several = [case for case in own if case.label.family == SEVERAL]
-            clear = [case for case in own if is_clear(case) and case not in several]
+        of_kind = [case for case in cases if case.label.kind == kind]
+        if of_kind:
+            for head, selected in by_noise(of_kind):
+                figures += named_after(head, _figures(selected))
+            several = [case for case in of_kind if case.label.family == SEVERAL]
+            clear = [case for case in of_kind if is_clear(case) and case not in several]
             rows = [(case.truth, case.answered, case.outcome == RIGHT) for case in clear]
             confusion += confusion_rows(kind, rows) + _several_rows(kind, several)
     elements = [case for case in cases if case.label.kind in CLASS_KINDS]
@@ -165,7 +165,7 @@ def is_clear(case: ClassJudged) -> bool:
 
 def shows_every_cause(case: ClassJudged) -> bool:
     """Whether each of several causes would leave the gap of a clear case alone."""
-    return is_clear(case) and all(own >= CLEAR_CLASS_GAP for own in case.label.own_gaps)
+    return is_clear(case) and all(gap >= CLEAR_CLASS_GAP for gap in case.label.own_gaps)
 
 
 def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
@@ -190,14 +190,14 @@ def _figures_of_strata(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
         figures += named_after("decays, ", _false_figures(kind, decays, has_target=False))
     if kind not in CLASS_KINDS:
         follows = [case.follows_right for case in aimed if case.has_class and is_clear(case)]
-        told = [own for own in follows if own is not None]
-        figures.append(share_figure(kind, "what a right class follows is right", told))
+        answered = [answer for answer in follows if answer is not None]
+        figures.append(share_figure(kind, "what a right class follows is right", answered))
         return figures
     hits = [hit for case in aimed for hit in covered_parameters(case)]
     for name, of in (("m and K1", True), ("textbook laws' parameters", False)):
-        inside_own = [hit.is_covered for hit in hits if hit.is_baseline is of]
+        covered = [hit.is_covered for hit in hits if hit.is_baseline is of]
         text = f"{name} inside their 95 % interval"
-        figures.append(share_figure(kind, text, inside_own, "90 to 99 %", is_nominal))
+        figures.append(share_figure(kind, text, covered, "90 to 99 %", is_nominal))
     return figures
 
 
@@ -207,10 +207,10 @@ def _stratum(case: ClassJudged) -> str:
 
 
 def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> list[Figure]:
-    own = [case for case in cases if case.has_class and _stratum(case) == stratum]
-    if not own:
+    of_stratum = [case for case in cases if case.has_class and _stratum(case) == stratum]
+    if not of_stratum:
         return []
-    clear = [case.outcome for case in own if is_clear(case)]
+    clear = [case.outcome for case in of_stratum if is_clear(case)]
     answered = [outcome for outcome in clear if outcome in (RIGHT, TIE, WRONG, FAILED)]
     least, most = _WANTED.get(stratum, (None, None))
     head = f"{stratum}, gap >= {CLEAR_CLASS_GAP:g}"
@@ -237,13 +237,13 @@ def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> l
             lambda p, n: p <= most,
         ),
     ]
-    visible = [case.outcome for case in own if shows_every_cause(case)]
+    visible = [case.outcome for case in of_stratum if shows_every_cause(case)]
     visible_answered = [outcome == RIGHT for outcome in visible if outcome not in _QUIET]
     name = f"{head} of every cause alone: class right of those answered"
     figures.append(share_figure(kind, name, visible_answered))
     for outcome in (WRONG, TIE, ABSTAINED, SILENT, FAILED):
         figures.append(share_figure(kind, f"{head}: {outcome}", [o == outcome for o in clear]))
-    small = [case.outcome for case in own if not is_clear(case)]
+    small = [case.outcome for case in of_stratum if not is_clear(case)]
     below = f"{stratum}, gap < {CLEAR_CLASS_GAP:g}"
     figures.append(share_figure(kind, f"{below}: right", [o == RIGHT for o in small]))
     figures.append(share_figure(kind, f"{below}: wrong", [o in (WRONG, FAILED) for o in small]))
@@ -284,8 +284,8 @@ def _changes(cases: Sequence[ClassJudged]) -> list[ChangeRow]:
     for k, high in enumerate(CHANGES):
         low = CHANGES[k - 1] if k else -1.0
         name = "textbook" if k == 0 else f"{100 * low:.0f} to {100 * high:.0f} %"
-        own = [case for case in single if low < case.largest_change <= high]
-        rows.append(_change_row(name, own))
+        of_range = [case for case in single if low < case.largest_change <= high]
+        rows.append(_change_row(name, of_range))
     others = [case for case in single if not CAUSES[case.label.effects[0]].library]
     return [*rows, _change_row("no law of the library", others)]
 
@@ -293,14 +293,14 @@ def _changes(cases: Sequence[ClassJudged]) -> list[ChangeRow]:
 def _change_row(name: str, cases: Sequence[ClassJudged]) -> ChangeRow:
     right = sum(case.outcome == RIGHT for case in cases)
     named = [case for case in cases if case.laws]
-    own = sum(set(case.laws) <= set(case.label.acceptable[0]) for case in named)
+    n_exact = sum(set(case.laws) <= set(case.label.acceptable[0]) for case in named)
     return ChangeRow(
         name,
         len(cases),
         right,
         wilson(right, len(cases)),
         len(named),
-        own,
+        n_exact,
         _median(_values(cases, "share")),
         _median(_values(cases, "law_share")),
     )
@@ -322,14 +322,14 @@ def _several_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
         return []
     # Where no cause leaves two floors there is none to be found, but one can be false.
     asked = [case for case in cases if _judged(case).of_gap(CLEAR_CLASS_GAP)]
-    found = [_judged(case).finds_all(CLEAR_CLASS_GAP) for case in asked]
+    finds = [_judged(case).finds_all(CLEAR_CLASS_GAP) for case in asked]
     none_false = [not _judged(case).false for case in cases]
-    both = [hit and not _judged(case).false for hit, case in zip(found, asked, strict=True)]
+    both = [hit and not _judged(case).false for hit, case in zip(finds, asked, strict=True)]
     figures = [
         share_figure(
             kind,
             f"{_HEAD}: every one of {CLEAR_CLASS_GAP:g} floors found",
-            found,
+            finds,
             f">= {100 * _ALL_FOUND:.0f} %",
             lambda p, n: p >= _ALL_FOUND,
         ),
@@ -349,8 +349,10 @@ def _several_figures(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
         *_outcome_figures(kind, cases),
     ]
     for number in sorted({len(case.label.effects) for case in cases}):
-        own = [hit for hit, case in zip(found, asked, strict=True) if _number(case) == number]
-        figures.append(share_figure(kind, f"{_HEAD}, {number}: every one of 2 floors found", own))
+        of_number = [hit for hit, case in zip(finds, asked, strict=True) if _number(case) == number]
+        figures.append(
+            share_figure(kind, f"{_HEAD}, {number}: every one of 2 floors found", of_number)
+        )
     for name, low, high in _BINS:
         hits = [
             cause.is_found
@@ -378,25 +380,33 @@ def _several_rows(kind: str, cases: Sequence[ClassJudged]) -> list[ClassRow]:
     """How often causes of each class are found, and each class is named falsely."""
     hits: dict[str, list[bool]] = {}
     instead: dict[str, Counter[str]] = {}
-    missed_beside: dict[str, Counter[str]] = {}
+    partners_of_missed: dict[str, Counter[str]] = {}
     for case in cases:
         judged = _judged(case)
         clear = judged.of_gap(CLEAR_CLASS_GAP)
         missed = [cause.class_id for cause in clear if not cause.is_found]
         for cause in clear:
             hits.setdefault(cause.class_id, []).append(cause.is_found)
-        for own in missed:
-            instead.setdefault(own, Counter())[_words(case, judged.false)] += 1
-        for own in judged.false:
-            missed_beside.setdefault(own, Counter())[" + ".join(missed) or "none missed"] += 1
+        for class_id in missed:
+            instead.setdefault(class_id, Counter())[_words(case, judged.false)] += 1
+        for class_id in judged.false:
+            partners_of_missed.setdefault(class_id, Counter())[
+                " + ".join(missed) or "none missed"
+            ] += 1
     rows = [
-        _row(kind, f"{_HEAD}: {own}", sum(of_class), len(of_class), instead.get(own, Counter()))
-        for own, of_class in sorted(hits.items())
+        _row(
+            kind,
+            f"{_HEAD}: {class_id}",
+            sum(of_class),
+            len(of_class),
+            instead.get(class_id, Counter()),
+        )
+        for class_id, of_class in sorted(hits.items())
     ]
-    for own, beside in sorted(missed_beside.items()):
-        without = [case for case in cases if own not in _classes(case)]
-        right = len(without) - beside.total()
-        rows.append(_row(kind, f"{_HEAD}: no {own}", right, len(without), beside))
+    for class_id, partners in sorted(partners_of_missed.items()):
+        without = [case for case in cases if class_id not in _classes(case)]
+        right = len(without) - partners.total()
+        rows.append(_row(kind, f"{_HEAD}: no {class_id}", right, len(without), partners))
     return rows
 
 
@@ -427,13 +437,13 @@ def _classes(case: ClassJudged) -> set[str]:
 def _follows_right(case: ClassJudged) -> list[bool]:
     """For every cause found whose class says what it follows, whether the answer says the same."""
     answered = {name.rpartition("/")[0]: name for name in case.answer}
-    found = [cause.class_id for cause in _judged(case).causes if cause.is_found]
-    told = []
+    named = [cause.class_id for cause in _judged(case).causes if cause.is_found]
+    answers = []
     for name in case.label.classes:
         shape = name.rpartition("/")[0]
-        if shape in found and not answered.get(shape, UNDETERMINED).endswith(UNDETERMINED):
-            told.append(answered[shape] == name)
-    return told
+        if shape in named and not answered.get(shape, UNDETERMINED).endswith(UNDETERMINED):
+            answers.append(answered[shape] == name)
+    return answers
 
 
 @dataclass(frozen=True)
@@ -482,9 +492,9 @@ def covered_parameters(case: ClassJudged) -> list[Hit]:
 
 def _interval(claim: Mapping[str, Any]) -> tuple[float, float] | None:
     """The claimed 95 % interval, or that of its standard deviation."""
-    own = claim.get("ci95")
-    if own and None not in own:
-        return float(own[0]), float(own[1])
+    interval = claim.get("ci95")
+    if interval and None not in interval:
+        return float(interval[0]), float(interval[1])
     if claim.get("value") is None or claim.get("std") is None:
         return None
     value, std = float(claim["value"]), float(claim["std"])

@@ -140,11 +140,11 @@ def score(cases: Sequence[Judged]) -> Score:
     for kind in KINDS:
         of_kind = [case for case in cases if case.label.kind == kind]
         if of_kind:
-            for head, own in by_noise(of_kind):
-                of_model = [case for case in own if case.label.family == MODEL]
-                others = [case for case in own if case.label.family != MODEL]
-                for make, part in ((_figures, others), (_model_figures, of_model)):
-                    figures += named_after(head, make(kind, part) if part else ())
+            for head, of_noise in by_noise(of_kind):
+                of_model = [case for case in of_noise if case.label.family == MODEL]
+                others = [case for case in of_noise if case.label.family != MODEL]
+                for make, group in ((_figures, others), (_model_figures, of_model)):
+                    figures += named_after(head, make(kind, group) if group else ())
             confusion += confusion_rows(
                 kind,
                 [
@@ -169,7 +169,7 @@ def by_noise(cases: Sequence[Case]) -> list[tuple[str, list[Case]]]:
         (head, [case for case in cases if case.label.declares_noise is declared])
         for head, declared in (("", True), (UNDECLARED_NOISE, False))
     )
-    return [(head, own) for head, own in parts if own]
+    return [(head, group) for head, group in parts if group]
 
 
 def named_after(head: str, figures: Iterable[Figure]) -> list[Figure]:

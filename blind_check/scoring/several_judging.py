@@ -82,7 +82,9 @@ class JudgedCauses:
 
     def is_tie(self, least: float) -> bool:
         """Whether one of several sets alone is right, and all of them together are not."""
-        return not self.is_right(least) and any(own.is_right(least) for own in self.sets)
+        return not self.is_right(least) and any(
+            alternative.is_right(least) for alternative in self.sets
+        )
 
 
 def judge_causes(label: Label, sets: Collection[tuple[str, ...]]) -> JudgedCauses:
@@ -96,10 +98,10 @@ def judge_causes(label: Label, sets: Collection[tuple[str, ...]]) -> JudgedCause
         Ids of the answer and of each of its ties, as they are compared.
     """
     classes = [_CLASS_OF_CAUSE[label.kind][name] for name in label.effects]
-    aliases = {own: _aliases_of(label, own, classes) for own in classes}
+    aliases = {class_id: _aliases_of(label, class_id, classes) for class_id in classes}
     causes = tuple(
-        JudgedCause(own, gap, _is_found(own, aliases[own], sets))
-        for own, gap in zip(classes, label.own_gaps, strict=True)
+        JudgedCause(class_id, gap, _is_found(class_id, aliases[class_id], sets))
+        for class_id, gap in zip(classes, label.own_gaps, strict=True)
     )
     allowed = {*classes, *(other for others in aliases.values() for other in others)}
     named = {name for ids in sets for name in ids}

@@ -101,7 +101,7 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
     entry: dict[str, Any] = {"verdict": document["verdict"], "seconds": verdict.seconds}
     entry |= {key: document[key] for key in ("effects", "aliases", "class_ties") if key in document}
     if "classes" in document:
-        entry["classes"] = [own["id"] for own in document["classes"] or ()]
+        entry["classes"] = [claim["id"] for claim in document["classes"] or ()]
     far = document.get("how_far") or {}
     entry |= {key: far[key] for key in ("rho", "rho_ci95") if far.get(key) is not None}
     parameters = document.get("parameters") or {}
@@ -109,7 +109,8 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
         keys = ("value", "std", "unit", "ci95")
         entry["parameters"] = {
             effect: {
-                name: {key: own[key] for key in keys if key in own} for name, own in values.items()
+                name: {key: claim[key] for key in keys if key in claim}
+                for name, claim in values.items()
             }
             for effect, values in parameters.items()
         }
@@ -175,8 +176,8 @@ def _is_parameter(value: Any) -> bool:
 
 def _is_parameters(value: Any) -> bool:
     return isinstance(value, dict) and all(
-        isinstance(own, dict) and all(_is_parameter(entry) for entry in own.values())
-        for own in value.values()
+        isinstance(values, dict) and all(_is_parameter(entry) for entry in values.values())
+        for values in value.values()
     )
 
 

@@ -128,8 +128,8 @@ class Shares:
         It takes its part of what the simpler one leaves, too.
         """
         taken = self._gain_to_floor(better, worse) * self.gap
-        of_left = self.constants.gain_of_left * self.remaining(worse)
-        return self.is_gain(better, worse, least_gain) and taken >= of_left
+        of_remaining = self.constants.gain_of_left * self.remaining(worse)
+        return self.is_gain(better, worse, least_gain) and taken >= of_remaining
 
     def takes_of_remaining(
         self, better: HeldOutSquares, worse: HeldOutSquares, share: float
@@ -140,9 +140,9 @@ class Shares:
         """
         limits = self.constants
         takes = self.remaining(better) <= (1.0 - share) * self.remaining(worse)
-        is_seen = self._gain_to_floor(better, worse) > limits.small_cause_gain
+        is_significant = self._gain_to_floor(better, worse) > limits.small_cause_gain
         errors = self.errors_of_ratio(better, worse)
-        return takes and is_seen and errors > limits.small_cause_errors
+        return takes and is_significant and errors > limits.small_cause_errors
 
     def errors_of_ratio(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
         """Mean of ``log(e_worse / e_better)`` over the blocks, in its standard errors."""

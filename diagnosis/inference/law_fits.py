@@ -171,9 +171,9 @@ class LawFits:
             return Rejection("material", effect, text)
         draws = self.reduction_draws(without, score)
         if np.quantile(draws, limits.draws_that_reduce) >= limits.unchanged:
-            part = 1.0 - limits.draws_that_reduce
+            level = 1.0 - limits.draws_that_reduce
             text = (
-                f"{plain_name(effect)} grows the held-out gap in more than {part:.1%} of the "
+                f"{plain_name(effect)} grows the held-out gap in more than {level:.1%} of the "
                 "bootstrap samples"
             )
             return Rejection("draws", effect, text)
@@ -224,8 +224,8 @@ def law_fits(
     executor: Executor | None = None,
 ) -> LawFits:
     """No set yet, to be scored on the folds that segments and parameters allow."""
-    runs_have_own = any(parameter.run is not None for parameter in problem.parameters(()))
-    folds = held_out_folds(problem.segments, runs_have_own=runs_have_own)
+    varies_by_run = any(parameter.run is not None for parameter in problem.parameters(()))
+    folds = held_out_folds(problem.segments, runs_have_own=varies_by_run)
     return LawFits(problem, folds, thresholds, note, executor)
 
 

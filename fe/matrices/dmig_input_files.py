@@ -66,13 +66,13 @@ def chosen_name(names: list[str], quantity: str) -> str:
         Where there is none, or more than one.
     """
     letter = _LETTERS[quantity]
-    found = names if len(names) == 1 else [n for n in names if n.upper().startswith(letter)]
-    if len(found) != 1:
+    candidates = names if len(names) == 1 else [n for n in names if n.upper().startswith(letter)]
+    if len(candidates) != 1:
         listed = ", ".join(shown(name) for name in names[:20]) or "none"
         raise ValueError(
             f"matrices {listed}; expected one, or one whose name begins with {letter} ({quantity})"
         )
-    return found[0]
+    return candidates[0]
 
 
 def _cards(text: str) -> dict[str, list[list[str]]]:
@@ -98,10 +98,10 @@ def _fields(line: str, *, large: bool) -> list[str]:
     """The fields of one line behind the first one, as many as the format has."""
     width, count = _LARGE if large else _SMALL
     if "," in line:
-        found = [word.strip() for word in line.split(",")[1 : 1 + count]]
+        words = [word.strip() for word in line.split(",")[1 : 1 + count]]
     else:
-        found = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
-    return [*found, *[""] * (count - len(found))]
+        words = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
+    return [*words, *[""] * (count - len(words))]
 
 
 def _matrix(cards: list[list[str]]) -> StoredMatrix:
@@ -125,16 +125,16 @@ def _matrix(cards: list[list[str]]) -> StoredMatrix:
                 values.append(entries[at + 2])
     index = whole(numbers(" ".join(points).encode("latin-1", "replace"), "grids"), "grids")
     table = index.reshape(-1, 4)
-    found = numbers(" ".join(map(_plain, values)).encode("latin-1", "replace"), "the entries")
-    if len(found) != len(table):
-        raise ValueError(f"{len(found)} values for {len(table)} entries; expected one each")
+    parsed = numbers(" ".join(map(_plain, values)).encode("latin-1", "replace"), "the entries")
+    if len(parsed) != len(table):
+        raise ValueError(f"{len(parsed)} values for {len(table)} entries; expected one each")
     keys = np.stack([_keys(table[:, 2], table[:, 3]), _keys(table[:, 0], table[:, 1])])
-    names, place = np.unique(keys, return_inverse=True)
-    rows, columns_of = place.reshape(2, -1)
-    if form == _SQUARE and len(found):
+    names, inverse = np.unique(keys, return_inverse=True)
+    rows, columns_of = inverse.reshape(2, -1)
+    if form == _SQUARE and len(parsed):
         # Both triangles are there: an entry that stands twice is a mistake.
         _refuse_twice(rows, columns_of, len(names))
-    return StoredMatrix(from_entries(rows, columns_of, found, len(names)), names_of_keys(names))
+    return StoredMatrix(from_entries(rows, columns_of, parsed, len(names)), names_of_keys(names))
 
 
 def _plain(word: str) -> str:

@@ -88,8 +88,8 @@ class DofLayout:
         keys = self.names.keys
         order = np.argsort(keys)
         wanted = (nodes[:, None] * 8 + np.arange(1, _SIX + 1)).ravel()
-        place = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
-        rows = np.where(keys[order[place]] == wanted, order[place], -1).reshape(-1, _SIX)
+        index = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
+        rows = np.where(keys[order[index]] == wanted, order[index], -1).reshape(-1, _SIX)
         absent = np.flatnonzero((rows < 0).all(axis=1))
         if len(absent):
             raise ValueError(

@@ -203,9 +203,9 @@ def _dofs(table: "NodesTable", interfaces: Path, stiffness: Path) -> DofNames | 
             np.array([node for node, _ in listed], dtype=np.int64),
             np.array([_ROW_NAMES.index(name) - 1 for _, name in listed], dtype=np.int64),
         )
-    beside = {".sti": ".dof", ".matrix": ".mapping"}.get(stiffness.suffix.lower())
-    if beside and table.dofs_per_node is None and stiffness.with_suffix(beside).exists():
-        return read_dofs(stiffness.with_suffix(beside))
+    companion = {".sti": ".dof", ".matrix": ".mapping"}.get(stiffness.suffix.lower())
+    if companion and table.dofs_per_node is None and stiffness.with_suffix(companion).exists():
+        return read_dofs(stiffness.with_suffix(companion))
     return None
 
 
@@ -250,8 +250,8 @@ def _refuse_loose_pilots(interface: _GivenInterface, free: NDArray[np.float64]) 
     if not motions.shape[1]:
         return
     unit = motions / np.abs(motions).max(axis=0)
-    held = np.concatenate([pilot.G @ unit for pilot in interface.pilots])
-    rank = int(np.linalg.matrix_rank(held, tol=_HELD * max(1.0, float(np.abs(held).max()))))
+    resisted = np.concatenate([pilot.G @ unit for pilot in interface.pilots])
+    rank = int(np.linalg.matrix_rank(resisted, tol=_HELD * max(1.0, float(np.abs(resisted).max()))))
     if rank < motions.shape[1]:
         raise ValueError(
             f"with all pilots fixed the body still moves freely in {motions.shape[1] - rank} ways; "
@@ -369,15 +369,15 @@ def _coupled(
     first_rigid = L.shape[1] - _SIX * len(rigid)
     pilots: list[Pilot] = []
     for table in tables:
-        own = members[table.name]
+        coupled_nodes = members[table.name]
         if table.type == "rigid":
             start = first_rigid + _SIX * rigid.index(table)
             pilots.append(_selected(table.name, layout, np.arange(start, start + _SIX)))
         elif table.type == "nodes":
-            pilots += _node_pilots(table, layout, own)
+            pilots += _node_pilots(table, layout, coupled_nodes)
         else:
-            point = _point(table, nodes, own, length)
-            pilots.append(_distributing(table, model.layout, own, point, L))
+            point = _point(table, nodes, coupled_nodes, length)
+            pilots.append(_distributing(table, model.layout, coupled_nodes, point, L))
     _refuse_dependent(pilots)
     return L, layout, tuple(pilots)
 
@@ -416,7 +416,7 @@ def linked_interface(
 def _nodes_of(table: "PilotTable | SensorTable", nodes: NodeTable) -> NDArray[np.int64]:
     """Numbers of the nodes of a pilot or sensor."""
     if table.nodes is not None:
-        own = np.array(table.nodes, dtype=np.int64)
+        numbers = np.array(table.nodes, dtype=np.int64)
     else:
         assert table.node_set is not None
         sets = {name.upper(): members for name, members in nodes.sets.items()}
@@ -425,17 +425,17 @@ def _nodes_of(table: "PilotTable | SensorTable", nodes: NodeTable) -> NDArray[np
                 f"{table.name!r}: no set {shown(table.node_set)} in the file with the nodes; it "
                 f"has {', '.join(sorted(sets)) or 'none'}"
             )
-        own = sets[table.node_set.upper()]
-    unknown = own[~np.isin(own, nodes.numbers)]
-    if len(unknown) or len(np.unique(own)) < len(own) or not len(own):
+        numbers = sets[table.node_set.upper()]
+    unknown = numbers[~np.isin(numbers, nodes.numbers)]
+    if len(unknown) or len(np.unique(numbers)) < len(numbers) or not len(numbers):
         what = f"node {unknown[0]} is none of the model" if len(unknown) else "a node occurs twice"
         raise ValueError(f"{table.name!r}: {what}; expected different nodes of the model")
     weights = getattr(table, "weights", None)
-    if weights is not None and len(weights) != len(own):
+    if weights is not None and len(weights) != len(numbers):
         raise ValueError(
-            f"{table.name!r}: {len(weights)} weights for {len(own)} nodes; expected one each"
+            f"{table.name!r}: {len(weights)} weights for {len(numbers)} nodes; expected one each"
         )
-    return own
+    return numbers
 
 
 def _point(
@@ -462,22 +462,22 @@ def _with_rigid_pilots(
     blocks, new = [], []
     number = int(max(nodes.numbers.max(), layout.names.nodes.max())) + 1
     for i, table in enumerate(rigid):
-        own = members[table.name]
-        twice = next((int(node) for node in own if int(node) in following), None)
+        coupled_nodes = members[table.name]
+        twice = next((int(node) for node in coupled_nodes if int(node) in following), None)
         if twice is not None:
             raise ValueError(
                 f"rigid pilots {following[twice]!r} and {table.name!r} share node {twice}, which "
                 "cannot follow both; expected nodes of their own"
             )
-        following |= dict.fromkeys(own.tolist(), table.name)
-        rows = layout.dofs_of(own)
+        following |= dict.fromkeys(coupled_nodes.tolist(), table.name)
+        rows = layout.dofs_of(coupled_nodes)
         rows = rows[rows >= 0]
-        point = _point(table, nodes, own, length)
+        point = _point(table, nodes, coupled_nodes, length)
         motion = layout.at(rows).rigid_modes(point)
         if np.linalg.matrix_rank(motion / np.abs(motion).max(axis=0).clip(min=1e-300)) < _SIX:
             raise ValueError(
-                f"rigid pilot {table.name!r}: its {len(own)} nodes do not hold all six motions; "
-                "expected three nodes not in line, or nodes with rotations"
+                f"rigid pilot {table.name!r}: its {len(coupled_nodes)} nodes do not hold all six "
+                "motions; expected three nodes not in line, or nodes with rotations"
             )
         is_free[rows] = False
         blocks.append(sp.coo_array((motion.ravel(), _grid(rows)), shape=(n, _SIX)))
@@ -591,15 +591,15 @@ def _sensors(
         length = float(np.linalg.norm(direction))
         if not 0.0 < length < np.inf:
             raise ValueError(f"sensor {table.name!r}: direction is zero; expected a direction")
-        own = members[table.name]
-        at = layout.dofs_of(own)[:, :_TRANSLATIONS]
+        nodes = members[table.name]
+        at = layout.dofs_of(nodes)[:, :_TRANSLATIONS]
         needed = direction != 0.0
         if (at[:, needed] < 0).any():
             raise ValueError(
                 f"sensor {table.name!r}: a node has no displacement along its direction in the "
                 "matrices; expected nodes that move along it"
             )
-        weights = np.ones(len(own)) if table.weights is None else np.array(table.weights)
+        weights = np.ones(len(nodes)) if table.weights is None else np.array(table.weights)
         row = np.zeros(len(layout))
         share = np.outer(weights / weights.sum(), direction / length)
         np.add.at(row, at[:, needed], share[:, needed])

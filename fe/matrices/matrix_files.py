@@ -236,8 +236,8 @@ def _refuse_unstored(path: Path, archive: zipfile.ZipFile, size: int) -> None:
             f"{_PACKED} times the file"
         )
     for entry in archive.infolist():
-        with archive.open(entry) as part:
-            _refuse_other_shape(path, entry.filename, entry.file_size, part)
+        with archive.open(entry) as member:
+            _refuse_other_shape(path, entry.filename, entry.file_size, member)
 
 
 def _refuse_other_shape(path: Path, name: str, size: int, part: IO[bytes]) -> None:
@@ -315,8 +315,8 @@ def _read_harwell_boeing(path: Path, content: bytes) -> StoredMatrix:
         text = b"\n".join(parts[first : first + n_lines])
         read.append(_numbers(text, width, per_line, count, f"{path}: the {name}"))
     starts, rows = (
-        whole(part, f"{path}: the {name}") - 1
-        for part, name in zip(read[:2], names[:2], strict=True)
+        whole(array, f"{path}: the {name}") - 1
+        for array, name in zip(read[:2], names[:2], strict=True)
     )
     if starts[0] != 0 or starts[-1] != header.n_entries or (np.diff(starts) < 0).any():
         raise ValueError(
@@ -333,14 +333,14 @@ def _read_harwell_boeing(path: Path, content: bytes) -> StoredMatrix:
 def _numbers(text: bytes, width: int, per_line: int, count: int, what: str) -> NDArray[np.float64]:
     """Numbers in columns of fixed width, or between blanks where the header's width is not kept."""
     try:
-        found = numbers(_fixed_fields(text, width, per_line, count, what), what)
+        values = numbers(_fixed_fields(text, width, per_line, count, what), what)
     except ValueError:
-        found = np.zeros(0)
-    if len(found) != count:
-        found = numbers(text, what)
-    if len(found) != count:
-        raise ValueError(f"{what} are {len(found)}; the header states {count}: cut short")
-    return found
+        values = np.zeros(0)
+    if len(values) != count:
+        values = numbers(text, what)
+    if len(values) != count:
+        raise ValueError(f"{what} are {len(values)}; the header states {count}: cut short")
+    return values
 
 
 def _header(path: Path, lines: list[str]) -> _Header:
@@ -362,13 +362,13 @@ def _header(path: Path, lines: list[str]) -> _Header:
         raise ValueError(f"{path}: states {sizes[0]} rows and {sizes[2]} entries; too many")
     fields = []
     for text in (lines[3][:16], lines[3][16:32], lines[3][32:52]):
-        found = _FORMAT.fullmatch(text.strip().upper())
-        if found is None:
+        match = _FORMAT.fullmatch(text.strip().upper())
+        if match is None:
             raise ValueError(
                 f"{path}: the header's format is {shown(text.strip())}; expected one as (10I8) or "
                 "(3E26.18)"
             )
-        per_line, width = int(found[1] or 1), int(found[3])
+        per_line, width = int(match[1] or 1), int(match[3])
         if not (0 < per_line <= _WIDEST and 0 < width <= _WIDEST):
             raise ValueError(f"{path}: the header's format {shown(text.strip())} has no such line")
         fields.append((per_line, width))
@@ -451,10 +451,10 @@ def _listed_entries(data: bytes) -> StoredMatrix:
     index = whole(table[:, :4], "nodes and directions")
     _refuse_other_directions(index[:, [1, 3]])
     keys = np.stack([_keys(index[:, 0], index[:, 1]), _keys(index[:, 2], index[:, 3])])
-    found, place = np.unique(keys, return_inverse=True)
-    rows, columns = place.reshape(2, -1)
-    A = from_entries(rows, columns, table[:, 4], len(found))
-    return StoredMatrix(A, names_of_keys(found))
+    unique_keys, inverse = np.unique(keys, return_inverse=True)
+    rows, columns = inverse.reshape(2, -1)
+    A = from_entries(rows, columns, table[:, 4], len(unique_keys))
+    return StoredMatrix(A, names_of_keys(unique_keys))
 
 
 def _keys(nodes: NDArray[np.int64], directions: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -464,14 +464,14 @@ def _keys(nodes: NDArray[np.int64], directions: NDArray[np.int64]) -> NDArray[np
 def _element_matrix(content: bytes, blocks: list[_Block], quantity: str) -> StoredMatrix:
     names = _element_dofs(content, blocks)
     wanted = f"TYPE={quantity.upper()}"
-    found = [
+    parsed = [
         block.data
         for block in blocks
         if block.keyword.startswith("MATRIX") and wanted in block.keyword.replace(" ", "")
     ]
-    if len(found) != 1:
-        raise ValueError(f"{len(found)} blocks *MATRIX, {wanted}; expected one")
-    values = numbers(found[0], f"the {quantity} matrix")
+    if len(parsed) != 1:
+        raise ValueError(f"{len(parsed)} blocks *MATRIX, {wanted}; expected one")
+    values = numbers(parsed[0], f"the {quantity} matrix")
     n = len(names)
     rows, columns = np.tril_indices(n)
     if len(values) != len(rows):
@@ -503,16 +503,16 @@ def _element_dofs(content: bytes, blocks: list[_Block]) -> DofNames:
             f"directions of {len(directions)} positions for {len(nodes)} nodes; expected lists of "
             "directions below *USER ELEMENT"
         )
-    found_nodes: list[int] = []
-    found_directions: list[int] = []
+    dof_nodes: list[int] = []
+    dof_directions: list[int] = []
     listed = []
     for position, node in enumerate(nodes.tolist(), start=1):
         listed = directions.get(position, listed)
-        found_nodes += [node] * len(listed)
-        found_directions += listed
-    chosen = np.array(found_directions, dtype=np.int64)
+        dof_nodes += [node] * len(listed)
+        dof_directions += listed
+    chosen = np.array(dof_directions, dtype=np.int64)
     _refuse_other_directions(chosen)
-    names = DofNames(np.array(found_nodes, dtype=np.int64), chosen - 1)
+    names = DofNames(np.array(dof_nodes, dtype=np.int64), chosen - 1)
     if len(np.unique(names.keys)) != len(names):
         raise ValueError("a direction of a node occurs twice; expected every one once")
     return names

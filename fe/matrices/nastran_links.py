@@ -167,9 +167,9 @@ def _distributing(number: int, fields: list[Any], nodes: NodeTable) -> "Distribu
     members: list[int] = []
     weights: list[float] = []
     for weight, _, listed in groups:
-        own = _members(listed, what)
-        members += own
-        weights += [weight] * len(own)
+        listed_nodes = _members(listed, what)
+        members += listed_nodes
+        weights += [weight] * len(listed_nodes)
     return DistributingTable(
         name=f"rbe3_{number}",
         type="distributing",
@@ -183,22 +183,24 @@ def _distributing(number: int, fields: list[Any], nodes: NodeTable) -> "Distribu
 
 def _members(words: list[Any], what: str) -> list[int]:
     """Numbers of grids, ``first THRU last`` among them."""
-    found: list[int] = []
+    members: list[int] = []
     words = [word for word in words if word != ""]
     at = 0
     while at < len(words):
-        if str(words[at]).upper() == "THRU" and found and at + 1 < len(words):
+        if str(words[at]).upper() == "THRU" and members and at + 1 < len(words):
             last = _whole(words[at + 1], what)
-            if not 0 < last - found[-1] < 2_000_000:
-                raise ValueError(f"{what}: grids {found[-1]} THRU {last}; expected ascending ones")
-            found += range(found[-1] + 1, last + 1)
+            if not 0 < last - members[-1] < 2_000_000:
+                raise ValueError(
+                    f"{what}: grids {members[-1]} THRU {last}; expected ascending ones"
+                )
+            members += range(members[-1] + 1, last + 1)
             at += 2
         else:
-            found.append(_whole(words[at], what))
+            members.append(_whole(words[at], what))
             at += 1
-    if not found:
+    if not members:
         raise ValueError(f"{what} names no grid; expected those that it couples")
-    return found
+    return members
 
 
 def _point(word: Any, nodes: NodeTable, what: str) -> tuple[float, float, float]:

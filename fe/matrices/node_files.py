@@ -183,20 +183,20 @@ def _members(
 ) -> NDArray[np.int64]:
     """Numbers of the nodes of a set: listed, by names of sets, or as first, last and step."""
     if generate:
-        found: list[NDArray[np.int64]] = []
+        members: list[NDArray[np.int64]] = []
         for line in data.split(b"\n"):
             if line.strip():
                 limits = whole(numbers(line, "a set"), "a set").tolist()
                 first, last, step = (*limits, 1, 1)[:3] if len(limits) in (2, 3) else (1, 0, 1)
                 if not 0 <= last - first < _MOST_GENERATED or step < 1:
                     raise ValueError(f"a set from {limits}; expected first, last and step")
-                found.append(np.arange(first, last + 1, step))
-        return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+                members.append(np.arange(first, last + 1, step))
+        return np.concatenate([np.zeros(0, dtype=np.int64), *members])
     words = data.decode("latin-1").replace(",", " ").split()
     listed = [word for word in words if word.upper() not in sets]
-    named = [part for word in words for part in sets.get(word.upper(), [])]
-    own = whole(numbers(" ".join(listed).encode("latin-1"), "a set"), "a set")
-    return np.concatenate([own, *named])
+    named = [member for word in words for member in sets.get(word.upper(), [])]
+    numbered = whole(numbers(" ".join(listed).encode("latin-1"), "a set"), "a set")
+    return np.concatenate([numbered, *named])
 
 
 def _nastran_nodes(path: Path, size: int) -> NodeTable:
@@ -292,17 +292,17 @@ def _dotted(content: bytes) -> DofNames:
 
 
 def _mapping(content: bytes) -> DofNames:
-    found = re.findall(rb"^\s*(\d{1,12})\s+(\d{1,12})\s+([A-Z]+)\s*$", content, re.MULTILINE)
-    odd = [word.decode() for _, _, word in found if word.decode() not in _DIRECTIONS]
-    if odd or not found:
+    rows = re.findall(rb"^\s*(\d{1,12})\s+(\d{1,12})\s+([A-Z]+)\s*$", content, re.MULTILINE)
+    odd = [word.decode() for _, _, word in rows if word.decode() not in _DIRECTIONS]
+    if odd or not rows:
         what = f"direction {shown(odd[0])}" if odd else "no lines of equation, node, direction"
         raise ValueError(f"{what}; expected {', '.join(_DIRECTIONS)}")
-    equations = np.array([int(number) for number, _, _ in found])
-    if not np.array_equal(np.sort(equations), np.arange(1, len(found) + 1)):
+    equations = np.array([int(number) for number, _, _ in rows])
+    if not np.array_equal(np.sort(equations), np.arange(1, len(rows) + 1)):
         raise ValueError("the equations are not numbered from 1 on; expected every one once")
     order = np.argsort(equations)
-    nodes = np.array([int(node) for _, node, _ in found], dtype=np.int64)[order]
-    directions = np.array([_DIRECTIONS[word.decode()] for _, _, word in found])[order]
+    nodes = np.array([int(node) for _, node, _ in rows], dtype=np.int64)[order]
+    directions = np.array([_DIRECTIONS[word.decode()] for _, _, word in rows])[order]
     return _names(nodes, directions)
 
 

@@ -127,10 +127,10 @@ def _united(
         np.concatenate([stiffness.dofs.components, more.components]),
     )
     order = np.argsort(names.keys)
-    place = order[np.searchsorted(names.keys, mass.dofs.keys, sorter=order)]
+    rows = order[np.searchsorted(names.keys, mass.dofs.keys, sorter=order)]
     M = sp.coo_array(mass.A)
     n = len(names)
-    wide = sp.coo_array((M.data, (place[M.coords[0]], place[M.coords[1]])), shape=(n, n))
+    wide = sp.coo_array((M.data, (rows[M.coords[0]], rows[M.coords[1]])), shape=(n, n))
     K = stiffness.A.copy()
     K.resize((n, n))
     return K, sp.csr_array(wide), names
@@ -150,15 +150,15 @@ def _in_turn(n: int, nodes: NodeTable, dofs_per_node: int | None) -> DofNames:
 
 def _places(names: DofNames, nodes: NodeTable) -> NDArray[np.float64]:
     scalar = names.components == SCALAR
-    place = np.minimum(np.searchsorted(nodes.numbers, names.nodes), len(nodes.numbers) - 1)
-    unknown = np.flatnonzero(~scalar & (nodes.numbers[place] != names.nodes))
+    index = np.minimum(np.searchsorted(nodes.numbers, names.nodes), len(nodes.numbers) - 1)
+    unknown = np.flatnonzero(~scalar & (nodes.numbers[index] != names.nodes))
     if len(unknown):
         missing = np.unique(names.nodes[unknown])
         raise ValueError(
             f"{len(missing)} nodes of the matrices have no coordinates ({names.nodes[unknown[0]]} "
             f"first); expected all of them among the {len(nodes.numbers)} nodes that are given"
         )
-    return np.where(scalar[:, None], 0.0, nodes.points[place])
+    return np.where(scalar[:, None], 0.0, nodes.points[index])
 
 
 def _row_sizes(A: sp.csr_array) -> NDArray[np.float64]:
@@ -192,14 +192,14 @@ def _turned(
     rows = {key: row for row, key in enumerate(names.keys.tolist())}
     for node, axes in frames.items():
         for first in (1, 4):
-            own = [rows.get(8 * node + first + i) for i in range(3)]
-            if None in own and any(row is not None for row in own):
+            node_rows = [rows.get(8 * node + first + i) for i in range(3)]
+            if None in node_rows and any(row is not None for row in node_rows):
                 raise ValueError(
                     f"node {node} has directions of its own and not all of them in the matrices; "
                     "expected all three translations or rotations"
                 )
-            for i, row in enumerate(own):
-                for j, column in enumerate(own):
+            for i, row in enumerate(node_rows):
+                for j, column in enumerate(node_rows):
                     if row is not None and column is not None:
                         # Columns of `axes` are the node's directions: u_own = axesᵀ u.
                         turning[row, column] = axes[j, i]
@@ -221,6 +221,6 @@ def _in_si(A: sp.csr_array, layout: DofLayout, units: "UnitsTable") -> sp.csr_ar
 
 def _symmetric(A: sp.csr_array) -> sp.csr_array:
     """The mean of both triangles, sorted."""
-    whole = A if not (A - A.T).nnz else sp.csr_array((A + A.T) * 0.5)
-    whole.sum_duplicates()
-    return whole
+    symmetric = A if not (A - A.T).nnz else sp.csr_array((A + A.T) * 0.5)
+    symmetric.sum_duplicates()
+    return symmetric

@@ -86,17 +86,17 @@ def _binary(content: bytes, quantity: str) -> StoredMatrix:
 
 def _listed(content: bytes, words: NDArray[np.int32]) -> list[_Listed]:
     """The matrices of a binary file, one after the other."""
-    found: list[_Listed] = []
+    matrices: list[_Listed] = []
     at = 0
     while at + _HEADER_WORDS <= len(words):
         n_columns, n_rows, _, kind = words[at + 1 : at + 5].tolist()
         name = content[4 * at + 20 : 4 * at + 28].decode("latin-1").strip().lower()
         if words[at] != _HEADER_BYTES or not 0 < abs(n_rows) <= MOST_DOFS or n_columns < 0:
-            raise ValueError(f"matrix {len(found) + 1} has no sound header; the file is damaged")
+            raise ValueError(f"matrix {len(matrices) + 1} has no sound header; the file is damaged")
         matrix = _Listed(name, abs(n_rows), n_columns, n_rows < 0, kind, at + _HEADER_WORDS, 0)
         count, at = _columns(words, matrix, _NO_ROWS, _NO_ROWS, _NO_WORDS)
-        found.append(matrix._replace(n_entries=count))
-    return found
+        matrices.append(matrix._replace(n_entries=count))
+    return matrices
 
 
 def _columns(
@@ -152,30 +152,30 @@ def _scan(
         n_words = words[at + 3]
         if column > n_columns:
             return count, end + 1
-        place = at + 4
-        stop = place + n_words
+        offset = at + 4
+        stop = offset + n_words
         if column < 1 or first < 0 or n_words < 0 or stop > end:
             return -1, at
-        while place < stop:
+        while offset < stop:
             row, size = first - 1, n_words
             if first == 0 and big:
-                if place + 2 > stop:
+                if offset + 2 > stop:
                     return -1, at
-                size, row = words[place] - 1, words[place + 1] - 1
-                place += 2
+                size, row = words[offset] - 1, words[offset + 1] - 1
+                offset += 2
             elif first == 0:
-                size, row = (words[place] >> 16) - 1, (words[place] & 0xFFFF) - 1
-                place += 1
+                size, row = (words[offset] >> 16) - 1, (words[offset] & 0xFFFF) - 1
+                offset += 1
             n = size // per_number
-            if size < 1 or row < 0 or row + n > n_rows or place + size > stop:
+            if size < 1 or row < 0 or row + n > n_rows or offset + size > stop:
                 return -1, at
             if fill and per_number <= 2:
                 for i in range(n):
                     rows[count + i], columns[count + i] = row + i, column - 1
                     for word in range(per_number):
-                        values[count + i, word] = words[place + i * per_number + word]
+                        values[count + i, word] = words[offset + i * per_number + word]
             count += n
-            place += size
+            offset += size
         at = end + 1
 
 

@@ -56,8 +56,8 @@ def free_motions(K: sp.csr_array, R: NDArray[np.float64]) -> tuple[NDArray[np.fl
     share = force[terms > 0.0] / terms[terms > 0.0, None]
     present = np.linalg.svd(unit, full_matrices=False)
     # Motions that the model's directions cannot make are none: of a plane model, say.
-    kept = present[1] > _RANK * max(present[1][0], np.finfo(float).tiny)
-    basis = present[2][kept].T
+    independent = present[1] > _RANK * max(present[1][0], np.finfo(float).tiny)
+    basis = present[2][independent].T
     if not basis.shape[1]:
         return np.zeros((6, 0)), 0.0
     directions = basis @ np.linalg.svd(share @ basis, full_matrices=False)[2].T
@@ -94,12 +94,12 @@ def refuse_loose_parts(K: sp.csr_array, layout: DofLayout, n_free: int) -> None:
             f"{len(empty)} degrees of freedom have no stiffness but mass or couplings ({named}"
             f"{more}): they move without strain; expected a stiffness on every one"
         )
-    n_parts, part = connected_components(K + _same_node(layout), directed=False)
+    n_parts, component = connected_components(K + _same_node(layout), directed=False)
     if n_parts == 1:
         return
-    if sum(_parts_freedom(K, layout, part, n_parts)) > n_free:
-        sizes = np.bincount(part)
-        small = part == int(sizes.argmin())
+    if sum(_parts_freedom(K, layout, component, n_parts)) > n_free:
+        sizes = np.bincount(component)
+        small = component == int(sizes.argmin())
         raise ValueError(
             f"the matrices fall into {n_parts} parts that nothing connects; the smallest is "
             f"{described(layout, small)}: it moves without strain; expected one body"
@@ -123,8 +123,8 @@ def _parts_freedom(
     for first, last in pairwise(starts):
         rows = order[first:last]
         if not scalar[rows].all():
-            own = layout.at(rows)
-            R = own.rigid_modes(own.points.mean(axis=0))
+            component_layout = layout.at(rows)
+            R = component_layout.rigid_modes(component_layout.points.mean(axis=0))
             yield free_motions(sp.csr_array(K[rows][:, rows]), R)[0].shape[1]
 
 
@@ -161,9 +161,9 @@ def described_mechanism(K: sp.csr_array, R: NDArray[np.float64], layout: DofLayo
     most = int(motion.argmax())
     # Rotations and translations have no common measure: whoever moves like the one that moves most.
     alike = layout.is_rotation == layout.is_rotation[most]
-    takes_part = alike & (motion > _TAKES_PART * motion[most])
+    moves = alike & (motion > _TAKES_PART * motion[most])
     return (
-        f"a mechanism: {described(layout, takes_part)} can move without strain, most of all "
+        f"a mechanism: {described(layout, moves)} can move without strain, most of all "
         f"{layout.names.named(most)}"
     )
 
@@ -173,12 +173,12 @@ def _with_most_at_rest(v: NDArray[np.float64], Q: NDArray[np.float64]) -> NDArra
 
     The sum of powers of absolute values is the least, by reweighted least squares.
     """
-    left = v
+    remaining = v
     if not Q.shape[1]:
-        return left
+        return remaining
     least = 1e-9 * float(np.abs(v).max())
     for _ in range(_FITS):
-        weight = (np.abs(left) + least) ** (_POWER / 2.0 - 1.0)
+        weight = (np.abs(remaining) + least) ** (_POWER / 2.0 - 1.0)
         rigid = np.linalg.lstsq(weight[:, None] * Q, weight * v, rcond=None)[0]
-        left = v - Q @ rigid
-    return left
+        remaining = v - Q @ rigid
+    return remaining

@@ -69,10 +69,10 @@ def _nodes(mesh: SolidMesh, path: Path) -> NodeTable:
     order = np.argsort(mesh.numbers)
     if path.suffix.lower() == ".inp":
         sets = read_nodes(path).sets
-        kept = {name: nodes[np.isin(nodes, mesh.numbers)] for name, nodes in sets.items()}
+        nodes_of_set = {name: nodes[np.isin(nodes, mesh.numbers)] for name, nodes in sets.items()}
     else:
-        kept = {name: mesh.numbers[rows] for name, rows in mesh.node_sets.items()}
-    return NodeTable(mesh.numbers[order], mesh.points[order], kept)
+        nodes_of_set = {name: mesh.numbers[rows] for name, rows in mesh.node_sets.items()}
+    return NodeTable(mesh.numbers[order], mesh.points[order], nodes_of_set)
 
 
 def _materials(mesh: SolidMesh, document: "InterfacesDocument", path: Path) -> dict[str, Material]:

@@ -122,11 +122,11 @@ def linear_warnings(mesh: SolidMesh) -> Iterator[str]:
     for kind, _, nodes in mesh.blocks:
         if kind in counts:
             counts[kind] += len(nodes)
-    told = [f"{count} of type {kind}" for kind, count in counts.items() if count]
-    if told:
+    counted = [f"{count} of type {kind}" for kind, count in counts.items() if count]
+    if counted:
         yield (
-            f"linear elements, {', '.join(told)}: too stiff in bending; quadratic elements of the "
-            "same edge length are much more accurate"
+            f"linear elements, {', '.join(counted)}: too stiff in bending; quadratic elements of "
+            "the same edge length are much more accurate"
         )
 
 

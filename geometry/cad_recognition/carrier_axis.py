@@ -115,14 +115,14 @@ def axis_candidates(
                 break
         else:
             lines.append([cylinder])
-    found = []
+    candidates = []
     for line in lines:
         direction, point = line[0].direction, line[0].point
         others = [other for other in lines if other is not line]
         patterns = _patterns(direction, point, others)
         turned = sum(surface.area for surface in line)
-        found.append(AxisCandidate(direction, point, turned, patterns))
-    return tuple(sorted(found, key=lambda candidate: candidate.rank, reverse=True))
+        candidates.append(AxisCandidate(direction, point, turned, patterns))
+    return tuple(sorted(candidates, key=lambda candidate: candidate.rank, reverse=True))
 
 
 def _coaxial(first: CadSurface, second: CadSurface) -> bool:
@@ -315,18 +315,18 @@ def _downwind(
         if abs(low - high) > _ALIKE * max(low, high):
             votes.append((name, 1 if low > high else -1, low, high))
     total = sum(vote for _, vote, _, _ in votes)
-    told = "; ".join(
+    described = "; ".join(
         f"{name} at the {'lower' if vote > 0 else 'upper'} end ({low:.4g} and {high:.4g} m)"
         for name, vote, low, high in votes
     )
     if total == 0:
         raise ValueError(
             f"{path}: which end of the axis {shown(d)} is the shaft's cannot be determined "
-            f"({told or 'both ends are equal'}); expected --axis with the direction from the "
+            f"({described or 'both ends are equal'}); expected --axis with the direction from the "
             "shaft's end to the other"
         )
     downwind = d if total > 0 else -d
-    return downwind, f"downwind is {shown(downwind)}, away from the shaft's end: {told}"
+    return downwind, f"downwind is {shown(downwind)}, away from the shaft's end: {described}"
 
 
 def _hub(

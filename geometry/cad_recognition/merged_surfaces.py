@@ -65,17 +65,17 @@ class CadSurface:
     @property
     def area(self) -> float:
         """Area [m^2]."""
-        return sum(part.face.area for part in self.faces)
+        return sum(oriented.face.area for oriented in self.faces)
 
     @property
     def outline(self) -> NDArray[np.float64]:
         """Points of the faces' edges, shape (k, 3) [m]."""
-        return np.concatenate([part.face.outline for part in self.faces])
+        return np.concatenate([oriented.face.outline for oriented in self.faces])
 
     @property
     def triangles(self) -> NDArray[np.float64]:
         """Triangles of all faces, shape (k, 3, 3) [m]."""
-        return np.concatenate([part.triangles for part in self.faces])
+        return np.concatenate([oriented.triangles for oriented in self.faces])
 
     def extent(self, direction: NDArray[np.float64]) -> tuple[float, float]:
         """Least and greatest station along `direction` [m]."""
@@ -121,7 +121,7 @@ def merged_surfaces(faces: Sequence[OrientedFace]) -> tuple[CadSurface, ...]:
         joined = [face]
         apart = []
         for other in surfaces:
-            if any(_one_surface(face, part) for part in other):
+            if any(_one_surface(face, member) for member in other):
                 joined = [*other, *joined]
             else:
                 apart.append(other)
@@ -182,10 +182,9 @@ class SurfaceGroup:
         elif first.kind == "cylinder" and along:
             off = float(np.linalg.norm(np.cross(first.point, x)))
             kind = "bore" if first.hollow else "outer cylinder"
-            place = f" at distance {off:.5g} m" if off > SAME_LENGTH else ""
-            text = (
-                f"{kind} of radius {first.radius:.5g} m{place}, stations {low:.5g} to {high:.5g} m"
-            )
+            distance = f" at distance {off:.5g} m" if off > SAME_LENGTH else ""
+            stations = f"stations {low:.5g} to {high:.5g} m"
+            text = f"{kind} of radius {first.radius:.5g} m{distance}, {stations}"
         else:
             kinds = {"plane": "plane", "cylinder": f"cylinder of radius {first.radius:.4g} m"}
             text = (

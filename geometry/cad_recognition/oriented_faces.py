@@ -142,7 +142,7 @@ def _oriented(path: Path, solid: int, face: CadFace) -> OrientedFace:
         across = anchor - face.point - along
         normal = across / np.linalg.norm(across)
         anchor = face.point + along + face.radius * normal
-    beside = anchor + _BESIDE * normal
-    if gmsh.model.isInside(3, solid, [float(x) for x in beside]):
+    probe = anchor + _BESIDE * normal
+    if gmsh.model.isInside(3, solid, [float(x) for x in probe]):
         normal = -normal
     return OrientedFace(face, triangles, anchor, normal)

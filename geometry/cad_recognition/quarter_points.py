@@ -80,23 +80,23 @@ def draw_towards(edges: list[int], least_quality: float) -> int:
     tags, nodes = gmsh.model.mesh.getElementsByType(_TET10)
     tets = np.asarray(nodes, dtype=np.int64).reshape(-1, 10)
     sides = _sides_that_leave(edges, tets)
-    place = np.full(len(sides.middle), _QUARTER)
+    position = np.full(len(sides.middle), _QUARTER)
     row = np.full(int(tets.max()) + 1, -1)
     row[sides.middle] = np.arange(len(sides.middle))
     drawn = row[tets[:, 4:]]
     touched = np.flatnonzero((drawn >= 0).any(axis=1))
     for _ in range(_MOST_STEPS):
-        _place(sides.middle, sides.drawn(place))
+        _place(sides.middle, sides.drawn(position))
         quality = np.asarray(gmsh.model.mesh.getElementQualities(tags[touched], "minSJ"))
         bad = drawn[touched[quality <= least_quality]]
         back = np.unique(bad[bad >= 0])
         if not len(back):
             break
-        place[back] = _MIDDLE - _KEPT * (_MIDDLE - place[back])
+        position[back] = _MIDDLE - _KEPT * (_MIDDLE - position[back])
     else:
-        place[back] = _MIDDLE
-        _place(sides.middle, sides.drawn(place))
-    return int((place < _MIDDLE).sum())
+        position[back] = _MIDDLE
+        _place(sides.middle, sides.drawn(position))
+    return int((position < _MIDDLE).sum())
 
 
 def _sides_that_leave(edges: list[int], tets: NDArray[np.int64]) -> _Sides:
@@ -123,8 +123,8 @@ def _lies_on(nodes: NDArray[np.int64]) -> dict[tuple[int, int], NDArray[np.int64
     lies_on = {}
     for dimension in (1, 2):
         for _, tag in gmsh.model.getEntities(dimension):
-            own = gmsh.model.mesh.getNodes(dimension, tag)[0]
-            rows = [row[node] for node in own.tolist() if node in row]
+            entity_nodes = gmsh.model.mesh.getNodes(dimension, tag)[0]
+            rows = [row[node] for node in entity_nodes.tolist() if node in row]
             if rows:
                 lies_on[dimension, tag] = np.array(rows, dtype=np.int64)
     return lies_on

@@ -110,9 +110,9 @@ def proposed_surfaces(
     candidates = axis_candidates(in_file, axis)
     if origin is not None:
         candidates = _through(origin, candidates, str(step))
-    found = chosen_axis(candidates, str(step))
+    carrier_axis = chosen_axis(candidates, str(step))
     recognised = recognised_frame(
-        in_file, found, str(step), axis=axis, origin=origin, length_unit=length_unit
+        in_file, carrier_axis, str(step), axis=axis, origin=origin, length_unit=length_unit
     )
     surfaces = merged_surfaces([face.moved(recognised.frame) for face in solid.faces])
     groups = grouped_about_x(surfaces)

@@ -55,8 +55,8 @@ def proposal_picture(proposal: SurfaceProposal) -> NDArray[np.uint8]:
     named = _named(proposal)
     plotter = new_plotter((2, 2))
     plotter.window_size = list(_WINDOW)
-    for place, (title, viewpoint, half) in enumerate(_VIEWS):
-        plotter.subplot(place // 2, place % 2)
+    for index, (title, viewpoint, half) in enumerate(_VIEWS):
+        plotter.subplot(index // 2, index % 2)
         _draw(plotter, proposal, named, np.array(viewpoint), half)
         plotter.add_text(title, font_size=11, color="black")
     plotter.subplot(1, 1)
@@ -102,9 +102,9 @@ def _draw(
     half: float | None,
 ) -> None:
 
-    seen = {group.number: _triangles(group, half) for group in proposal.groups}
-    whole = _poly(np.concatenate([triangles for triangles in seen.values() if len(triangles)]))
-    for number, triangles in seen.items():
+    visible = {group.number: _triangles(group, half) for group in proposal.groups}
+    surface = _poly(np.concatenate([triangles for triangles in visible.values() if len(triangles)]))
+    for number, triangles in visible.items():
         if not len(triangles):
             continue
         colour = named[number].colour if number in named else _PLAIN
@@ -112,10 +112,10 @@ def _draw(
     plotter.add_mesh(_lines(_edges(proposal), half), color=_EDGES, line_width=1.2)
     _add_frame(plotter, proposal, half, tip=viewpoint[0] > 0.0)
     towards = viewpoint / np.linalg.norm(viewpoint)
-    far = 10.0 * whole.length * towards
+    far = 10.0 * surface.length * towards
     labels = {
-        number: _seen_point(triangles, whole, towards, far)
-        for number, triangles in seen.items()
+        number: _seen_point(triangles, surface, towards, far)
+        for number, triangles in visible.items()
         if len(triangles)
     }
     shown = {number: point for number, point in labels.items() if point is not None}
@@ -155,9 +155,9 @@ def _edges(proposal: SurfaceProposal) -> Iterator[Vector]:
     """Edges of all faces, as polylines [m]."""
     for group in proposal.groups:
         for surface in group.surfaces:
-            for part in surface.faces:
-                outline = part.face.outline
-                yield from outline.reshape(max(len(part.face.edges), 1), -1, 3)
+            for oriented in surface.faces:
+                outline = oriented.face.outline
+                yield from outline.reshape(max(len(oriented.face.edges), 1), -1, 3)
 
 
 def _lines(polylines: Iterable[Vector], half: float | None) -> Any:
@@ -187,15 +187,15 @@ def _seen_point(triangles: Vector, whole: Any, towards: Vector, far: Vector) -> 
     # Seen edge-on a surface is no place for a label.
     facing = np.abs(sides @ towards)
     tried = np.argsort(-facing)[:_TRIED]
-    seen = []
+    visible = []
     for middle in middles[tried]:
         start = middle + 1e-4 * whole.length * towards
         hits, _ = whole.ray_trace(start, middle + far)
         if not len(hits):
-            seen.append(middle)
-    if not seen:
+            visible.append(middle)
+    if not visible:
         return None
-    points = np.array(seen)
+    points = np.array(visible)
     return np.asarray(points[np.linalg.norm(points - points.mean(axis=0), axis=1).argmin()])
 
 

@@ -188,8 +188,8 @@ def _sorted_elements(
         if kind not in _SOLIDS:
             others[f"type {kind or 'that no ET states'}"] += 1
             continue
-        name, own = _shape(nodes, _SOLIDS[kind], fields[_NUMBER])
-        solids.setdefault((name, str(fields[_MATERIAL])), []).append(own)
+        name, corners = _shape(nodes, _SOLIDS[kind], fields[_NUMBER])
+        solids.setdefault((name, str(fields[_MATERIAL])), []).append(corners)
     return solids, dict(others)
 
 

@@ -214,9 +214,9 @@ def _by_gmsh(path: Path) -> ForeignMesh:
 
 def _gmsh_blocks(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
     for dimension in (2, 3):
-        for part in gmsh_elements(dimension, row):
-            rows = part.rows[:, _FROM_GMSH_TET10] if part.kind == _GMSH_TET10 else part.rows
-            yield _KINDS.get(part.kind, part.words), part.group, rows
+        for block in gmsh_elements(dimension, row):
+            rows = block.rows[:, _FROM_GMSH_TET10] if block.kind == _GMSH_TET10 else block.rows
+            yield _KINDS.get(block.kind, block.words), block.group, rows
 
 
 def refuse_lost_groups(path: Path) -> None:

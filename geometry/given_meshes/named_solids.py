@@ -99,8 +99,8 @@ def named_solids(mesh: SolidMesh, body_of_group: Mapping[str, str], where: str) 
     outside = [solids.boundary(body) for body in solids.bodies]
     surfaces = {}
     for name, nodes in mesh.node_sets.items():
-        found = (facets[_corners_in(facets, nodes)] for facets in outside)
-        facets = next((part for part in found if len(part)), None)
+        candidates = (facets[_corners_in(facets, nodes)] for facets in outside)
+        facets = next((candidate for candidate in candidates if len(candidate)), None)
         if facets is not None:
             surfaces[name] = facets
     return replace(solids, surfaces=surfaces)

@@ -58,14 +58,14 @@ def left_out(path: Path) -> tuple[str, ...]:
             "here: give the matrices of the whole by --stiffness and --mass, or delete from the "
             "file what is not to count"
         )
-    told = []
+    lines = []
     if facets := {} if has_sections else _of(counts, shells):
-        told.append(f"left out: {_listed(facets)}, to which the file gives no thickness")
+        lines.append(f"left out: {_listed(facets)}, to which the file gives no thickness")
     if linked := _of(counts, links):
-        told.append(f"left out: {_listed(linked)}; {LINKS_REPLACED}")
+        lines.append(f"left out: {_listed(linked)}; {LINKS_REPLACED}")
     if counts["INCLUDE"]:
-        told.append(f"{counts['INCLUDE']} INCLUDE not followed: nothing of those files is read")
-    return tuple(told)
+        lines.append(f"{counts['INCLUDE']} INCLUDE not followed: nothing of those files is read")
+    return tuple(lines)
 
 
 def _of(counts: Counter[str], pattern: str) -> dict[str, int]:

@@ -135,7 +135,7 @@ def read_solid_mesh(
         _refuse_other_solids(archived, path)
         return archived
     size = check_plain_file(path, f"a mesh ({suffix})", _MOST_BYTES, text=suffix == ".inp")
-    told = left_out(path)
+    ignored = left_out(path)
     mesh = read_in_child(
         path,
         size,
@@ -146,14 +146,14 @@ def read_solid_mesh(
     )
     _refuse_other_solids(mesh, path)
     if suffix == ".inp":
-        own = np.arange(1, len(mesh.points) + 1) if numbers is None else numbers(path)
-        mesh = replace(mesh, numbers=own)
+        node_numbers = np.arange(1, len(mesh.points) + 1) if numbers is None else numbers(path)
+        mesh = replace(mesh, numbers=node_numbers)
     if len(mesh.numbers) != len(mesh.points):
         raise ValueError(
             f"{path}: {len(mesh.numbers)} numbers of nodes, {len(mesh.points)} places; expected "
             "every node once in *NODE of this file"
         )
-    return replace(mesh, left_out=told)
+    return replace(mesh, left_out=ignored)
 
 
 def _of_archive(path: Path) -> SolidMesh:
@@ -185,9 +185,9 @@ def _refuse_other_solids(mesh: SolidMesh, path: Path) -> None:
         if kind not in REFERENCE_NODES:
             others[kind] = others.get(kind, 0) + len(nodes)
     if others:
-        found = ", ".join(f"{count} elements of type {kind}" for kind, count in others.items())
+        counted = ", ".join(f"{count} elements of type {kind}" for kind, count in others.items())
         raise ValueError(
-            f"{path}: {found}; expected {', '.join(REFERENCE_NODES)}: matrices of others can be "
+            f"{path}: {counted}; expected {', '.join(REFERENCE_NODES)}: matrices of others can be "
             "given by --stiffness and --mass"
         )
     if not mesh.blocks:
@@ -221,12 +221,12 @@ def _by_gmsh(path: Path) -> SolidMesh:
 
 
 def _gmsh_solids(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
-    for part in gmsh_elements(_SOLID, row):
-        kind = _OF_GMSH.get(part.kind)
+    for block in gmsh_elements(_SOLID, row):
+        kind = _OF_GMSH.get(block.kind)
         if kind is None:
-            yield part.words, part.group, part.rows
+            yield block.words, block.group, block.rows
         else:
-            yield kind, part.group, part.rows[:, _order(kind, part.places)]
+            yield kind, block.group, block.rows[:, _order(kind, block.places)]
 
 
 def _order(kind: str, places: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -256,9 +256,9 @@ def _read_run(
 ) -> Run:
     path = folder / entry.file
     if not path.is_file():
-        found = "is no regular file in" if os.path.lexists(path) else "is not in"
+        problem = "is no regular file in" if os.path.lexists(path) else "is not in"
         raise ValueError(
-            f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' {found} the folder {folder}"
+            f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' {problem} the folder {folder}"
         )
     run = run_of_columns(run_columns(path, expected), entry, header)
     if not run.in_use.any():

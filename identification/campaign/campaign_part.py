@@ -47,10 +47,10 @@ def campaign_part(
             *_unknown(effects, known, "--effects"),
         ]
     )
-    kept = [c for c in campaign.channels if not channels or c.name in channels]
-    names = {channel.name for channel in kept}
+    channels_of_choice = [c for c in campaign.channels if not channels or c.name in channels]
+    names = {channel.name for channel in channels_of_choice}
     records = tuple(run for run in campaign.runs if not runs or run.name in runs)
-    if len(kept) < len(campaign.channels):
+    if len(channels_of_choice) < len(campaign.channels):
         records = tuple(run.of_channels(names) for run in records)
     declared = campaign.baseline
     contained = declared.effects if baseline is None else tuple(baseline)
@@ -58,7 +58,7 @@ def campaign_part(
     impossible = tuple(name for name in known if name in ruled_out and name not in contained)
     return replace(
         campaign,
-        channels=tuple(kept),
+        channels=tuple(channels_of_choice),
         runs=records,
         baseline=replace(declared, effects=contained, impossible=impossible),
     )

@@ -316,8 +316,8 @@ def column_conflicts(
     yield from repeated_names(columns, f"{where}: column")
     for name, what in expected.items():
         if name not in columns:
-            found = shortened(", ".join(columns), 400)
-            yield f"{where}: no column for the {what} '{name}'{source}; found {found}"
+            listed = shortened(", ".join(columns), 400)
+            yield f"{where}: no column for the {what} '{name}'{source}; found {listed}"
     for name in dict.fromkeys(columns[1:]):
         if name not in expected and name != "time" and not others_allowed:
             yield (

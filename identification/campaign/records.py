@@ -160,7 +160,7 @@ def _chosen(
 ) -> Mapping[str, NDArray[np.float64]]:
     """Some of the columns, on disk where all of them are."""
     if isinstance(columns, StoredColumns):
-        places = {name: place for name, place in columns.places.items() if name in names}
+        places = {name: index for name, index in columns.places.items() if name in names}
         return replace(columns, places=places)
     return {name: values for name, values in columns.items() if name in names}
 

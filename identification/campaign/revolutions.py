@@ -54,16 +54,16 @@ def whole_revolutions(run: Run) -> Revolutions:
     step = float(np.median(np.abs(np.diff(angle)))) if angle.size > 1 else 0.0
     turns = float(travel[-1]) / (2.0 * np.pi)
     # The margin of a thousandth of a step is far above rounding and far below a sample.
-    n_whole = int(np.floor(turns + 1.001 * step / (2.0 * np.pi)))
-    if n_whole < 1:
+    n_revolutions = int(np.floor(turns + 1.001 * step / (2.0 * np.pi)))
+    if n_revolutions < 1:
         raise ValueError(
             f"run {run.name}: the carrier turns by {turns:.3f} revolutions; expected at least one "
             "whole revolution"
         )
     number = np.floor(travel / (2.0 * np.pi)).astype(np.int64)
     order = np.argsort(number, kind="stable")
-    bounds = np.searchsorted(number[order], np.arange(n_whole + 1))
-    samples = [order[bounds[k] : bounds[k + 1]] for k in range(n_whole)]
+    bounds = np.searchsorted(number[order], np.arange(n_revolutions + 1))
+    samples = [order[bounds[k] : bounds[k + 1]] for k in range(n_revolutions)]
     in_use = run.in_use
     counted = tuple(rows for rows in samples if in_use[rows].any())
     if not counted:

@@ -112,17 +112,17 @@ def column_pieces(
 
 def _tables(path: Path, expected: ExpectedColumns) -> Iterator[pa.Table]:
     columns = run_file_header(path)
-    kept = expected.kept(columns, path.name)
+    wanted = expected.kept(columns, path.name)
     if path.suffix.lower() == ".parquet":
         with path.open("rb") as opened, pa_parquet.ParquetFile(opened, pre_buffer=False) as file:
-            check_cells(file, path, len(kept))
-            for batch in file.iter_batches(batch_size=PIECE, columns=kept):
+            check_cells(file, path, len(wanted))
+            for batch in file.iter_batches(batch_size=PIECE, columns=wanted):
                 yield pa.Table.from_batches([batch])
         return
     read = pa_csv.ReadOptions(column_names=columns, skip_rows=1, block_size=_CSV_BLOCK)
     with (
         path.open("rb") as opened,
-        pa_csv.open_csv(opened, read_options=read, convert_options=_convert(kept)) as reader,
+        pa_csv.open_csv(opened, read_options=read, convert_options=_convert(wanted)) as reader,
     ):
         for batch in reader:
             yield pa.Table.from_batches([batch])
@@ -139,11 +139,11 @@ def _convert(kept: list[str]) -> pa_csv.ConvertOptions:
 
 def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
     columns = run_file_header(path)
-    kept = expected.kept(columns, path.name)
+    wanted = expected.kept(columns, path.name)
     read = pa_csv.ReadOptions(column_names=columns, skip_rows=1)
     try:
         with path.open("rb") as file:
-            return pa_csv.read_csv(file, read_options=read, convert_options=_convert(kept))
+            return pa_csv.read_csv(file, read_options=read, convert_options=_convert(wanted))
     except pa.ArrowInvalid as error:
         if "Empty CSV" in str(error):
             raise ValueError(
@@ -155,12 +155,12 @@ def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
 
 
 def _read_parquet(path: Path, expected: ExpectedColumns) -> pa.Table:
-    kept = expected.kept(run_file_header(path), path.name)
+    wanted = expected.kept(run_file_header(path), path.name)
     try:
         with path.open("rb") as opened:
             file = pa_parquet.ParquetFile(opened)
-            check_cells(file, path, len(kept))
-            return file.read(columns=kept)
+            check_cells(file, path, len(wanted))
+            return file.read(columns=wanted)
     except (pa.ArrowInvalid, OSError) as error:
         raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
 

@@ -85,8 +85,8 @@ def probe_angles(campaign: Campaign) -> tuple[ProbeAngle, ...]:
     rows = []
     for k, channel in enumerate(channels):
         declared = channel.angle or 0.0
-        is_seen = min(sizes[0] / std[0], sizes[k] / std[k]) > _SEEN and abs(cross[k]) > 0.0
-        if not is_seen:
+        is_significant = min(sizes[0] / std[0], sizes[k] / std[k]) > _SEEN and abs(cross[k]) > 0.0
+        if not is_significant:
             rows.append(ProbeAngle(channel.name, _degrees(declared), None, None, None, None))
             continue
         read = first - float(np.angle(cross[k]))

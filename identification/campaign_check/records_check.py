@@ -382,14 +382,14 @@ def _period(campaign: Campaign, name: str, period: int) -> Iterator[CampaignWarn
 def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
     """The zero is taken at rest, and the signals are relative to it."""
     n = int(campaign.rig["zeroing_samples"])
-    place = key_of("[rig]", "zeroing_samples")
+    key = key_of("[rig]", "zeroing_samples")
     remedy = (
         "count the samples at rest before the load comes, and subtract each signal's mean over them"
     )
     for run in campaign.runs:
         if n >= run.time.size:
             text = f"zeroing_samples is {n}, the run holds {run.time.size} samples"
-            yield CampaignWarning("zeroing", run.name, text, remedy, float(n), place)
+            yield CampaignWarning("zeroing", run.name, text, remedy, float(n), key)
             continue
         for name in ("torque", "ntl_y", "ntl_z"):
             values = run.inputs[name]
@@ -397,7 +397,7 @@ def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
             change = float(np.ptp(values[:n]))
             if largest > 0.0 and change > _AT_REST * largest:
                 text = f"'{name}' changes by {change:.4g} within the {n} samples of the zero"
-                yield CampaignWarning("zeroing", run.name, text, remedy, change, place)
+                yield CampaignWarning("zeroing", run.name, text, remedy, change, key)
                 break
         off = [mean for mean in _means_off_zero(campaign, run, n) if mean > 0.0]
         # One channel off its zero is an effect of its own.
@@ -406,7 +406,7 @@ def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
                 f"{len(off)} channels are not zero over the {n} samples of the zero, the worst by "
                 f"{max(off):.3g} m"
             )
-            yield CampaignWarning("zeroing", run.name, text, remedy, max(off), place)
+            yield CampaignWarning("zeroing", run.name, text, remedy, max(off), key)
 
 
 def _means_off_zero(campaign: Campaign, run: Run, n: int) -> Iterator[float]:

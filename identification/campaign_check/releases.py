@@ -60,13 +60,13 @@ def releases(values: FloatArray) -> tuple[int, ...]:
     after = maximum_filter1d(y, period, origin=-(period // 2), mode="nearest")
     level = np.maximum(before, min(noise, largest / _GROWS**2))
     grows = np.flatnonzero((after > _GROWS * level) & (after > _LEAST * largest))
-    found = [0] if y[:period].max() > max(_LEAST * largest, _GROWS * noise) else []
+    starts = [0] if y[:period].max() > max(_LEAST * largest, _GROWS * noise) else []
     for first in _first_of_groups(grows, period):
         rise = np.flatnonzero(y[first:] > _GROWS * level[first])
         start = max(first + int(rise[0]) - 1, 0)
-        if not found or start > found[-1] + period:
-            found.append(start)
-    return tuple(found)
+        if not starts or start > starts[-1] + period:
+            starts.append(start)
+    return tuple(starts)
 
 
 def release_findings(campaign: Campaign) -> Iterator[CampaignWarning]:

@@ -104,10 +104,10 @@ def _clipping(signal: _Signal) -> Iterator[CampaignWarning]:
         at = (signal.values == value) & signal.moves
         plateaus = [(a, b) for a, b in stretches(at) if b - a >= _PLATEAU]
         clipped = sum(b - a for a, b in plateaus)
-        beside = np.abs(signal.values - value)
+        distance = np.abs(signal.values - value)
         # A coarse signal also has equal neighbours elsewhere.
-        next_level = float(beside[beside > 0.0].min()) if (beside > 0.0).any() else 0.0
-        n_next = int((beside <= 1.5 * next_level).sum()) - int((beside == 0.0).sum())
+        next_level = float(distance[distance > 0.0].min()) if (distance > 0.0).any() else 0.0
+        n_next = int((distance <= 1.5 * next_level).sum()) - int((distance == 0.0).sum())
         if clipped >= _CLIPPED and int(at.sum()) > 3 * n_next and len(plateaus) > 1:
             yield signal.warning(
                 "clipping",

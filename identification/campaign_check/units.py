@@ -63,8 +63,8 @@ def unit_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
 def _warning(
     campaign: Campaign, about: str, figure: float, text: str, remedy: str, line: str = ""
 ) -> CampaignWarning:
-    place = line or sample_of(campaign.runs[0].file, 0)
-    return CampaignWarning("unit", about, text, remedy, figure, place)
+    location = line or sample_of(campaign.runs[0].file, 0)
+    return CampaignWarning("unit", about, text, remedy, figure, location)
 
 
 def _carrier(campaign: Campaign) -> Iterator[CampaignWarning]:

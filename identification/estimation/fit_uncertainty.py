@@ -170,11 +170,11 @@ def profile_likelihood(
     if name not in fit.names:
         raise ValueError(f"no parameter '{name}'; expected one of {', '.join(fit.names)}")
     fixed = fit.names.index(name)
-    kept = np.arange(len(fit.free)) != fixed
-    free = [parameter for parameter, keep in zip(fit.free, kept, strict=True) if keep]
+    others = np.arange(len(fit.free)) != fixed
+    free = [parameter for parameter, keep in zip(fit.free, others, strict=True) if keep]
     cost, points = np.empty(len(values)), np.empty((len(values), len(fit.free)))
     for side in (1.0, -1.0):
-        warm = fit.values[kept]
+        warm = fit.values[others]
         for k in np.argsort(np.abs(np.asarray(values) - fit.values[fixed])):
             if (values[k] - fit.values[fixed]) * side < 0.0:
                 continue

@@ -41,17 +41,17 @@ def first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, Float
     # No window: it would take the beginning, where the decay is largest.
     power = np.abs(np.fft.rfft(deflection - deflection[-(n // 4 + 1) :].mean(), _PADDED * n))
     line = int(np.argmax(power[_FIRST:])) + _FIRST
-    found = 2.0 * np.pi * line / (_PADDED * n * step)
-    fitted = round(_PERIODS * 2.0 * np.pi / (found * step))
+    omega = 2.0 * np.pi * line / (_PADDED * n * step)
+    fitted = round(_PERIODS * 2.0 * np.pi / (omega * step))
     first = deflection[: min(n, max(fitted, _FEWEST_SAMPLES))]
     scale = deflection.std()
 
     def left(shape: FloatArray) -> FloatArray:
-        return _fitted(first, _exponent(found, shape) * step)[1] / scale
+        return _fitted(first, _exponent(omega, shape) * step)[1] / scale
 
     low, high = zip(_FREQUENCIES, _RATIOS, strict=True)
     shape = least_squares(left, [1.0, _FIRST_RATIO], bounds=(low, high)).x
-    s = _exponent(found, shape)
+    s = _exponent(omega, shape)
     c, _ = _fitted(first, s * step)
     swing = c * np.exp(s * step * np.arange(n))
     q, v, a = (np.real(s**order * swing) for order in range(3))

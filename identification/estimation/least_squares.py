@@ -135,15 +135,17 @@ def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> J
     # A column of zeros keeps its place and becomes unseen.
     scale = 1.0 / column_lengths(matrix)
     eigenvalues, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
-    kept = eigenvalues > DEPENDENT * eigenvalues[-1]
-    basis = scale[:, None] * vectors[:, kept]
-    unknowns = basis @ ((basis.T @ right_side) / eigenvalues[kept])
+    independent = eigenvalues > DEPENDENT * eigenvalues[-1]
+    basis = scale[:, None] * vectors[:, independent]
+    unknowns = basis @ ((basis.T @ right_side) / eigenvalues[independent])
     fewest = min(run.n_revolutions for run in equations)
     if fewest >= FEWEST_REVOLUTIONS:
-        covariance = _jackknife(equations, positions, basis, eigenvalues[kept], unknowns)
+        covariance = _jackknife(equations, positions, basis, eigenvalues[independent], unknowns)
         freedom, source = fewest - 1, JACKKNIFE
     else:
-        covariance, freedom = _classical(equations, positions, basis, eigenvalues[kept], unknowns)
+        covariance, freedom = _classical(
+            equations, positions, basis, eigenvalues[independent], unknowns
+        )
         source = CLASSICAL
     return JointFit(
         unknowns=unknowns,
@@ -151,8 +153,8 @@ def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> J
         covariance=covariance,
         covariance_source=source,
         confidence_factor=np.full(n_unknowns, student_t.ppf(0.975, freedom)),
-        condition_number=float(np.sqrt(eigenvalues[kept][-1] / eigenvalues[kept][0])),
-        unseen=vectors[:, ~kept].T,
+        condition_number=float(np.sqrt(eigenvalues[independent][-1] / eigenvalues[independent][0])),
+        unseen=vectors[:, ~independent].T,
         column_scale=scale,
     )
 

@@ -64,13 +64,13 @@ class NormalEquations:
         """Equations of the model that keeps only some coefficients, in the order of `columns`."""
         if list(columns) == list(range(self.matrix.shape[-1])):
             return self
-        kept = np.asarray(columns, dtype=np.int64)
-        matrix = self.matrix[:, :, kept[:, None], kept[None, :]]
+        chosen = np.asarray(columns, dtype=np.int64)
+        matrix = self.matrix[:, :, chosen[:, None], chosen[None, :]]
         return NormalEquations(
             self.run,
             self.channels,
             matrix,
-            self.right_side[:, :, kept],
+            self.right_side[:, :, chosen],
             self.square_sum,
             self.n_samples,
         )
@@ -153,15 +153,15 @@ class RevolutionSums:
         """
         present = np.isfinite(signal)
         for r, rows in enumerate(samples):
-            kept = rows[present[rows]]
-            if kept.size == 0:
+            valid = rows[present[rows]]
+            if valid.size == 0:
                 continue
-            X, y = design[kept], signal[kept]
-            Xw, yw = (X, y) if weight is None else (X * weight[kept, None], y * weight[kept])
+            X, y = design[valid], signal[valid]
+            Xw, yw = (X, y) if weight is None else (X * weight[valid, None], y * weight[valid])
             self.matrix[r, channel] += X.T @ Xw
             self.right_side[r, channel] += Xw.T @ y
             self.square_sum[r, channel] += y @ yw
-            self.n_samples[r, channel] += kept.size
+            self.n_samples[r, channel] += valid.size
 
     def equations(self, run: str, channels: Sequence[Channel]) -> NormalEquations:
         """Sums of one run under the names of its channels.

@@ -84,7 +84,7 @@ def _parsed(texts: Sequence[str], format_: str) -> FloatArray | None:
     """Seconds of dates; None where one is not of the format."""
     import pandas as pd
 
-    whole, fraction = format_, ""
+    seconds_format, fraction = format_, ""
     if "%S" in format_:
         pattern = r"(:\d{2})[.,](\d+)"
         series = pd.Series(texts, dtype="str")
@@ -92,7 +92,7 @@ def _parsed(texts: Sequence[str], format_: str) -> FloatArray | None:
         fraction = "0." + digits.fillna("0")
         texts = series.str.replace(pattern, r"\1", regex=True).str.removesuffix("Z").tolist()
     try:
-        dates = pd.to_datetime(pd.Series(texts), format=whole)
+        dates = pd.to_datetime(pd.Series(texts), format=seconds_format)
     except (ValueError, TypeError, OverflowError):
         return None
     if dates.isna().any():

@@ -389,12 +389,12 @@ def _signals(
             factor, _ = contract_unit(channel.unit, expected, channel.quantity, kind)
             inputs = [signals[row.name] for row in document.inputs if row.name in signals]
             moves = _moves(inputs, clocked)
-            values, found = channel_values(
+            values, conversion = channel_values(
                 clocked.table.columns[channel.column][clocked.rows],
                 moves,
                 (entry.name, channel.name),
             )
-            counts += found
+            counts += conversion
             values = (channel.factor * values + channel.offset) * factor
             signals[channel.name] = clocked.time, clocked.spread(values)
     refuse(problems.messages)

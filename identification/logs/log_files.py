@@ -158,7 +158,7 @@ def _named(path: Path, vectors: Iterable[NamedColumn]) -> list[NamedColumn]:
 def _by_length(
     path: Path, columns: list[NamedColumn], objects: Mapping[str, str]
 ) -> tuple[LogTable, ...]:
-    left_out = tuple(
+    ignored = tuple(
         f"'{name}' is a MATLAB object of class {kind}, which is not read: in MATLAB, s.time = "
         f"{name}.Time; s.data = {name}.Data; save('run.mat', '-struct', 's')"
         for name, kind in objects.items()
@@ -169,9 +169,9 @@ def _by_length(
         for length in lengths
     )
     if not tables:
-        what = "; ".join(left_out) or "expected columns of samples"
+        what = "; ".join(ignored) or "expected columns of samples"
         raise ValueError(f"{path}: no list of numbers; {what}")
-    return (replace(tables[0], notes=left_out), *tables[1:])
+    return (replace(tables[0], notes=ignored), *tables[1:])
 
 
 _SECONDS = 10  # of processor time, for a small file
@@ -221,7 +221,7 @@ def _mat_log(path: Path) -> tuple[LogTable, ...]:
 def _is_hdf5(path: Path) -> bool:
     with path.open("rb") as file:
         head = file.read(_HDF5_PLACES[-1] + len(_HDF5_MARK))
-    return any(head[place:].startswith(_HDF5_MARK) for place in _HDF5_PLACES)
+    return any(head[offset:].startswith(_HDF5_MARK) for offset in _HDF5_PLACES)
 
 
 def words_of(path: Path) -> str:

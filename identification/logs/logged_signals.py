@@ -241,9 +241,9 @@ def zeroed(values: FloatArray, moves: BoolArray) -> BoolArray:
     if zero.size == 0 or present.size < 10:
         return result
     step = float(np.median(np.abs(np.diff(values[present]))))
-    beside = np.interp(zero, present, values[present])
+    interpolated = np.interp(zero, present, values[present])
     # A signal that passes through zero has small values on both sides.
-    result[zero[np.abs(beside) > _FAR * step]] = True
+    result[zero[np.abs(interpolated) > _FAR * step]] = True
     return result if step > 0.0 else np.zeros(values.size, dtype=bool)
 
 

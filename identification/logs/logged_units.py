@@ -165,10 +165,10 @@ def factor_to(unit: str, expected: str) -> float:
 def unit_behind(name: str) -> str:
     """Unit that the name of a column ends with; empty where there is none."""
     for number, pattern in enumerate(_BEHIND):
-        found = pattern.search(name)
-        if found is None:
+        match = pattern.search(name)
+        if match is None:
             continue
-        text = found[1].strip()
+        text = match[1].strip()
         if number == len(_BEHIND) - 1 and text.lower() not in _BARE:
             continue
         if text.isdigit():

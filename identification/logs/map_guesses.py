@@ -126,8 +126,8 @@ def map_guess(kind: str, files: Sequence[Path], drive: str | None = None) -> Map
     contract = campaign_kind(kind, rig, _accelerated(rig, units))
     inputs: dict[str, Guess] = {}
     for name, unit in contract.inputs.items():
-        left = [column for column in free if column not in _taken(inputs)]
-        inputs[name] = _input(name, unit, left, tables, units)
+        unassigned = [column for column in free if column not in _taken(inputs)]
+        inputs[name] = _input(name, unit, unassigned, tables, units)
     if kind == "carrier" and inputs["ntl_y"].column == OPEN and inputs["ntl_z"].column == OPEN:
         rig["radial_load"] = "none"
         del inputs["ntl_y"], inputs["ntl_z"]

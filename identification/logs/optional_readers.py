@@ -143,11 +143,11 @@ def uff_log(path: Path) -> tuple[LogTable, ...]:
     with _library_errors(path):
         file = pyuff.UFF(str(path))
         types = [int(number) for number in file.get_set_types()]
-        sets = [file.read_sets(place) for place, number in enumerate(types) if number == 58]
+        sets = [file.read_sets(index) for index, number in enumerate(types) if number == 58]
     records = [entry for entry in sets if _is_record(entry)]
     if not records:
-        held = sorted({_FUNCTIONS.get(entry["func_type"], "functions") for entry in sets})
-        what = ", ".join(held) if held else f"data sets {sorted(set(types))}"
+        functions = sorted({_FUNCTIONS.get(entry["func_type"], "functions") for entry in sets})
+        what = ", ".join(functions) if functions else f"data sets {sorted(set(types))}"
         raise ValueError(
             f"{path}: a universal file of {what}; expected data set 58 with time responses "
             "(function type 1): export the records of time, not what was computed from them"

@@ -91,9 +91,9 @@ def text_table(text: str, path: Path, encoding: str) -> tuple[LogTable, Dialect]
     """
     head = text[:HEAD]
     # The last line may be cut, by this limit or by the end of the logger's battery.
-    whole = head[: head.rfind("\n") + 1] or head
-    dialect = dialect_of(whole, encoding, str(path))
-    lines = whole.splitlines()
+    complete_lines = head[: head.rfind("\n") + 1] or head
+    dialect = dialect_of(complete_lines, encoding, str(path))
+    lines = complete_lines.splitlines()
     names, units = _names_and_units(lines, dialect)
     if len(names) > _MOST_COLUMNS:
         raise ValueError(f"{path}: {len(names)} columns; expected at most {_MOST_COLUMNS}")

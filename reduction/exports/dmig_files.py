@@ -78,8 +78,8 @@ def coordinate_index(body: OrderedBody) -> pd.MultiIndex:
     """Grid or scalar point and component of every coordinate; scalar points have component 0."""
     pilots = [
         (grid, component + 1)
-        for grid, own in zip(grid_numbers(len(body.pilots)), body.components, strict=True)
-        for component in own
+        for grid, components in zip(grid_numbers(len(body.pilots)), body.components, strict=True)
+        for component in components
     ]
     modal = [(FIRST_SPOINT + i, 0) for i in range(body.n_modal)]
     return pd.MultiIndex.from_tuples(pilots + modal, names=["id", "dof"])

@@ -69,8 +69,8 @@ def write_exudyn(
         )
     model = reduction.model
     fixed_pilot = next(iter(model.pilots)) if pilot is None else pilot
-    kept = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(fixed_pilot))
-    T = reduction.basis[:, kept]
+    free = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(fixed_pilot))
+    T = reduction.basis[:, free]
     statement = (
         "; ".join(header(model)) + f"; pilot {fixed_pilot} held, its columns left out of the basis"
     )

@@ -137,12 +137,17 @@ def _set_grids(file: Path, points: NDArray[np.float64]) -> None:
 
 def _name_components(punch: Path, body: OrderedBody, grids: list[int]) -> None:
     """State the components of every grid in the punch file, which gives all of them six."""
-    digits = ["".join(str(i + 1) for i in own) for own in body.components]
+    digits = ["".join(str(i + 1) for i in components) for components in body.components]
     points = [*grids, *range(FIRST_SPOINT, FIRST_SPOINT + body.n_modal)]
     external = io.StringIO()
-    bulk.wtextrn(external, points, [*(int(own) for own in digits), *[0] * body.n_modal])
-    held = "".join(f"ASET1   {own:>8s}{grid:8d}\n" for grid, own in zip(grids, digits, strict=True))
+    bulk.wtextrn(
+        external, points, [*(int(components) for components in digits), *[0] * body.n_modal]
+    )
+    cards = "".join(
+        f"ASET1   {components:>8s}{grid:8d}\n"
+        for grid, components in zip(grids, digits, strict=True)
+    )
     text = punch.read_text()
-    for card, lines in (("EXTRN", external.getvalue()), ("ASET1", held)):
+    for card, lines in (("EXTRN", external.getvalue()), ("ASET1", cards)):
         text = re.sub(rf"^{card}.*?(?=^\$)", lines, text, count=1, flags=re.DOTALL | re.MULTILINE)
     punch.write_text(text, encoding="utf-8")

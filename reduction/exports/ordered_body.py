@@ -60,7 +60,7 @@ class OrderedBody:
     @property
     def n_pilot_coordinates(self) -> int:
         """Number of the pilots' coordinates, which come first."""
-        return sum(len(own) for own in self.components)
+        return sum(len(components) for components in self.components)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,15 +142,15 @@ def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
         )
     fixed_pilot = body.pilots[0] if pilot is None else pilot
     fixed_coordinates = model.coordinates_of(fixed_pilot)
-    kept = np.flatnonzero(~np.isin(body.rows, fixed_coordinates))
+    free = np.flatnonzero(~np.isin(body.rows, fixed_coordinates))
     n = len(body.labels)
-    K, M, D = (A[np.ix_(kept, kept)] for A in (body.K, body.M, body.D))
-    motion = np.zeros((len(body.pilots), 6, len(kept)))
-    own = np.eye(n)[: body.n_pilot_coordinates, kept]
+    K, M, D = (A[np.ix_(free, free)] for A in (body.K, body.M, body.D))
+    motion = np.zeros((len(body.pilots), 6, len(free)))
+    selection = np.eye(n)[: body.n_pilot_coordinates, free]
     numbers = [(pilot, i) for pilot, each in enumerate(body.components) for i in each]
-    for row, (pilot_number, component) in zip(own, numbers, strict=True):
+    for row, (pilot_number, component) in zip(selection, numbers, strict=True):
         motion[pilot_number, component] = row
-    basis = np.eye(n)[:, body.rows[kept]]
+    basis = np.eye(n)[:, body.rows[free]]
     return HeldBody(fixed_pilot, K, M, D, motion, model.ffrf.transformed(basis))
 
 
@@ -162,7 +162,10 @@ def header(model: ReducedModel) -> tuple[str, ...]:
         UNITS,
         FRAME,
         f"Order: pilots {names}, six rows each (Tx Ty Tz Rx Ry Rz); then modal coordinates",
-        *(f"Pilot {name} has {_listed(own)} only" for name, own in model.pilot_components.items()),
+        *(
+            f"Pilot {name} has {_listed(components)} only"
+            for name, components in model.pilot_components.items()
+        ),
     )
 
 
@@ -174,7 +177,7 @@ def _listed(components: tuple[int, ...]) -> str:
 def comments(mark: str, lines: Iterable[str]) -> tuple[str, ...]:
     """Comment lines that begin with `mark`, long ones broken."""
     return tuple(
-        f"{mark} {part}"
+        f"{mark} {wrapped}"
         for line in lines
-        for part in textwrap.wrap(line, _COMMENT_WIDTH, subsequent_indent="    ")
+        for wrapped in textwrap.wrap(line, _COMMENT_WIDTH, subsequent_indent="    ")
     )

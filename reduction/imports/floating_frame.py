@@ -87,7 +87,7 @@ def free_body(
     """
     full = with_frame(body.data)
     M, s = full.Me, 1.0 / np.sqrt(np.maximum(full.Me.diagonal(), np.finfo(float).tiny))
-    V, left_out = _independent_basis(M, s)
+    V, n_dependent = _independent_basis(M, s)
     full = full.transformed(V)
     K, D = (V.T @ scipy.linalg.block_diag(np.zeros((6, 6)), A) @ V for A in (body.Ke, body.De))
     motions = (
@@ -111,11 +111,11 @@ def free_body(
         form.K[:_SIX, :_SIX] = 0.0
     pilots = {body.nodes[i]: body.points[i] for i in chosen}
     n = len(form.K)
-    told = [*losses]
-    if left_out:
-        told.append(f"{left_out} motions are combinations of the others and left out")
+    reported = [*losses]
+    if n_dependent:
+        reported.append(f"{n_dependent} motions are combinations of the others and left out")
     if others:
-        told.append(
+        reported.append(
             f"{len(others)} of {len(body.nodes)} nodes follow from the pilots and modes, which "
             f"are too few for six coordinates each: sensors, no pilots "
             f"({_listed([body.nodes[i] for i in others])})"
@@ -144,7 +144,7 @@ def free_body(
         provenance=origin_of(source, format),
         ffrf=full.transformed(form.X),
     )
-    return ImportedBody(model, tuple(told))
+    return ImportedBody(model, tuple(reported))
 
 
 def without_invariants(imported: ImportedBody, reason: str) -> ImportedBody:
@@ -194,10 +194,10 @@ def _independent_basis(
             f"{values[0]:.2g} of the matrix scaled to unit diagonal; expected mdCM, J, Ct, Cr and "
             "Me of one body about one origin: write the file again"
         )
-    kept = values > _DEPENDENT
-    if kept.all():
+    independent = values > _DEPENDENT
+    if independent.all():
         return np.eye(len(M)), 0
-    return s[:, None] * vectors[:, kept], int(np.count_nonzero(~kept))
+    return s[:, None] * vectors[:, independent], int(np.count_nonzero(~independent))
 
 
 def _listed(names: Sequence[str]) -> str:

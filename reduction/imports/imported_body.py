@@ -35,7 +35,9 @@ class ImportedBody:
 
 def pilot_labels(pilots: Sequence[tuple[str, tuple[int, ...]]]) -> tuple[str, ...]:
     """Coordinates of pilots in words, from their names and components."""
-    return tuple(f"{name} {PILOT_COORDINATES[i]}" for name, own in pilots for i in own)
+    return tuple(
+        f"{name} {PILOT_COORDINATES[i]}" for name, components in pilots for i in components
+    )
 
 
 def origin_of(source: str, format: str) -> dict[str, str]:

@@ -138,12 +138,12 @@ def _add(block: _Block, key: str, value: str, where: str) -> None:
         return
     if not _NUMBER.fullmatch(value):
         raise ValueError(f"{where}: {shown(key)} is {shown(value)}; expected a number")
-    place = tuple(int(word) for word in index[2].split(",") if word.strip().isdigit())
-    if len(place) != (2 if index[1] == "0" else 3):
+    index_of_entry = tuple(int(word) for word in index[2].split(",") if word.strip().isdigit())
+    if len(index_of_entry) != (2 if index[1] == "0" else 3):
         raise ValueError(
             f"{where}: index {shown(index[2])}; expected row, column or row, mode, column"
         )
-    block.entries[index[1]][place] = float(value.upper().replace("D", "E"))
+    block.entries[index[1]][index_of_entry] = float(value.upper().replace("D", "E"))
 
 
 def _body(file: _File, path: Path) -> ImportedBody:
@@ -155,7 +155,7 @@ def _body(file: _File, path: Path) -> ImportedBody:
         raise ValueError(
             f"{len(file.nodes)} nodes with {r} modes; expected the interface nodes alone"
         )
-    data, is_whole = _invariants(file.blocks, float(mass.upper().replace("D", "E")), r)
+    data, is_complete = _invariants(file.blocks, float(mass.upper().replace("D", "E")), r)
     named = _pilot_names(file.header)
     frames = {node.frame for node in file.nodes} - {"body ref"}
     if frames:
@@ -181,7 +181,7 @@ def _body(file: _File, path: Path) -> ImportedBody:
         ),
     )
     imported = free_body(body, path.name, "sid", tuple(_losses(file)))
-    if is_whole:
+    if is_complete:
         return imported
     return without_invariants(
         imported,
@@ -240,15 +240,15 @@ def _matrix(
     structure = block.counts["structure"]
     if structure == _IDENTITY:
         return np.eye(*shape)
-    found = _filled(block.entries["0"], shape, name)
+    matrix = _filled(block.entries["0"], shape, name)
     if structure == _SYMMETRIC:
-        diagonal = np.diag(found.diagonal())
-        found = (
-            np.where(found.T != 0.0, found.T, found)
-            if np.tril(found, -1).any() and np.triu(found, 1).any()
-            else found + found.T - diagonal
+        diagonal = np.diag(matrix.diagonal())
+        matrix = (
+            np.where(matrix.T != 0.0, matrix.T, matrix)
+            if np.tril(matrix, -1).any() and np.triu(matrix, 1).any()
+            else matrix + matrix.T - diagonal
         )
-    return found
+    return matrix
 
 
 def _first_order(
@@ -262,9 +262,9 @@ def _first_order(
 def _filled(
     entries: Mapping[tuple[int, ...], float], shape: tuple[int, ...], name: str
 ) -> NDArray[np.float64]:
-    found = np.zeros(shape)
+    matrix = np.zeros(shape)
     if not entries:
-        return found
+        return matrix
     index = np.array(list(entries)) - 1
     outside = (index < 0) | (index >= np.array(shape))
     if outside.any():
@@ -273,10 +273,10 @@ def _filled(
             f"{name} has an entry at {', '.join(map(str, wrong))}; expected at most "
             f"{' x '.join(map(str, shape))}"
         )
-    found[tuple(index.T)] = list(entries.values())
-    if not np.isfinite(found).all():
+    matrix[tuple(index.T)] = list(entries.values())
+    if not np.isfinite(matrix).all():
         raise ValueError(f"{name} holds a number that is not finite; expected finite ones")
-    return found
+    return matrix
 
 
 def _checked(blocks: Mapping[str, _Block], name: str, shape: tuple[int, int], r: int) -> _Block:

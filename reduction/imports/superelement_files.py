@@ -139,8 +139,8 @@ def read_simscape(path: Path) -> ImportedBody:
     n_pilots = _SIX * len(P)
     labels = content["coordinates"]
     if len(labels) != n:
-        whole = [(name, tuple(range(_SIX))) for name in names]
-        labels = (*pilot_labels(whole), *(f"mode {i}" for i in range(1, n - n_pilots + 1)))
+        pilots = [(name, tuple(range(_SIX))) for name in names]
+        labels = (*pilot_labels(pilots), *(f"mode {i}" for i in range(1, n - n_pilots + 1)))
     rows = {name: np.arange(_SIX * i, _SIX * (i + 1)) for i, name in enumerate(names)}
     body = _body(K, M, C, tuple(labels), dict(zip(names, P, strict=True)), rows)
     n_free = free_motions(sp.csr_array(K), geometric_rigid_modes(body))[0].shape[1]
@@ -236,7 +236,7 @@ def _by_grids(matrices: _Matrices, names: Mapping[int, str]) -> ReducedModel:
         pilots[name] = layout.points[order[row]]
         listed.setdefault(name, []).append((component, row))
         labels.append(pilot_labels([(name, (component,))])[0])
-    own = {name: sorted(rows) for name, rows in listed.items()}
+    rows_of = {name: sorted(rows) for name, rows in listed.items()}
     if not pilots:
         raise ValueError("scalar points alone; expected the matrices of grids, which are pilots")
     K, M, D = (A[np.ix_(order, order)] for A in (matrices.K, matrices.M, matrices.D))
@@ -246,10 +246,10 @@ def _by_grids(matrices: _Matrices, names: Mapping[int, str]) -> ReducedModel:
         D,
         tuple(labels),
         pilots,
-        {name: np.array([row for _, row in rows]) for name, rows in own.items()},
+        {name: np.array([row for _, row in rows]) for name, rows in rows_of.items()},
         {
             name: tuple(component for component, _ in rows)
-            for name, rows in own.items()
+            for name, rows in rows_of.items()
             if len(rows) < _SIX
         },
     )
@@ -269,12 +269,12 @@ def _linked(matrices: _Matrices, nodes: NodeTable, links: Sequence[Any]) -> Redu
         pilot.name: np.arange(start, start + len(pilot.components))
         for pilot, start in zip(coupled, starts, strict=False)
     }
-    own = {p.name: p.components for p in coupled if len(p.components) < _SIX}
+    components_of = {p.name: p.components for p in coupled if len(p.components) < _SIX}
     labels = (
         *pilot_labels([(pilot.name, pilot.components) for pilot in coupled]),
         *(f"mode {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(form.omega, start=1)),
     )
-    return _body(form.K, form.M, form.D, labels, pilots, rows, own)
+    return _body(form.K, form.M, form.D, labels, pilots, rows, components_of)
 
 
 def _body(

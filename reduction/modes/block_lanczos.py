@@ -123,8 +123,8 @@ def _all_modes(
     size = np.sqrt(M.diagonal())
     scale = 1.0 / np.where(size > 0.0, size, 1.0)
     masses, V = np.linalg.eigh(M.toarray() * np.outer(scale, scale))
-    kept = masses > _MASSLESS * masses[-1]
-    L = size[:, None] * V[:, kept] * np.sqrt(masses[kept])
+    massive = masses > _MASSLESS * masses[-1]
+    L = size[:, None] * V[:, massive] * np.sqrt(masses[massive])
     U = static_response(L)
     flexibility = L.T @ U
     theta, Y = np.linalg.eigh((flexibility + flexibility.T) / 2.0)
@@ -202,10 +202,10 @@ def _orthonormal(
         MQ = M @ Q
         gram = Q.T @ MQ
         weights, V = scipy.linalg.eigh((gram + gram.T) / 2.0)
-        kept = weights > _NEW_SHARE**2 * max(
+        independent = weights > _NEW_SHARE**2 * max(
             weights.max(initial=0.0), floor**2, np.finfo(float).tiny
         )
-        root = np.sqrt(weights[kept])
-        Q, MQ = Q @ (V[:, kept] / root), MQ @ (V[:, kept] / root)
-        B = (root[:, None] * V[:, kept].T) @ B
+        root = np.sqrt(weights[independent])
+        Q, MQ = Q @ (V[:, independent] / root), MQ @ (V[:, independent] / root)
+        B = (root[:, None] * V[:, independent].T) @ B
     return Q, MQ, B

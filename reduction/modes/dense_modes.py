@@ -46,5 +46,5 @@ def dense_modes(
     definite = K + shift * M
     scale = 1.0 / np.sqrt(definite.diagonal())
     theta, q = scipy.linalg.eigh(M * np.outer(scale, scale), definite * np.outer(scale, scale))
-    kept = np.flatnonzero(theta > _MASSLESS * theta[-1])[::-1]
-    return 1.0 / theta[kept] - shift, scale[:, None] * q[:, kept] / np.sqrt(theta[kept])
+    massive = np.flatnonzero(theta > _MASSLESS * theta[-1])[::-1]
+    return 1.0 / theta[massive] - shift, scale[:, None] * q[:, massive] / np.sqrt(theta[massive])

@@ -39,11 +39,11 @@ def oriented(Phi: NDArray[np.float64], omega: NDArray[np.float64]) -> NDArray[np
 def _directions(Phi: NDArray[np.float64]) -> NDArray[np.float64]:
     """Orthogonal matrix that turns the modes of one group as the rule says, shape (d, d)."""
     directions = np.zeros((Phi.shape[1], Phi.shape[1]))
-    left = Phi.copy()
+    remaining = Phi.copy()
     for column in range(Phi.shape[1]):
-        motion = np.einsum("nd,nd->n", left, left)
+        motion = np.einsum("nd,nd->n", remaining, remaining)
         most = int(np.argmax(motion >= (1.0 - _TIE) * motion.max()))
-        direction = left[most] / np.sqrt(motion[most])
+        direction = remaining[most] / np.sqrt(motion[most])
         directions[:, column] = direction
-        left -= np.outer(left @ direction, direction)
+        remaining -= np.outer(remaining @ direction, direction)
     return directions

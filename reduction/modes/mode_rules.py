@@ -141,13 +141,13 @@ def modes_by_rule(
     look = min(rule.first_look, most + _LOOK_AHEAD)
     whose = f"{n_dofs} degrees of freedom"
     while True:
-        found = lowest_modes(look)
-        if len(found.omega) < look:
-            most = len(found.omega)
+        modes = lowest_modes(look)
+        if len(modes.omega) < look:
+            most = len(modes.omega)
             whose = "this body, which has no more modes: its other coordinates have no mass"
-        count = rule.count(np.append(found.omega, [np.inf] * (look - len(found.omega))))
+        count = rule.count(np.append(modes.omega, [np.inf] * (look - len(modes.omega))))
         if count is not None and count <= most:
-            return found, count
+            return modes, count
         if count is not None or look == most + _LOOK_AHEAD:
             raise ValueError(f"{rule} requested; expected at most {most} for {whose}")
         look = min(2 * look, most + _LOOK_AHEAD)

@@ -116,8 +116,8 @@ def _refuse_newer(group: h5py.Group, name: str) -> None:
 
 def _rows(group: h5py.Group, name: str) -> int:
     """Rows of a table, looked at before anything of it is read."""
-    part = group.get(name)
-    rows = part.shape[0] if isinstance(part, h5py.Dataset) and part.ndim == 2 else 0
+    stored = group.get(name)
+    rows = stored.shape[0] if isinstance(stored, h5py.Dataset) and stored.ndim == 2 else 0
     if not 0 < rows <= _MOST_POINTS:
         raise PartError(
             f"{str(group.name).strip('/')}/{name} is no table of 1 to {_MOST_POINTS} rows; "

@@ -96,6 +96,6 @@ class CarrierCaseDocument(TomlTable):
     @model_validator(mode="after")
     def _has_samples(self) -> "CarrierCaseDocument":
         if self.duration * self.sample_rate_hz < 2.0:
-            found = f"duration {self.duration} s at {self.sample_rate_hz} samples a second"
-            raise ValueError(f"{found} gives fewer than two samples")
+            described = f"duration {self.duration} s at {self.sample_rate_hz} samples a second"
+            raise ValueError(f"{described} gives fewer than two samples")
         return self

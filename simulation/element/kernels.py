@@ -329,10 +329,10 @@ def driven_motion(
             break
         deflection[i], speed[i] = q, v
         for j in range(i * substeps, (i + 1) * substeps):
-            left, place = h, 0.0
+            remaining, time = h, 0.0
             # With dry friction a step ends where the speed passes zero; there it sticks or goes on.
             for _ in range(3):
-                _drive_of_step(force, j, place, left / h, drive)
+                _drive_of_step(force, j, time, remaining / h, drive)
                 sign = np.sign(v) if rubs else 0.0
                 if rubs and v == 0.0:
                     net = drive[0] - branch - _stage_forces(
@@ -340,30 +340,41 @@ def driven_motion(
                     )  # fmt: skip
                     sign = _breaks_loose(net, q, p)
                     if sign == 0.0:
-                        branch *= np.exp(-left / p[SLOT.tau])
+                        branch *= np.exp(-remaining / p[SLOT.tau])
                         if p.size > N_SLOTS:
-                            remember(0.0, left, p, N_SLOTS)
+                            remember(0.0, remaining, p, N_SLOTS)
                         break
                 q1, v1, b1 = _runge_kutta(
-                    q, v, branch, slider, drive, left, sign, p, law_1, law_2, p_1, p_2
+                    q, v, branch, slider, drive, remaining, sign, p, law_1, law_2, p_1, p_2
                 )
                 reverses = sign != 0.0 and v1 * sign < 0.0
                 share = v / (v - v1) if reverses and v != 0.0 else 1.0
                 if share < 1.0:
-                    _drive_of_step(force, j, place, share * left / h, drive)
+                    _drive_of_step(force, j, time, share * remaining / h, drive)
                     q1, v1, b1 = _runge_kutta(
-                        q, v, branch, slider, drive, share * left, sign, p, law_1, law_2, p_1, p_2
+                        q,
+                        v,
+                        branch,
+                        slider,
+                        drive,
+                        share * remaining,
+                        sign,
+                        p,
+                        law_1,
+                        law_2,
+                        p_1,
+                        p_2,
                     )
                 v1 = 0.0 if reverses else v1
                 slider = min(max(slider + p[SLOT.Kp] * (q1 - q), -p[SLOT.Fy]), p[SLOT.Fy])
                 if p.size > N_SLOTS:
-                    remember(q1 - q, share * left, p, N_SLOTS)
+                    remember(q1 - q, share * remaining, p, N_SLOTS)
                 q = q1
                 v = v1
                 branch = b1
-                place += share * left / h
-                left *= 1.0 - share
-                if left <= 1e-9 * h:
+                time += share * remaining / h
+                remaining *= 1.0 - share
+                if remaining <= 1e-9 * h:
                     break
     return deflection, speed
 

@@ -36,13 +36,13 @@ def moved_loop(z: float, way: float, stiffness: Array) -> float:
     """
     last = stiffness.size - 1
     sign = 1.0 if way >= 0.0 else -1.0
-    u, left = sign * z, abs(way)
+    u, remaining = sign * z, abs(way)
     gap = 2.0 / last
     if u < -1.0:
         needed = (-1.0 - u) / stiffness[0]
-        if needed >= left:
-            return float(sign * (u + stiffness[0] * left))
-        u, left = -1.0, left - needed
+        if needed >= remaining:
+            return float(sign * (u + stiffness[0] * remaining))
+        u, remaining = -1.0, remaining - needed
     k = min(int((u + 1.0) / gap), last)
     while k < last:
         slope = (stiffness[k + 1] - stiffness[k]) / gap
@@ -50,12 +50,12 @@ def moved_loop(z: float, way: float, stiffness: Array) -> float:
         stretch = k * gap + gap - 1.0 - u
         is_constant = abs(slope) * gap <= _CONSTANT * c
         needed = stretch / c if is_constant else np.log(stiffness[k + 1] / c) / slope
-        if needed >= left:
-            grown = left if is_constant else np.expm1(slope * left) / slope
+        if needed >= remaining:
+            grown = remaining if is_constant else np.expm1(slope * remaining) / slope
             return float(sign * (u + c * grown))
-        u, left = (k + 1) * gap - 1.0, left - needed
+        u, remaining = (k + 1) * gap - 1.0, remaining - needed
         k += 1
-    return float(sign * (u + stiffness[last] * left))
+    return float(sign * (u + stiffness[last] * remaining))
 
 
 @njit(cache=True)

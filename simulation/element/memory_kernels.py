@@ -36,12 +36,12 @@ _LOOP = LOOP_LENGTH + 1
 @njit(cache=True, inline="always")
 def _stop_force(q: float, z: float, at: int, parts: Array) -> float:
     """Force of the stop whose row begins at `at` and whose spring stands at z."""
-    place = (q - parts[at + AT.middle]) / parts[at + AT.half_range]
-    place = min(max(place, -1.0), 1.0)
-    level = parts[at + AT.slip] + parts[at + AT.slip_middle] * (1.0 - abs(place))
-    level += parts[at + AT.slip_upper] * max(place, 0.0)
-    level += parts[at + AT.slip_lower] * max(-place, 0.0)
-    level += parts[at + AT.slip_outside] * min(OUTSIDE * abs(place), 1.0)
+    position = (q - parts[at + AT.middle]) / parts[at + AT.half_range]
+    position = min(max(position, -1.0), 1.0)
+    level = parts[at + AT.slip] + parts[at + AT.slip_middle] * (1.0 - abs(position))
+    level += parts[at + AT.slip_upper] * max(position, 0.0)
+    level += parts[at + AT.slip_lower] * max(-position, 0.0)
+    level += parts[at + AT.slip_outside] * min(OUTSIDE * abs(position), 1.0)
     force = level * z + parts[at + AT.inner] * min(max(z, -0.5), 0.5)
     force += parts[at + AT.outer_upper] * max(z - 0.5, 0.0)
     return float(force + parts[at + AT.outer_lower] * min(z + 0.5, 0.0))

@@ -233,22 +233,22 @@ def model_description(
 
 def _add_variables_2(root: Element, rows: list[_Row], model: UnitModel) -> None:
     """Variables and structure of FMI 2, which counts variables by their place from 1."""
-    place = {row.reference: str(i) for i, row in enumerate(rows, start=1)}
+    index_of = {row.reference: str(i) for i, row in enumerate(rows, start=1)}
     variables, structure = _tag(root, "ModelVariables"), _tag(root, "ModelStructure")
     for row in rows:
         entry = _tag(variables, "ScalarVariable", _attributes(row))
         real = _tag(entry, "Real", _type_attributes(row))
         if row.derivative_of is not None:
-            real.set("derivative", place[row.derivative_of])
+            real.set("derivative", index_of[row.derivative_of])
     unknowns = {kind: list(entries) for kind, entries in _unknowns(rows, model)}
     for kind, name in (("Output", "Outputs"), ("ContinuousStateDerivative", "Derivatives"),
                        ("InitialUnknown", "InitialUnknowns")):  # fmt: skip
         # The schema wants no empty list.
         below = _tag(structure, name) if unknowns[kind] else structure
         for reference, dependencies in unknowns[kind]:
-            entry = _tag(below, "Unknown", index=place[reference])
+            entry = _tag(below, "Unknown", index=index_of[reference])
             if dependencies is not None:
-                entry.set("dependencies", " ".join(place[r] for r in dependencies))
+                entry.set("dependencies", " ".join(index_of[r] for r in dependencies))
 
 
 def _add_variables_3(root: Element, rows: list[_Row], model: UnitModel) -> None:
@@ -389,7 +389,7 @@ def write_fmu(
     text += "".join(source.read_text(encoding="utf-8") for source in sources)
     # The same model gives the same identity, another one another.
     token = "{" + str(uuid.UUID(hashlib.sha256(text.encode()).hexdigest()[:32])) + "}"
-    with whole_file(path) as part, scratch_folder(path) as folder:
+    with whole_file(path) as temporary, scratch_folder(path) as folder:
         for source in sources:
             shutil.copyfile(source, folder / source.name)
         for name, header in c_headers(model, token).items():
@@ -397,7 +397,7 @@ def write_fmu(
         if version == "3":
             (folder / "buildDescription.xml").write_bytes(_build_description(model))
         stored = sorted(folder.iterdir())
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
             description = model_description(model, version, token, notes)
             archive.writestr("modelDescription.xml", description)
             for file in stored:

@@ -84,9 +84,9 @@ def energy_balance(
     work = np.zeros(count)
     dissipated = np.zeros(count)
     stored = np.zeros(count)
-    for place, block in enumerate(model.blocks):
-        states = np.array([march.states[place] for march in marches])
-        friction = np.array([march.memories[place][0] for march in marches])
+    for row, block in enumerate(model.blocks):
+        states = np.array([march.states[row] for march in marches])
+        friction = np.array([march.memories[row][0] for march in marches])
         velocity = states[:, len(block.names) : 2 * len(block.names)]
         work += _simpson(np.sum(velocity * (inputs.loads @ block.G.T), axis=1), inputs.step)
         dissipated += _simpson(_damping_power(block, states), inputs.step)

@@ -120,10 +120,10 @@ def march_nonlinear(
     """
     n_state, share = block.state.shape[0], 1.0 / substeps
     for sample in range(1, loads.shape[0]):
-        for part in range(substeps):
+        for substep in range(substeps):
             for column in range(3):
                 rise = (loads[sample, column] - loads[sample - 1, column]) * share
-                block.loads[column] = loads[sample - 1, column] + part * rise
+                block.loads[column] = loads[sample - 1, column] + substep * rise
                 block.loads[3 + column] = block.loads[column] + rise
             _follow_state(block)
             if not _solve_forces(block, tolerance, user_force, user_parameters, tables):

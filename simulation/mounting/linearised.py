@@ -80,7 +80,7 @@ class MountingModes:
 
     def leading_coordinates(self) -> tuple[str, ...]:
         """Coordinate that moves most in each mode (radians beside metres)."""
-        return tuple(self.names[place] for place in np.abs(self.shape).argmax(axis=0))
+        return tuple(self.names[index] for index in np.abs(self.shape).argmax(axis=0))
 
 
 def linearised_block(block: Block, loads: Array) -> Block:
@@ -297,10 +297,10 @@ def campbell_diagram(
     CampbellDiagram
         All oscillating modes; orders ``1P``, ``3P`` and ``mesh``.
     """
-    found = [
+    points = [
         mounting_modes(rig, parameters, loads, speed=w, polar_inertia=polar_inertia) for w in speeds
     ]
-    turning = [modes.frequency_hz[modes.frequency_hz > 0.0] for modes in found]
+    turning = [modes.frequency_hz[modes.frequency_hz > 0.0] for modes in points]
     most = max(len(row) for row in turning)
     rows = [np.concatenate([np.zeros(most - len(row)), row]) for row in turning]
     orders = excitation_hz(speeds, StageData())

@@ -105,10 +105,10 @@ def extreme_loads(pieces: Iterable[MountingInputs]) -> Array:
 
 def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInputs | None) -> None:
     limits = np.abs(largest_loads).max(axis=0)
-    found = np.abs(piece.loads).max(axis=0)
-    if (found > limits * (1.0 + 1e-9)).any():
+    largest = np.abs(piece.loads).max(axis=0)
+    if (largest > limits * (1.0 + 1e-9)).any():
         raise ValueError(
-            f"loads from {piece.time[0]:g} s reach {found} (torque, ntl_y, ntl_z); "
+            f"loads from {piece.time[0]:g} s reach {largest} (torque, ntl_y, ntl_z); "
             f"expected at most {limits} as announced"
         )
     if not piece.uniform:

@@ -46,7 +46,7 @@ class MountingResponse:
 
     def by_sensor(self) -> dict[str, Array]:
         """Signals by sensor name."""
-        return {sensor: self.signals[:, place] for place, sensor in enumerate(SENSORS)}
+        return {sensor: self.signals[:, column] for column, sensor in enumerate(SENSORS)}
 
 
 def simulate(

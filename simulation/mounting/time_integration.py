@@ -292,13 +292,13 @@ def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Arra
     states, memories = [x.copy() for x in state.states], [x.copy() for x in state.memories]
     parts = [x.copy() for x in state.parts]
     good, stopped = len(loads) - 1, None
-    for place, block in enumerate(model.blocks):
+    for row, block in enumerate(model.blocks):
         # After one block has stopped, the other one need only come as far: it may have stopped
         # before.
         reached, why = _march_block(
             model,
-            place,
-            (states[place], memories[place], parts[place]),
+            row,
+            (states[row], memories[row], parts[row]),
             loads[: good + 1],
             signals,
         )

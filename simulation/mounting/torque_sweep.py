@@ -56,7 +56,7 @@ def mounting_sweep(
 
 def _without_sensor_errors(parameters: ParameterArray) -> ParameterArray:
     values = parameters.copy()
-    for name, place in INDEX.items():
+    for name, column in INDEX.items():
         if name.startswith(("gain_", "zero_")) or name == "delay":
-            values[place] = 1.0 if name.startswith("gain_") else 0.0
+            values[column] = 1.0 if name.startswith("gain_") else 0.0
     return values

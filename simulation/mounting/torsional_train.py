@@ -132,16 +132,18 @@ def mounted_and_held_hz(train: TorsionalTrain) -> dict[tuple[str, str], Array]:
 
     ``held`` (rigid) or ``on bushings``.
     """
-    found = {}
+    frequencies = {}
     for mounting, one in (
         ("held", replace(train, bushing_stiffness=np.inf)),
         ("on bushings", train),
     ):
-        found["all stages in one housing", mounting] = natural_frequencies_hz(*one.in_one_housing())
-        found["ring gear alone on the mounting", mounting] = natural_frequencies_hz(
+        frequencies["all stages in one housing", mounting] = natural_frequencies_hz(
+            *one.in_one_housing()
+        )
+        frequencies["ring gear alone on the mounting", mounting] = natural_frequencies_hz(
             *one.ring_on_bushings()
         )
-    return found
+    return frequencies
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,8 +54,8 @@ def linearised_figure(
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     figure.suptitle(literal(title))
     axes = figure.subplots(2, 2)
-    for place, (axis, (load, factor, unit)) in enumerate(zip(axes.flat[:3], _LOADS, strict=True)):
-        amplitude = np.abs(response[:, :, place])
+    for column, (axis, (load, factor, unit)) in enumerate(zip(axes.flat[:3], _LOADS, strict=True)):
+        amplitude = np.abs(response[:, :, column])
         for number, (sensor, values) in enumerate(zip(sensors, amplitude.T, strict=True)):
             if values.max() > _SILENT * amplitude.max():
                 # Twin sensors read alike: dashes let the one beneath be seen.

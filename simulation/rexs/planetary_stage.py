@@ -92,8 +92,8 @@ class PlanetaryStage:
 
     def x(self, component: Component | None) -> float | None:
         """Place along the axis [m]; None where the file states none."""
-        place = None if component is None else position(self.model, component)
-        return None if place is None else float(self.axes[0] @ place)
+        centre = None if component is None else position(self.model, component)
+        return None if centre is None else float(self.axes[0] @ centre)
 
     def along_x(self, component: Component) -> float:
         """+1 where a component's u axis points along x, -1 where against it."""
@@ -243,20 +243,20 @@ def placement(
     current: Component | None = component
     while current is not None and current.id not in visited:
         visited.add(current.id)
-        place = model.vector(current, "support_vector")
-        if place is None:
+        support = model.vector(current, "support_vector")
+        if support is None:
             break
         u = _unit(model.vector(current, "u_axis_vector"), (1.0, 0.0, 0.0))
         w = _unit(model.vector(current, "w_axis_vector"), (0.0, 0.0, 1.0))
-        steps.append((np.array([u, np.cross(w, u), w]), np.array(place)))
+        steps.append((np.array([u, np.cross(w, u), w]), np.array(support)))
         # Programs write the id as 12 or 12.0.
         reference = model.text(current, "reference_component_for_position").removesuffix(".0")
         current = next((c for c in model.components.values() if str(c.id) == reference), None)
     if not steps:
         return None
     axes, origin = np.eye(3), np.zeros(3)
-    for local, place in reversed(steps):
-        origin = origin + place @ axes
+    for local, support in reversed(steps):
+        origin = origin + support @ axes
         axes = local @ axes
     return axes, origin
 
@@ -329,8 +329,8 @@ def _axis(model: RexsModel, central: Component) -> _Axis:
 
 
 def _off_axis(model: RexsModel, component: Component, axis: _Axis) -> float:
-    place = position(model, component)
-    return 0.0 if place is None else float(np.linalg.norm(_across(place, axis)))
+    centre = position(model, component)
+    return 0.0 if centre is None else float(np.linalg.norm(_across(centre, axis)))
 
 
 def _across(place: NDArray[np.float64], axis: _Axis) -> NDArray[np.float64]:
@@ -371,8 +371,8 @@ def _frame(
 
 
 def _x(model: RexsModel, component: Component, x: NDArray[np.float64]) -> float:
-    place = position(model, component)
-    return 0.0 if place is None else float(x @ place)
+    centre = position(model, component)
+    return 0.0 if centre is None else float(x @ centre)
 
 
 def _along(
@@ -436,8 +436,8 @@ def _planet(
         for pin in pins
         if _between(model, on_planet, {pin.id}) or _same_axis(model, pin, gear, axis)
     ]
-    place = position(model, gear)
-    arm = np.zeros(3) if place is None else _across(place, axis)
+    centre = position(model, gear)
+    arm = np.zeros(3) if centre is None else _across(centre, axis)
     length = float(np.linalg.norm(arm))
     return Planet(
         gear,

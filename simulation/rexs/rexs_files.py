@@ -353,7 +353,7 @@ def _add_to_xml(root: ElementTree.Element, model: RexsModel, cases: _Numbered) -
     spectrum = next(_children(root, "load_spectrum"), None)
     if spectrum is None:
         spectrum = ElementTree.SubElement(root, f"{prefix}load_spectrum", id="1")
-    place = sum(_tag(child) != "accumulation" for child in spectrum)
+    index = sum(_tag(child) != "accumulation" for child in spectrum)
     for k, (number, name, results) in enumerate(cases):
         case = ElementTree.Element(f"{prefix}load_case", id=str(number))
         case.append(ElementTree.Comment(f" carrierflex, run {name} ".replace("--", "- ")))
@@ -366,7 +366,7 @@ def _add_to_xml(root: ElementTree.Element, model: RexsModel, cases: _Numbered) -
                 ElementTree.SubElement(
                     entry, f"{prefix}attribute", id=attribute, unit=STANDARD_UNITS[attribute]
                 ).text = repr(in_standard_unit(attribute, value))
-        spectrum.insert(place + k, case)
+        spectrum.insert(index + k, case)
     ElementTree.indent(spectrum, level=1)
 
 

@@ -45,12 +45,12 @@ def linearised_modes(stage: ModalStage) -> LinearisedModes:
     """
     n = len(stage.omega)
     roots, vectors = np.linalg.eig(_first_order(stage))
-    kept = np.flatnonzero(roots.imag > 2.0 * np.pi * _RIGID_HZ)
-    kept = kept[np.argsort(roots[kept].imag)]
-    shape = stage.Phi @ (vectors[n:, kept] / roots[kept])
-    shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(kept))]
+    elastic = np.flatnonzero(roots.imag > 2.0 * np.pi * _RIGID_HZ)
+    elastic = elastic[np.argsort(roots[elastic].imag)]
+    shape = stage.Phi @ (vectors[n:, elastic] / roots[elastic])
+    shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(elastic))]
     return LinearisedModes(
-        roots[kept].imag / (2.0 * np.pi), -roots[kept].real / np.abs(roots[kept]), shape
+        roots[elastic].imag / (2.0 * np.pi), -roots[elastic].real / np.abs(roots[elastic]), shape
     )
 
 

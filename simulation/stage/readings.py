@@ -124,8 +124,8 @@ def rim_reader(model: StageModel) -> RimReader:
     size = np.abs(
         np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)
     ).max(axis=1)
-    kept = np.flatnonzero(size > _NEGLIGIBLE * size.max())
-    return RimReader(kept, axial[kept], radial[kept], axial_tilt[kept], radial_tilt[kept])
+    orders = np.flatnonzero(size > _NEGLIGIBLE * size.max())
+    return RimReader(orders, axial[orders], radial[orders], axial_tilt[orders], radial_tilt[orders])
 
 
 def _series(rows: NDArray[np.float64]) -> NDArray[np.complex128]:

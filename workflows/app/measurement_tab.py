@@ -261,8 +261,10 @@ class MeasurementTab:
 
     def _move(self, event: events.GenericEventArguments) -> None:
         """Take over where a sensor of the drawing was let go."""
-        place = event.args["place"]
-        key, value = ("sensor", place) if isinstance(place, str) else ("angle_deg", f"{place:.1f}")
+        position = event.args["place"]
+        key, value = (
+            ("sensor", position) if isinstance(position, str) else ("angle_deg", f"{position:.1f}")
+        )
         for line in map_lines(self._text):
             if (line.table, line.nth, line.key) == ("channels", event.args["number"], key):
                 self._write_map(with_value(self._text, line, value))
@@ -317,6 +319,6 @@ def _sensors(lines: Sequence[MapLine]) -> Iterator[DrawnSensor]:
             tables.setdefault(line.nth, {})[line.key] = None if line.is_open else line.value
     for number, table in tables.items():
         if {"angle_deg", "sensor"} & set(table):
-            place = table.get("angle_deg", table.get("sensor"))
-            known = float(place) if isinstance(place, int) else place
+            angle = table.get("angle_deg", table.get("sensor"))
+            known = float(angle) if isinstance(angle, int) else angle
             yield DrawnSensor(number, str(table["name"]), known, str(table.get("quantity")))

@@ -173,10 +173,10 @@ def _of_one(
 
 def _deciding(sizes: list[SizeDifference], documents: list[dict[str, Any]]) -> Iterator[str]:
     """What would decide: tests that separate causes first, then longer records."""
-    for place, document in zip(("first", "second"), documents, strict=True):
+    for ordinal, document in zip(("first", "second"), documents, strict=True):
         if document["separating_test"]:
             text = document["separating_test"].rstrip(".")
-            yield f"At the {place}, whose cause is not certain: {text}."
+            yield f"At the {ordinal}, whose cause is not certain: {text}."
     longer = [one for one in sizes if np.isfinite(one.longer)]
     for one in longer[:_MOST_NAMED]:
         name = size_name(one.cause, one.parameter)

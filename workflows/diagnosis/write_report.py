@@ -54,14 +54,14 @@ def main(diagnosis: Path, *, out: Path) -> WrittenReport:
     refuse_foreign(out, "<title>Diagnosis: ", "carrierflex")
     path = diagnosis / DIAGNOSIS_FILE if diagnosis.is_dir() else diagnosis
     document = read_diagnosis(path)
-    beside = path.with_name(REPORT_DATA_FILE)
-    data = read_report_data(beside)
+    data_file = path.with_name(REPORT_DATA_FILE)
+    data = read_report_data(data_file)
     stated = [document.get(key) for key in ("campaign", "verdict", "reason")]
     if stated != [data.diagnosis.campaign, data.diagnosis.verdict, data.diagnosis.reason]:
         raise ValueError(
-            f"{beside}: is of campaign '{data.diagnosis.campaign}', {data.diagnosis.verdict}, and "
-            f"{path.name} of '{document.get('campaign')}', {document.get('verdict')}; expected the "
-            "two files of one diagnosis: diagnose the campaign again"
+            f"{data_file}: is of campaign '{data.diagnosis.campaign}', {data.diagnosis.verdict}, "
+            f"and {path.name} of '{document.get('campaign')}', {document.get('verdict')}; "
+            "expected the two files of one diagnosis: diagnose the campaign again"
         )
     save_text(out, report_page(data))
     return WrittenReport(out, data.diagnosis.campaign, verdict_heading(data.diagnosis))

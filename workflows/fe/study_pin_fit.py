@@ -136,7 +136,7 @@ def static_family(
 
     files = files or CarrierFiles()
     models = {}
-    pilot_held = {}
+    clamped_pilots = {}
     clamped = {}
     for name in ("flexible", "stiff"):
         built = built_carrier(name, stage, size, files)
@@ -148,14 +148,14 @@ def static_family(
             else stiff_cases(gear, places.n_planets)
         )
         models[name] = craig_bampton(built.structure, 0).model
-        pilot_held[name] = torque_curve(name, models[name], loads["both"], radius)
+        clamped_pilots[name] = torque_curve(name, models[name], loads["both"], radius)
         clamped[name] = carrier_deflection(
             built.structure, np.unique(built.mesh.surface("shaft_face")), loads
         ).curves["both"]
     pin = craig_bampton(built_pin(stage, size, files, built.mesh), 0).model
     forces = gear_forces(UNIT_TORQUE, gear, places.n_planets)
     extremes = ExtremeCurves(
-        pilot_held["stiff"], pilot_held["flexible"], clamped["stiff"], clamped["flexible"]
+        clamped_pilots["stiff"], clamped_pilots["flexible"], clamped["stiff"], clamped["flexible"]
     )
     return PinFitFamily(models["flexible"], pin, forces, radius), extremes
 

@@ -129,13 +129,13 @@ def _draw_bushings(axes: Axes, train: TorsionalTrain) -> None:
 
 def _draw_frequencies(axes: Axes, train: TorsionalTrain) -> None:
     """First frequencies by topology and mounting, beside the printed ones."""
-    found = mounted_and_held_hz(train)
+    frequencies = mounted_and_held_hz(train)
     heavier = mounted_and_held_hz(TorsionalTrain(rotor=1.9e5))
     ring, one = "ring gear alone on the mounting", "all stages in one housing"
     rows = (
-        ("ring gear on the bushings, as drawn", found, ring),
+        ("ring gear on the bushings, as drawn", frequencies, ring),
         ("the same, rotor of 1.9e5 kg m²", heavier, ring),
-        ("all stages in one housing", found, one),
+        ("all stages in one housing", frequencies, one),
     )
     mounts = ("held", "on bushings")
     cells = [

@@ -162,14 +162,14 @@ def _sensor_locations(shared: SharedRuns) -> Figure:
     def add(plotter: Any) -> None:
         plotter.add_mesh(skin(mesh), color=CARRIER, smooth_shading=True, split_sharp_edges=True,
                          **LIGHTING)  # fmt: skip
-        for place in seats.values():
-            plotter.add_arrows(place - [0.2, 0.0, 0.0], np.array([0.2, 0.0, 0.0]), color=SENSOR)
-        for place in rims.values():
-            outward = place * [0.0, 1.0, 1.0] / carrier.outer_radius
-            plotter.add_arrows(place + 0.16 * outward, -0.16 * outward, color=FORCE)
+        for seat in seats.values():
+            plotter.add_arrows(seat - [0.2, 0.0, 0.0], np.array([0.2, 0.0, 0.0]), color=SENSOR)
+        for seat in rims.values():
+            outward = seat * [0.0, 1.0, 1.0] / carrier.outer_radius
+            plotter.add_arrows(seat + 0.16 * outward, -0.16 * outward, color=FORCE)
 
-    tails = {name: place - [0.26, 0.0, 0.0] for name, place in seats.items()} | {
-        name: place * [1.0, 1.42, 1.42] for name, place in rims.items()
+    tails = {name: seat - [0.26, 0.0, 0.0] for name, seat in seats.items()} | {
+        name: seat * [1.0, 1.42, 1.42] for name, seat in rims.items()
     }
     scene = rendered(add, tails, (-1.6, 0.75, 0.6))
     figure = Figure(figsize=(12.5, 6.2), layout="constrained")
@@ -205,8 +205,8 @@ def _draw_carrier_front(axes: Axes, carrier: CarrierParameters) -> None:
     disc(axes, (0.0, 0.0), carrier.hub_outer_diameter / 2.0, "#b8c9dc", layer=3.0)
     disc(axes, (0.0, 0.0), carrier.hub_inner_diameter / 2.0, "white", layer=3.0)
     for angle in pin_angles(carrier.n_planets):
-        place = _at_angle(carrier.centre_distance, float(np.rad2deg(angle)))
-        disc(axes, place, carrier.pin_hole_radius, STEEL, layer=2.5)
+        centre = _at_angle(carrier.centre_distance, float(np.rad2deg(angle)))
+        disc(axes, centre, carrier.pin_hole_radius, STEEL, layer=2.5)
 
 
 def _frames_and_angles() -> Figure:
@@ -327,9 +327,9 @@ def _draw_gear_train(axes: Axes, drive: DriveTrain) -> None:
     leader(axes, "Ring", (-0.42, 0.36), (-0.62, 0.60))
     leader(axes, "Planet", (-0.10, 0.36), (-0.38, 0.66))
     for number, degrees in enumerate(np.rad2deg(pin_angles(drive.carrier.n_planets))):
-        place = _at_angle(a, float(degrees))
-        disc(axes, place, radii["planet"], "#ecdcae", layer=3.0)
-        disc(axes, place, drive.carrier.pin_hole_radius, STEEL, layer=4.0)
+        centre = _at_angle(a, float(degrees))
+        disc(axes, centre, radii["planet"], "#ecdcae", layer=3.0)
+        disc(axes, centre, drive.carrier.pin_hole_radius, STEEL, layer=4.0)
         along = np.array(_at_angle(1.0, float(degrees) + 90.0))
         # The torque drives the carrier clockwise in this view: the pins push the planets along,
         # sun and ring hold them back.
@@ -338,7 +338,7 @@ def _draw_gear_train(axes: Axes, drive: DriveTrain) -> None:
         ):  # fmt: skip
             head = np.array(_at_angle(radius, float(degrees)))
             arrow(axes, tuple(head), tuple(head - size * along), name if number == 0 else "")
-        head = np.array(place)
+        head = np.array(centre)
         arrow(
             axes, tuple(head), tuple(head + 0.2 * along), "$F_{PLC}$" if number == 0 else "",
             colour=SENSOR,

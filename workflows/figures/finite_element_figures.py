@@ -83,8 +83,10 @@ def boundary_conditions(shared: SharedRuns) -> Figure:
                 line_width=0.5,
                 **LIGHTING,
             )
-        held = mesh.points - np.array([1e-3, 0.0, 0.0])
-        plotter.add_mesh(surface_patch(held, mesh.surface("shaft_face")), color=_CLAMP, **LIGHTING)
+        clamped = mesh.points - np.array([1e-3, 0.0, 0.0])
+        plotter.add_mesh(
+            surface_patch(clamped, mesh.surface("shaft_face")), color=_CLAMP, **LIGHTING
+        )
         for number, angle in enumerate(pin_angles(shared.parameters.carrier.n_planets), start=1):
             loaded = surface_patch(mesh.points, mesh.surface(f"pin_{number}_midspan"))
             plotter.add_mesh(loaded, color=_LOAD, **LIGHTING)
@@ -301,8 +303,8 @@ def _pivot(group: ReducedModel, shape: NDArray[np.float64]) -> float:
 def pilot_nodes(shared: SharedRuns) -> Figure:
     """Pilots of carrier and pins with what they average, and one interface (2012, figure 13)."""
     figure = Figure(figsize=(12.5, 6.6), layout="constrained")
-    whole, one = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-    _draw_pilots(whole, shared)
+    overview, one = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
+    _draw_pilots(overview, shared)
     _draw_interface(one)
     return figure
 

@@ -71,12 +71,12 @@ def roll_of_three_models(shared: SharedRuns) -> Figure:
     time = records.inputs.time
     figure = Figure(figsize=(9.5, 5.6), layout="constrained")
     axes = figure.subplots()
-    place = HOUSING_MOTION.index("theta_x")
-    axes.plot(time, records.measured[:, place] * 1e3, color="0.65", lw=2.4, label="Test")
+    column = HOUSING_MOTION.index("theta_x")
+    axes.plot(time, records.measured[:, column] * 1e3, color="0.65", lw=2.4, label="Test")
     for model, label in LABELS.items():
-        rms = _rms(records, model)[place] * 1e3
+        rms = _rms(records, model)[column] * 1e3
         axes.plot(
-            time, records.adapted[model][:, place] * 1e3, color=_COLOURS[label], lw=1.0,
+            time, records.adapted[model][:, column] * 1e3, color=_COLOURS[label], lw=1.0,
             label=f"{label}, RMS of the gap {rms:.3f}",
         )  # fmt: skip
     axes.set(
@@ -88,7 +88,7 @@ def roll_of_three_models(shared: SharedRuns) -> Figure:
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right", fontsize=9, framealpha=1.0)
     inset = axes.inset_axes((0.12, 0.08, 0.42, 0.34))
-    _draw_inset(inset, records, place)
+    _draw_inset(inset, records, column)
     axes.indicate_inset_zoom(inset, edgecolor="0.4")
     return figure
 

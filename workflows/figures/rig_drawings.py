@@ -190,15 +190,15 @@ def motion_sensors() -> Figure:
     R_x = rig.R_x
     R_y = rig.R_y
     R_z = rig.R_z
-    for name, place, text_at in (
+    for name, position, text_at in (
         ("ssx", (R_z, R_y), (1.02, 0.42)), ("spx", (-R_z, R_y), (-1.02, 0.42)),
         ("sbx", (0.0, -rig.R_b), (0.32, -0.74)),
     ):  # fmt: skip
-        _sensor_along_view(back, place)
-        leader(back, name, place, text_at, colour=SENSOR, size=11.0)
-    for name, place in (("ssz", (R_x, 0.0)), ("spz", (-R_x, 0.0))):
-        arrow(back, (place[0], -0.50), (place[0], -0.13), colour=SENSOR)
-        words(back, name, (place[0] + 0.12, -0.42), colour=SENSOR, size=11.0)
+        _sensor_along_view(back, position)
+        leader(back, name, position, text_at, colour=SENSOR, size=11.0)
+    for name, position in (("ssz", (R_x, 0.0)), ("spz", (-R_x, 0.0))):
+        arrow(back, (position[0], -0.50), (position[0], -0.13), colour=SENSOR)
+        words(back, name, (position[0] + 0.12, -0.42), colour=SENSOR, size=11.0)
     arrow(back, (-1.25, 0.0), (-0.92, 0.0), colour=SENSOR)
     words(back, "spy", (-1.15, -0.1), colour=SENSOR, size=11.0)
     dimension(back, (0.0, -0.95), (R_x, -0.95), f"$R_x = R_z$ = {R_x * 1e3:.0f} mm")

@@ -250,10 +250,10 @@ def _simulated(body_of: _BodyOf, estimate: ParameterEstimate, duration: float) -
     """LC2 by the paper's model, the identified tilt at the measured face."""
     shipped = read_stage_case(shipped_case(f"stage_paper_{SHOWN.lower()}"))
     case = replace(shipped, effects=StageEffects(), duration=duration)
-    found = dict(zip(estimate.names, estimate.values, strict=True))
+    fitted = dict(zip(estimate.names, estimate.values, strict=True))
     reading = ReadingEffects(
-        phi_face=float(found["phi_PLC"]),
-        theta_face=float(found["theta_PLC"]),
+        phi_face=float(fitted["phi_PLC"]),
+        theta_face=float(fitted["theta_PLC"]),
     )
     (run,) = case.runs
     return _record(body_of(case.pin_fit_stiffness, case.main_shaft), case, run, reading, None)

@@ -202,17 +202,21 @@ def located(record: Mapping[str, Mapping[str, str]], beside: Path) -> dict[str, 
     FileNotFoundError
         Where a file is at neither place.
     """
-    found = {role: dict(entry) for role, entry in record.items()}
-    for entry in found.values():
+    entries = {role: dict(entry) for role, entry in record.items()}
+    for entry in entries.values():
         path = Path(entry["file"])
-        places = [place for place in (path, beside / path, beside / path.name) if place.is_file()]
+        places = [
+            candidate
+            for candidate in (path, beside / path, beside / path.name)
+            if candidate.is_file()
+        ]
         if not places:
             raise FileNotFoundError(
                 f"{path}: no such file, nor {path.name} in the folder of the body file; expected "
                 "the file that the body was made of, at its path or in the folder of the body"
             )
         entry["file"] = str(places[0])
-    return found
+    return entries
 
 
 def refuse_changed(

@@ -95,9 +95,9 @@ def identify(
     last = next(entry for entry in BUSHING_MODELS if entry.name == model)
     stages = Stages(3 + options.compare_complex, options.quiet)
     with stages.stage(f"reading {campaign}"):
-        whole = read_campaign(campaign)
-        warnings = records_findings(whole)
-        measured = whole.within_use()
+        all_records = read_campaign(campaign)
+        warnings = records_findings(all_records)
+        measured = all_records.within_use()
     for note in measured.notes:
         stages.tell(note)
     motion = measured_motion(measured) if options.housing_motion else None

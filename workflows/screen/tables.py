@@ -451,11 +451,11 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
         first = next(iter(bracket.all_curves.values())).first_order
         columns = ("rigid", f"order {first}", f"order {2 * first}", "peaks", "change, %")
         orders = _table(title, *columns)
-        for rigid_part, curve in bracket.all_curves.items():
+        for rigid_pilots, curve in bracket.all_curves.items():
             content = curve.axial_order_content() * 1e6
-            change = 100.0 * bracket.curve_change(rigid_part)
+            change = 100.0 * bracket.curve_change(rigid_pilots)
             orders.add_row(
-                rigid_part,
+                rigid_pilots,
                 f"{content[first]:.4f}",
                 f"{content[2 * first]:.4f}",
                 str(len(curve.peak_angles())),

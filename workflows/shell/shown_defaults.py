@@ -16,7 +16,7 @@ _UNIT = re.compile(r"\[([^\]]+)\]")
 
 def units_of(docstring: str) -> dict[str, str]:
     """Unit by parameter of a NumPy docstring: what stands first in square brackets in its text."""
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     names: list[str] = []
     for line in docstring.partition("Parameters\n----------\n")[2].splitlines():
         if line and not line.startswith(" "):
@@ -24,8 +24,8 @@ def units_of(docstring: str) -> dict[str, str]:
             continue
         unit = _UNIT.search(line)
         if unit:
-            found |= {name: unit[1] for name in names if name not in found}
-    return found
+            units |= {name: unit[1] for name in names if name not in units}
+    return units
 
 
 def with_shown_default(option: inspect.Parameter, unit: str | None) -> inspect.Parameter:

@@ -124,10 +124,10 @@ def figures(value: Any) -> Any:
 
 
 def _range(array: Any) -> dict[str, Any]:
-    told: dict[str, Any] = {"shape": list(array.shape)}
+    described: dict[str, Any] = {"shape": list(array.shape)}
     if array.dtype.kind in "fiu":
-        told |= {"smallest": array.min(), "largest": array.max()}
-    return told
+        described |= {"smallest": array.min(), "largest": array.max()}
+    return described
 
 
 def _written(done: Done) -> Iterator[Path]:

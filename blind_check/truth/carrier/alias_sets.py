@@ -51,15 +51,18 @@ def alias_sets(
     tuple of tuple of str
         Each sorted; without the truth's own set.
     """
-    own = {name: OTHER_FORMS[name].shape for name in alone}
-    others = sorted({form.shape for form in OTHER_FORMS.values()} - set(own.values()))
-    left = {shape: _beside(shape, records, baseline) for shape in others if alone}
+    shape_of = {name: OTHER_FORMS[name].shape for name in alone}
+    others = sorted({form.shape for form in OTHER_FORMS.values()} - set(shape_of.values()))
+    remaining = {shape: _beside(shape, records, baseline) for shape in others if alone}
     choices = [
-        [own[name], *(shape for shape in others if _left(left[shape], alone[name]) <= most)]
+        [
+            shape_of[name],
+            *(shape for shape in others if _left(remaining[shape], alone[name]) <= most),
+        ]
         for name in alone
     ]
     sets = {tuple(sorted(ids)) for ids in product(*choices) if len(set(ids)) == len(ids)}
-    return tuple(sorted(sets - {tuple(sorted(own.values()))}))
+    return tuple(sorted(sets - {tuple(sorted(shape_of.values()))}))
 
 
 def _beside(shape: str, records: Sequence[RimRecord], baseline: LinearBaseline) -> LinearBaseline:
@@ -79,8 +82,8 @@ def _beside(shape: str, records: Sequence[RimRecord], baseline: LinearBaseline) 
 
 def _left(beside: LinearBaseline, signals: Sequence[FloatArray]) -> float:
     """RMS that a baseline leaves of signals [m]."""
-    left = beside.residuals([_thinned(signal) for signal in signals])
-    return root_mean_square(np.concatenate([own.reshape(-1) for own in left]))
+    residuals = beside.residuals([_thinned(signal) for signal in signals])
+    return root_mean_square(np.concatenate([residual.reshape(-1) for residual in residuals]))
 
 
 def _thinned(signal: FloatArray) -> FloatArray:

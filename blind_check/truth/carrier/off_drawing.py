@@ -260,9 +260,9 @@ def model_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         signals = _sums(signals, rig.read(name, values))
     most = largest_leak(plan) * floor
     measured, share = _misread(rig, signals, carrier.curves[fit], most, rng)
-    own_noise = noise_rng(plan, repeat)
+    noise_generator = noise_rng(plan, repeat)
     measured = [
-        signal + floor * coloured_noise(own_noise, signal.shape, memory=_MEMORY)
+        signal + floor * coloured_noise(noise_generator, signal.shape, memory=_MEMORY)
         for signal in measured
     ]
     without = _differences(measured, free)
@@ -296,7 +296,7 @@ def _drawn_carrier(
     drawn, *others = made_carriers()
     for number in rng.permutation(len(others))[:_REDRAWS]:
         carrier, fit = others[number], str(rng.choice(FITS))
-        made, as_drawn = (rig.of_curve(own.curves[fit]) for own in (carrier, drawn))
+        made, as_drawn = (rig.of_curve(made_from.curves[fit]) for made_from in (carrier, drawn))
         change = _size(baseline.residuals(_differences(made, as_drawn)))
         if change >= wanted * _LEAST_NOISE:
             break
@@ -326,7 +326,7 @@ def _misread(
     ]
     leak = _size(rig.baseline(pin_fit=True).residuals(errors))
     share = min(1.0, most / leak)
-    return [signal + share * own for signal, own in zip(signals, errors, strict=True)], share
+    return [signal + share * error for signal, error in zip(signals, errors, strict=True)], share
 
 
 def _derivative(series: FloatArray) -> FloatArray:

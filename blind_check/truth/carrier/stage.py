@@ -157,15 +157,15 @@ def series_campaign(
     floor = floor_of_gap(gap)
     gain = 1.0 + rng.uniform(-_GAIN, _GAIN, N_SENSORS)
     torque_error = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0)))
-    runs, left = [], []
+    runs, remaining = [], []
     for k, (angle, load) in enumerate(zip(angles, LOADS, strict=True)):
         noise = floor * coloured_noise(noise_source, true[k].shape, memory=_MEMORY)
         measured = gain[:, None] * true[k] + noise
-        left.append((measured - true[k], measured - predicted[k]))
+        remaining.append((measured - true[k], measured - predicted[k]))
         declared = (load[0] * torque_error, load[1], load[2])
         runs.append(_run(k, angle, declared, (measured, predicted[k])))
     with_effect, without = (
-        root_mean_square(np.concatenate([parts[i].ravel() for parts in left])) for i in (0, 1)
+        root_mean_square(np.concatenate([parts[i].ravel() for parts in remaining])) for i in (0, 1)
     )
     return SeriesCampaign(_campaign(name, runs, floor), gap, floor, with_effect / without)
 

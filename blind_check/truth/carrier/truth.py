@@ -167,20 +167,22 @@ def carrier_case(
         lambda candidate: _size(_differences(residuals(candidate), residuals(ideal))),
     )
     every = [*records, *_added_records(plan, added, len(records))]
-    own_noise = noise_rng(plan, repeat)
+    noise_generator = noise_rng(plan, repeat)
     noise = [
-        floor * coloured_noise(own_noise, (N_SENSORS, record.time.size), memory=_MEMORY)
+        floor * coloured_noise(noise_generator, (N_SENSORS, record.time.size), memory=_MEMORY)
         for record in every
     ]
-    measured = [signal + own for signal, own in zip(state.read(every), noise, strict=True)]
+    measured = [
+        signal + noise_of_run for signal, noise_of_run in zip(state.read(every), noise, strict=True)
+    ]
     # The effect as sensors without errors would read it: what a perfect model adds.
     effect = _differences(ideal.read(records), known.read(records))
     rho = _rho(baseline, measured[: len(records)], effect)
     gap = _size(residuals(ideal)) if plan.effects else 0.0
     label = _label(plan, state, contained, (floor, gap, rho))
     if plan.family in FORM_FAMILIES:
-        own_gaps = [_size(residuals(one)) / floor for one in _each_alone(plan, ideal)]
-        label = _form_label(plan, label, loads, own_gaps)
+        gaps_alone = [_size(residuals(one)) / floor for one in _each_alone(plan, ideal)]
+        label = _form_label(plan, label, loads, gaps_alone)
         label = _with_aliases(label, plan, (ideal, known), (records, baseline))
     # What is outside the library, and a drift, have no place among the orders.
     elif label.effects and "thermal_drift" not in label.effects:
@@ -261,7 +263,7 @@ def _form_label(
     return replace(
         label,
         family=plan.family if causes else NOTHING,
-        classes=tuple(sorted(f"{own.shape}/{own.follows}" for own in causes)),
+        classes=tuple(sorted(f"{cause.shape}/{cause.follows}" for cause in causes)),
         drive="six_loads" if len(loads) == len(_LOADS) else "eight_loads",
         own_gaps=tuple(own_gaps),
     )
@@ -391,7 +393,7 @@ def _named_parameters(name: str, state: CarrierState) -> dict[str, float]:
     if name == "sensor_delay":
         return {"tau": state.delay}
     waves = (
-        {f"{part}_{order}": 0.0 for order in WAVE_ORDERS for part in ("a", "b")}
+        {f"{letter}_{order}": 0.0 for order in WAVE_ORDERS for letter in ("a", "b")}
         if name == "face_runout"
         else {}
     )

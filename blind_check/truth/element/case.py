@@ -72,9 +72,9 @@ class ElementCase:
             return DecayRefit(plain.step, plain.omega, plain.damping_ratio).residuals
         if not plain.by_force:
             motions = [reference_motion(plain, drive, self.n).columns for drive in self.drives]
-            kept = [columns[::FINE][self.settle :] for columns in motions]
+            settled = [columns[::FINE][self.settle :] for columns in motions]
             return lambda signals: _driven_residuals(
-                kept, [signal[self.settle :] for signal in signals]
+                settled, [signal[self.settle :] for signal in signals]
             )
         fine = 8
         time = plain.step / fine * np.arange((self.n - 1.0) * fine + 1.0)
@@ -156,9 +156,9 @@ class ForcedRefit:
             Residuals.
         """
         theta = self.start.copy()
-        left, columns = self._linearised(theta, signals)
+        remaining, columns = self._linearised(theta, signals)
         for _ in range(30):
-            target, matrix = np.concatenate(left), np.concatenate(columns)
+            target, matrix = np.concatenate(remaining), np.concatenate(columns)
             size = np.linalg.norm(matrix, axis=0)
             # Where the refit runs away, to a mass that stands still, no parameter moves it.
             size[size == 0.0] = 1.0
@@ -169,18 +169,18 @@ class ForcedRefit:
                 trial = theta + share * change
                 if (trial[:3] <= 0.0).any():
                     continue
-                trial_left, trial_columns = self._linearised(trial, signals)
-                if sum(float(run @ run) for run in trial_left) < cost:
+                trial_remaining, trial_columns = self._linearised(trial, signals)
+                if sum(float(run @ run) for run in trial_remaining) < cost:
                     break
             else:
-                return left
-            gain = cost - sum(float(run @ run) for run in trial_left)
+                return remaining
+            gain = cost - sum(float(run @ run) for run in trial_remaining)
             theta = trial
-            left = trial_left
+            remaining = trial_remaining
             columns = trial_columns
             if gain <= 1e-6 * cost:
-                return left
-        return left
+                return remaining
+        return remaining
 
     def _linearised(
         self, theta: FloatArray, signals: Sequence[FloatArray]
@@ -190,15 +190,15 @@ class ForcedRefit:
         system = ([1.0], [mass, damping, stiffness])
         numerator, denominator, _ = cont2discrete(system, self.step, method="foh")
         numerator = numerator.reshape(-1)
-        left, columns = [], []
+        remaining, columns = [], []
         for force, signal in zip(self.forces, signals, strict=True):
             x = lfilter(numerator, denominator, force - constant)
             v = np.gradient(x, self.step)
             causes = np.array([np.gradient(v, self.step), x, v, np.ones_like(x)])
             slopes = -lfilter(numerator, denominator, causes, axis=-1)
-            left.append((signal - x[:: self.fine])[self.settle :])
+            remaining.append((signal - x[:: self.fine])[self.settle :])
             columns.append(slopes[:, :: self.fine].T[self.settle :])
-        return left, columns
+        return remaining, columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,13 +242,13 @@ class DecayRefit:
         moved, one = [], []
         for signal, swing in zip(signals, swings, strict=True):
             both = np.array([signal, np.ones(signal.size)]).T
-            left = both - swing @ np.linalg.lstsq(swing, both, rcond=None)[0]
-            moved.append(left[:, 0])
-            one.append(left[:, 1])
+            remaining = both - swing @ np.linalg.lstsq(swing, both, rcond=None)[0]
+            moved.append(remaining[:, 0])
+            one.append(remaining[:, 1])
         # The position of rest is that of all runs, the start of each its own.
         rests = np.concatenate(one)
         rest = float(np.concatenate(moved) @ rests / (rests @ rests))
-        return [signal - rest * own for signal, own in zip(moved, one, strict=True)]
+        return [signal - rest * column for signal, column in zip(moved, one, strict=True)]
 
     def _swing(self, n: int, theta: FloatArray) -> FloatArray:
         omega = self.omega * theta[0]

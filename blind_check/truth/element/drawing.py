@@ -178,8 +178,8 @@ def _with_cause(
     law = _changed(rng, law, change, reference)
     if name == "spring_and_dashpot":
         # A law whose form is changed by less is one of its class still.
-        left = float(rng.uniform(CHANGE[1], 2.0 * CHANGE[1]))
-        law = _beyond_linear_memory(law, reference, element.omega, left)
+        stiffness_ratio = float(rng.uniform(CHANGE[1], 2.0 * CHANGE[1]))
+        law = _beyond_linear_memory(law, reference, element.omega, stiffness_ratio)
     if name == "gap_in_spring":
         # The gap is in the element's own spring.
         amplitude = element.base[1] * reference.scale[0]
@@ -193,17 +193,17 @@ def _changed(rng: np.random.Generator, law: Law, change: float, reference: Refer
     """Law with its form changed by a share of what it leaves."""
     if change == 0.0:
         return law
-    own = force_of(law, reference)
+    law_force = force_of(law, reference)
     if law.number == MEMORY_LAWS["maxwell_branches"]:
         # Linear memory stays linear: a branch of another time is added.
         p = law.p.copy()
         p[4] += 1.0
-        added = reference.missing(force_of(replace(law, p=p), reference) - own)
-        p[4] = law.p[4] + change * reference.missing(own) / added
+        added = reference.missing(force_of(replace(law, p=p), reference) - law_force)
+        p[4] = law.p[4] + change * reference.missing(law_force) / added
         return replace(law, p=p)
     form = drawn_form(rng)
-    added = reference.missing(force_of(replace(law, form=form), reference) - own)
-    form[0] *= change * reference.missing(own) / added
+    added = reference.missing(force_of(replace(law, form=form), reference) - law_force)
+    form[0] *= change * reference.missing(law_force) / added
     return replace(law, form=form)
 
 
@@ -218,11 +218,11 @@ def _drive_side(
     largest = largest_value([reference.force])
     (parameter,) = parameters or (0.0,)
     side = DriveSide(name, parameter, _PLAIN_FORM, largest, 1.0)
-    own = side.added(reference.force)
+    added_force = side.added(reference.force)
     form = drawn_form(rng)
-    added = replace(side, form=form).added(reference.force) - own
-    form[0] *= change * reference.missing(own) / reference.missing(added)
-    return replace(side, form=form, amplitude=size / reference.missing(own))
+    added = replace(side, form=form).added(reference.force) - added_force
+    form[0] *= change * reference.missing(added_force) / reference.missing(added)
+    return replace(side, form=form, amplitude=size / reference.missing(added_force))
 
 
 def _disturbance(rng: np.random.Generator, size: float, omega: float) -> Lines:

@@ -73,14 +73,14 @@ class DriveSide:
         """Force that is added."""
         u = force / self.largest
         if self.name == "saturation":
-            own = np.tanh(self.p * u) / self.p - u
+            bend = np.tanh(self.p * u) / self.p - u
         elif self.name == "unequal_gain":
-            own = np.sqrt(u * u + 1e-4)
+            bend = np.sqrt(u * u + 1e-4)
         else:
-            own = -np.tanh(u / self.p)
+            bend = -np.tanh(u / self.p)
         size, waves, phases = self.form[:, :, None]
         changed = (size * np.sin(waves * u + phases)).sum(axis=0)
-        return np.asarray(self.amplitude * (own + changed))
+        return np.asarray(self.amplitude * (bend + changed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +213,17 @@ def _slope(
 ) -> None:
     total = force - base[3] - base[1] * state[0] - base[2] * state[1]
     for i in range(laws.size):
-        own = slice(2 + _N_MEMORY * i, 2 + _N_MEMORY * (i + 1))
+        memory = slice(2 + _N_MEMORY * i, 2 + _N_MEMORY * (i + 1))
         total -= _law_force(
-            int(laws[i]), p[i], form[i], scale[i], state[0], state[1], t, state[own], slope[own]
+            int(laws[i]),
+            p[i],
+            form[i],
+            scale[i],
+            state[0],
+            state[1],
+            t,
+            state[memory],
+            slope[memory],
         )
     slope[0] = state[1]
     slope[1] = total / base[0]

@@ -267,8 +267,8 @@ CLASSES_OF_LAW: dict[str, tuple[str, ...]] = {
 def acceptable_laws(name: str) -> tuple[str, ...]:
     """Laws of the library that may be named for a cause, its own first."""
     cause = CAUSES[name]
-    own = (cause.library,) if cause.library else ()
-    return (*own, *(law for law in cause.kin if law not in own))
+    laws = (cause.library,) if cause.library else ()
+    return (*laws, *(law for law in cause.kin if law not in laws))
 
 
 def _without_parts(ids: frozenset[str]) -> frozenset[str]:
@@ -294,6 +294,6 @@ def class_sets(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[tuple[str
         cause = CAUSES[name]
         choices = [frozenset(cause.classes), *(frozenset(ids) for ids in cause.aliases)]
         combined = [before | choice for before in combined for choice in choices]
-    own, *others = [_without_parts(ids) for ids in combined]
-    different = {tuple(sorted(ids)) for ids in others if ids != own}
-    return tuple(sorted(own)), tuple(sorted(different))
+    first, *others = [_without_parts(ids) for ids in combined]
+    different = {tuple(sorted(ids)) for ids in others if ids != first}
+    return tuple(sorted(first)), tuple(sorted(different))

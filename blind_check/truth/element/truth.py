@@ -115,8 +115,8 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         gap, floor = 0.0, gap / (largest_leak(plan) * rng.uniform(0.2, 1.0))
     memory = float(rng.uniform(*_MEMORY))
     gains = 1.0 + _GAIN_STD * rng.standard_normal(2)
-    own_noise = noise_rng(plan, repeat)
-    noise = [floor * coloured_noise(own_noise, (case.n,), memory=memory) for _ in case.drives]
+    noise_generator = noise_rng(plan, repeat)
+    noise = [floor * coloured_noise(noise_generator, (case.n,), memory=memory) for _ in case.drives]
     time = case.plain.step * np.arange(float(case.n))
     records = _Records(
         drive="free_decay"
@@ -131,7 +131,9 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         settle=case.settle,
     )
     label = _label(plan, case, residuals, gap, floor)
-    return _campaign_of(plan, records), replace(label, own_gaps=tuple(own / floor for own in gaps))
+    return _campaign_of(plan, records), replace(
+        label, own_gaps=tuple(gap_alone / floor for gap_alone in gaps)
+    )
 
 
 def _label(
@@ -279,8 +281,8 @@ def shown_by_each(case: ElementCase, names: Sequence[str]) -> list[list[FloatArr
     alone = [_with_one_cause(case.element, names, number) for number in range(len(names))]
     if not case.plain.by_force:
         # The motion is given, and forces add.
-        return [case.signals(own) for own in alone]
-    return [[_shown(case, own, run) for run in range(len(case.drives))] for own in alone]
+        return [case.signals(laws) for laws in alone]
+    return [[_shown(case, laws, run) for run in range(len(case.drives))] for laws in alone]
 
 
 def _shown(case: ElementCase, own: Element, run: int) -> FloatArray:
@@ -301,14 +303,14 @@ def _resized(element: Element, names: Sequence[str], number: int, factor: float)
         assert element.drive_side is not None
         amplitude = factor * element.drive_side.amplitude
         return replace(element, drive_side=replace(element.drive_side, amplitude=amplitude))
-    place = _law_place(names, number)
-    own = element.laws[place]
+    index = _law_place(names, number)
+    law = element.laws[index]
     if name == "gap_in_spring":
-        form = own.form * np.array([[factor], [1.0], [1.0]])
-        own = replace(own, p=own.p * np.array([factor, *np.ones(own.p.size - 1)]), form=form)
+        form = law.form * np.array([[factor], [1.0], [1.0]])
+        law = replace(law, p=law.p * np.array([factor, *np.ones(law.p.size - 1)]), form=form)
     else:
-        (own,) = scaled([own], factor)
-    return replace(element, laws=(*element.laws[:place], own, *element.laws[place + 1 :]))
+        (law,) = scaled([law], factor)
+    return replace(element, laws=(*element.laws[:index], law, *element.laws[index + 1 :]))
 
 
 def _law_place(names: Sequence[str], number: int) -> int:
@@ -318,12 +320,12 @@ def _law_place(names: Sequence[str], number: int) -> int:
 
 def _with_one_cause(element: Element, names: Sequence[str], number: int) -> Element:
     """Element with one of its causes alone, its base as it is."""
-    own = CAUSES[names[number]]
+    cause = CAUSES[names[number]]
     is_late = names[number] == "late_sensor"
     return replace(
         element,
-        laws=(element.laws[_law_place(names, number)],) if own.law else (),
-        drive_side=None if own.law or is_late else element.drive_side,
+        laws=(element.laws[_law_place(names, number)],) if cause.law else (),
+        drive_side=None if cause.law or is_late else element.drive_side,
         delay=element.delay if is_late else 0.0,
         lag=element.lag if is_late else 0.0,
         disturbance=(),
@@ -418,10 +420,10 @@ def true_parameters(
             continue
         law = next(laws)
         force, deflection, speed = (float(value) for value in law.scale)
-        own = _VALUES[name](force, deflection, speed, law)
-        of_mass = {symbol for symbol in own if symbol not in ("gap", "tau", "v_s")}
+        true = _VALUES[name](force, deflection, speed, law)
+        of_mass = {symbol for symbol in true if symbol not in ("gap", "tau", "v_s")}
         values[library] = {
             symbol: float(value / (per if symbol in of_mass else 1.0))
-            for symbol, value in own.items()
+            for symbol, value in true.items()
         }
     return values

@@ -159,10 +159,12 @@ def _rubber(p, amount, v, memory, rate):  # type: ignore[no-untyped-def]
     total = 0.0
     for k in range(_BRANCHES):
         tau = p[FIRST] * _APART**k
-        own = _APART ** (-p[SECOND] * k) * (1.0 + p[CHANGE] * np.cos(p[WAVES + N_WAVES] + 2.0 * k))
-        total += own
+        weight = _APART ** (-p[SECOND] * k) * (
+            1.0 + p[CHANGE] * np.cos(p[WAVES + N_WAVES] + 2.0 * k)
+        )
+        total += weight
         rate[2 * k] = v[0] - memory[2 * k] / tau
         rate[2 * k + 1] = v[1] - memory[2 * k + 1] / tau
-        y += own * memory[2 * k]
-        z += own * memory[2 * k + 1]
+        y += weight * memory[2 * k]
+        z += weight * memory[2 * k + 1]
     return amount * y / total, amount * z / total

@@ -89,13 +89,13 @@ def drawn_record(rng: np.random.Generator, number: int) -> MountingRecord:
     """
     condition, radial, radial_from, levels, quick, speed = CONDITIONS[number]
     time = np.arange(int(_SECONDS * RATE)) / RATE
-    own_speed = (
+    run_speed = (
         speed
         * _SPEED
         * _rise(time, REST + 0.5, 6.0)
         * (1.0 + slow_ripple(rng, time, size=_SPEED_RIPPLE))
     )
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (own_speed[1:] + own_speed[:-1]) * time[1])])
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (run_speed[1:] + run_speed[:-1]) * time[1])])
     torque, before = np.zeros_like(time), 0.0
     for start, level in levels:
         torque += (level - before) * _rise(time, start, float(rng.uniform(0.5, 2.0)))
@@ -110,7 +110,7 @@ def drawn_record(rng: np.random.Generator, number: int) -> MountingRecord:
             *(component * grown + quick[1] * _quick_changes(rng, time) for component in radial),
         ]
     ).T
-    return MountingRecord(condition, time, own_speed, turned, loads)
+    return MountingRecord(condition, time, run_speed, turned, loads)
 
 
 def gusty_record(rng: np.random.Generator, number: int) -> MountingRecord:
@@ -157,8 +157,10 @@ def asked_record(condition: str, time: FloatArray, loads: FloatArray) -> Mountin
         Torque, ntl_y, ntl_z, straight between them.
     """
     samples = np.arange(int((time[-1] - time[0]) * RATE)) / RATE
-    own = np.array([np.interp(samples, time - time[0], load) for load in loads.T]).T
-    return MountingRecord(condition, samples, np.zeros_like(samples), np.zeros_like(samples), own)
+    resampled = np.array([np.interp(samples, time - time[0], load) for load in loads.T]).T
+    return MountingRecord(
+        condition, samples, np.zeros_like(samples), np.zeros_like(samples), resampled
+    )
 
 
 def _gust(time: FloatArray, start: float, seconds: float) -> FloatArray:

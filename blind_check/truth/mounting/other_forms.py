@@ -108,12 +108,12 @@ class MountingForm:
 
 def form_aliases(classes: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
     """Sets that slow loads may not tell from the truth's: one static map for another."""
-    found = set()
-    for place, name in enumerate(classes):
+    aliases = set()
+    for index, name in enumerate(classes):
         for other in STATIC_MAPS if name in STATIC_MAPS else ():
-            changed = (*classes[:place], other, *classes[place + 1 :])
-            found.add(tuple(sorted(set(changed))))
-    return tuple(sorted(found - {classes}))
+            changed = (*classes[:index], other, *classes[index + 1 :])
+            aliases.add(tuple(sorted(set(changed))))
+    return tuple(sorted(aliases - {classes}))
 
 
 def _bushing(
@@ -212,8 +212,8 @@ def _gains(
 ) -> tuple[MountingState, float]:
     """One or two sensors too large or too small."""
     gain = state.gain.copy()
-    for place in rng.choice(len(SENSORS), int(rng.integers(1, 3)), replace=False):
-        gain[place] += share * rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 0.2)
+    for index in rng.choice(len(SENSORS), int(rng.integers(1, 3)), replace=False):
+        gain[index] += share * rng.choice((-1.0, 1.0)) * rng.uniform(0.05, 0.2)
     return replace(state, gain=gain), 0.0
 
 
@@ -222,8 +222,8 @@ def _zeros(
 ) -> tuple[MountingState, float]:
     """One or two sensors off from the beginning."""
     zero = state.zero.copy()
-    for place in rng.choice(len(SENSORS), int(rng.integers(1, 3)), replace=False):
-        zero[place] += share * rng.choice((-1.0, 1.0)) * rng.uniform(1e-4, 3e-4)
+    for index in rng.choice(len(SENSORS), int(rng.integers(1, 3)), replace=False):
+        zero[index] += share * rng.choice((-1.0, 1.0)) * rng.uniform(1e-4, 3e-4)
     return replace(state, zero=zero), 0.0
 
 

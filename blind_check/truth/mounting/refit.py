@@ -80,8 +80,8 @@ class MountingRefit:
         def residual(logarithms: FloatArray) -> FloatArray:
             """Misfit of the runs over their scatter."""
             theta = _parameters(logarithms)
-            left = self._left(signals, runs, theta)
-            return np.concatenate([own.reshape(-1) for own in left]) / scale
+            residuals = self._left(signals, runs, theta)
+            return np.concatenate([block.reshape(-1) for block in residuals]) / scale
 
         # Logarithms need no bounds; damping hardly moves a slow record, so that a smaller
         # difference drowns in rounding.
@@ -95,7 +95,7 @@ class MountingRefit:
     ) -> list[FloatArray]:
         """What the baseline leaves of some runs."""
         predicted = self._predicted(runs, theta)
-        return [signals[run] - own for run, own in zip(runs, predicted, strict=True)]
+        return [signals[run] - signal for run, signal in zip(runs, predicted, strict=True)]
 
     def _filters(self, theta: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Numerator and denominator of the three oscillators, the same in every run."""
@@ -117,14 +117,14 @@ class MountingRefit:
     def _predicted(self, runs: Sequence[int], theta: FloatArray) -> list[FloatArray]:
         """Zeroed signals of the baseline in some runs."""
         filters = self._filters(theta)
-        found = []
+        predictions = []
         for run in runs:
             forces = self._forces[run]
             q = np.empty_like(forces)
             for i, (numerator, denominator) in enumerate(filters):
                 q[:, i] = lfilter(numerator, denominator, forces[:, i])
-            found.append(zeroed(q @ self.bodies.sensors[:, :3].T))
-        return found
+            predictions.append(zeroed(q @ self.bodies.sensors[:, :3].T))
+        return predictions
 
 
 def _parameters(logarithms: FloatArray) -> FloatArray:
@@ -171,9 +171,9 @@ def oscillator_filters(
     through = (output @ rise)[:, 0, 0]
     poles = np.linalg.eigvals(A)
     zeros = np.linalg.eigvals(A - B @ output)
-    found = []
+    filters = []
     for i in range(n):
         denominator = np.asarray(np.poly(poles[i]), dtype=np.float64)
         numerator = np.poly(zeros[i]) + (through[i] - 1.0) * denominator
-        found.append((np.asarray(numerator), denominator))
-    return found
+        filters.append((np.asarray(numerator), denominator))
+    return filters

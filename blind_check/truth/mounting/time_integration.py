@@ -233,16 +233,16 @@ def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[n
         for within in range(fine):
             t = (sample * fine + within) * h
             for number in range(4):
-                part = _PARTS[number]
+                law_part = _PARTS[number]
                 for i in range(n):
-                    force[i] = forces[sample, i] + within * rise[i] + part * rise[i]
+                    force[i] = forces[sample, i] + within * rise[i] + law_part * rise[i]
                 for i in range(x.size):
-                    stage[i] = x[i] + part * h * slopes[number - 1, i] if number else x[i]
+                    stage[i] = x[i] + law_part * h * slopes[number - 1, i] if number else x[i]
                 _acceleration(
                     system,
                     force,
                     stage,
-                    t + part * h,
+                    t + law_part * h,
                     names,
                     p,
                     size,

@@ -149,22 +149,24 @@ def mounting_case(
     factors, errors, wrong = _errors(plan, rng, records, clean, (refit, residuals, floor))
     every = [*records, *added]
     declared = [record.loads * factors for record in every]
-    own_noise = noise_rng(plan, repeat)
+    noise_generator = noise_rng(plan, repeat)
     measured = []
     for signal in [*clean, *state.read(truth, added)]:
-        noise = floor * coloured_noise(own_noise, signal.T.shape, memory=_MEMORY).T
+        noise = floor * coloured_noise(noise_generator, signal.T.shape, memory=_MEMORY).T
         measured.append(signal * (1.0 + errors) + zeroed(noise))
     effect = [signal - other for signal, other in zip(clean, plain, strict=True)]
     again = MountingRefit(rig, declared[: len(records)], 1.0 / RATE)
-    own = measured[: len(records)]
-    after = _size(again.held_out([signal - more for signal, more in zip(own, effect, strict=True)]))
-    rho = after / _size(again.held_out(own)) if plan.effects else 1.0
+    fitted = measured[: len(records)]
+    after = _size(
+        again.held_out([signal - more for signal, more in zip(fitted, effect, strict=True)])
+    )
+    rho = after / _size(again.held_out(fitted)) if plan.effects else 1.0
     run = f"run{1 + int(np.argmax([root_mean_square(residual) for residual in residuals]))}"
     label = _label(plan, state, (gap, floor, rho), run)
     if is_form:
         drive = "gusts" if has_gusts else "levels"
         label = _form_label(plan, label, causes.changes, drive=drive)
-    label = replace(label, own_gaps=tuple(own / floor for own in causes.own_gaps))
+    label = replace(label, own_gaps=tuple(fitted / floor for fitted in causes.own_gaps))
     return _campaign(plan, every, declared, measured, (floor, wrong)), label
 
 
@@ -360,8 +362,8 @@ def named_parameters(state: MountingState) -> dict[str, dict[str, float]]:
         names = _PUBLISHED.get(effect, {})
         named[effect] = {names.get(name, name): value for name, value in values.items()}
     if "axial_bushing_stiffness" in named:
-        own = state.parameters["axial_bushing_stiffness"]["k_x"]
-        named["axial_bushing_stiffness"] = {"dk_x": own - RIG["bushing_axial_stiffness"]}
+        stiffness = state.parameters["axial_bushing_stiffness"]["k_x"]
+        named["axial_bushing_stiffness"] = {"dk_x": stiffness - RIG["bushing_axial_stiffness"]}
     if "fluid_branch" in named:
         k, tau = (state.parameters["fluid_branch"][name] for name in ("k", "tau"))
         named["fluid_branch"] = {"k": k, "c": k * tau}
@@ -434,16 +436,18 @@ def _several(
         causes.append(_with_share(name, deepcopy(rng), size))
         with_form(known, name, rng, size)
     largest = [_largest(cause, known, gap, float(size[0]), share) for cause in causes]
-    floor = min(own / ratio for (_, own), ratio in zip(largest, ratios, strict=True))
+    floor = min(
+        largest_gap / ratio for (_, largest_gap), ratio in zip(largest, ratios, strict=True)
+    )
     state = known
     changes = []
-    own_gaps = []
+    gaps_alone = []
     for cause, start, ratio in zip(causes, largest, ratios, strict=True):
-        own_share, own_gap = _share(cause, known, ratio * floor, start, gap)
-        state, change = cause(state, own_share)
+        share_alone, gap_alone = _share(cause, known, ratio * floor, start, gap)
+        state, change = cause(state, share_alone)
         changes.append(change)
-        own_gaps.append(own_gap)
-    return _Withheld(state, tuple(changes), tuple(own_gaps), floor)
+        gaps_alone.append(gap_alone)
+    return _Withheld(state, tuple(changes), tuple(gaps_alone), floor)
 
 
 def _with_share(name: str, numbers: np.random.Generator, size: FloatArray) -> _Caused:
@@ -470,11 +474,11 @@ def _largest(
     """Largest share of a cause's size that the motion bears, of halves, and its gap [m]."""
     while True:
         try:
-            own = _coarse_gap(gap, cause(known, share)[0])
+            gap_alone = _coarse_gap(gap, cause(known, share)[0])
         except ArithmeticError:
-            own = np.inf
-        if own < deflection:
-            return share, own
+            gap_alone = np.inf
+        if gap_alone < deflection:
+            return share, gap_alone
         share *= 0.5
 
 

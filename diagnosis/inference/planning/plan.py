@@ -267,18 +267,18 @@ def _visible_size(table: PlannedTable, measured: _MeasuredGram, effect: str) -> 
     surviving = float(np.median(shares)) if shares else 0.0
     sigmas = _visible_multiple(max(numbers, default=1))
     root = np.sqrt(measured.n_samples)
-    is_seen = surviving >= least
-    gap_seen = sigmas / root if is_seen else np.inf
-    gap_named = max(gap_seen, _named_gap(Thresholds()))
-    per_gap = parameter.scale * root / np.sqrt(np.median(energies)) if is_seen else 1.0
+    is_visible = surviving >= least
+    visible_gap = sigmas / root if is_visible else np.inf
+    gap_named = max(visible_gap, _named_gap(Thresholds()))
+    per_gap = parameter.scale * root / np.sqrt(np.median(energies)) if is_visible else 1.0
     return VisibleSize(
         effect=effect,
         parameter=parameter.name,
         unit=parameter.unit,
         noticeable=parameter.scale,
-        seen_from=float(gap_seen * per_gap),
+        seen_from=float(visible_gap * per_gap),
         named_from=float(gap_named * per_gap),
-        gap_seen=float(gap_seen),
+        gap_seen=float(visible_gap),
         gap_named=float(gap_named),
         sigmas=sigmas,
         surviving=surviving,
@@ -300,11 +300,11 @@ def _hidden_sizes(table: PlannedTable, weights: FloatArray) -> tuple[HiddenSize,
             continue
         parameter = table.parameters[effect]
         sigmas = _visible_multiple(max(len(signature.columns) for signature in shown))
-        seen_from = [
+        visible_sizes = [
             sigmas * parameter.scale / np.sqrt(np.median([_energy(gram, at) for at in shown]))
             for gram in grams
         ]
-        sizes.append(HiddenSize(effect, parameter.name, parameter.unit, *map(float, seen_from)))
+        sizes.append(HiddenSize(effect, parameter.name, parameter.unit, *map(float, visible_sizes)))
     return tuple(sizes)
 
 

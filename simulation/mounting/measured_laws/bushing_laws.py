@@ -198,20 +198,20 @@ def bushing_forces(laws: Array, u: Array, v: Array, step: float) -> Array:
     ndarray, shape (2, 2, n)
         Forces [N]; parts with a memory are relaxed at the first sample.
     """
-    found = _table_forces(laws, u, v)
+    forces = _table_forces(laws, u, v)
     if laws[FIRST_PART]:
-        found += part_forces(moved_every(laws, step), np.ascontiguousarray(u))
-    return np.asarray(found)
+        forces += part_forces(moved_every(laws, step), np.ascontiguousarray(u))
+    return np.asarray(forces)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _table_forces(tables, u, v):  # type: ignore[no-untyped-def]
     """Forces of the tables along a run, shape (2, 2, n)."""
-    found = np.empty(u.shape)
+    forces = np.empty(u.shape)
     for b in range(2):
         for d in range(2):
             for k in range(u.shape[2]):
-                found[b, d, k] = bushing_force(
+                forces[b, d, k] = bushing_force(
                     tables, b, u[b, d, k], u[b, 1 - d, k], v[b, d, k], v[b, 1 - d, k]
                 )
-    return found
+    return forces

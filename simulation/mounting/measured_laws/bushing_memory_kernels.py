@@ -72,18 +72,18 @@ def moved_every(laws: Array, seconds: float) -> Array:
     seconds : float
         Time of one move: half a step of the march, a step of a record.
     """
-    found = laws.copy()
-    first = int(found[FIRST_PART])
+    moved = laws.copy()
+    first = int(moved[FIRST_PART])
     if not first:
-        return found
-    found[first + _STRIDE] = seconds
-    at = first + _HEAD + _STOP * int(found[first])
-    for row in range(at, at + _BRANCH * int(found[first + 1]), _BRANCH):
-        tau = found[row + 1]
+        return moved
+    moved[first + _STRIDE] = seconds
+    at = first + _HEAD + _STOP * int(moved[first])
+    for row in range(at, at + _BRANCH * int(moved[first + 1]), _BRANCH):
+        tau = moved[row + 1]
         decay = np.exp(-seconds / tau)
-        found[row + 3] = decay
-        found[row + 4] = tau / seconds * (1.0 - decay)
-    return found
+        moved[row + 3] = decay
+        moved[row + 4] = tau / seconds * (1.0 - decay)
+    return moved
 
 
 def states_of(laws: Array) -> Array:
@@ -96,18 +96,18 @@ def states_of(laws: Array) -> Array:
 
 def springs_of(laws: Array) -> Array:
     """Stiffness of the parts that stick, by bushing, shape (2,) [N/m]."""
-    found = np.zeros(2)
+    springs = np.zeros(2)
     first = int(laws[FIRST_PART])
     if not first:
-        return found
+        return springs
     at = first + _HEAD
     for _ in range(int(laws[first])):
-        found[_bushings(laws[at + 1])] += laws[at + 3] / laws[at + 2]
+        springs[_bushings(laws[at + 1])] += laws[at + 3] / laws[at + 2]
         at += _STOP
     for _ in range(int(laws[first + 1])):
-        found[_bushings(laws[at])] += laws[at + 2]
+        springs[_bushings(laws[at])] += laws[at + 2]
         at += _BRANCH
-    return found
+    return springs
 
 
 def _bushings(number: float) -> slice:
@@ -146,11 +146,11 @@ def move_parts(laws, source, target, forces):  # type: ignore[no-untyped-def]
                     move_z = laws[moves + bushing] / laws[row + 2]
                     move_y = laws[moves + bushing + 2] / laws[row + 2]
                     way = np.hypot(move_z, move_y)
-                    kept = np.exp(-way)
+                    decay = np.exp(-way)
                     # Of what it held a share stays; the rest is now along the move.
-                    gone = (1.0 - kept) / way if way > 0.0 else 0.0
-                    in_z = kept * (in_z - move_z) + gone * move_z
-                    in_y = kept * (in_y - move_y) + gone * move_y
+                    gone = (1.0 - decay) / way if way > 0.0 else 0.0
+                    in_z = decay * (in_z - move_z) + gone * move_z
+                    in_y = decay * (in_y - move_y) + gone * move_y
                 elif laws[row] > 0.5:
                     size = max(np.hypot(in_z, in_y), 1.0)
                     in_z /= size
@@ -238,7 +238,7 @@ def part_forces(laws, u):  # type: ignore[no-untyped-def]
     ndarray, shape (2, 2, n)
         Forces [N].
     """
-    found = np.zeros(u.shape)
+    forces = np.zeros(u.shape)
     room = _room(laws)
     for k in range(1, u.shape[2]):
         for e in range(_N):
@@ -246,5 +246,5 @@ def part_forces(laws, u):  # type: ignore[no-untyped-def]
             laws[room + _MOVES + e] = u[b, d, k] - u[b, d, k - 1]
         move_parts(laws, BEGIN, BEGIN, END)
         for e in range(_N):
-            found[e % 2, 1 - e // 2, k] = laws[room + _FORCES + _N + e]
-    return found
+            forces[e % 2, 1 - e // 2, k] = laws[room + _FORCES + _N + e]
+    return forces
