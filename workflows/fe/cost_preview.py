@@ -5,20 +5,25 @@ they would be more than 400 000, or 40 000 of a CAD model, a coarser mesh is cou
 volume V, surface A and edge length h: ``n = c3 V / h³ + c2 A / h²``, fitted to the default bodies
 at h = 22 and 16 mm.
 
-Memory and processor time follow from n. Measured with MKL (flexible carrier, nine pilots, 20 modes,
-certificate included; memory above the program's own 0.25 GB). The seconds are those of a processor
-on which the small factorisation of :func:`slowness` takes 0.09 s; they are previewed times what it
-takes here and now, with the library that is installed. n is that of the whole body where its half
-sector serves ("by symmetry").
+Memory and processor time follow from n. Measured on one busy thread with MKL, nine pilots, 20
+modes, certificate and program start included; memory above the program's own 0.25 GB. The seconds
+are those of a processor on which the small factorisation of :func:`slowness` takes 0.09 s; they are
+previewed times what it takes here and now, with the library that is installed. n is that of the
+whole body where its half sector serves ("by symmetry").
 
 ======== ========= ============== ========= ============== ============== ===============
 n        curves, s curves, GB     reduce, s reduce, GB     by symmetry, s by symmetry, GB
 ======== ========= ============== ========= ============== ============== ===============
-34 434   0.6       0.22           4.4       0.48           2.5            0.22
-125 946  3.0       0.91           20        1.51           7.0            0.53
-329 634  23        3.04           83        4.01           25             1.33
+34 434   1.3       0.22                                    10.5           0.22
+39 291                            23.7      0.59
+125 946  6.7       0.91                                    20.4           0.53
+193 440                           96.1      2.53
+329 634  51        3.04           197       4.01           60             1.33
 ======== ========= ============== ========= ============== ============== ===============
 
+39 291 and 193 440 unknowns are those of CAD models, 125 946 by symmetry of the default carrier. The
+other times are wall times of an earlier measurement times 2.22, plus 12 s of a CAD model and 5 s by
+symmetry for the program's start and the mesh, by which those three differ from it. They hold
 between the points by power laws, beyond them by the last one. A reduction's time grows with the
 number of modes.
 """
@@ -59,17 +64,17 @@ _MOST_COUNTED_CAD = 40_000
 _COARSE_CAD = 0.1
 _CURVES = {
     "n": (34434, 125946, 329634),
-    "seconds": (0.6, 3.0, 23.0),
+    "seconds": (1.3, 6.7, 51.0),
     "gigabytes": (0.22, 0.91, 3.04),
 }
 _REDUCTION = {
-    "n": (34434, 125946, 329634),
-    "seconds": (4.4, 20.0, 83.0),
-    "gigabytes": (0.48, 1.51, 4.01),
+    "n": (39291, 193440, 329634),
+    "seconds": (23.7, 96.1, 197.0),
+    "gigabytes": (0.59, 2.53, 4.01),
 }
 _BY_SYMMETRY = {
     "n": (34434, 125946, 329634),
-    "seconds": (2.5, 7.0, 25.0),
+    "seconds": (10.5, 20.4, 60.0),
     "gigabytes": (0.22, 0.53, 1.33),
 }
 #: Nodes along each edge of the block that is factorised for the speed of the machine, times that it
