@@ -172,7 +172,8 @@ def _drive_lines(record: ElementRecord) -> _DriveLines:
     frequency = np.fft.rfftfreq(record.drive.size, record.step)
     used = (frequency > 0.0) & (frequency < record.cutoff_hz)
     spectrum = np.fft.rfft((record.drive - record.drive.mean()) * window)[used]
-    return _DriveLines(window, used, 2.0 * np.pi * frequency[used], spectrum)
+    omega = np.asarray(2.0 * np.pi * frequency[used], dtype=np.float64)
+    return _DriveLines(window, used, omega, spectrum)
 
 
 def _spectra(drive: _DriveLines, response: FloatArray, by_force: bool) -> _Spectra:
