@@ -5,7 +5,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks.ratio import Failed
+from benchmarks.ratio import Failed, Ratio
 from benchmarks.report import Report, ratio_table
 from benchmarks.run import chosen, rows_of
 
@@ -84,6 +84,8 @@ def _show(report: Report) -> None:
     console = Console(highlight=False)
     console.print(ratio_table(report.rows))
     console.print(f"\n{report.caption()}", markup=False)
+    reached = [row.met for _, row in report.rows if isinstance(row, Ratio) and row.wanted]
+    console.print(f"{sum(map(bool, reached))} of {len(reached)} wanted figures reached")
     total = sum(report.seconds.values())
     written = f"; written to {report.path}" if report.path else ""
     console.print(f"{len(report.seconds)} finished in {total:.0f} s{written}", markup=False)

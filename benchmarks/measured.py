@@ -2,11 +2,14 @@
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+import numpy as np
+
 Result = TypeVar("Result")
+_CLOCKS = ("wall", "processor")
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,12 @@ def fastest(work: Callable[[], Result], repeats: int) -> Measured[Result]:
         wall = min(wall, last.wall)
         processor = min(processor, last.processor)
     return Measured(last.result, wall, processor)
+
+
+def medians(runs: Sequence[Measured[Result]]) -> Measured[Result]:
+    """The last result, and the medians of the wall and of the processor times [s]."""
+    wall, processor = (float(np.median([getattr(r, k) for r in runs])) for k in _CLOCKS)
+    return Measured(runs[-1].result, wall, processor)
 
 
 def best_of(seconds_of: Callable[[], float], budget: float) -> float:

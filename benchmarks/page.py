@@ -59,7 +59,17 @@ def page_text(page: str, record: Mapping[str, Any]) -> str:
     before, _, rest = page.partition(_BEGIN)
     _, _, after = rest.partition(_END)
     tables = "\n\n".join(_table(name, entry) for name, entry in record.items())
-    return f"{before}{_BEGIN}\n\n{tables}\n\n{_END}{after}"
+    rows = [row for entry in record.values() for row in entry["rows"]]
+    return f"{before}{_BEGIN}\n\n{_head(rows, record)}\n\n{tables}\n\n{_END}{after}"
+
+
+def _head(rows: Sequence[Mapping[str, Any]], record: Mapping[str, Any]) -> str:
+    """How many required figures are reached, and which benchmarks the record lacks."""
+    reached = [row["met"] for row in rows if row.get("met") is not None]
+    lines = [f"{sum(reached)} of {len(reached)} required figures are reached."]
+    if missing := [f"`{name}`" for name in BENCHMARKS if name not in record]:
+        lines.append(f"Without a record of their full size: {', '.join(missing)}.")
+    return "\n".join(lines)
 
 
 def _table(name: str, entry: Mapping[str, Any]) -> str:

@@ -21,6 +21,7 @@ BENCHMARKS = (
     "sensitivities_against_reductions",
     "cholmod_against_mkl",
     "given_matrices",
+    "previews_of_cad_carriers",
     "reduction_against_exudyn",
     "reduction_against_calculix",
     "fixed_against_free_interface",

@@ -48,8 +48,9 @@ def ratios(size: float = 0.045, *, blocks_only: bool = False) -> Iterator[Ratio]
     peak = peak_gb()
     note = f"{start:.2f} GB before"
     if blocks_only:
-        yield Ratio(case, MEMORY, peak, wanted=at_most(5), note=note)
-        yield Ratio(case, TIME, blocks.wall)
+        yield Ratio(case, MEMORY, peak, wanted=at_most(4), note=note)
+        yield Ratio(case, TIME, blocks.wall, wanted=at_most(40))
+        yield Ratio(case, PROCESSOR_TIME, blocks.processor)
         return
     _by_free_mesh(coarse)
     free = measured(lambda: _by_free_mesh(half))

@@ -302,9 +302,9 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         if campaign.baseline.source != "model":
             return super().wiring(campaign)
 
-        def refitted(other: Campaign) -> float:
-            """Mean square that the baseline leaves once it is fitted to a campaign."""
-            return mean_square_of(element_problem(other))
+        def refitted(other: Campaign, laws: Effects = ()) -> float:
+            """Mean square that the baseline, and laws, leave once fitted to a campaign."""
+            return mean_square_of(_with_library(element_problem(other), laws), laws)
 
         return WiringChecks(
             lambda: element_rivals(campaign, refitted),
@@ -313,7 +313,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             self.linear_records,
             lambda: element_clocks(self.records, by_force=self.model.by_force),
             with_laws=lambda laws, values: self.wiring_beside(
-                laws, lambda other: mean_square_of(element_problem(other), laws)
+                laws, lambda other: refitted(other, laws)
             ),
         )
 
@@ -374,6 +374,13 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
         scatter_note="" if is_noise else _NO_NOISE,
         table=table,
     )
+
+
+def _with_library(problem: ElementProblem, laws: Effects) -> ElementProblem:
+    """Problem for a fit of some laws: columns of the others are made along no record."""
+    model = problem.model
+    cards = {name: model.cards[name] for name in model.cards if name in (*laws, *model.contained)}
+    return replace(problem, model=replace(model, cards=cards), table=None)
 
 
 def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:

@@ -35,6 +35,16 @@ _BETTER = 0.5
 
 
 @dataclass(frozen=True, eq=False)
+class _DriveLines:
+    """Lines of one run's drive that are used, which no delay of the response changes."""
+
+    window: FloatArray  # Shape (n,)
+    used: NDArray[np.bool_]  # Shape (n // 2 + 1,)
+    omega: FloatArray  # [rad/s], shape (n_lines,)
+    spectrum: ComplexArray  # Shape (n_lines,)
+
+
+@dataclass(frozen=True, eq=False)
 class _Spectra:
     """Products of one run's spectra, the size of its force taken as one; lines 1 to n_lines.
 
@@ -70,8 +80,12 @@ def element_clocks(records: Sequence[ElementRecord], *, by_force: bool) -> tuple
     """
     if any(record.base is not None or record.is_released for record in records):
         return ()
-    spectra = [_spectra(record, record.response, by_force) for record in records]
-    return (*_delay(records, spectra), *_drift(records, spectra, by_force))
+    lines = [_drive_lines(record) for record in records]
+    spectra = [
+        _spectra(of_drive, record.response, by_force)
+        for of_drive, record in zip(lines, records, strict=True)
+    ]
+    return (*_delay(records, spectra), *_drift(records, lines, spectra, by_force))
 
 
 def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Iterator[ClockDrift]:
@@ -88,7 +102,10 @@ def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Ite
 
 
 def _drift(
-    records: Sequence[ElementRecord], spectra: Sequence[_Spectra], by_force: bool
+    records: Sequence[ElementRecord],
+    lines: Sequence[_DriveLines],
+    spectra: Sequence[_Spectra],
+    by_force: bool,
 ) -> Iterator[ClockDrift]:
     """Run whose delay grows, with the delay in its middle; the others are on time."""
     # A single run cannot be distinguished from an element that is late itself.
@@ -99,8 +116,8 @@ def _drift(
     cross = np.sum(products, axis=0)
     on_time = float(_squares(gram, cross, len(spectra))[0])
     drifts = []
-    for record, run, product in zip(records, spectra, products, strict=True):
-        late = _LateRun(record, by_force, gram - run.gram, cross - product, len(records))
+    for record, drive, run, product in zip(records, lines, spectra, products, strict=True):
+        late = _LateRun(record, drive, by_force, gram - run.gram, cross - product, len(records))
         growth, delay, square = late.best()
         drifts.append((square, ClockDrift(record.name, delay, growth)))
     square, drift = min(drifts, key=lambda pair: pair[0])
@@ -113,6 +130,7 @@ class _LateRun:
     """One run whose clock drifts, and the products of the others."""
 
     record: ElementRecord
+    drive: _DriveLines
     by_force: bool
     gram: FloatArray
     cross: FloatArray
@@ -141,23 +159,29 @@ class _LateRun:
         time = self.record.step * np.arange(self.record.response.size)
         along = time / time[-1] - 0.5
         response = np.interp(time + growth * along, time, self.record.response)
-        return _spectra(self.record, response, self.by_force)
+        return _spectra(self.drive, response, self.by_force)
 
     def _squares(self, run: _Spectra, late: FloatArray) -> FloatArray:
         """Squares that all runs leave with the products of this one at some delays."""
         return _squares(self.gram + run.gram, self.cross + late, self.n_runs)
 
 
-def _spectra(record: ElementRecord, response: FloatArray, by_force: bool) -> _Spectra:
-    """Products of one run up to where its motion is trusted."""
-    window = np.hanning(response.size)
-    frequency = np.fft.rfftfreq(response.size, record.step)
+def _drive_lines(record: ElementRecord) -> _DriveLines:
+    """Spectrum of a run's drive up to where its motion is trusted."""
+    window = np.hanning(record.drive.size)
+    frequency = np.fft.rfftfreq(record.drive.size, record.step)
     used = (frequency > 0.0) & (frequency < record.cutoff_hz)
-    drive = np.fft.rfft((record.drive - record.drive.mean()) * window)[used]
-    moved = np.fft.rfft((response - response.mean()) * window)[used]
-    force, motion = (drive, moved) if by_force else (moved, drive)
-    size = max(float(np.sqrt(np.sum(np.abs(force) ** 2))), np.finfo(float).tiny)
+    spectrum = np.fft.rfft((record.drive - record.drive.mean()) * window)[used]
     omega = np.asarray(2.0 * np.pi * frequency[used], dtype=np.float64)
+    return _DriveLines(window, used, omega, spectrum)
+
+
+def _spectra(drive: _DriveLines, response: FloatArray, by_force: bool) -> _Spectra:
+    """Products of one run with a response."""
+    moved = np.fft.rfft((response - response.mean()) * drive.window)[drive.used]
+    force, motion = (drive.spectrum, moved) if by_force else (moved, drive.spectrum)
+    size = max(float(np.sqrt(np.sum(np.abs(force) ** 2))), np.finfo(float).tiny)
+    omega = drive.omega
     columns = np.array([motion, 1j * omega * motion, -(omega**2) * motion]).T / size
     cross = np.conj(columns) * (force / size)[:, None]
     if not by_force:

@@ -274,7 +274,7 @@ def _trial_cost(
     prior: Prior,
 ) -> float:
     """Cost of one parameter set over the chosen segments."""
-    return float(problem.squares(effects, theta, chosen)[chosen].sum()) + prior.cost(theta)
+    return problem.total_square(effects, theta, chosen) + prior.cost(theta)
 
 
 def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray:

@@ -124,6 +124,10 @@ class ComparisonProblem(ABC):
         Zero where not chosen.
         """
 
+    def total_square(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> float:
+        """Sum of squared residuals of the chosen segments; infinite where the motion diverges."""
+        return float(self.squares(effects, theta, chosen)[chosen].sum())
+
     def gap(self, effects: Effects, theta: FloatArray) -> Gap | None:
         """Gap of a model; None of a problem without a map."""
         return None

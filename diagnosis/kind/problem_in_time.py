@@ -377,6 +377,15 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
             result[segments] = powers.reshape(len(segments), -1)
         return result
 
+    def total_square(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> float:
+        """Squared residuals of the chosen segments without bands, which take a transform each."""
+        total = 0.0
+        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
+            # The last entry is that of samples outside all blocks.
+            inside = np.append(chosen[segments], False)[record.block]
+            total += float(np.sum(np.square(residual[inside])))
+        return total
+
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Every channel of every run as measured and as a model has it."""
         return [

@@ -304,8 +304,9 @@ def _sums(records: Iterable[LinearRecord]) -> _Sums | None:
         known = np.isfinite(record.residual) & np.isfinite(record.predicted)
         of_run = []
         for k in range(record.residual.shape[1]):
-            rows = [*record.columns[:, known[:, k], k], record.residual[known[:, k], k]]
-            design = np.array(rows)
+            design = np.concatenate([record.columns[:, :, k], record.residual[None, :, k]])
+            if not known[:, k].all():
+                design = design[:, known[:, k]]
             of_run.append(design @ design.T)
         grams.append(of_run)
         counts.append(known.sum(axis=0))

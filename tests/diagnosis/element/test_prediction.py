@@ -69,6 +69,8 @@ def test_the_gap_is_measured_less_predicted():
         for run, other, own in zip(measured.runs, predicted.runs, inside, strict=True)
     )
     assert_allclose(squares.sum(), expected, rtol=1e-6)
+    chosen = np.arange(len(problem.segments)) % 2 == 0
+    assert_allclose(problem.total_square((), theta, chosen), squares[chosen].sum(), rtol=1e-12)
 
 
 @pytest.mark.long

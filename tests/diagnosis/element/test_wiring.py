@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from carrierflex.diagnosis.element import signatures
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.wiring import element_clocks
+from carrierflex.diagnosis.inference.effect_fit import mean_square_of
 from tests.diagnosis.element.element_campaigns import (
     displacement_campaign,
     force_campaign,
@@ -59,3 +61,18 @@ def test_the_run_whose_clock_drifts_is_found(drive, growth):
     assert clock.run == campaign.runs[number].name
     assert clock.growth == pytest.approx(growth, abs=step)
     assert clock.delay == pytest.approx(0.5 * growth, abs=step)
+
+
+def test_a_refit_makes_no_columns_of_laws_that_it_does_not_fit(monkeypatch):
+    campaign = force_campaign(no_law)
+    problem = element_problem(campaign)
+    expected = mean_square_of(problem)
+    made = []
+
+    def noted(model, record, column):
+        made.append(column.effect)
+        return np.zeros(record.response.size)
+
+    monkeypatch.setattr(signatures, "column_values", noted)
+    assert problem.wiring(campaign).refitted(campaign) == pytest.approx(expected, rel=1e-9)
+    assert made == []

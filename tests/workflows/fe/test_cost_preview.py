@@ -10,6 +10,7 @@ from carrierflex.geometry.mesh_files import write_mesh
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.workflows.fe import compute_curves, cost_preview
 from carrierflex.workflows.fe.cost_preview import curves_cost, estimated_dofs, reduction_cost
+from carrierflex.workflows.geometry import write_cad
 from carrierflex.workflows.geometry.carrier_files import CarrierFiles
 from carrierflex.workflows.reduction import reduce_body
 
@@ -61,7 +62,20 @@ def test_counts_behind_the_estimate_are_those_of_the_meshes(stiff_mesh, tmp_path
 
 
 @pytest.mark.long
-def test_costs_grow_with_fineness_and_modes_and_meet_the_measured_points():
+def test_a_coarser_mesh_tells_a_cad_models_unknowns_within_a_tenth(tmp_path, monkeypatch):
+    """Whatever the elements at its inner edges add, which the formula knows nothing of."""
+    write_cad.main(out=tmp_path)
+    cad = CarrierFiles(step=tmp_path / "carrier.step", surfaces=tmp_path / "surfaces.toml")
+    counted = 3 * len(cad.mesh("flexible", 0.06).points)
+    monkeypatch.setattr(cost_preview, "_MOST_COUNTED_CAD", 10_000)
+    estimate = estimated_dofs("flexible_carrier", STAGE, 0.06, cad)
+    assert estimate != counted
+    assert_allclose(estimate, counted, rtol=0.1)
+
+
+@pytest.mark.long
+def test_costs_grow_with_fineness_and_modes_and_meet_the_measured_points(monkeypatch):
+    monkeypatch.setattr(cost_preview, "slowness", lambda: 1.0)
     coarse, fine = (
         reduction_cost("flexible_carrier", STAGE, size, n_modes=20, files=NONE)
         for size in (0.03, 0.02)
@@ -86,6 +100,15 @@ def test_costs_grow_with_fineness_and_modes_and_meet_the_measured_points():
             assert_allclose(
                 cost_preview._at(points["n"], points["seconds"], int(n)), seconds, rtol=1e-9
             )
+
+
+def test_a_machine_of_half_the_speed_takes_twice_the_time(monkeypatch):
+    seconds = []
+    for slowness in (1.0, 2.0):
+        monkeypatch.setattr(cost_preview, "slowness", lambda slowness=slowness: slowness)
+        seconds.append(reduction_cost("pin", STAGE, 0.022, n_modes=20, files=NONE).seconds)
+    assert seconds[1] == pytest.approx(2.0 * seconds[0], rel=1e-12)
+    assert 0.05 < cost_preview.slowness() < 100.0
 
 
 def test_preview_alone_computes_and_writes_nothing(tmp_path):
