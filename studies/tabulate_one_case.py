@@ -147,9 +147,10 @@ def one_case_table(cases: Sequence[OneCase]) -> list[str]:
     for case in cases:
         gaps = np.abs((case.numbers - PUBLISHED) / errors)[:_SEVEN]
         down, none, up = case.moment
+        largest = f"{gaps.max():.1f} ({NAMES[gaps.argmax()]})"
         lines.append(
-            f"| {case.limit * 1e6:.0f} um | {gaps.max():.1f} ({NAMES[gaps.argmax()]}) | {none:.3f} | "
-            f"{down:.3f}; {up:.3f} | {case.preloaded.max():.3f} |"
+            f"| {case.limit * 1e6:.0f} um | {largest} | {none:.3f} | {down:.3f}; {up:.3f} | "
+            f"{case.preloaded.max():.3f} |"
         )
     names = list(cases[0].values)
     lines += ["", f"| fitted | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]

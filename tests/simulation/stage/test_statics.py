@@ -299,7 +299,7 @@ def test_statics_and_time_share_the_load_alike_where_the_spline_slips(stage_body
 
 
 def test_a_sun_whose_spline_rubs_does_not_drive_itself(stage_body):
-    """Load upwards, the sun in the middle of its friction: at 244 Hz the steady law feeds motion."""
+    """Load upwards, the sun amid its friction: at 244 Hz the steady law feeds motion."""
     load, data = SteadyLoad(TORQUE, ntl_z=300e3 / 1.22), replace(RUBBING, mesh=MeshData(n_slices=2))
     model = stage_model(stage_body, data, speed=SPEED)
     start = quasi_static_start(model, load)
