@@ -11,7 +11,7 @@ under moment and below 1.10 with preload, pins at the drawing's tolerance of 10 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -55,8 +55,8 @@ _FREE = {
     "axial_stiffness": (5.7, 6.0, 6.92),
     "tilt_stiffness": (4.0, 5.5, 5.9),
 }
-_LOGARITHMS = ("sun_radial", "upwind_radial", "downwind_radial", "axial_stiffness")
-_LOGARITHMS += ("tilt_stiffness",)
+_RADIAL = ("sun_radial", "upwind_radial", "downwind_radial")
+_LOGARITHMS = {*_RADIAL, "axial_stiffness", "tilt_stiffness"}
 #: Limits of a pin's place [m]: the drawing's tolerance, then up to three times that.
 LIMITS = (10e-6, 20e-6, 30e-6)
 #: How closely the least factor is met, and evaluations of a fit.
@@ -88,8 +88,7 @@ class OneCase:
 
 
 def _supports(values: dict[str, float]) -> Supports:
-    names = {entry.name for entry in fields(Supports)}
-    return Supports(**{name: value for name, value in values.items() if name in names})
+    return Hypothesis("case", {}).supports(values)
 
 
 def _factors(compare: Comparison, supports: Supports) -> NDArray[np.float64]:
@@ -117,15 +116,16 @@ def one_case(compare: Comparison, limit: float) -> OneCase:
         short = max(0.0, MEASURED.no_moment - SHARING_ERROR - numbers[_SEVEN]) / _SHARP
         return np.nan_to_num(np.append(gap, short), nan=1e3)
 
-    best = None
+    fits = []
     for sign in (-1.0, 1.0):
         first = np.clip((start - low) / (high - low), 0.02, 0.98)
         first[-1] = 0.5 + 0.45 * sign
         # The face is tilted against the pin that is out of place.
         first[names.index("theta_face")] -= np.pi / 12.0 if sign < 0.0 else 0.0
-        fit = least_squares(misfit, first, bounds=(0.0, 1.0), diff_step=1e-4, max_nfev=_EVALUATIONS)
-        best = fit if best is None or fit.cost < best.cost else best
-    values = values_of(best.x)
+        fits.append(
+            least_squares(misfit, first, bounds=(0.0, 1.0), diff_step=1e-4, max_nfev=_EVALUATIONS)
+        )
+    values = values_of(min(fits, key=lambda fit: fit.cost).x)
     supports = _supports(values)
     numbers = compare.numbers(Hypothesis("case", {}, supports), values)[: _SEVEN + 1]
     place = float(np.clip(supports.pin_offset, -LIMITS[0], LIMITS[0]))

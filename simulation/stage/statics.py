@@ -30,7 +30,7 @@ _FLOATING = 1e-3
 _CUT_SHORT = 0.5
 #: Multiple of a Newton step that the search along it goes to, and what ends the search: halvings,
 #: or the change of the energy over that at its start.
-_LONGEST_STEP, _BISECTIONS, _LOWEST = 1e4, 60, 0.01
+_LONGEST_STEP, _BISECTIONS, _LOWEST = 1e4, 60, 1e-9
 
 
 class NotConvergedError(RuntimeError):
