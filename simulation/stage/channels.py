@@ -27,6 +27,10 @@ from carrierflex.simulation.stage.springs import Spring, unequal_bearings
 ANGLE = 0
 #: Rows of a planet bearing's spring that its rollers take over: y, z and the tilts.
 ROLLING_ROWS = [1, 2, 4, 5]
+#: Damping of the sun's spline where it rubs, over the critical one of the sun on its quill. The
+#: spline's law is that of an offset that is slow beside the sun's turning: at its natural frequency
+#: it would drive the sun with up to 0.49 k across the offset. Chosen: twice what stops it.
+_SPLINE, _SPLINE_DAMPING = "damping of the sun's spline", 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +56,15 @@ class Channels:
         Of the meshes, all suns', then all rings'.
     K_fixed, C_fixed, K_mean, C_mean : ndarray, shape (t, t)
         Stiffness and damping in the fixed frame of what stands still there, and what the linear
-        part has of it: t = 6 motions of the housing on its mount and 2 an unequal bearing.
+        part has of it: t = 6 motions of the housing on its mount, 2 an unequal bearing and 2 a
+        spline that rubs.
     clearance : ndarray, shape (k,)
         Radial play [m] of each bearing with clearance.
     bearings : tuple of str
         Their names.
     unequal : tuple of str
-        Names of the carrier bearings with unequal stiffnesses.
+        Names of the carrier bearings with unequal stiffnesses, and of the sun's spline where it
+        rubs.
     rollers : RollerSet
         Rollers of the planet bearings; no bearings where those are springs.
     splines : ndarray, shape (s, 3)
@@ -164,6 +170,15 @@ class Channels:
         return slice(self.rolling.stop, self.rolling.stop + 3 * len(self.splines))
 
 
+@dataclass(frozen=True, eq=False)
+class _FixedPair:
+    """Motions y and z of a spring whose stiffness or damping stands still in the fixed frame."""
+
+    spring: Spring
+    stiffness: NDArray[np.float64]
+    damping: NDArray[np.float64]
+
+
 def stage_channels(
     layout: CoordinateLayout,
     effects: StageEffects,
@@ -175,18 +190,23 @@ def stage_channels(
     """Channels of a stage; `mount`, `mean_mount` are (K, D); `L` as in :class:`StageModel`."""
     lines, stiffness = _meshes(layout, effects)
     loose = tuple(name for name, spring in springs.items() if spring.clearance > 0.0)
-    unequal = unequal_bearings(layout.data.bearings)
+    splines = _splines(layout)
+    fixed = {
+        name: _FixedPair(springs[name], pair, np.zeros(2))
+        for name, pair in unequal_bearings(layout.data.bearings).items()
+    }
+    if len(splines):
+        fixed[_SPLINE] = _spline_damping(layout, springs["sun"])
     n_lines = len(lines)
     rollers = _rollers(layout, effects)
-    n_turning = 6 + 2 * len(unequal)
-    splines = _splines(layout)
+    n_turning = 6 + 2 * len(fixed)
     n_rows = 1 + n_lines + n_turning + 2 * len(loose) + 4 * len(rollers.directions)
     n_rows += 3 * len(splines)
     rows = np.zeros((n_rows, layout.n))
     rows[1 : 1 + n_lines] = [_approach_row(layout, line) for line in lines]
     rows[1 + n_lines + np.arange(6), layout.rows["housing"]] = 1.0
-    for i, name in enumerate(unequal):
-        rows[1 + n_lines + 6 + 2 * i + np.arange(2)] = springs[name].G[1:3]
+    for i, pair in enumerate(fixed.values()):
+        rows[1 + n_lines + 6 + 2 * i + np.arange(2)] = pair.spring.G[1:3]
     free, reference = np.zeros(n_rows), np.zeros(n_rows)
     means = np.tile([mesh.mean for mesh in stiffness], layout.data.mesh.n_slices)
     reference[1 : 1 + n_lines // 2] = means * [line.share for line in lines[: n_lines // 2]]
@@ -209,21 +229,20 @@ def stage_channels(
     # the angle.
     B[0] = 0.0
     B[0, ANGLE] = 1.0
-    # Bearings have no damping of their own: the structural one holds for their mean.
-    no_damping = len(unequal) * [np.zeros((2, 2))]
+    pairs = fixed.values()
     return Channels(
         B,
         free,
         reference,
         lines,
         stiffness,
-        K_fixed=block_diag(mount[0], *(np.diag(pair) for pair in unequal.values())),
-        C_fixed=block_diag(mount[1], *no_damping),
-        K_mean=block_diag(mean_mount[0], *(pair.mean() * np.eye(2) for pair in unequal.values())),
-        C_mean=block_diag(mean_mount[1], *no_damping),
+        K_fixed=block_diag(mount[0], *(np.diag(pair.stiffness) for pair in pairs)),
+        C_fixed=block_diag(mount[1], *(np.diag(pair.damping) for pair in pairs)),
+        K_mean=block_diag(mean_mount[0], *(pair.stiffness.mean() * np.eye(2) for pair in pairs)),
+        C_mean=block_diag(mean_mount[1], *(np.zeros((2, 2)) for _ in pairs)),
         clearance=np.array([springs[name].clearance for name in loose]),
         bearings=loose,
-        unequal=tuple(unequal),
+        unequal=tuple(fixed),
         rollers=rollers,
         splines=splines,
         mesh_teeth=layout.data.gear.ring_teeth,
@@ -249,6 +268,12 @@ def _splines(layout: CoordinateLayout) -> NDArray[np.float64]:
         return np.zeros((0, 3))
     friction = bearings.sun_friction * chain.sun_shaft_torsion / bearings.spline_radius
     return np.array([[bearings.sun_radial, bearings.sun_clearance, friction]])
+
+
+def _spline_damping(layout: CoordinateLayout, spring: Spring) -> _FixedPair:
+    """What resists fast motion of a sun whose spline rubs."""
+    critical = 2.0 * np.sqrt(layout.data.bearings.sun_radial * layout.data.sun.mass)
+    return _FixedPair(spring, np.zeros(2), _SPLINE_DAMPING * critical * np.ones(2))
 
 
 def _meshes(

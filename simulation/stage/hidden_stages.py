@@ -210,10 +210,18 @@ class Bodies:
         return joined_to_shaft(pinned, beam_shaft(ShaftData(), pinned.pilots["shaft_face"]))
 
 
+def stage_at(shares: Array) -> HiddenStage:
+    """Stage at shares of the ranges, 0 to 1: those of :data:`HIDDEN`, then of every pin's place."""
+    values = {
+        name: hidden.at(float(share))
+        for share, (name, hidden) in zip(shares, HIDDEN.items(), strict=False)
+    }
+    return HiddenStage(values, tuple(PIN_OFFSET.at(float(u)) for u in shares[len(HIDDEN) :]))
+
+
 def drawn_stage(rng: np.random.Generator, n_planets: int) -> HiddenStage:
     """Draw a stage, every quantity within its range."""
-    values = {name: hidden.at(rng.random()) for name, hidden in HIDDEN.items()}
-    return HiddenStage(values, tuple(PIN_OFFSET.at(rng.random()) for _ in range(n_planets)))
+    return stage_at(rng.random(len(HIDDEN) + n_planets))
 
 
 def load_of(load: Array, arm: float) -> SteadyLoad:

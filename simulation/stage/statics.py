@@ -1,12 +1,11 @@
 """Static equilibrium of the stage at one carrier angle, and what the parts carry there."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from typing import NamedTuple
 
+import numba
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 from numpy.typing import NDArray
 
 from carrierflex.simulation.stage.channels import Channels
@@ -16,7 +15,7 @@ from carrierflex.simulation.stage.contact_laws import (
     play_stiffness,
     spline_force,
 )
-from carrierflex.simulation.stage.roller_contact import roller_load
+from carrierflex.simulation.stage.roller_contact import RollerSet, roller_load
 from carrierflex.simulation.stage.stage_data import GRAVITY
 from carrierflex.simulation.stage.stage_model import StageModel
 
@@ -29,8 +28,9 @@ _CONVERGED = 1e-11
 _FLOATING = 1e-3
 #: Share of a Newton step below which the next one has more of the linear stiffness added.
 _CUT_SHORT = 0.5
-#: Multiple of a Newton step that the search along it goes to.
-_LONGEST_STEP = 1e4
+#: Multiple of a Newton step that the search along it goes to, and what ends the search: halvings,
+#: or the change of the energy over that at its start.
+_LONGEST_STEP, _BISECTIONS, _LOWEST = 1e4, 60, 1e-9
 
 
 class NotConvergedError(RuntimeError):
@@ -107,42 +107,83 @@ def channel_forces(
         ``d lambda / d delta``.
     """
     force, tangent = np.zeros(len(delta)), np.zeros((len(delta), len(delta)))
-    flanks, gaps = channels.meshes, np.array([line.gap for line in channels.lines])
-    penetration = delta[flanks] - gaps
-    stiffness = np.where(penetration > 0.0, channels.of_flanks(k), 0.0)
-    reference = channels.reference[flanks]
-    force[flanks] = reference * delta[flanks] - stiffness * penetration
-    tangent[flanks, flanks] = np.diag(reference - stiffness)
-    turning, R = channels.turning, channels.turned(angle)
-    tangent[turning, turning] = channels.K_mean - R.T @ channels.K_fixed @ R
-    force[turning] = tangent[turning, turning] @ delta[turning]
-    for i, clearance in enumerate(channels.clearance):
-        first = channels.clearances.start + 2 * i
-        y, z = delta[first : first + 2]
-        closed = channels.reference[first]
+    _contact_forces(_contact(channels, angle, k), delta, force, tangent)
+    return force, tangent
+
+
+class _Contact(NamedTuple):
+    """Laws of the channels at one carrier angle, in the order of the channels."""
+
+    angle: float
+    reference: NDArray[np.float64]
+    flanks: NDArray[np.float64]
+    gaps: NDArray[np.float64]
+    turning: NDArray[np.float64]
+    """Stiffness that the linear part has too much, of mount and unequal bearings."""
+    clearance: NDArray[np.float64]
+    rollers: RollerSet
+    splines: NDArray[np.float64]
+
+
+def _contact(channels: Channels, angle: float, k: NDArray[np.float64]) -> _Contact:
+    R = channels.turned(angle)
+    return _Contact(
+        float(angle),
+        channels.reference,
+        channels.of_flanks(k),
+        np.array([line.gap for line in channels.lines]),
+        channels.K_mean - R.T @ channels.K_fixed @ R,
+        channels.clearance,
+        channels.rollers,
+        channels.splines,
+    )
+
+
+@numba.njit(cache=True)
+def _contact_forces(
+    of: _Contact,
+    delta: NDArray[np.float64],
+    force: NDArray[np.float64],
+    tangent: NDArray[np.float64],
+) -> None:
+    """Forces of the channels beyond the linear part, and their tangent, in place."""
+    for j in range(len(of.gaps)):
+        i = 1 + j
+        stiffness = of.flanks[j] if delta[i] > of.gaps[j] else 0.0
+        force[i] = of.reference[i] * delta[i] - stiffness * (delta[i] - of.gaps[j])
+        tangent[i, i] = of.reference[i] - stiffness
+    first = 1 + len(of.gaps)
+    turning = slice(first, first + len(of.turning))
+    tangent[turning, turning] = of.turning
+    force[turning] = of.turning @ delta[turning]
+    first += len(of.turning)
+    for clearance in of.clearance:
+        y, z, closed = delta[first], delta[first + 1], of.reference[first]
         fy, fz, _ = play_force(y, z, clearance)
         yy, yz, zz = play_stiffness(y, z, clearance)
-        force[first : first + 2] = closed * np.array([y - fy, z - fz])
-        tangent[first : first + 2, first : first + 2] = closed * np.array(
-            [[1.0 - yy, -yz], [-yz, 1.0 - zz]]
-        )
-    own_force, own_tangent = np.zeros(4), np.zeros((4, 4))
-    for b in range(len(channels.rollers.directions)):
-        rolling = slice(channels.rolling.start + 4 * b, channels.rolling.start + 4 * b + 4)
-        roller_load(channels.rollers, b, delta[rolling], angle, own_force, own_tangent)
-        force[rolling] = channels.reference[rolling] * delta[rolling] - own_force
-        tangent[rolling, rolling] = np.diag(channels.reference[rolling]) - own_tangent
-    for i, (closed, clearance, friction) in enumerate(channels.splines):
-        twist = channels.rubbing.start + 3 * i
-        y, z = delta[twist + 1 : twist + 3]
+        force[first], force[first + 1] = closed * (y - fy), closed * (z - fz)
+        tangent[first, first], tangent[first, first + 1] = closed * (1.0 - yy), -closed * yz
+        tangent[first + 1, first], tangent[first + 1, first + 1] = -closed * yz, closed * (1.0 - zz)
+        first += 2
+    rolling_force, rolling_tangent = np.zeros(4), np.zeros((4, 4))
+    for b in range(len(of.rollers.directions)):
+        rolling = slice(first, first + 4)
+        roller_load(of.rollers, b, delta[rolling], of.angle, rolling_force, rolling_tangent)
+        force[rolling] = of.reference[rolling] * delta[rolling] - rolling_force
+        tangent[rolling, rolling] = np.diag(of.reference[rolling]) - rolling_tangent
+        first += 4
+    for closed, clearance, friction in of.splines:
+        twist, y, z = delta[first : first + 3]
         fy, fz, yy, yz, zy, zz, y_L, z_L = spline_force(
-            y, z, closed, clearance, friction * abs(delta[twist])
+            y, z, closed, clearance, friction * abs(twist)
         )
-        force[twist + 1 : twist + 3] = closed * y - fy, closed * z - fz
-        by_twist = friction * np.sign(delta[twist])
-        tangent[twist + 1, twist : twist + 3] = -y_L * by_twist, closed - yy, -yz
-        tangent[twist + 2, twist : twist + 3] = -z_L * by_twist, -zy, closed - zz
-    return force, tangent
+        by_twist = friction * np.sign(twist)
+        first += 1
+        force[first], force[first + 1] = closed * y - fy, closed * z - fz
+        tangent[first, first - 1], tangent[first + 1, first - 1] = -y_L * by_twist, -z_L * by_twist
+        tangent[first, first], tangent[first, first + 1] = closed - yy, -yz
+        tangent[first + 1, first], tangent[first + 1, first + 1] = -zy, closed - zz
+        first += 2
 
 
 def turning_force(model: StageModel, load: SteadyLoad, angle: float) -> NDArray[np.float64]:
@@ -173,34 +214,64 @@ def _closed_stiffness(channels: Channels) -> NDArray[np.float64]:
     return stiffness
 
 
-def _slope(
-    channels: Channels,
-    motion: tuple[NDArray[np.float64], NDArray[np.float64]],
-    linear: tuple[float, float],
-    operating_point: tuple[float, NDArray[np.float64]],
-    t: float,
+@numba.njit(cache=True)
+def _settled(
+    of: _Contact,
+    free: NDArray[np.float64],
+    W: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    closed: NDArray[np.float64],
+    enough: float,
+    lambda_: NDArray[np.float64],
 ) -> float:
-    """Change of the energy with a step's length `t`, channels ``motion[0] + t motion[1]``."""
-    force, _ = channel_forces(channels, motion[0] + t * motion[1], *operating_point)
-    return float(linear[0] + t * linear[1] - force @ motion[1])
+    """Newton's method for the forces ``lambda(free + W lambda)``, in place; the last residual.
 
-
-def _lowest(slope: Callable[[float], float]) -> float:
-    """Length of a Newton step at which the energy along it is lowest.
-
-    The energy is convex, its `slope` rises.
+    `rows` takes forces of the channels to the residual that ends at `enough`. Each step goes to the
+    lowest energy along it: the energy is convex, its slope rises.
     """
-    start, end = slope(0.0), slope(1.0)
-    if abs(end) <= 0.1 * abs(start):
-        return 1.0
-    upper = 1.0
-    while slope(upper) < 0.0 and upper < _LONGEST_STEP:
-        upper *= 2.0
-    return (
-        float(scipy.optimize.brentq(slope, 0.0, upper, xtol=1e-12))
-        if slope(upper) > 0.0 > start
-        else 1.0
-    )
+    m = len(free)
+    force, trial = np.zeros(m), np.zeros(m)
+    tangent, ignored = np.zeros((m, m)), np.zeros((m, m))
+    added, residual = _FLOATING, np.inf
+    for _ in range(_MOST_ITERATIONS):
+        delta = free + W @ lambda_
+        _contact_forces(of, delta, force, tangent)
+        residual = np.abs(rows @ (lambda_ - force)).max()
+        if residual <= enough:
+            break
+        # A part that floats in its clearances meets no stiffness; what is added of the linear one
+        # moves it into contact.
+        matrix = -tangent @ W
+        for i in range(m):
+            matrix[i] += added * closed[i] * W[i]
+            matrix[i, i] += 1.0
+        change = -np.linalg.solve(matrix, lambda_ - force)
+        moved = W @ change
+        start, per_length = moved @ lambda_, moved @ change
+        first = start - force @ moved
+        low, high, length = 0.0, 1.0, 1.0
+        _contact_forces(of, delta + moved, trial, ignored)
+        slope = start + per_length - trial @ moved
+        if abs(slope) > 0.1 * abs(first):
+            while slope < 0.0 and high < _LONGEST_STEP:
+                low, high = high, 2.0 * high
+                _contact_forces(of, delta + high * moved, trial, ignored)
+                slope = start + high * per_length - trial @ moved
+            if slope > 0.0 > first:
+                for _ in range(_BISECTIONS):
+                    length = 0.5 * (low + high)
+                    _contact_forces(of, delta + length * moved, trial, ignored)
+                    slope = start + length * per_length - trial @ moved
+                    if abs(slope) <= _LOWEST * abs(first):
+                        break
+                    if slope > 0.0:
+                        high = length
+                    else:
+                        low = length
+        lambda_ += length * change
+        # A step cut short had too little stiffness added; any other may do with less.
+        added = min(max(added * (10.0 if length < _CUT_SHORT else 0.03), 1e-12), 1.0)
+    return residual
 
 
 def _refuse_free(model: StageModel) -> None:
@@ -321,25 +392,17 @@ def static_coordinates(
     lambda_ = np.zeros(len(W))
     if start is not None:
         lambda_ = channel_forces(channels, B.T @ start[1:] - channels.free, angle, k)[0]
-    kept = _FLOATING
-    closed = np.diag(_closed_stiffness(channels))
-    unit = np.eye(len(W))
-    for _ in range(_MOST_ITERATIONS):
-        delta = delta_free + W @ lambda_
-        force, tangent = channel_forces(channels, delta, angle, k)
-        residual = scale * (B @ (lambda_ - force))
-        if np.abs(residual).max() <= _CONVERGED * size:
-            return np.concatenate([[angle], y_free + linear.Z @ lambda_])
-        # A part that floats in its clearances meets no stiffness; what is added of the linear one
-        # moves it into contact.
-        change = -np.linalg.solve(unit + (kept * closed - tangent) @ W, lambda_ - force)
-        moved = W @ change
-        energy = float(moved @ lambda_), float(moved @ change)
-        length = _lowest(partial(_slope, channels, (delta, moved), energy, (angle, k)))
-        lambda_ = lambda_ + length * change
-        # A step cut short had too little stiffness added; any other may do with less.
-        kept = float(np.clip(kept * (10.0 if length < _CUT_SHORT else 0.03), 1e-12, 1.0))
+    residual = _settled(
+        _contact(channels, angle, k),
+        delta_free,
+        W,
+        scale[:, None] * B,
+        _closed_stiffness(channels),
+        _CONVERGED * size,
+        lambda_,
+    )
+    if residual <= _CONVERGED * size:
+        return np.concatenate([[angle], y_free + linear.Z @ lambda_])
     raise NotConvergedError(
-        f"contact at rest leaves a residual of {np.abs(residual).max() / size:.1e} after "
-        f"{_MOST_ITERATIONS} steps"
+        f"contact at rest leaves a residual of {residual / size:.1e} after {_MOST_ITERATIONS} steps"
     )

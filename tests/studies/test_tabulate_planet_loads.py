@@ -1,6 +1,7 @@
 """Simulated campaigns of hidden stages: their intervals against the truth and the linear bound."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,22 +12,23 @@ from carrierflex.identification.carrier.planet_loads import (
     load_inference,
 )
 from carrierflex.simulation.stage.hidden_stages import (
+    HIDDEN,
     TURN_ANGLES,
     Bodies,
-    StageEnsemble,
+    LoadedTurn,
     drawn_ensemble,
+    drawn_load,
 )
 from carrierflex.simulation.stage.stage_data import StageData
 from studies import tabulate_planet_loads
 from studies.tabulate_planet_loads import (
     KNOWN,
-    LIMITS,
     NOMINAL,
     SENSORS,
     LoadsRow,
+    bound_at,
     loads_row,
     loads_table,
-    torque_errors,
 )
 
 
@@ -52,32 +54,43 @@ def test_the_table_counts_what_the_intervals_hold():
     assert told["median error of the torque"] == "3.0 %"
 
 
-def test_the_torques_limit_is_the_closed_form_of_linear_readings(monkeypatch):
-    """Readings that follow torque and a hidden state: normal conditioning has a closed form."""
-    rng, n = np.random.default_rng(2), 4000
-    loads = rng.standard_normal((n, 2, 3)) * 50e3
-    per_torque, per_state = 1e-6 * rng.standard_normal((2, 2 * len(SENSORS) * TURN_ANGLES)) / 50e3
-    state = 20e3 * rng.standard_normal(n)
-    rest = loads[:, 1, 0, None] * per_torque + state[:, None] * per_state
-    rest = rest.reshape(n, 2, len(SENSORS), TURN_ANGLES)
-    forces, pins = np.zeros((n, 2, TURN_ANGLES, 1)), np.zeros((n, 2, 3, 4, TURN_ANGLES))
-    ensemble = StageEnsemble(loads, rest, forces, pins, 0)
+def test_the_bound_is_the_closed_form_of_linear_readings(monkeypatch):
+    """Readings and pin forces that follow the stage's shares and the load by known matrices."""
+    rng, n, shape = np.random.default_rng(2), len(HIDDEN) + 3, (len(SENSORS), TURN_ANGLES)
+    A, B = 20e-6 * rng.standard_normal((*shape, n)), 1e-10 * rng.standard_normal((*shape, 3))
+    C, D = 1e3 * rng.standard_normal((3, TURN_ANGLES, n)), rng.standard_normal((3, TURN_ANGLES, 3))
+
+    def loaded_turn(shares, load, _sensors):
+        pins = np.repeat((1e5 + C @ shares + D @ load)[:, None], 4, axis=1)
+        return LoadedTurn(A @ shares + B @ load, pins, np.zeros((TURN_ANGLES, 1)))
+
+    monkeypatch.setattr(tabulate_planet_loads, "loaded_turn", loaded_turn)
+    monkeypatch.setattr(tabulate_planet_loads, "load_of", lambda load, _arm: load)
     monkeypatch.setattr(
         tabulate_planet_loads,
-        "reading_per_force",
-        lambda *_: np.zeros((len(SENSORS), TURN_ANGLES, 1)),
+        "stage_at",
+        lambda shares: SimpleNamespace(model=lambda _bodies: shares),
     )
-    limit = next(limit for limit in LIMITS if limit.errors == ReadingErrors())
-    error, std = torque_errors(ensemble, None, limit)
+    bodies = Bodies(None, None, StageData())
+    bound = bound_at(bodies, 1, 0)
+    # The same draw again.
+    draw = np.random.default_rng([1, 2, 0])
+    shares, load = draw.random(n), drawn_load(draw, NOMINAL)
+    readings = np.array([A @ shares + B @ of for of in (load, KNOWN)])
     noise = 5e-6**2 * TURN_ANGLES / 2700 * np.ones((2, len(SENSORS), 1, 1)) * np.eye(TURN_ANGLES)
-    R = limit.errors.covariance(SENSORS, rest.mean(axis=0), noise)
-    R = R + 20e3**2 * np.outer(per_state, per_state)
-    expected = 1.0 / np.sqrt(1.0 / 50e3**2 + per_torque @ np.linalg.solve(R, per_torque))
-    assert np.sqrt((error**2).mean() + std**2) == pytest.approx(expected, rel=0.05)
-    # A recorded moment that has nothing to do with the torque tells nothing of it.
-    recorded = replace(limit, moment=1e3)
-    other, _ = torque_errors(ensemble, None, recorded)
-    assert np.sqrt((other**2).mean()) == pytest.approx(np.sqrt((error**2).mean()), rel=0.05)
+    R = ReadingErrors().covariance(SENSORS, readings, noise)
+    J = np.concatenate([np.dstack([A, B]), np.dstack([A, np.zeros_like(B)])]).reshape(len(R), -1)
+    spread = [1.05 * NOMINAL, 0.0, 0.0] + np.array([0.0, 320e3, 320e3]) * np.sqrt(3.0)
+    prior = np.concatenate([np.full(n, 1.0), spread]) ** 2 / 12.0
+    P = np.linalg.inv(J.T @ np.linalg.solve(R, J) + np.diag(1.0 / prior))
+    assert bound.torque == load[0]
+    assert bound.torque_stds[0] == pytest.approx(np.sqrt(P[n, n]), rel=1e-4)
+    assert bound.moment_stds[0] == pytest.approx(np.sqrt(np.diag(P)[n + 1 :]).mean(), rel=1e-4)
+    Q = np.dstack([C, D])
+    pins = np.sqrt(np.einsum("paj,jk,pak->pa", Q, P, Q)).mean()
+    assert bound.pin_stds[0] == pytest.approx(pins / (1e5 + C @ shares + D @ load).mean(), rel=1e-4)
+    # A second known load tells more, and an error that is gone as well.
+    assert (np.array(bound.torque_stds[1:]) <= bound.torque_stds[0] * (1.0 + 1e-6)).all()
 
 
 @pytest.mark.long

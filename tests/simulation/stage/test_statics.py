@@ -22,7 +22,7 @@ from carrierflex.simulation.stage.response import (
     run_stage,
     steady_drive,
 )
-from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
+from carrierflex.simulation.stage.stage_data import BearingData, MeshData, MountingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import (
     SteadyLoad,
@@ -296,3 +296,22 @@ def test_statics_and_time_share_the_load_alike_where_the_spline_slips(stage_body
     still = part_loads(linear.model, np.array(c)).load_share
     assert_allclose(part_loads(model, record.c[50::10]).load_share, still, rtol=0.01)
     assert 3.0 * still.max() > 1.1
+
+
+def test_a_sun_whose_spline_rubs_does_not_drive_itself(stage_body):
+    """Load upwards, the sun amid its friction: at 244 Hz the steady law feeds motion."""
+    load, data = SteadyLoad(TORQUE, ntl_z=300e3 / 1.22), replace(RUBBING, mesh=MeshData(n_slices=2))
+    model = stage_model(stage_body, data, speed=SPEED)
+    start = quasi_static_start(model, load)
+    record = joined_records(
+        list(
+            run_stage(
+                model, steady_drive(model, load), start, duration=0.5, sample_rate=200.0, step=1e-3
+            )
+        )
+    )
+    still = quasi_static_turn(stage_model(stage_body, data, speed=0.0), load, 12)
+    share = part_loads(model, record.c).load_share
+    # Mesh forces at 36 Hz are 0.2 of 390 kN.
+    assert_allclose(share.max(), part_loads(model, still.c).load_share.max(), rtol=0.01)
+    assert (np.diff(record.energy[:, 4]) > 0.0).all()
