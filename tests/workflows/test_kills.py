@@ -222,6 +222,11 @@ def write_log(path):
 
 def make_work(name, folder):
     """Take away what would spare a command its work: finished cases, and the cache."""
+    if name == "new-campaign":
+        (folder / "map.toml").unlink(missing_ok=True)
+    # What a measurement is, and what a user may have changed, is not written twice.
+    if name in ("import", "cases"):
+        shutil.rmtree(folder / {"import": "imported"}.get(name, name), ignore_errors=True)
     if name == "blind-check":
         shutil.rmtree(folder / "checked", ignore_errors=True)
     if name == "batch":
@@ -237,7 +242,9 @@ def is_killed(process, number, wait):
     time.sleep(wait)
     if process.poll() is None:
         os.killpg(process.pid, number)
-    process.wait()
+    errors = process.wait()
+    # A refusal is no kill: 130 and 143 are those of signals that are answered.
+    assert process.returncode < 0 or process.returncode in (0, 1, 130, 143), errors
     return process.returncode not in (0, 1)
 
 
