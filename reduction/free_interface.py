@@ -119,6 +119,9 @@ def free_interface_reduction(
     rigid_fit = np.linalg.pinv(G @ R)
     T = np.concatenate([attached + inner[:, :n_rigid] @ rigid_fit, inner], axis=1)
     K_r, M_r = T.T @ (structure.K @ T), T.T @ (M @ T)
+    if G.shape[0] == n_rigid:
+        # As many coordinates of pilots as rigid motions are these: their stiffness is rounding.
+        K_r[:n_rigid], K_r[:, :n_rigid] = 0.0, 0.0
     damped = T.T @ (M @ free.Phi)
     omega = np.concatenate([np.zeros(n_rigid), free.omega])
     sensors = structure.sensors

@@ -68,9 +68,10 @@ def chosen_name(names: list[str], quantity: str) -> str:
     letter = _LETTERS[quantity]
     candidates = names if len(names) == 1 else [n for n in names if n.upper().startswith(letter)]
     if len(candidates) != 1:
-        listed = ", ".join(shown(name) for name in names[:20]) or "none"
+        listed = "matrices " + ", ".join(shown(name) for name in names[:20])
         raise ValueError(
-            f"matrices {listed}; expected one, or one whose name begins with {letter} ({quantity})"
+            f"{listed if names else 'no matrix'}; expected one, or one whose name begins with "
+            f"{letter} ({quantity})"
         )
     return candidates[0]
 

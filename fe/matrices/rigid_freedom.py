@@ -53,7 +53,9 @@ def free_motions(K: sp.csr_array, R: NDArray[np.float64]) -> tuple[NDArray[np.fl
     unit = R / scale
     force = K @ unit
     terms = (abs(K) @ np.abs(unit)).max(axis=1)
-    share = force[terms > 0.0] / terms[terms > 0.0, None]
+    # Six rows of zeros, or directions would be missing where fewer rows have a stiffness.
+    share = np.zeros((np.count_nonzero(terms > 0.0) + 6, 6))
+    share[:-6] = force[terms > 0.0] / terms[terms > 0.0, None]
     present = np.linalg.svd(unit, full_matrices=False)
     # Motions that the model's directions cannot make are none: of a plane model, say.
     independent = present[1] > _RANK * max(present[1][0], np.finfo(float).tiny)

@@ -1,7 +1,7 @@
 """Every reader, fed with damaged files: one line that names the file, or a result; nothing else.
 
 ``make fuzz`` tries 2 000 files, ``make acceptance`` 100 000 (FUZZ_INPUTS). The files of a run with
-the same number are the same.
+the same number and seed (FUZZ_SEED) are the same.
 """
 
 import importlib.util
@@ -19,7 +19,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, seed, settings
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
@@ -36,10 +36,10 @@ from carrierflex.diagnosis.report.rim_motion_files import (
 )
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.matrices import nastran_links, node_files, op4_input_files
-from carrierflex.files import hdf5_trial
+from carrierflex.files import child_process, hdf5_trial
 from carrierflex.files.json_files import save_json
 from carrierflex.files.shown_values import printable
-from carrierflex.geometry import mesh_files
+from carrierflex.geometry import cad_mesh, mesh_files
 from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
 from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.mesh_files import read_mesh, write_mesh
@@ -52,10 +52,17 @@ from carrierflex.identification.logs.log_files import read_log
 from carrierflex.identification.logs.map_files import read_map
 from carrierflex.identification.logs.map_guesses import map_guess
 from carrierflex.identification.logs.map_text import map_text
-from carrierflex.reduction.body_files import read_body, read_certificate, read_shapes, write_body
+from carrierflex.reduction.body_files import (
+    read_body,
+    read_certificate,
+    read_shapes,
+    read_stresses,
+    write_body,
+)
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.reduction.imports import superelement_files
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
+from carrierflex.reduction.shapes.body_stresses import BodyStresses
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.law_files import read_law, write_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
@@ -83,6 +90,7 @@ from tests.fuzz.body_files import BODY_READERS, body_contents
 from tests.fuzz.body_files import read as read_foreign_body
 from tests.fuzz.counts import COUNTS
 from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
+from tests.fuzz.more_files import MORE_READERS, more_contents
 from tests.fuzz.mutations import damaged, damaged_hdf5, damaged_values
 from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
 from tests.identification.logs.test_other_tools import (
@@ -102,8 +110,9 @@ pytestmark = pytest.mark.fuzz
 TOLD = (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
 #: Seconds of processor time after which a reader counts as hanging.
 PATIENCE = 20.0
-#: Memory beyond what stood before [kB] that no small file may take.
+#: Memory beyond what stood before [kB] that no small file may take, and that of a child.
 MOST_MEMORY = 400_000
+MOST_OF_A_CHILD = 2_000_000
 #: As errors name the stream.
 _STREAM = "standard input"
 #: Laws whose files are damaged: one of every form of a part.
@@ -309,6 +318,14 @@ def _bodies(folder: Path) -> dict[str, Target]:
     }
 
 
+def _more(folder: Path) -> dict[str, Target]:
+    contents = more_contents(folder)
+    return {
+        name: Target(contents[name], Path(name).name, _reading(read, Path(name).name))
+        for name, read in MORE_READERS.items()
+    }
+
+
 TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
@@ -327,17 +344,18 @@ TEXTS = [
     *("gearbox.rexs", "gearbox.rexsj", "gearbox.rexsz"),
     *("watch state", "watch header", "watch rows"),
     *(f"body {name}" for name in BODY_READERS),
+    *MORE_READERS,
     "body .h5 bytes",
 ]
 #: JSON whose values are damaged too, so that it is taken for what it is.
-VALUES = ("gearbox.rexsj", "watch header")
+VALUES = ("gearbox.rexsj", "watch header", "whole/diagnosis.json", "whole/report.json")
 #: Every reader has its share; the body is damaged in two ways.
 SHARE = ceil(int(os.environ.get("FUZZ_INPUTS", "2000")) / (len(TEXTS) + len(VALUES) + 1))
+SEED = int(os.environ.get("FUZZ_SEED", "1"))
 SETTINGS = settings(
     max_examples=SHARE,
     deadline=None,
     database=None,
-    derandomize=True,
     suppress_health_check=list(HealthCheck),
 )
 
@@ -348,13 +366,16 @@ def body(tmp_path_factory, pin_reduction):
     certificate = Certificate(1000.0, (Check("mass", "1e-9", 1e-12, True),))
     triangles, n = np.array([[0, 1, 2], [0, 2, 3]]), pin_reduction.model.n_coordinates
     shapes = BodyShapes(np.eye(4, 3), triangles, ("a",), np.array([0, -1]), np.ones((4, 3, n)))
-    write_body(pin_reduction.model, path, certificate, shapes)
+    corners, surface_of = (np.eye(4, 3), triangles, ("a",)), np.array([0, 0, 0, -1])
+    stresses = BodyStresses(*corners, surface_of, np.zeros(4, dtype=bool), np.ones((4, 6, n)))
+    write_body(pin_reduction.model, path, certificate, shapes, stresses)
     return path.read_bytes()
 
 
 def _read_both(path: Path) -> None:
     read_body(path / "a.h5")
     read_certificate(path / "a.h5")
+    read_stresses(path / "a.h5")
     shapes = read_shapes(path / "a.h5")
     if shapes is not None:
         shapes.displacement(np.ones(shapes.T.shape[2]))
@@ -386,6 +407,7 @@ def targets(tmp_path_factory, one_pin_mesh, body):
         ),
         **_matrices(tmp_path_factory.mktemp("matrices")),
         **_bodies(tmp_path_factory.mktemp("bodies")),
+        **_more(tmp_path_factory.mktemp("more")),
         "body .h5 bytes": Target({"a.h5": body}, "a.h5", _read_both),
     }
 
@@ -396,7 +418,7 @@ def careful(monkeypatch):
     read_in_forks(
         monkeypatch,
         *(mesh_files, foreign_files, node_files, op4_input_files, log_files, hdf5_trial),
-        *(nastran_links, superelement_files),
+        *(nastran_links, superelement_files, cad_mesh, child_process),
     )
     monkeypatch.setattr(log_files, "_SECONDS", 2)
     monkeypatch.setattr(hdf5_trial, "_SECONDS", 2)
@@ -441,6 +463,8 @@ def tried(name: str, read: Callable[[Path], Any], folder: Path, file: str) -> No
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
     if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before > MOST_MEMORY:
         bad, told = "above 400 MB", "memory"
+    if resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss > MOST_OF_A_CHILD:
+        bad, told = "above 400 MB", "a child above 2 GB"
     if bad:
         counts[bad] += 1
         pytest.fail(f"{bad}: {told}")
@@ -461,6 +485,7 @@ def test_damaged_files_are_told_in_one_line(tmp_path, targets, name):
     if name not in ("entry.json",):
         target.read(written(target, target.files[target.damaged], tmp_path))
 
+    @seed(SEED)
     @SETTINGS
     @given(content=damaged(target.files[target.damaged]))
     def check(content):
@@ -473,6 +498,7 @@ def test_damaged_files_are_told_in_one_line(tmp_path, targets, name):
 def test_other_values_are_told_in_one_line(tmp_path, targets, name):
     target = targets[name]
 
+    @seed(SEED)
     @SETTINGS
     @given(content=damaged_values(target.files[target.damaged]))
     def check(content):
@@ -489,6 +515,7 @@ def test_damaged_parts_of_a_body_are_told_in_one_line(tmp_path, body):
             lambda name, part: parts.append(name) if isinstance(part, h5py.Dataset) else None
         )
 
+    @seed(SEED)
     @SETTINGS
     @given(change=damaged_hdf5(sorted(parts)))
     def check(change):

@@ -56,7 +56,7 @@ def main(
     Returns
     -------
     NewMap
-        The map; what stands as '?' in it is to be told.
+        The map; keys with '?' are to be filled in.
 
     Raises
     ------

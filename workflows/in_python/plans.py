@@ -1,4 +1,4 @@
-"""``cf.planned_campaign``: which causes a campaign could see and part, and what to add to it."""
+"""``cf.planned_campaign``: which causes a campaign can detect and separate, and what to add."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -64,7 +64,7 @@ def planned_campaign(
     gap: float | None = None,
     baseline: list[str] | None = None,
 ) -> Planned:
-    """Tell which causes a campaign could see and part, and the cheapest addition that parts more.
+    """Causes that a campaign can detect and separate, and the cheapest addition for more.
 
     Parameters
     ----------

@@ -140,7 +140,7 @@ class RankedAddition:
 
 @dataclass(frozen=True, eq=False)
 class CampaignPlan:
-    """What a campaign could see and part, and what to add."""
+    """Causes that a campaign can detect and separate, and what to add."""
 
     campaign: Annotated[str, "Name of the case or campaign"]
     kind: Annotated[str, "Kind of the campaign"]

@@ -132,3 +132,11 @@ def test_another_content_is_refused_in_one_line(written, change, message):
         read_rim_motion(written)
     assert str(refusal.value).startswith(f"{written}: ")
     assert "\n" not in str(refusal.value)
+
+
+def test_a_reading_whose_square_is_no_number_is_refused(written):
+    document = json.loads(written.read_text())
+    document["signals"][0]["measured"][0] = 1e308
+    written.write_text(json.dumps(document))
+    with pytest.raises(ValueError, match=r"key 'measured' has shape .* numbers below 1e\+100"):
+        read_rim_motion(written)

@@ -12,7 +12,7 @@ import pytest
 import pyyeti
 import scipy.io
 import scipy.sparse as sp
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from pyyeti.nastran import bulk, n2p, op2, op4
 
 from carrierflex.fe.materials import STEEL
@@ -27,6 +27,8 @@ from carrierflex.reduction.dynamic_stiffness import full_response
 from carrierflex.reduction.exports.dmig_files import write_dmig
 from carrierflex.reduction.exports.op4_files import write_op4
 from carrierflex.reduction.exports.sid_files import write_sid
+from carrierflex.reduction.free_interface import free_interface_reduction
+from carrierflex.reduction.imports.foreign_bodies import read_any_body
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.modes.dense_modes import dense_modes
 from carrierflex.reduction.modes.mode_rules import Below
@@ -646,6 +648,23 @@ def test_a_superelement_with_a_pilot_of_three_components_comes_back(tmp_path):
     assert [pilot.components for pilot in back.structure.pilots] == [tuple(range(6)), (0, 1, 2)]
 
 
+@pytest.mark.parametrize("n_modes", [1, 4, 10])
+def test_free_modes_beside_one_pilot_leave_it_without_stiffness(n_modes, tmp_path):
+    body = lumped_frame(tmp_path, ends="[9]")
+    free = free_interface_reduction(body.structure, n_modes, body=sound_grounding(body))
+    assert_array_equal(free.model.K[:6], 0.0)
+    K, M = body.structure.K.toarray(), body.structure.M.diagonal()
+    root = np.sqrt(M[M > 0])
+    inner = M > 0
+    Kc = K[inner][:, inner] - K[inner][:, ~inner] @ np.linalg.solve(
+        K[~inner][:, ~inner], K[~inner][:, inner]
+    )
+    exact = np.sqrt(np.linalg.eigvalsh(Kc / np.outer(root, root))[6 : 6 + n_modes])
+    assert_allclose(free.modes.omega[:n_modes], exact, rtol=1e-8)
+    write_body(free.model, tmp_path / "free.h5")
+    read_body(tmp_path / "free.h5")
+
+
 @pytest.mark.parametrize("n_modes", [0, 4, 10])
 def test_a_free_body_with_one_pilot_has_a_certificate(n_modes, tmp_path):
     body = lumped_frame(tmp_path, ends="[9]")
@@ -655,3 +674,6 @@ def test_a_free_body_with_one_pilot_has_a_certificate(n_modes, tmp_path):
     assert {check.name: check.met for check in checks}["grounding over own stiffness"]
     write_body(reduction.model, tmp_path / "one.h5", certify(body.structure, reduction))
     read_body(tmp_path / "one.h5")
+    # No row of its pilot has a stiffness: all six motions are free in what comes back as well.
+    write_op4(reduction.model, tmp_path / "one.op4")
+    assert read_any_body(tmp_path / "one.op4").model.n_free_motions == 6

@@ -252,7 +252,7 @@ BAD = [
     ("a.mm", b"%%MatrixMarket matrix coordinate real general\n2 2 1\n1.5 1 1\n", "hold 1.5"),
     ("a.rsa", b"t\n 1\n CSA 3 3 3\n(1I1)\n", "type 'CSA'"),
     ("a.npz", b"PK", "not a complete npz"),
-    ("a.pch", b"GRID,1\n", "matrices none"),
+    ("a.pch", b"GRID,1\n", "no matrix"),
     ("a.op4", b"\0" * 40, "output4"),
     ("a.full", b"x", "ansys-mapdl-reader"),
     ("a.xyz", b"x", "expected one of"),

@@ -210,7 +210,7 @@ def test_what_is_not_read_back_says_so(tmp_path, body):
         ("a.cdb", {}, r"not reduced yet is not read .* `carrierflex reduce` with --interfaces"),
         ("a.xyz", {}, r"suffix '\.xyz' is that of no body that is read; expected \.h5, \.op4"),
         ("a.SID_FEM", {}, r"a\.SID_FEM: no line 'end part': the file is cut short"),
-        ("a.bdf", {}, r"a\.bdf: matrices none; expected one, or one whose name begins with K"),
+        ("a.bdf", {}, r"a\.bdf: no matrix; expected one, or one whose name begins with K"),
         ("pin.h5", {"units": "mm-N"}, r"--units is mm-N, and .*pin\.h5 is a body file"),
     ],
 )
