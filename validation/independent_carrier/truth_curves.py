@@ -46,6 +46,7 @@ COLUMNS = (
     "off",
     "fit",
     *(f"{part}_{order}" for order in ORDERS for part in ("a", "b")),
+    *(f"radial_{part}_{order}" for order in ORDERS for part in ("a", "b")),
 )
 
 
@@ -116,7 +117,7 @@ def rows(made: Made, size: float) -> Iterator[list[str]]:
         curves.append((f"{fit:.3g}", orders))
     for fit_name, c in curves:
         # a cos + b sin of each order.
-        parts = np.stack([c.real, -c.imag], axis=1).ravel()
+        parts = np.stack([c.real, -c.imag], axis=2).ravel()
         yield [str(made.number), off, fit_name, *(f"{part:.5e}" for part in parts)]
 
 
