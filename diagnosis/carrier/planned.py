@@ -37,10 +37,10 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.simulation.carrier.effects.drawing import CURVE_ERROR, body_of_effect
 from carrierflex.simulation.carrier.rim import CarrierInputs
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.stage.stage_data import MountingData
 
 FloatArray = NDArray[np.float64]
-AXIAL, RADIAL = "axial_displacement", "radial_displacement"
 #: Steps of torque, over the nominal one.
 _TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
 #: Torques of the radial loads, and shares of the largest one.

@@ -1,4 +1,6 @@
-"""Rim curves, axial and radial, of the carrier under a torque of 1 kN m, bonded pins, none, or pins with a fit.
+"""Rim curves of the carrier under a torque of 1 kN m: axial, then radial.
+
+Pins are bonded, absent, or have a fit.
 
 Statics of the parts that CalculiX solved are joined by their flexibilities: bores and pin ends
 share their mean translation, and a spring joins their mean turns.
