@@ -1,4 +1,4 @@
-"""Dimensions that a carrier's rim cannot distinguish, with axial sensors and with a radial one more.
+"""Dimensions that cannot be distinguished at the rim, without a radial sensor and with one.
 
     python -m studies.tabulate_drawing_ties --cases 30 --seed 1 --out drawing_ties
 
@@ -105,7 +105,7 @@ def answered(campaign: Campaign, truth: str, change: float, gap: float) -> TiedA
     with TemporaryDirectory() as folder:
         write_drawn_curves(Path(folder) / CURVES_FILE)
         curves = curves_of_rig(campaign.rig, Path(folder))
-    problem, measured_floor = problem_of(campaign, curves)
+    problem, _ = problem_of(campaign, curves)
     known = set(campaign.baseline.effects)
     others = tuple(name for name in campaign.contract.effects if name not in known)
     only_drawing = replace(campaign.baseline, impossible=others)
@@ -138,9 +138,7 @@ def tied_campaign(seed: int, number: int) -> tuple[Campaign, str, float, float]:
     rng = np.random.default_rng([seed, number])
     while True:
         ratio = float(np.exp(rng.uniform(*np.log((_LEAST_GAP, _LARGEST_GAP)))))
-        plan = CasePlan(
-            "carrier", number, int(rng.integers(2**31)), MODEL, (OFF_DRAWING,), ratio
-        )
+        plan = CasePlan("carrier", number, int(rng.integers(2**31)), MODEL, (OFF_DRAWING,), ratio)
         campaign, label = model_case(plan, n_radial=SENSORS[-1])
         if len(label.effects) == 1 and label.gap_over_floor >= _LEAST_GAP:
             break

@@ -235,9 +235,7 @@ class _Rig:
         return LinearBaseline(columns, own_offset=True, not_negative=(share,) if pin_fit else ())
 
 
-def model_case(
-    plan: CasePlan, repeat: int = 0, *, n_radial: int = 0
-) -> tuple[Campaign, Label]:
+def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[Campaign, Label]:
     """Campaign and label of a case whose carrier may be off its drawing.
 
     Parameters

@@ -99,8 +99,7 @@ def curve_error_effect(
         CURVE_ERROR,
         equation="sum_n e_n R sin(n (v - theta)) T/T_unit",
         parameters=tuple(
-            EffectParameter(name, "1", -_MOST_ERROR * std, _MOST_ERROR * std, std)
-            for name in names
+            EffectParameter(name, "1", -_MOST_ERROR * std, _MOST_ERROR * std, std) for name in names
         ),
         signature="orders of the planets, growing as the torque",
         pattern=_rows(*curves),
