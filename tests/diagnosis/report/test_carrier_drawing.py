@@ -37,6 +37,7 @@ def test_dimension_lines_have_numbers_and_the_length_of_the_dimension():
     assert numbers == ["1", "2", "3"]
 
 
+@pytest.mark.long
 def test_the_report_shows_named_and_tied_dimensions_with_their_values():
     diagnosis, campaign = found("carrier")
     values = {
