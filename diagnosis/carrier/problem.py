@@ -59,7 +59,12 @@ from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, C
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
 from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES, KnownValue
+from carrierflex.identification.campaign.declarations import (
+    CURVES,
+    TOLERANCES,
+    Channel,
+    KnownValue,
+)
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
@@ -624,9 +629,8 @@ def _experiments(
     if TOLERANCES in campaign.rig and not _has_radial(campaign):
         first = campaign.channels[0]
         sensor = replace(first, name="radial", quantity=RADIAL)
-        more = replace(campaign, channels=(*campaign.channels, sensor))
         loads = [(share * nominal, 0.0, 0.0) for share in (0.25, 0.5, 1.0)]
-        runs = _steady_runs(more, loads, source.speed)
+        runs = _steady_runs(campaign, loads, source.speed, (sensor,))
         text = "steps of 25, 50 and 100 % torque with one radial sensor at the rim more"
         candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
     return tuple(candidate_experiments)
@@ -645,11 +649,14 @@ def _builder(
     return build
 
 
-def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Campaign:
-    """Campaign of steady runs; its signals are blank."""
+def _steady_runs(
+    campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...] = ()
+) -> Campaign:
+    """Campaign of steady runs with some channels more; its signals are blank."""
+    channels = (*campaign.channels, *added)
     n = _REVOLUTIONS * _SAMPLES + 1
     angle = 2.0 * np.pi * np.arange(n) / _SAMPLES
-    blank = {channel.name: np.zeros(n) for channel in campaign.channels}
+    blank = {channel.name: np.zeros(n) for channel in channels}
     runs = tuple(
         Run(
             f"step {k + 1}",
@@ -671,7 +678,7 @@ def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Ca
         for k, (t, y, z) in enumerate(loads)
     )
     baseline = replace(campaign.baseline, source="model")
-    return replace(campaign, runs=runs, baseline=baseline)
+    return replace(campaign, channels=channels, runs=runs, baseline=baseline)
 
 
 def _refuse_silent_channels(campaign: Campaign) -> None:

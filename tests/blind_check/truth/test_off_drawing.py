@@ -45,7 +45,7 @@ def test_drawn_curves_are_the_projects_to_the_error_of_its_mesh(tmp_path):
         difference = theirs[name].axial - ours[name].axial
         assert np.sqrt(np.mean(difference**2)) < 0.06 * ours[name].rms
         radial = theirs[name].radial - ours[name].radial
-        assert np.sqrt(np.mean(radial**2)) < 0.06 * np.sqrt(np.mean(ours[name].radial**2))
+        assert np.sqrt(np.mean(radial**2)) < 0.06 * np.sqrt(np.mean(ours[name].radial ** 2))
 
 
 def test_a_modulus_off_its_drawing_scales_the_curve_without_pins():
