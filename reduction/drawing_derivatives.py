@@ -32,8 +32,10 @@ from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.shape_velocity import with_step
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.carrier_sensitivities import (
+    CarrierProblem,
     Change,
     curve_sensitivities,
+    given_problem,
     parametric_problem,
 )
 from carrierflex.reduction.craig_bampton import craig_bampton
@@ -50,6 +52,12 @@ _NO_SHAPE = ("carrier.upwind_bearing_width", "carrier.sensor_radius", "carrier.r
 #: Step of the central differences of the joined body, as a share of the value: new meshes of the
 #: pin scatter by less than a hundredth of the derivative.
 _STEP = 2e-3
+#: The same of an offset [m].
+_OFFSET_STEP = 1e-4
+#: Table of the causes that are named surfaces.
+_SURFACE = "surface"
+#: Distance up to which two middles of a bore are the same [m].
+_SAME_BORE = 1e-3
 FloatArray = NDArray[np.float64]
 
 
@@ -89,14 +97,66 @@ def drawn_curves(
     ValueError, SingularMatrixError
         Where the mesh does not belong to the dimensions.
     """
-    problem = parametric_problem(half, stage)
+    return _drawn(parametric_problem(half, stage), stage, size, note)
+
+
+def given_drawn_curves(
+    mesh: TetMesh,
+    stage: StageParameters,
+    size: float,
+    *,
+    materials: Mapping[str, Material] = BODY_MATERIALS,
+    note: Callable[[str], None] = lambda name: None,
+) -> dict[str, DeflectionCurve]:
+    """The same of a carrier from a CAD model or mesh: its causes are named surfaces and materials.
+
+    A surface moves along its outward normal [m]; the pins stay as they are.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Whole carrier without pins.
+    stage : StageParameters
+        Dimensions that its pins are made of.
+    size : float
+        Element edge length of the pin's mesh [m].
+    materials : mapping of str to Material
+        Material of every body.
+    note : callable
+        Told the name of each cause before its turn.
+
+    Raises
+    ------
+    KeyError, ValueError, SingularMatrixError
+        Where the mesh is no carrier, or its bores are not where the dimensions have them.
+    """
+    problem = given_problem(mesh, stage.gear, materials)
+    points, drawn = problem.half.pilots, carrier_pilot_points(stage.carrier)
+    for name in (name for name in points if name.startswith("pin_")):
+        if name not in drawn or np.abs(points[name] - drawn[name]).max() > _SAME_BORE:
+            raise ValueError(
+                f"the middle of bore {name} of the mesh is at {np.round(points[name], 4)} m, and "
+                f"that of the dimensions at {np.round(drawn.get(name, np.nan), 4)} m; expected the "
+                "same, as the pins are made of the dimensions: state [carrier] of this carrier in "
+                "--parameters"
+            )
+    return _drawn(problem, stage, size, note, materials)
+
+
+def _drawn(
+    problem: CarrierProblem,
+    stage: StageParameters,
+    size: float,
+    note: Callable[[str], None],
+    materials: Mapping[str, Material] = BODY_MATERIALS,
+) -> dict[str, DeflectionCurve]:
+    """Pin fit and derivatives of a carrier whose curves are derived by its causes."""
     curve = curve_sensitivities(problem)["delta_f"]
     nominal, statics = _bores(problem.clamped)
-    pin = _pin(stage, size)
-    radius = stage.carrier.sensor_radius
+    pin = _pin(stage, size, materials)
 
     def named(name: str, readings: FloatArray) -> dict[str, DeflectionCurve]:
-        return {name: sensor_curve(name, readings, UNIT_TORQUE, radius)}
+        return {name: sensor_curve(name, readings, UNIT_TORQUE, problem.radius)}
 
     curves = named(PIN_FIT, _by_fit(nominal, pin, stage))
     for k, change in enumerate(problem.changes):
@@ -104,18 +164,19 @@ def drawn_curves(
         if name in _NO_SHAPE:
             continue
         note(name)
-        step = _STEP * change.cause.value
+        table, _, cause = name.rpartition(".")
+        # An offset has no value.
+        step = _STEP * change.cause.value or _OFFSET_STEP
         moved = _derivative(statics, nominal, change)
         ends = []
         for h in (step, -step):
-            is_shape = change.cause.unit == "m"
-            at = with_step(stage, name, h) if is_shape else stage
-            of_pin = _pin(at, size) if is_shape else pin
+            moves_pin = change.cause.unit == "m" and table != _SURFACE
+            at = with_step(stage, name, h) if moves_pin else stage
+            of_pin = _pin(at, size, materials) if moves_pin else pin
             ends.append(_by_fit(nominal.moved(moved, h), of_pin, at))
-        cause = name.removeprefix("carrier.")
         curves |= named(f"delta_f/{cause}", np.concatenate([curve.axial[k], curve.radial[k]]))
         curves |= named(f"{PIN_FIT}/{cause}", (ends[0] - ends[1]) / (2.0 * step))
-    E = BODY_MATERIALS["pins"].E
+    E = materials["pins"].E
     ends = [_by_fit(nominal, replace(pin, K=(1.0 + h) * pin.K), stage) for h in (_STEP, -_STEP)]
     curves |= named("delta_f/pin_E", np.zeros_like(ends[0]))
     curves |= named(f"{PIN_FIT}/pin_E", (ends[0] - ends[1]) / (2.0 * _STEP * E))

@@ -53,7 +53,7 @@ def wedge_orders(sizes: Sequence[float]) -> NDArray[np.float64]:
         by_pilot = truth.flexible(clamped=False)
         curves = [truth.flexible().without_pins(), truth.bonded()]
         curves += [by_pilot.with_pins(pin, fit) for fit in FITS]
-        rows.append(np.abs(curves)[:, compared].T)
+        rows.append(np.abs(curves)[:, 0, compared].T)
     return np.array(rows)
 
 

@@ -35,11 +35,12 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.effects.drawing import CURVE_ERROR, body_of_effect
 from carrierflex.simulation.carrier.rim import CarrierInputs
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.simulation.stage.stage_data import MountingData
 
 FloatArray = NDArray[np.float64]
-AXIAL, RADIAL = "axial_displacement", "radial_displacement"
 #: Steps of torque, over the nominal one.
 _TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
 #: Torques of the radial loads, and shares of the largest one.
@@ -299,9 +300,16 @@ def carrier_planned_table(
     size = np.concatenate([[1.0], [unknown.scale for unknown in unknowns], _by_row(rows, scales)])
     size = np.concatenate([size, np.ones(n_columns - rows.size)])
     precision = [
-        0.0 if unknown.prior_std in (0.0, np.inf) else (unknown.scale / unknown.prior_std) ** 2
+        np.inf if unknown.lower == unknown.upper else (unknown.scale / unknown.prior_std) ** 2
         for unknown in unknowns
     ]
+    bound = np.full(n_columns, np.inf)
+    of_curves = [k for k, unknown in enumerate(unknowns) if unknown.effect == CURVE_ERROR]
+    bound[[1 + k for k in of_curves]] = [unknowns[k].upper / unknowns[k].scale for k in of_curves]
+    for signature in _signatures(rows):
+        if body_of_effect(signature.effect):
+            (change,) = model.effects[signature.effect].parameters
+            bound[list(signature.columns)] = change.upper / change.scale
     return PlannedTable(
         np.array(grams) * np.outer(size, size),
         base.size,
@@ -316,6 +324,7 @@ def carrier_planned_table(
         float(np.sqrt(np.mean(problem.noise))),
         n_columns - rows.size,
         (limits.radial_load * MountingData.ntl_arm / _BENDING_ERROR) ** 2,
+        bound,
     )
 
 

@@ -59,7 +59,12 @@ from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, C
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
 from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES, KnownValue
+from carrierflex.identification.campaign.declarations import (
+    CURVES,
+    TOLERANCES,
+    Channel,
+    KnownValue,
+)
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
@@ -76,6 +81,7 @@ from carrierflex.simulation.carrier.effects.drawing import (
 )
 from carrierflex.simulation.carrier.effects.inside_stage import RESPONSE, RESPONSE_STD
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
+from carrierflex.simulation.carrier.run_cases import RADIAL
 from carrierflex.simulation.laws import Law
 
 #: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
@@ -337,7 +343,7 @@ class CarrierProblem(ComparisonProblem):
         return self._residuals.overlays(effects, theta)
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
-        """Loads that were not applied."""
+        """Loads that were not applied, and a radial sensor where the carrier is as drawn."""
         return _experiments(self.campaign, self.model.source, self.under)
 
     def misreading(self, effects: Effects, theta: FloatArray) -> Misreading:
@@ -357,12 +363,18 @@ class CarrierProblem(ComparisonProblem):
     def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """Problem that measured what a model predicts under the inputs of another campaign.
 
-        Parameters of a run are those of the first run.
+        Parameters of a run are those of the first run; a channel more has the mean noise.
         """
         records = accumulated_sums(campaign, self.model.source)
+        channels = tuple(channel.name for channel in campaign.channels)
         model = replace(
-            self.model, runs=tuple(run.name for run in campaign.runs), index=records.index
+            self.model,
+            runs=tuple(run.name for run in campaign.runs),
+            channels=channels,
+            index=records.index,
         )
+        noise = np.full(len(channels), self.noise.mean())
+        noise[: self.noise.size] = self.noise
         value = {
             (p.effect, p.name): float(theta[k])
             for k, p in reversed(list(enumerate(self.parameters(effects))))
@@ -371,7 +383,7 @@ class CarrierProblem(ComparisonProblem):
         under = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
         table = model.weights(effects, choice, under)
         simulated = records.with_target(table.columns, table.values)
-        return replace(self, campaign=campaign, model=model, records=simulated)
+        return replace(self, campaign=campaign, model=model, records=simulated, noise=noise)
 
     def gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         """Gap by run, pattern and order; tilts, eccentricity and peak to peak."""
@@ -550,7 +562,8 @@ def _by_drawing(
     tolerances = dict(campaign.rig[TOLERANCES])
     std = float(tolerances.pop(CURVES, _CURVES_STD))
     fixed = dict(known.fixed)
-    contained = [curve_error_effect(curves["delta_f"], int(campaign.rig["n_planets"]), std)]
+    n_planets, radial = int(campaign.rig["n_planets"]), _has_radial(campaign)
+    contained = [curve_error_effect(curves["delta_f"], n_planets, std, radial=radial)]
     rho_f = f"{FLEXIBLE_PINS.id}.rho_f"
     if rho_f not in fixed:
         fixed[rho_f] = KnownValue(1.0, 0.0)
@@ -572,7 +585,11 @@ def _by_drawing(
 def _experiments(
     campaign: Campaign, source: ColumnSource, under: _Under
 ) -> tuple[CandidateExperiment, ...]:
-    """Steps of torque, of radial load along z and y, and radial loads at low torque."""
+    """Steps of torque, of radial load along z and y, and radial loads at low torque.
+
+    A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
+    radial sensor.
+    """
     nominal = source.rig.nominal_torque
     has_radial_load = "ntl_y" in campaign.contract.inputs
     size = source.largest_load
@@ -609,7 +626,18 @@ def _experiments(
         loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
         runs = _steady_runs(campaign, loads, source.speed)
         candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
+    if TOLERANCES in campaign.rig and not _has_radial(campaign):
+        first = campaign.channels[0]
+        sensor = replace(first, name="radial", quantity=RADIAL)
+        loads = [(share * nominal, 0.0, 0.0) for share in (0.25, 0.5, 1.0)]
+        runs = _steady_runs(campaign, loads, source.speed, (sensor,))
+        text = "steps of 25, 50 and 100 % torque with one radial sensor at the rim more"
+        candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
     return tuple(candidate_experiments)
+
+
+def _has_radial(campaign: Campaign) -> bool:
+    return any(channel.quantity == RADIAL for channel in campaign.channels)
 
 
 def _builder(
@@ -621,11 +649,14 @@ def _builder(
     return build
 
 
-def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Campaign:
-    """Campaign of steady runs; its signals are blank."""
+def _steady_runs(
+    campaign: Campaign, loads: Sequence[_Load], speed: float, added: tuple[Channel, ...] = ()
+) -> Campaign:
+    """Campaign of steady runs with some channels more; its signals are blank."""
+    channels = (*campaign.channels, *added)
     n = _REVOLUTIONS * _SAMPLES + 1
     angle = 2.0 * np.pi * np.arange(n) / _SAMPLES
-    blank = {channel.name: np.zeros(n) for channel in campaign.channels}
+    blank = {channel.name: np.zeros(n) for channel in channels}
     runs = tuple(
         Run(
             f"step {k + 1}",
@@ -647,7 +678,7 @@ def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Ca
         for k, (t, y, z) in enumerate(loads)
     )
     baseline = replace(campaign.baseline, source="model")
-    return replace(campaign, runs=runs, baseline=baseline)
+    return replace(campaign, channels=channels, runs=runs, baseline=baseline)
 
 
 def _refuse_silent_channels(campaign: Campaign) -> None:

@@ -17,6 +17,7 @@ from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.report import gap_words, verdict_words, words
+from carrierflex.diagnosis.report.carrier_drawing import carrier_figure, shown_dimensions
 from carrierflex.diagnosis.report.cause_rows import cause_rows
 from carrierflex.diagnosis.report.figures import (
     inline_svg,
@@ -128,6 +129,7 @@ def _drawings(data: ReportData) -> dict[str, Any]:
         "motion": motion,
         "shapes": shapes,
         "machine": _machine(data),
+        "dimensions": _dimensions(diagnosis),
         "answer": answer,
         "signals": signals if signals is not answer else None,
     }
@@ -159,6 +161,23 @@ def _machine(data: ReportData) -> _Drawing | None:
     dashed = "; dashed: its largest pattern at the rim" if waves is not None else ""
     view = "" if diagnosis.kind == "element" else ", seen downwind"
     return _Drawing(svg, f"RMS of the gap at each sensor, before{after}{view}{dashed}.")
+
+
+def _dimensions(diagnosis: Diagnosis) -> _Drawing | None:
+    """Drawing of the carrier with the named dimensions, each of a tie among them."""
+    which = diagnosis.attribution
+    ties = [name for group in which.aliases if set(group) & set(which.effects) for name in group]
+    effects = tuple(dict.fromkeys((*which.effects, *ties)))
+    names = shown_dimensions(effects)
+    if not names:
+        return None
+    texts = []
+    for number, name in enumerate(names, start=1):
+        rows = words.named_rows(diagnosis, f"geometry/{name}")
+        value = f" {words.value_words(rows[0])}" if rows else ""
+        texts.append(f"{number} {plain_name(f'geometry/{name}')}{value}")
+    caption = f"On the drawing, not to scale: {'; '.join(texts)}."
+    return _Drawing(inline_svg(partial(carrier_figure, names), "dimensions", caption), caption)
 
 
 def _waves(diagnosis: Diagnosis) -> int | None:

@@ -61,9 +61,9 @@ def test_a_pin_fit_has_the_curve_of_the_reduced_carrier(flexible_reduction, pin_
     )
     truth = TruthCarrier(Carrier(), COARSE)
     flexible, pin = truth.flexible(clamped=False), truth.pin_stiffness()
-    free = flexible.without_pins()[1].imag, family.curve(0.0).axial_order(3).imag
+    free = flexible.without_pins()[0, 1].imag, family.curve(0.0).axial_order(3).imag
     for fit in (1e7, 1e8):
-        share = flexible.with_pins(pin, fit)[1].imag / free[0]
+        share = flexible.with_pins(pin, fit)[0, 1].imag / free[0]
         # Errors of the coarse meshes cancel in part; half the fit would be 15 % more.
         assert share == pytest.approx(family.curve(fit).axial_order(3).imag / free[1], rel=0.04)
 
@@ -76,9 +76,9 @@ def test_a_loose_fit_ends_at_simply_supported_pins_and_a_tight_one_at_six_peaks(
     free = flexible.without_pins()
     # The pins hold the bores at their length: 0.1 % (docs/reduction.md).
     assert_allclose(flexible.with_pins(pin, 1.0), free, atol=2e-3 * np.abs(free).max())
-    sizes = np.abs([flexible.with_pins(pin, fit)[1] for fit in (1e6, 1e7, 1e8, np.inf)])
+    sizes = np.abs([flexible.with_pins(pin, fit)[0, 1] for fit in (1e6, 1e7, 1e8, np.inf)])
     assert (np.diff(sizes) < 0.0).all()
-    assert free[2].imag * flexible.with_pins(pin, np.inf)[2].imag < 0.0
+    assert free[0, 2].imag * flexible.with_pins(pin, np.inf)[0, 2].imag < 0.0
 
 
 @needs_calculix
@@ -102,4 +102,4 @@ def test_both_codes_come_to_the_same_curves(carrier, pin, gear):
         for order in (3, 6):
             # The helix's moment, which the half sector's curve leaves out, makes real parts alone.
             expected = curve.axial_order(order).imag
-            assert orders[order == ORDERS][0].imag == pytest.approx(expected, rel=0.015)
+            assert orders[0, order == ORDERS][0].imag == pytest.approx(expected, rel=0.015)

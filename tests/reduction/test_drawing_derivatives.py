@@ -14,10 +14,12 @@ from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.shape_extension import extended_velocity
 from carrierflex.fe.structural_model import PIN_PILOTS, structural_model
 from carrierflex.geometry.carrier_mesh import flexible_half_sector, pin_mesh
+from carrierflex.geometry.dihedral import completed
+from carrierflex.geometry.named_surfaces import with_carrier_surfaces
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.shape_velocity import dimension_value, parametric_motion, with_step
 from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.reduction.drawing_derivatives import drawn_curves
+from carrierflex.reduction.drawing_derivatives import drawn_curves, given_drawn_curves
 from carrierflex.reduction.pin_fit import PinFitFamily
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
@@ -80,3 +82,22 @@ def test_a_dimension_meets_differences_of_the_same_mesh_moved(half, curves, dime
         for sign in (1.0, -1.0)
     )
     assert relative(curves[f"{PIN_FIT}/{dimension}"].axial, (plus - minus) / (2.0 * step)) < 1e-3
+
+
+def test_a_given_mesh_has_its_surfaces_as_causes(half, curves):
+    """The same carrier as a mesh of somebody: a seat moved outwards by 1 is 2 of its diameter."""
+    whole = with_carrier_surfaces(completed(half, 3), STAGE.carrier, None)
+    given = given_drawn_curves(whole, STAGE, SIZE)
+    assert {"downwind_seat", "shaft_face", "E", "pin_E"} < set(causes_of(given))
+    assert relative(given[PIN_FIT].axial, curves[PIN_FIT].axial) < 1e-6
+    for name in ("delta_f", PIN_FIT):
+        for cause, dimension, factor in (
+            ("downwind_seat", "seat_outer_diameter", 2.0),
+            ("E", "E", 1.0),
+        ):
+            expected = factor * curves[f"{name}/{dimension}"].axial
+            assert relative(given[f"{name}/{cause}"].axial, expected) < 0.03, (name, cause)
+
+    thick = replace(STAGE, carrier=replace(STAGE.carrier, plate_gap=0.25))
+    with pytest.raises(ValueError, match=r"bore pin_1.* of the mesh is at .*\[carrier\]"):
+        given_drawn_curves(whole, thick, SIZE)

@@ -16,8 +16,10 @@ def main() -> None:
     parser.add_argument("--carriers", type=int, default=200, help="carriers off their drawing")
     parser.add_argument("--seed", type=int, default=44, help="seed of what is off")
     parser.add_argument("--size", type=float, default=0.06, help="edge of the elements [m]")
+    parser.add_argument("--radial", action="store_true", help="radial curves, not axial ones")
     arguments = parser.parse_args()
-    write_table(arguments.out, arguments.carriers, arguments.seed, arguments.size)
+    table = (arguments.out, arguments.carriers, arguments.seed, arguments.size)
+    write_table(*table, radial=arguments.radial)
 
 
 if __name__ == "__main__":

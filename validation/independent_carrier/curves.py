@@ -1,4 +1,6 @@
-"""Rim curves of the carrier under a torque of 1 kN m, bonded pins, none, or pins with a fit.
+"""Rim curves of the carrier under a torque of 1 kN m: axial, then radial.
+
+Pins are bonded, absent, or have a fit.
 
 Statics of the parts that CalculiX solved are joined by their flexibilities: bores and pin ends
 share their mean translation, and a spring joins their mean turns.
@@ -111,7 +113,7 @@ class TruthCarrier:
         return stack(self.section, self.d, bodies, self.size)
 
     def bonded(self) -> ComplexArray:
-        """Orders of the rim, shape (11,), pins bonded into their bores, shaft face held."""
+        """Orders of the rim, shape (2, 11), pins bonded into their bores, shaft face held."""
         part = self._stack({"CARRIER": LAYERS, "PINS": (PIN,)})
         pilot = self._bore_pilot(part, "PINS", "midspan")
         force, moment = _pin_load(self.d)
@@ -119,7 +121,7 @@ class TruthCarrier:
         held = np.zeros(part.points.shape, dtype=bool)
         held[self._shaft_face(part)] = True
         K = stiffness(part, self.carrier.materials)
-        total = np.zeros(len(ORDERS), dtype=np.complex128)
+        total = np.zeros((2, len(ORDERS)), dtype=np.complex128)
         for motions, load in ((ANTISYMMETRIC, force), (SYMMETRIC, moment)):
             u = displacement(part, K, motions, held, pilot.force(load)[None])
             total += _orders(part, rim, u, motions)[0]
@@ -206,28 +208,30 @@ class FlexibleCarrier:
     orders: tuple[ComplexArray, ...]
 
     def without_pins(self) -> ComplexArray:
-        """Orders of the rim, shape (11,): pins as if simply supported."""
+        """Orders of the rim, shape (2, 11): pins as if simply supported."""
         x1, x_m, x2 = (_middle(self.d, name)[0] for name in ("plate_a", "midspan", "plate_b"))
         force, moment = _pin_load(self.d)
         upwind, couple = (x2 - x_m) / (x2 - x1), moment[4] / (x2 - x1)
         along_z = np.array([0.0, couple, 0.0, 0.0, -couple, 0.0])
         along_y = force[1] * np.array([upwind, 0.0, 0.0, 1.0 - upwind, 0.0, 0.0])
-        return np.asarray(along_z @ self.orders[0] + along_y @ self.orders[1])
+        return np.asarray(
+            np.tensordot(along_z, self.orders[0], 1) + np.tensordot(along_y, self.orders[1], 1)
+        )
 
     def with_pins(self, pin: tuple[FloatArray, FloatArray], stiffness: float) -> ComplexArray:
-        """Orders of the rim, shape (11,): pins of a fit [N m/rad], infinite for a rigid one.
+        """Orders of the rim, shape (2, 11): pins of a fit [N m/rad], infinite for a rigid one.
 
         Bore and spring follow one another, so that their flexibilities add up.
         """
         force, moment = _pin_load(self.d)
-        total = np.zeros(len(ORDERS), dtype=np.complex128)
+        total = np.zeros((2, len(ORDERS)), dtype=np.complex128)
         for k, (motions, load) in enumerate(zip(_CLASSES, (moment, force), strict=True)):
             springs = [1.0 / stiffness if c > _LAST_MOVE else 0.0 for c in motions]
             bed = np.linalg.inv(self.C[k] + np.diag(2 * springs))
             K, f = pin[k].copy(), np.zeros(9)
             K[np.ix_(_ENDS, _ENDS)] += bed
             f[3:6] = load[list(motions)]
-            total += bed @ np.linalg.solve(K, f)[_ENDS] @ self.orders[k]
+            total += np.tensordot(bed @ np.linalg.solve(K, f)[_ENDS], self.orders[k], 1)
         return total
 
 
@@ -293,23 +297,25 @@ def _three_points(part: Stack, motions: tuple[int, ...]) -> Mask:
 
 
 def _orders(part: Stack, rim: Mask, u: FloatArray, motions: tuple[int, ...]) -> ComplexArray:
-    """Amplitudes c of ``Re(c exp(j order angle))`` of the rim's axial displacement, (k, 11)."""
+    """Amplitudes c of ``Re(c exp(j order angle))`` at the rim, axial then radial: (k, 2, 11)."""
     nodes = np.flatnonzero(rim)
     angle = np.arctan2(-part.points[nodes, 1], part.points[nodes, 2])
     nodes, angle = nodes[np.argsort(angle)], np.sort(angle)
+    outwards = np.array([np.zeros_like(angle), -np.sin(angle), np.cos(angle)]).T
+    along = np.stack([u[:, nodes, 0], np.einsum("kni,ni->kn", u[:, nodes], outwards)], axis=1)
     samples = HALF_SECTOR * np.arange(_SAMPLES + 1) / _SAMPLES
     edge = 2 * np.clip(
         np.searchsorted(angle[::2], samples, side="right") - 1, 0, len(angle) // 2 - 1
     )
-    values = np.zeros((len(u), len(samples)))
+    values = np.zeros((*along.shape[:2], len(samples)))
     for i in range(3):
         shape = np.ones_like(samples)
         for j in range(3):
             if j != i:
                 shape *= (samples - angle[edge + j]) / (angle[edge + i] - angle[edge + j])
-        values += shape * u[:, nodes[edge + i], 0]
+        values += shape * along[..., edge + i]
     sign = 1.0 if motions == SYMMETRIC else -1.0
-    pitch = np.concatenate([values[:, :-1], sign * values[:, :0:-1]], axis=1)
-    c = np.fft.rfft(pitch)[:, : len(ORDERS)] * 2.0 / pitch.shape[1]
-    c[:, 0] /= 2.0
+    pitch = np.concatenate([values[..., :-1], sign * values[..., :0:-1]], axis=-1)
+    c = np.fft.rfft(pitch)[..., : len(ORDERS)] * 2.0 / pitch.shape[-1]
+    c[..., 0] /= 2.0
     return np.asarray(c)

@@ -105,8 +105,8 @@ def _change(name: str, rng: np.random.Generator) -> float:
             return change
 
 
-def rows(made: Made, size: float) -> Iterator[list[str]]:
-    """Rows of the table of one carrier: orders of the rim by pin fit."""
+def rows(made: Made, size: float, *, radial: bool = False) -> Iterator[list[str]]:
+    """Rows of the table of one carrier: orders of the rim by pin fit, axial or `radial`."""
     truth = TruthCarrier(made.carrier, size)
     flexible, pin = truth.flexible(), truth.pin_stiffness()
     off = " ".join(f"{name}={value:.6g}" for name, value in made.off.items())
@@ -116,11 +116,12 @@ def rows(made: Made, size: float) -> Iterator[list[str]]:
         curves.append((f"{fit:.3g}", orders))
     for fit_name, c in curves:
         # a cos + b sin of each order.
-        parts = np.stack([c.real, -c.imag], axis=1).ravel()
+        of_rim = c[1 if radial else 0]
+        parts = np.stack([of_rim.real, -of_rim.imag], axis=1).ravel()
         yield [str(made.number), off, fit_name, *(f"{part:.5e}" for part in parts)]
 
 
-def write_table(path: Path, count: int, seed: int, size: float) -> None:
+def write_table(path: Path, count: int, seed: int, size: float, *, radial: bool = False) -> None:
     """Add to the table at `path` what it does not hold yet; it is written anew for each carrier.
 
     Raises
@@ -132,7 +133,7 @@ def write_table(path: Path, count: int, seed: int, size: float) -> None:
     for made in carriers(count, seed):
         if str(made.number) in table:
             continue
-        table[str(made.number)] = list(rows(made, size))
+        table[str(made.number)] = list(rows(made, size, radial=radial))
         partial = path.with_name(f".{path.name}.partial")
         with partial.open("w", encoding="utf-8", newline="") as lines:
             every = [row for own in table.values() for row in own]

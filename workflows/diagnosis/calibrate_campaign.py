@@ -209,6 +209,7 @@ def main(
         for name, of in known.items()
         if body_of_effect(name)
     }
+    _refuse_surfaces(changes, stage)
     curves, drawing = None, None
     if changes:
         curves = diagnose_campaign.curves_of_rig(header.rig, campaign)
@@ -230,6 +231,10 @@ def main(
     )
     if after.reduction is not None:
         calibration = _compared(calibration, after, out)
+    if calibration.linear is not None and math.isfinite(calibration.linear.off):
+        calibration = replace(
+            calibration, text=f"{calibration.text} {_linear_words(calibration.linear)}"
+        )
     _write(calibration, inputs, out)
     return calibration
 
@@ -254,6 +259,18 @@ def _refuse(header: CampaignHeader, stage: StageParameters, campaign: Path, out:
             "expected another folder for --out"
         )
     _refuse_foreign_folder(out)
+
+
+def _refuse_surfaces(changes: Mapping[str, float], stage: StageParameters) -> None:
+    """Refuse offsets of surfaces of a CAD model, which no parameter file holds."""
+    for name, change in changes.items():
+        if name not in causes_in(stage):
+            raise ValueError(
+                f"geometry/{name} is a surface of a CAD model or mesh, and no dimension of the "
+                f"parametric carrier: move it by {1e3 * change:+.3g} mm along its normal in the "
+                "CAD model, compute its curves (carrierflex curves --step --derivatives) and "
+                "diagnose again"
+            )
 
 
 def _refuse_foreign_folder(out: Path) -> None:
@@ -446,6 +463,13 @@ def _compared(calibration: Calibration, after: Diagnosis, out: Path) -> Calibrat
     if after.verdict != AT_NOISE_FLOOR:
         text += f" {next_step(after)}"
     return replace(calibration, text=text, ratio=change.ratio, ratio_ci95=change.ratio_ci95)
+
+
+def _linear_words(linear: LinearPrediction) -> str:
+    return (
+        f"By finite elements at the new value, the derivative was {linear.off:.0%} off: the "
+        f"records support {linear.factor:.3g} times the named change."
+    )
 
 
 def _write(calibration: Calibration, inputs: Mapping[str, object], out: Path) -> None:

@@ -82,8 +82,8 @@ def main(
         only.
     derivatives
         Also write what a rigid pin fit adds to delta_f, and the derivatives of both by every
-        dimension [m per kN m and m] and material constant, which a campaign with [rig.tolerances]
-        needs; parametric carrier only.
+        dimension, or named surface of a file along its normal [m per kN m and m], and material
+        constant, which a campaign with [rig.tolerances] needs.
     preview
         Only show what the work will cost.
     cache
@@ -114,11 +114,6 @@ def main(
             "--mesh-error is given with a STEP or mesh file; expected the parametric carrier: run "
             "curves with several --size (or meshes) and compare them"
         )
-    if derivatives and files.given:
-        raise ValueError(
-            "--derivatives is given with a STEP or mesh file; expected the parametric carrier: "
-            "sensitivities moves the named surfaces of a file"
-        )
     if preview:
         return curves_cost(stage, edge, files)
     prepared_folder(out)
@@ -127,7 +122,7 @@ def main(
         tell(lambda: curves_cost(stage, edge, files), quiet=quiet)
         _compute(out, stage, edge, files, assembly, quiet=quiet)
         if derivatives:
-            _add_derivatives(out / _CURVES, stage, edge, quiet=quiet)
+            _add_derivatives(out / _CURVES, stage, edge, files, quiet=quiet)
         if mesh_error:
             _write_mesh_error(out / MESH_ERROR_FILE, stage, edge, quiet=quiet)
 
@@ -138,15 +133,28 @@ def main(
     return read_curves(out / _CURVES, radius=radius)
 
 
-def _add_derivatives(path: Path, stage: StageParameters, size: float, *, quiet: bool) -> None:
+def _add_derivatives(
+    path: Path, stage: StageParameters, size: float, files: CarrierFiles, *, quiet: bool
+) -> None:
     """Add the derivatives of a drawing to its file of curves."""
     from carrierflex.geometry.carrier_mesh import flexible_half_sector
-    from carrierflex.reduction.drawing_derivatives import drawn_curves
+    from carrierflex.geometry.tet_mesh import TetMesh
+    from carrierflex.reduction.drawing_derivatives import drawn_curves, given_drawn_curves
 
     stages = Stages(1, quiet)
     with stages.stage("derivatives"):
-        half = flexible_half_sector(stage.carrier, size)
-        drawn = drawn_curves(half, stage, size, note=stages.note)
+        if files.given:
+            mesh = files.mesh("flexible", size)
+            if not isinstance(mesh, TetMesh):
+                raise ValueError(
+                    "the flexible carrier's mesh has hexahedra or wedges; expected tetrahedra "
+                    "alone for --derivatives"
+                )
+            materials = files.materials()
+            drawn = given_drawn_curves(mesh, stage, size, materials=materials, note=stages.note)
+        else:
+            half = flexible_half_sector(stage.carrier, size)
+            drawn = drawn_curves(half, stage, size, note=stages.note)
     write_curves(path, {**read_curves(path), **drawn})
 
 

@@ -114,16 +114,28 @@ class MadeCarrier:
         Values off the drawing, in SI units; empty of the drawing's own.
     curves : mapping of str to ndarray, shape (2, n_orders)
         Cosine and sine amplitudes [m per kN m] at orders 0, 3, 6 ... by pin fit.
+    radial : mapping of str to ndarray, shape (2, n_orders)
+        The same of the radial displacement; empty of a carrier whose it was not computed.
     """
 
     off: Mapping[str, float]
     curves: Mapping[str, FloatArray]
+    radial: Mapping[str, FloatArray]
 
 
 @cache
 def made_carriers() -> tuple[MadeCarrier, ...]:
     """Every carrier of the table; the first is as drawn."""
-    path = files("carrierflex.blind_check") / "data" / "curves_off_drawing.csv"
+    offs, curves = _table("curves_off_drawing.csv")
+    _, radial = _table("radial_curves_off_drawing.csv")
+    return tuple(
+        MadeCarrier(offs[number], curves[number], radial.get(number, {})) for number in sorted(offs)
+    )
+
+
+def _table(name: str) -> tuple[dict[int, dict[str, float]], dict[int, dict[str, FloatArray]]]:
+    """What is off each carrier of a table, and its amplitudes by pin fit, by number."""
+    path = files("carrierflex.blind_check") / "data" / name
     lines = [row for row in path.read_text(encoding="utf-8").splitlines() if row[0] != "#"]
     offs: dict[int, dict[str, float]] = {}
     curves: dict[int, dict[str, FloatArray]] = {}
@@ -134,7 +146,7 @@ def made_carriers() -> tuple[MadeCarrier, ...]:
         fit = row.pop("fit")
         values = np.array([float(value) for value in row.values()]).reshape(-1, 2).T
         curves.setdefault(number, {})[fit] = values
-    return tuple(MadeCarrier(offs[number], curves[number]) for number in sorted(offs))
+    return offs, curves
 
 
 def effect_of(name: str) -> str:
@@ -152,11 +164,12 @@ def write_drawn_curves(path: Path) -> None:
 
     The last are of another carrier and mesh; no cause of this truth acts through them.
     """
-    drawn = made_carriers()[0].curves
+    drawn = made_carriers()[0]
     angle = np.deg2rad(np.arange(360.0))
-    columns = [series_at(drawn[fit], angle) for fit in ("bonded", _FREE)]
+    columns = [series_at(drawn.curves[fit], angle) for fit in ("bonded", _FREE)]
     columns += [curve_at(name, angle) for name in ("g_s", "g_f")]
-    lines = ["theta_deg,delta_s,delta_f,g_s,g_f"]
+    columns += [series_at(drawn.radial[fit], angle) for fit in ("bonded", _FREE)]
+    lines = ["theta_deg,delta_s,delta_f,g_s,g_f,delta_s_radial,delta_f_radial"]
     for k, values in enumerate(zip(*columns, strict=True)):
         lines.append(",".join([str(k), *(f"{value:.6e}" for value in values)]))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -222,7 +235,7 @@ class _Rig:
         return LinearBaseline(columns, own_offset=True, not_negative=(share,) if pin_fit else ())
 
 
-def model_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
+def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[Campaign, Label]:
     """Campaign and label of a case whose carrier may be off its drawing.
 
     Parameters
@@ -231,6 +244,9 @@ def model_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         What acts, :data:`OFF_DRAWING`, one of :data:`OTHERS`, both or none, and the wanted gap.
     repeat : int
         Number of the noise.
+    n_radial : int
+        Radial sensors, at the angles of the first axial ones and zeroed without load; the carrier
+        is then one whose radial curves were computed.
     """
     rng = case_rng(plan)
     others = [name for name in plan.effects if name != OFF_DRAWING]
@@ -239,7 +255,7 @@ def model_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     baseline = rig.baseline()
     wanted = plan.ratio / math.sqrt(max(len(plan.effects), 1))
     if OFF_DRAWING in plan.effects:
-        carrier, fit, change = _drawn_carrier(rig, baseline, wanted, rng)
+        carrier, fit, change = _drawn_carrier(rig, baseline, wanted, rng, n_radial > 0)
         # The carrier is what it is: its gap is set against the noise.
         floor = float(np.clip(change / wanted, _LEAST_NOISE, _MOST_NOISE))
     else:
@@ -270,7 +286,34 @@ def model_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     gap = _size(baseline.residuals(effect))
     label = _label(plan, carrier, fit, (floor, gap, beyond, rho))
     has_file = bool(rng.uniform() > _OWN_CURVES)
-    return _campaign(plan, rig, measured, (floor, share), has_file=has_file), label
+    campaign = _campaign(plan, rig, measured, (floor, share), has_file=has_file)
+    if n_radial:
+        series = carrier.radial[fit]
+        campaign = _with_radial_sensors(campaign, rig, series, (n_radial, floor, share), own_noise)
+    return campaign, label
+
+
+def _with_radial_sensors(
+    campaign: Campaign,
+    rig: _Rig,
+    series: FloatArray,
+    sizes: tuple[int, float, float],
+    rng: np.random.Generator,
+) -> Campaign:
+    """Campaign with so many radial sensors; their gains are off as much as those of the others."""
+    n, floor, share = sizes
+    gain = 1.0 + share * rng.uniform(-_GAIN, _GAIN, (n, 1))
+    channels = tuple(
+        replace(channel, name=f"r{channel.name[1:]}", quantity="radial_displacement")
+        for channel in campaign.channels[:n]
+    )
+    runs = []
+    for run, curve in zip(campaign.runs, rig.of_curve(series), strict=True):
+        noise = floor * coloured_noise(rng, curve[:n].shape, memory=_MEMORY)
+        read = zip(channels, gain * curve[:n] + noise, strict=True)
+        signals = {channel.name: values for channel, values in read}
+        runs.append(replace(run, signals={**run.signals, **signals}))
+    return replace(campaign, channels=(*campaign.channels, *channels), runs=tuple(runs))
 
 
 def _drawn_rig(rng: np.random.Generator, *, tells_waves: bool) -> _Rig:
@@ -287,13 +330,14 @@ def _drawn_rig(rng: np.random.Generator, *, tells_waves: bool) -> _Rig:
 
 
 def _drawn_carrier(
-    rig: _Rig, baseline: LinearBaseline, wanted: float, rng: np.random.Generator
+    rig: _Rig, baseline: LinearBaseline, wanted: float, rng: np.random.Generator, has_radial: bool
 ) -> tuple[MadeCarrier, str, float]:
     """A carrier off its drawing, its pin fit, and what it leaves at the drawn sizes [m].
 
     Drawn anew until that is as many times the least noise as is wanted; the last one else.
     """
     drawn, *others = made_carriers()
+    others = [carrier for carrier in others if carrier.radial or not has_radial]
     for number in rng.permutation(len(others))[:_REDRAWS]:
         carrier, fit = others[number], str(rng.choice(FITS))
         made, as_drawn = (rig.of_curve(made_from.curves[fit]) for made_from in (carrier, drawn))

@@ -239,7 +239,8 @@ def _pin_weights(pattern: str, columns: Columns, rig: CarrierRig) -> FloatArray 
         amplitudes = shows * factors * G * np.exp(-1j * order * rig.pin_angle)
         # Of Re(A exp(j (h v - n theta))).
         weights = cosine * amplitudes.real - sine * amplitudes.imag
-        rows.append(weights / np.abs(weights).max())
+        # A file of curves without the radial ones: such a sensor reads nothing of it.
+        rows.append(weights / (np.abs(weights).max() or 1.0))
     return np.concatenate(rows)
 
 

@@ -73,7 +73,7 @@ class PlannedTable:
     known: Annotated[
         FloatArray,
         "Precision of what is known of each baseline parameter, in the units of its column; "
-        "zero where nothing is, shape (n_base,)",
+        "zero where nothing is, infinite where its value is known, shape (n_base,)",
     ]
     signatures: Annotated[tuple[Signature, ...], "Columns by effect and variant"]
     parameters: Annotated[Mapping[str, ScaledParameter], "First amplitude of every effect"]
@@ -93,6 +93,11 @@ class PlannedTable:
     bending_precision: Annotated[
         float, "What strain gauges of the shaft's bending tell of each of these columns"
     ] = 0.0
+    bound: Annotated[
+        FloatArray | None,
+        "Largest size of each column's amplitude, infinite where it has none, shape (n,); None: "
+        "no column has one",
+    ] = None
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -120,8 +125,12 @@ class PlannedTable:
         """
         some = np.flatnonzero(weights)
         products = np.einsum("p,pij->ij", weights[some], self.gram[some])
-        base = np.arange(1, 1 + self.n_base)
-        products[base, base] += self.known
+        n_samples = float(weights @ self.n_samples)
+        bound = np.full(len(products), np.inf) if self.bound is None else self.bound
+        # An amplitude at its bound costs what two causes must differ by to be distinguished.
+        cost = n_samples * (Thresholds().exchange_ratio / bound) ** 2
+        base = 1 + np.flatnonzero(np.isfinite(self.known))
+        products[base, base] += self.known[base - 1] + cost[base]
         if np.isfinite(load_precision):
             loads = np.arange(len(products) - self.n_unrecorded, len(products))
             products[loads, loads] += load_precision
@@ -130,7 +139,8 @@ class PlannedTable:
         return _MeasuredGram(
             _projected(products, acts),
             np.diag(products).copy(),
-            float(weights @ self.n_samples),
+            n_samples,
+            cost,
         )
 
 
@@ -145,6 +155,14 @@ class _MeasuredGram:
     ]
     square: Annotated[FloatArray, "Squares of the whole columns, shape (n,)"]
     n_samples: Annotated[float, "Samples of all channels"]
+    cost: Annotated[FloatArray, "Energy of an amplitude of one by its bound, shape (n,)"]
+
+    def fitted(self, columns: list[int]) -> tuple[FloatArray, FloatArray]:
+        """Normal matrix of a signature that is fitted within its bounds, and its columns' scale."""
+        square = self.square[columns] + self.cost[columns]
+        length = np.sqrt(np.maximum(square, np.finfo(float).tiny))
+        gram = self.projected[np.ix_(columns, columns)] + np.diag(self.cost[columns])
+        return gram / np.outer(length, length), length
 
 
 def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
@@ -342,8 +360,7 @@ def _measured_cases(table: PlannedTable, measured: _MeasuredGram) -> dict[str, l
         columns = list(signature.columns)
         if not _survives(measured, signature):
             continue
-        length = np.sqrt(np.maximum(measured.square[columns], np.finfo(float).tiny))
-        gram = measured.projected[np.ix_(columns, columns)] / np.outer(length, length)
+        gram, length = measured.fitted(columns)
         right = measured.projected[columns, 0] / length
         amplitudes = np.linalg.pinv(gram, rcond=_DEPENDENT, hermitian=True) @ right
         remaining = square - float(amplitudes @ right)
@@ -480,8 +497,7 @@ def _remainders(
     products = []
     for rival in rivals:
         columns = list(rival.columns)
-        length = np.sqrt(np.maximum(measured.square[columns], np.finfo(float).tiny))
-        gram = projected[np.ix_(columns, columns)] / np.outer(length, length)
+        gram, length = measured.fitted(columns)
         mixed = projected[np.ix_(of_cause, columns)] / length
         inverse = np.linalg.pinv(gram, rcond=_UNSEEN, hermitian=True)
         products.append(projected[np.ix_(of_cause, of_cause)] - mixed @ inverse @ mixed.T)

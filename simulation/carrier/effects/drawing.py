@@ -7,7 +7,7 @@ both by every cause p (:mod:`carrierflex.fe.curve_files`). The carrier's curve i
           + sum_p change_p (d delta_f/dp + w d d/dp) + sum_n e_n R sin(n u),
 
 with the share w of a rigid fit, the share b of bonded pins beyond it, and the errors e_n that the
-computed curve has, in its RMS R.
+computed curve has, in its RMS R; the radial curve has errors of its own, r_n.
 """
 
 from collections.abc import Callable, Mapping
@@ -79,22 +79,30 @@ def bond_effect(curves: Mapping[str, DeflectionCurve]) -> Effect:
     )
 
 
-def curve_error_effect(flexible: DeflectionCurve, n_planets: int, std: float) -> Effect:
-    """Errors of the computed curve, order by order; `std` is theirs over the curve's RMS."""
-    radial = float(np.sqrt(np.mean(flexible.radial**2)))
+def curve_error_effect(
+    flexible: DeflectionCurve, n_planets: int, std: float, *, radial: bool = False
+) -> Effect:
+    """Errors of the computed curve, order by order; `std` is theirs over the curve's RMS.
+
+    The radial curve has errors of its own, which are parameters where `radial` sensors read it.
+    """
     orders = [n_planets * k for k in _MULTIPLES]
     waves = [np.sin(n * flexible.angle) for n in orders]
+    still = np.zeros_like(flexible.angle)
+    size = float(np.sqrt(np.mean(flexible.radial**2)))
+    curves = [replace(flexible, axial=flexible.rms * wave, radial=still) for wave in waves]
+    names = [f"e_{n}" for n in orders]
+    if radial:
+        curves += [replace(flexible, axial=still, radial=size * wave) for wave in waves]
+        names += [f"r_{n}" for n in orders]
     return Effect(
         CURVE_ERROR,
         equation="sum_n e_n R sin(n (v - theta)) T/T_unit",
         parameters=tuple(
-            EffectParameter(f"e_{n}", "1", -_MOST_ERROR * std, _MOST_ERROR * std, std)
-            for n in orders
+            EffectParameter(name, "1", -_MOST_ERROR * std, _MOST_ERROR * std, std) for name in names
         ),
         signature="orders of the planets, growing as the torque",
-        pattern=_rows(
-            *(replace(flexible, axial=flexible.rms * wave, radial=radial * wave) for wave in waves)
-        ),
+        pattern=_rows(*curves),
     )
 
 
@@ -128,7 +136,7 @@ def _of_cause(name: str, curves: Mapping[str, DeflectionCurve], std: float) -> E
         signature="orders 3, 6 and 9 fixed to the carrier, in phase with its pins, as the torque",
         pattern=_rows(curves[f"delta_f/{name}"], curves[f"{PIN_FIT}/{name}"]),
         weighed_by=PIN_FIT,
-        discriminating_experiment="measure the dimension, or the carrier's natural frequencies",
+        discriminating_experiment="measure the dimension, or add a radial sensor at the rim",
     )
 
 

@@ -15,6 +15,7 @@ from carrierflex.blind_check.truth.carrier.off_drawing import (
     OTHERS,
     PIN_FIT,
     made_carriers,
+    model_case,
     series_at,
     write_drawn_curves,
 )
@@ -43,6 +44,8 @@ def test_drawn_curves_are_the_projects_to_the_error_of_its_mesh(tmp_path):
         # Elements of 0.03 m are 4 % too stiff (docs/cad.md), both together 6 % apart.
         difference = theirs[name].axial - ours[name].axial
         assert np.sqrt(np.mean(difference**2)) < 0.06 * ours[name].rms
+        radial = theirs[name].radial - ours[name].radial
+        assert np.sqrt(np.mean(radial**2)) < 0.06 * np.sqrt(np.mean(ours[name].radial ** 2))
 
 
 def test_a_modulus_off_its_drawing_scales_the_curve_without_pins():
@@ -101,6 +104,26 @@ def test_without_noise_and_errors_the_signal_is_the_curve_of_the_true_fit():
             left -= columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
             allowed = 0.045 * curve.std() + 1.5 * label.floor
             assert left.std() < allowed
+
+
+def test_a_radial_sensor_reads_the_radial_curve_beside_the_same_axial_ones():
+    plan = plan_of(OFF_DRAWING, ratio=30.0)
+    campaign, label = model_case(plan, n_radial=1)
+    *axial, radial = campaign.channels
+    assert radial.quantity == "radial_displacement"
+    assert radial.angle == axial[0].angle
+    (made,) = (
+        made
+        for made in made_carriers()[1:]
+        if {n: v - DRAWN[n] for n, v in made.off.items()}
+        == {e.partition("/")[2]: p["change"] for e, p in label.parameters.items() if e != PIN_FIT}
+    )
+    fit = next(name for name in FITS if float(name) == label.parameters[PIN_FIT]["k"])
+    for run in campaign.runs:
+        u = radial.angle - run.inputs["carrier_angle"]
+        curve = series_at(made.radial[fit], u) * run.inputs["torque"] / 1e3
+        left = run.signals[radial.name] - curve
+        assert left.std() < 0.045 * curve.std() + 1.5 * label.floor
 
 
 def test_a_carrier_as_drawn_has_no_gap_with_any_fit():

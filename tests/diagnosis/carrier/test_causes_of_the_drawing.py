@@ -11,6 +11,8 @@ import pytest
 from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.inference.separating_trial import _separation
 from carrierflex.diagnosis.kinds import wiring_of
 from carrierflex.diagnosis.report.verdict_words import verdict_heading
 from carrierflex.fe.curve_files import PIN_FIT
@@ -139,6 +141,22 @@ def test_a_dimension_off_the_drawing_is_told_with_its_size(cause, change, w):
     seen = answer.attribution.parameters["model/carrier"]["order_3"]
     expected = np.sign(size[0]) * (size[1] - size[0]) / drawn.rms
     assert abs(seen.value - expected) < 3.0 * seen.std + 0.01
+
+
+@pytest.mark.long
+def test_a_radial_sensor_separates_what_steps_of_torque_do_not():
+    """Both dimensions move order 3 of the axial curve; the radial one differs in orders 6 and 9."""
+    measured = campaign(curve_of(0.5, {"outer_radius": -0.04}))
+    two = {name: TOLERANCES[name] for name in ("outer_radius", "planet_clearance_radius")}
+    rig = {**measured.rig, "tolerances": two}
+    problem = carrier_problem(replace(measured, runs=measured.runs[2:4], rig=rig), CURVES)
+    fits = [fit_effects(problem, (f"geometry/{name}",)) for name in two]
+    trials = {trial.text: trial for trial in problem.candidate_experiments()}
+    steps, radial = (
+        next(_separation(trial, *fits) for text, trial in trials.items() if words in text)
+        for words in ("steps of 10", "radial sensor")
+    )
+    assert radial > 5.0 * steps > 0.0
 
 
 @pytest.mark.long

@@ -217,3 +217,31 @@ def test_a_pair_is_parted_from_the_gap_at_which_the_rival_leaves_two_floors():
     pair = plan_of_table(table, [], planned, gap=1.01 * at).pairs[0]
     assert pair.state == PARTED
     assert pair.left == pytest.approx(2.02, rel=1e-6)
+
+
+def test_a_rival_beyond_its_bound_parts_a_pair():
+    """Two causes of one shape: the second is a fifth of the first for the same amplitude."""
+    columns = np.array([[1.0, 0.2], [1.0, 0.2], [0.0, 0.05]])
+    free = table_of(columns, runs=[(0, c) for c in range(3)], channels=("a", "b", "c"))
+    planned = addition(MINUTES, {"run0": 1.0}, ("a", "b", "c"))
+
+    def state(table):
+        pairs = plan_of_table(table, (), planned).pairs
+        return next(pair for pair in pairs if pair.cause == "offset").state
+
+    assert state(free) != PARTED
+    # A gap of 6 floors over three channels is an offset of some 7, and a tilt of 35.
+    assert state(replace(free, bound=np.array([np.inf, np.inf, 100.0]))) != PARTED
+    assert state(replace(free, bound=np.array([np.inf, np.inf, 10.0]))) == PARTED
+
+
+def test_a_known_value_of_the_baseline_takes_up_nothing():
+    columns = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.3]])
+    runs = [(0, 0), (0, 1)]
+    free = table_of(columns, runs=runs, channels=("a", "b"), n_base=1)
+    planned = addition(MINUTES, {"run0": 1.0}, ("a", "b"))
+    surviving = [
+        plan_of_table(table, (), planned).sizes[0].surviving
+        for table in (free, replace(free, known=np.array([np.inf])))
+    ]
+    assert surviving == pytest.approx([0.0, 1.0], abs=1e-6)
