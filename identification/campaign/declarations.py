@@ -183,7 +183,7 @@ def check_different(names: Iterable[str], what: str) -> None:
 
 def candidates_of(baseline: Baseline, kind: CampaignKind) -> tuple[str, ...]:
     """Ids of the effects that may be missing in a baseline, causes inside its stage among them."""
-    return (*kind.effects, *(STAGE_EFFECTS if baseline.source == "stage" else ()))
+    return (*kind.effects, *(STAGE_EFFECTS if baseline.case else ()))
 
 
 def baseline_conflicts(baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
@@ -202,7 +202,7 @@ def baseline_conflicts(baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
     for effect in baseline.effects:
         if effect in baseline.impossible:
             yield f"effect '{effect}' is in 'effects' and in 'impossible'; expected one of them"
-    if baseline.source == "stage":
+    if baseline.case:
         parameters = {**kind.parameters, **STAGE_PARAMETERS}
         kind = replace(kind, parameters=parameters, partners={**kind.partners, **STAGE_PARTNERS})
     for name in baseline.fixed:
