@@ -218,8 +218,9 @@ def _with_blank_channels(campaign: Campaign, more: Sequence[Channel]) -> Campaig
 
 
 def _blank(run: Run, channels: Sequence[Channel]) -> Run:
-    zero = np.zeros(run.time.size)
-    return replace(run, signals={**run.signals, **{channel.name: zero for channel in channels}})
+    blank = {channel.name: np.zeros(run.time.size) for channel in channels}
+    predictions = {**run.predictions, **blank} if run.predictions else {}
+    return replace(run, signals={**run.signals, **blank}, predictions=predictions)
 
 
 def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:

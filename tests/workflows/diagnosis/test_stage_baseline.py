@@ -143,7 +143,10 @@ def test_a_known_size_is_solved_there_and_its_prior_is_the_campaigns(folder, few
         ("stage/upwind_clearance.play", "expected one of the parameters response, upwind_clear"),
         ("stage/joint_tilt.phi_PLC", "alone; expected 'stage/joint_tilt.theta_PLC' too"),
         ("stage/nothing.size", "expected 'effect.parameter'"),
-        ("stage/pin_places.pin_4", "the stage has 3 planets; expected one of stage/pin_places.pin_"),
+        (
+            "stage/pin_places.pin_4",
+            "the stage has 3 planets; expected one of stage/pin_places.pin_",
+        ),
     ],
 )
 def test_a_known_value_that_no_cause_has_is_refused(folder, name, match):
