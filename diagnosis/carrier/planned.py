@@ -413,9 +413,7 @@ def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
     return parameter.name.rpartition("_")[0] if is_of_one_channel else parameter.name
 
 
-def _by_row(
-    rows: EffectRows, scales: Mapping[str, list[float]], model: CarrierModel
-) -> FloatArray:
+def _by_row(rows: EffectRows, scales: Mapping[str, list[float]], model: CarrierModel) -> FloatArray:
     """Scale of every row of the effects; each variant of an effect has all its amplitudes.
 
     A quantity that has a value without the effect counts by its change.

@@ -27,13 +27,13 @@ from carrierflex.simulation.carrier.effects.inside_stage import (
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.predicted_readings import (
     LoadPoints,
     PredictedStage,
     StageReadings,
     stage_readings,
 )
-from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import NotConvergedError
 

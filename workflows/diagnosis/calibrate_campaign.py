@@ -248,8 +248,8 @@ def _refuse(header: CampaignHeader, stage: StageParameters, campaign: Path, out:
     if header.baseline.source not in ("model", "stage"):
         raise ValueError(
             f"{campaign / DOCUMENT_NAME}: [baseline]: key 'source' is '{header.baseline.source}', "
-            "another simulator's prediction; expected 'model' or 'stage': put the effect into that simulator, "
-            "then diagnose and compare"
+            "another simulator's prediction; expected 'model' or 'stage': put the effect into that "
+            "simulator, then diagnose and compare"
         )
     n_planets = header.rig.get("n_planets")
     if TOLERANCES in header.rig and stage.carrier.n_planets != n_planets:

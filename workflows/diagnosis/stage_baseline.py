@@ -110,9 +110,7 @@ def predicted_by(
     gap_of = partial(_gap, campaign, points)
     impossible = campaign.baseline.impossible
     known = {name: (of.value, of.std) for name, of in campaign.baseline.fixed.items()}
-    prediction = stage_prediction(
-        stage, sensors, points, gap_of, executor, note, impossible, known
-    )
+    prediction = stage_prediction(stage, sensors, points, gap_of, executor, note, impossible, known)
     notes = tuple(
         f"cause {name} is left out: the stage has no equilibrium at one of its sizes"
         for name in prediction.not_solved
