@@ -202,13 +202,6 @@ class GapSeries:
         """Sum of squares that is left where the stage reads so much more."""
         return float(np.sum((self._values(self.series) - self._added(added)) ** 2))
 
-    def lefts(self, first: Sequence[StageReadings], second: Sequence[StageReadings]) -> Array:
-        """Sum of squares that each sum of one and another leaves, shape (n_first, n_second)."""
-        rest = self._values(self.series) - np.array([self._added(one) for one in first])
-        others = np.array([self._added(one) for one in second])
-        squares = (rest**2).sum(axis=1)[:, None] + (others**2).sum(axis=1)
-        return np.asarray(squares - 2.0 * rest @ others.T)
-
     def amounts(self, slopes: Sequence[StageReadings]) -> Array:
         """Amounts of several readings that leave least, shape (n,)."""
         columns = np.array([self._added(slope) for slope in slopes]).T
@@ -283,8 +276,6 @@ def stage_prediction(
     refine = partial(_refined, stage, solve, gap)
     sized = [(cause, _sizes(cause, stage, solved.pop(name))) for name, cause in causes.items()]
     finer = dict(zip(causes, (executor.map if executor else map)(refine, sized), strict=True))
-    if gap is not None:
-        finer |= _beside_leading(stage, solve, gap, [(causes[k], of) for k, of in finer.items()])
     effects = {name: _of_sizes(cause, finer[name]) for name, cause in causes.items()}
     for name, slopes in solved.items():
         effects[name] = _of_directions(name, _updated(stage, solve, gap, (name, slopes)))
@@ -371,17 +362,8 @@ class _Sizes:
         series = np.tensordot(shares, [one.series for one in self.added], axes=1)
         return replace(self.added[0], series=series)
 
-    def tried(self) -> list[float]:
-        """Sizes that are solved, and some between."""
-        between = [
-            np.linspace(a, b, _BETWEEN, endpoint=False) for a, b in pairwise(self.nodes.tolist())
-        ]
-        return np.append(np.concatenate(between), self.nodes[-1]).tolist()
-
     def with_size(self, size: float, added: StageReadings) -> "_Sizes":
         """With one size more."""
-        if size in self.nodes:
-            return self
         number = int(np.searchsorted(self.nodes, size))
         others = self.added[:number], self.added[number:]
         nodes = np.insert(self.nodes, number, size)
@@ -390,66 +372,6 @@ class _Sizes:
     def of_rig(self, rig: CarrierRig, largest_load: float) -> Array:
         """Sizes between which the signals are straight."""
         return self.nodes
-
-
-def _beside_leading(
-    stage: PredictedStage,
-    solve: Callable[[_Change], StageReadings | None],
-    gap: GapSeries,
-    solved: Sequence[tuple[SizedCause, _Sizes | None]],
-) -> dict[str, _Sizes | None]:
-    """Sizes of causes that explain what the best one leaves, solved beside that one.
-
-    Clearances do not add up: ``D(a, b) = D(a) + D(b | a)`` does at the size a of the best one, that
-    of the best sum, sought again where it moves. What leaves about as little by itself is a rival
-    and stays as it is.
-    """
-    some = {cause.key: (cause, sizes) for cause, sizes in solved if sizes is not None}
-    result: dict[str, _Sizes | None] = {cause.key: sizes for cause, sizes in solved}
-    tried = {key: sizes.tried() for key, (_, sizes) in some.items()}
-    left = {key: min(map(gap.left, map(some[key][1].at, tried[key]))) for key in some}
-    if not left:
-        return result
-    name = min(left, key=lambda key: left[key])
-    leading, sizes = some.pop(name)
-    for key, (cause, given) in some.items():
-        if left[key] * _FAVOURED <= left[name]:
-            continue
-        beside, at = given, leading.value(stage)
-        for _ in range(_ROUNDS):
-            lefts = gap.lefts(
-                [sizes.at(size) for size in sizes.tried()],
-                [beside.at(size) for size in beside.tried()],
-            )
-            size = sizes.tried()[int(np.argmin(lefts.min(axis=1)))]
-            if lefts.min() > _FAVOURED * left[name] or size == at:
-                break
-            moved = _solved_beside(leading.changed(stage, size), solve, cause, given)
-            if moved is None:
-                break
-            at, (alone, beside) = size, moved
-            sizes = sizes.with_size(size, alone)
-        result[key] = beside
-    return {**result, name: sizes}
-
-
-def _solved_beside(
-    stage: PredictedStage,
-    solve: Callable[[_Change], StageReadings | None],
-    cause: SizedCause,
-    sizes: "_Sizes",
-) -> tuple[StageReadings, "_Sizes"] | None:
-    """What a changed stage reads more, and what a cause adds to that; None without equilibrium."""
-    alone = solve(_Change(stage))
-    if alone is None:
-        return None
-    added = []
-    for size in sizes.nodes.tolist():
-        both = alone if size == sizes.nominal else solve(_Change(cause.changed(stage, size)))
-        if both is None:
-            return None
-        added.append(both - alone)
-    return alone, replace(sizes, added=tuple(added))
 
 
 def _updated(
@@ -470,7 +392,7 @@ def _updated(
     for _ in range(_ROUNDS):
         amounts = gap.amounts(slopes)
         linear = replace(slopes[0], series=np.tensordot(amounts, [s.series for s in slopes], 1))
-        if gap.left(linear) > _FAVOURED * before:
+        if gap.left(linear) >= _FAVOURED * before:
             break
         solved = solve(_Change(_moved(name, stage, amounts)))
         if solved is None:
@@ -526,9 +448,10 @@ def _refined(
         return sizes
     before = gap.left(sizes.added[0] * 0.0)
     for _ in range(_ROUNDS):
-        tried = [size for size in sizes.tried() if size not in sizes.nodes]
-        left = [gap.left(sizes.at(size)) for size in tried]
-        size = tried[int(np.argmin(left))]
+        ends = pairwise(sizes.nodes.tolist())
+        tried = np.concatenate([np.linspace(a, b, _BETWEEN, endpoint=False)[1:] for a, b in ends])
+        left = [gap.left(sizes.at(size)) for size in tried.tolist()]
+        size = float(tried[int(np.argmin(left))])
         if min(left) > _FAVOURED * before:
             break
         added = solve(_Change(cause.changed(stage, size)))

@@ -189,22 +189,3 @@ def test_a_tilt_that_records_favour_follows_the_stage_where_it_is_not_linear(loo
         left.append(missed(series, prediction, added))
     assert left[0] > 0.05
     assert left[1] < 0.2 * left[0]
-
-
-def test_two_causes_with_clearances_are_solved_beside_each_other(loose, monkeypatch):
-    sizes = {"sun_radial": (1e6, 1e8, 1e9, 3e9), "downwind_clearance": (0.0, 0.1e-3, 0.3e-3)}
-    of_causes(monkeypatch, **sizes)
-    true = {"sun_radial": 4e8, "downwind_clearance": 0.06e-3}
-    truth = replace(loose, data=replace(loose.data, bearings=replace(LOOSE, **true)))
-    gap_of, series = gap_to(truth)
-    points, left = LoadPoints(LOADS, SCALE), []
-    for gap in (None, gap_of):
-        prediction = stage_prediction(loose, SENSORS, points, gap)
-        both = {cause.id.partition("/")[2]: cause for cause in prediction.causes}
-
-        def added(rim, inputs, both=both):
-            return sum(both[k].signals(rim, inputs, None, size)[0] for k, size in true.items())
-
-        left.append(missed(series, prediction, added))
-    assert left[0] > 0.1
-    assert left[1] < 0.5 * left[0]
