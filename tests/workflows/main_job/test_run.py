@@ -159,7 +159,9 @@ def test_the_bodies_just_reduced_run_in_the_stage(job_folder, summary):
     # Its simulation is the stage with the bodies just reduced.
     assert stage.baseline.source == "stage"
     case = read_stage_case(job_folder / "stage" / "campaign" / stage.baseline.case)
-    assert {path.resolve().parent for path in case.bodies.values()} == {job_folder / "bodies"}
+    assert {path.resolve().parent for path in case.bodies.values()} == {
+        (job_folder / "bodies").resolve()
+    }
     assert all(path.is_file() for path in case.bodies.values())
     rows = (job_folder / "stage" / "in_time.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0].startswith("time,carrier_angle,s047,")
