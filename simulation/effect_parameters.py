@@ -50,6 +50,8 @@ class EffectParameter(FitParameter):
     pair : PolarPair, optional
         The vector of which this parameter is a component, as its name says; the report gives the
         size and angle of the vector. See :func:`vector_parameters`.
+    absent_at : float, optional
+        Value of a shape at which the effect adds nothing: that of the simulation without it.
     is_unseen_below : bool
         Whether the signals no longer change below the least value that a search tries: a fit that
         ends there has found an upper limit, and has not left what is physical.
@@ -59,6 +61,7 @@ class EffectParameter(FitParameter):
     shape: bool = False
     pair: PolarPair | None = None
     is_unseen_below: bool = False
+    absent_at: float | None = None
 
 
 def published_names(parameter: EffectParameter) -> tuple[str, ...]:

@@ -219,8 +219,9 @@ def _with_blank_channels(campaign: Campaign, more: Sequence[Channel]) -> Campaig
 
 
 def _blank(run: Run, channels: Sequence[Channel]) -> Run:
-    zero = np.zeros(run.time.size)
-    return replace(run, signals={**run.signals, **{channel.name: zero for channel in channels}})
+    blank = {channel.name: np.zeros(run.time.size) for channel in channels}
+    predictions = {**run.predictions, **blank} if run.predictions else {}
+    return replace(run, signals={**run.signals, **blank}, predictions=predictions)
 
 
 def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
@@ -297,7 +298,8 @@ def carrier_planned_table(
             counts.append(n_samples)
     unknowns = model.parameters((), contained)
     scales, parameters = _scales(model, candidates, contained, base.size)
-    size = np.concatenate([[1.0], [unknown.scale for unknown in unknowns], _by_row(rows, scales)])
+    sizes = _by_row(rows, scales, model)
+    size = np.concatenate([[1.0], [unknown.scale for unknown in unknowns], sizes])
     size = np.concatenate([size, np.ones(n_columns - rows.size)])
     precision = [
         np.inf if unknown.lower == unknown.upper else (unknown.scale / unknown.prior_std) ** 2
@@ -397,7 +399,21 @@ def _scales(
         sizes = [p for p in model.parameters((name,), choice)[n_base:] if not p.shape]
         scales[name] = [p.scale for p in sizes]
         first[name] = ScaledParameter(_published(sizes[0], one), sizes[0].unit, sizes[0].scale)
+        nearest = _nearest_change(model, name)
+        if nearest:
+            shape = model.effects[name].parameters[-1]
+            scales[name] = [nearest]
+            first[name] = ScaledParameter(f"change of {shape.name}", shape.unit, nearest)
     return scales, first
+
+
+def _nearest_change(model: CarrierModel, effect: str) -> float:
+    """Smallest change of a quantity that has a value without the effect; 0 of another effect."""
+    absent = model.effects[effect].parameters[-1].absent_at
+    if absent is None:
+        return 0.0
+    changes = np.abs(np.array(model.source.shape_nodes(model.effects[effect])) - absent)
+    return float(changes[changes > 0.0].min())
 
 
 def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
@@ -406,11 +422,16 @@ def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
     return parameter.name.rpartition("_")[0] if is_of_one_channel else parameter.name
 
 
-def _by_row(rows: EffectRows, scales: Mapping[str, list[float]]) -> FloatArray:
-    """Scale of every row of the effects; each variant of an effect has all its amplitudes."""
+def _by_row(rows: EffectRows, scales: Mapping[str, list[float]], model: CarrierModel) -> FloatArray:
+    """Scale of every row of the effects; each variant of an effect has all its amplitudes.
+
+    A quantity that has a value without the effect counts by its change.
+    """
     sizes: list[float] = []
     for signature in _signatures(rows):
-        sizes += scales[signature.effect]
+        absent = model.effects[signature.effect].parameters[-1].absent_at
+        change = 1.0 if absent is None else abs(signature.variant[0] - absent)
+        sizes += [scale / (change or 1.0) for scale in scales[signature.effect]]
     return np.array(sizes)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from carrierflex.files.problems import refuse
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import candidates_of
 
 
 def campaign_part(
@@ -39,12 +40,13 @@ def campaign_part(
         Where a name is not known, all of them at once.
     """
     known = campaign.contract.effects
+    candidates = candidates_of(campaign.baseline, campaign.contract)
     refuse(
         [
             *_unknown(runs, [run.name for run in campaign.runs], "--runs"),
             *_unknown(channels, [channel.name for channel in campaign.channels], "--channels"),
             *_unknown(baseline or (), known, "--baseline"),
-            *_unknown(effects, known, "--effects"),
+            *_unknown(effects, candidates, "--effects"),
         ]
     )
     channels_of_choice = [c for c in campaign.channels if not channels or c.name in channels]
@@ -54,8 +56,9 @@ def campaign_part(
         records = tuple(run.of_channels(names) for run in records)
     declared = campaign.baseline
     contained = declared.effects if baseline is None else tuple(baseline)
-    ruled_out = {*declared.impossible, *(name for name in known if effects and name not in effects)}
-    impossible = tuple(name for name in known if name in ruled_out and name not in contained)
+    others = (name for name in candidates if effects and name not in effects)
+    ruled_out = {*declared.impossible, *others}
+    impossible = tuple(name for name in candidates if name in ruled_out and name not in contained)
     return replace(
         campaign,
         channels=tuple(channels_of_choice),

@@ -6,12 +6,16 @@ is checked without the libraries of arrays.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from carrierflex.files.problems import refuse, repeated_names
 from carrierflex.files.shown_values import shortened
 from carrierflex.identification.campaign.campaign_kinds import NOT_SI_UNITS, CampaignKind
-from carrierflex.simulation.carrier.effects.inside_stage import STAGE_EFFECTS
+from carrierflex.simulation.carrier.effects.inside_stage import (
+    STAGE_EFFECTS,
+    STAGE_PARAMETERS,
+    STAGE_PARTNERS,
+)
 
 #: Column of a run file that holds another simulator's prediction of a channel.
 PREDICTION_SUFFIX = "_sim"
@@ -177,20 +181,30 @@ def check_different(names: Iterable[str], what: str) -> None:
     refuse(repeated_names(names, what))
 
 
+def candidates_of(baseline: Baseline, kind: CampaignKind) -> tuple[str, ...]:
+    """Ids of the effects that may be missing in a baseline, causes inside its stage among them."""
+    return (*kind.effects, *(STAGE_EFFECTS if baseline.case else ()))
+
+
 def baseline_conflicts(baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
     """One text for everything in a baseline that the kind does not know or that contradicts."""
-    for key, effects in (("effects", baseline.effects), ("impossible", baseline.impossible)):
+    for key, effects, known in (
+        ("effects", baseline.effects, kind.effects),
+        ("impossible", baseline.impossible, candidates_of(baseline, kind)),
+    ):
         yield from repeated_names(effects, "effect")
         for effect in dict.fromkeys(effects):
-            inside = STAGE_EFFECTS if baseline.source == "stage" and key == "impossible" else ()
-            if effect not in (*kind.effects, *inside):
-                known = ", ".join((*kind.effects, *inside))
-                yield f"unknown effect '{effect}' in '{key}'; kind {kind.name} knows {known}"
+            if effect not in known:
+                listed = ", ".join(known)
+                yield f"unknown effect '{effect}' in '{key}'; kind {kind.name} knows {listed}"
     if baseline.source == "stage" and kind.name != "carrier":
         yield f"key 'source' is 'stage'; expected model or columns, kind {kind.name} has no stage"
     for effect in baseline.effects:
         if effect in baseline.impossible:
             yield f"effect '{effect}' is in 'effects' and in 'impossible'; expected one of them"
+    if baseline.case:
+        parameters = {**kind.parameters, **STAGE_PARAMETERS}
+        kind = replace(kind, parameters=parameters, partners={**kind.partners, **STAGE_PARTNERS})
     for name in baseline.fixed:
         yield from _fixed_conflicts(name, baseline, kind)
 

@@ -2,7 +2,8 @@
 
 Ids are ``stage/<name>``. A cause of one quantity is solved at a few sizes of its range: what it
 adds lies on straight lines between them, and a response near one allows for what they miss. Places
-of the pins and the joint's tilt are secants.
+of the pins and the joint's tilt are linear: secants of the stage, updated by Broyden's rule where
+records favour them.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -26,12 +27,14 @@ from carrierflex.simulation.carrier.effects.inside_stage import (
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.predicted_readings import (
     LoadPoints,
     PredictedStage,
     StageReadings,
     stage_readings,
 )
+from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import NotConvergedError
 
 Array = NDArray[np.float64]
@@ -86,6 +89,12 @@ class SizedCause:
         """Stage with the quantity at a size."""
         return _with(stage, self.table, **{self.key: size})
 
+    def known(self, value: float, std: float) -> "SizedCause":
+        """Cause whose size is known: it is solved there and two standard deviations off."""
+        # Beyond it, as fits start below the last size.
+        sizes = (max(value - 2.0 * std, 0.0), value, value + (2.0 * std or 0.1 * value))
+        return replace(self, sizes=tuple(sorted(set(sizes))), is_factor=False)
+
 
 _DERIVED = "half to twice the derived value (load_sharing.md)"
 _BEARING = "ISO 5753 group CN about the published 0.275 and 0.245 mm of diameter, and none"
@@ -120,6 +129,36 @@ def _with(stage: PredictedStage, table: str, **values: object) -> PredictedStage
         return replace(stage, effects=replace(stage.effects, **values))  # type: ignore[arg-type]
     changed = {table: replace(getattr(stage.data, table), **values)}
     return replace(stage, data=replace(stage.data, **changed))
+
+
+def case_values(
+    effect: str, values: Mapping[str, float], data: StageData, effects: StageEffects, n_planets: int
+) -> tuple[str, dict[str, float | list[float]]]:
+    """Table of a stage case and the keys in it that a cause of some size changes.
+
+    Parameters
+    ----------
+    effect : str
+        Cause, ``stage/<name>``.
+    values : mapping of str to float
+        Its values by published name: a size, or what is added to the case's tilt or places.
+    data, effects : StageData, StageEffects
+        Of the case.
+    n_planets : int
+        Planets of the stage.
+    """
+    name = effect.partition("/")[2]
+    if name in SIZED_CAUSES:
+        cause = SIZED_CAUSES[name]
+        return cause.table, {cause.key: values[cause.key]}
+    if name == JOINT_TILT:
+        added = values["phi_PLC"] * np.exp(1j * values["theta_PLC"])
+        tilt = effects.phi_PLC * np.exp(1j * effects.theta_PLC) + added
+        angle = float(np.rad2deg(np.angle(tilt)))
+        return "effects", {"phi_PLC": float(abs(tilt)), "theta_PLC_deg": angle}
+    places = list(effects.of_planets("pin_offset", n_planets))
+    moved = [place + values.get(f"pin_{k + 1}", 0.0) for k, place in enumerate(places)]
+    return "effects", {"pin_offset": moved}
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,11 +200,25 @@ class GapSeries:
 
     def left(self, added: StageReadings) -> float:
         """Sum of squares that is left where the stage reads so much more."""
-        rest = self.series - np.tensordot(self.weights, added.series, axes=1)
+        return float(np.sum((self._values(self.series) - self._added(added)) ** 2))
+
+    def amounts(self, slopes: Sequence[StageReadings]) -> Array:
+        """Amounts of several readings that leave least, shape (n,)."""
+        columns = np.array([self._added(slope) for slope in slopes]).T
+        fit, *_ = np.linalg.lstsq(columns, self._values(self.series), rcond=None)
+        return np.asarray(fit)
+
+    def _added(self, added: StageReadings) -> Array:
+        # Sensors of the records come first; a plan tries more.
+        series = added.series[:, : self.series.shape[1]]
+        return self._values(np.tensordot(self.weights, series, axes=1))
+
+    def _values(self, series: NDArray[np.complex128]) -> Array:
+        """Numbers whose squares sum up to the mean square of the signals, offsets left out."""
+        rest = series * np.where(np.arange(series.shape[2]) == 0, 1.0, np.sqrt(0.5))
         axial = rest[:, self.is_axial, 0]
         rest[:, self.is_axial, 0] = axial - axial.mean(axis=1, keepdims=True)
-        square = np.abs(rest) ** 2
-        return float(square[:, :, 0].sum() + 0.5 * square[:, :, 1:].sum())
+        return np.concatenate([rest.real.ravel(), rest.imag.ravel()])
 
 
 def stage_prediction(
@@ -176,6 +229,7 @@ def stage_prediction(
     executor: Executor | None = None,
     note: Callable[[str, float], None] = lambda text, share: None,
     impossible: Collection[str] = (),
+    known: Mapping[str, tuple[float, float]] | None = None,
 ) -> StagePrediction:
     """Readings of a stage and of every cause, at the same load points.
 
@@ -196,6 +250,8 @@ def stage_prediction(
         Hears which cause is solved, and the share that is done.
     impossible : collection of str
         Effect ids that are not solved.
+    known : mapping of str to (float, float), optional
+        Value and standard deviation of a cause's quantity, by ``effect.parameter``.
 
     Raises
     ------
@@ -204,7 +260,11 @@ def stage_prediction(
     """
     readings, start = stage_readings(stage, sensors, points)
     names = [name for name in GROUPS if effect_of_stage(name) not in impossible]
-    changes = {name: list(_changes(name, stage)) for name in names}
+    causes = {name: cause for name, cause in SIZED_CAUSES.items() if name in names}
+    for name, cause in causes.items():
+        size = (known or {}).get(f"{effect_of_stage(name)}.{cause.key}")
+        causes[name] = cause.known(*size) if size else cause
+    changes = {name: list(_changes(name, stage, causes.get(name))) for name in names}
     solve = partial(_difference, stage, tuple(sensors), readings, start)
     jobs = [(name, change) for name, of_name in changes.items() for change in of_name]
     results = (executor.map if executor else map)(solve, [change for _, change in jobs])
@@ -214,13 +274,13 @@ def stage_prediction(
         note(name.replace("_", " "), (number + 1) / len(jobs))
     gap = gap_of(readings) if gap_of else None
     refine = partial(_refined, stage, solve, gap)
-    sized = {name: _sizes(name, stage, solved.pop(name)) for name in SIZED_CAUSES if name in solved}
-    finer = (executor.map if executor else map)(refine, sized.items())
-    effects = {name: _of_sizes(name, sizes) for name, sizes in zip(sized, finer, strict=True)}
-    effects |= {name: _of_directions(name, slopes) for name, slopes in solved.items()}
-    causes = tuple(effect for effect in effects.values() if effect is not None)
+    sized = [(cause, _sizes(cause, stage, solved.pop(name))) for name, cause in causes.items()]
+    finer = dict(zip(causes, (executor.map if executor else map)(refine, sized), strict=True))
+    effects = {name: _of_sizes(cause, finer[name]) for name, cause in causes.items()}
+    for name, slopes in solved.items():
+        effects[name] = _of_directions(name, _updated(stage, solve, gap, (name, slopes)))
     not_solved = tuple(effect_of_stage(name) for name, one in effects.items() if one is None)
-    return StagePrediction(readings, causes, not_solved)
+    return StagePrediction(readings, tuple(filter(None, effects.values())), not_solved)
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,28 +291,29 @@ class _Change:
     step: float = 1.0
 
 
-def _changes(name: str, stage: PredictedStage) -> Iterator[_Change]:
+def _changes(name: str, stage: PredictedStage, cause: SizedCause | None) -> Iterator[_Change]:
     """Stages that a cause asks for; the case itself, which adds nothing, is not among them."""
-    if name in SIZED_CAUSES:
-        cause = SIZED_CAUSES[name]
+    if cause is not None:
         for size in cause.nodes(stage):
             if size != cause.value(stage):
                 yield _Change(cause.changed(stage, size))
         return
+    step = _TILT if name == JOINT_TILT else _PIN_PLACE
+    # All pins moved alike turn the carrier.
+    n_directions = 2 if name == JOINT_TILT else stage.body.n_planets - 1
+    for amounts in step * np.eye(n_directions):
+        yield _Change(_moved(name, stage, amounts), step)
+
+
+def _moved(name: str, stage: PredictedStage, amounts: Array) -> PredictedStage:
+    """Stage with its joint tilted, or all pins but the first moved, by so much more."""
     effects = stage.effects
     if name == JOINT_TILT:
-        tilt = effects.phi_PLC * np.exp(1j * effects.theta_PLC)
-        for step in (_TILT, 1j * _TILT):
-            other = tilt + step
-            polar = {"phi_PLC": float(abs(other)), "theta_PLC": float(np.angle(other))}
-            yield _Change(_with(stage, "effects", **polar), _TILT)
-        return
-    n_planets = stage.body.n_planets
-    places = np.array(effects.of_planets("pin_offset", n_planets))
-    # All pins moved alike turn the carrier.
-    for step in _PIN_PLACE * np.eye(n_planets)[1:]:
-        moved = tuple((places + step).tolist())
-        yield _Change(_with(stage, "effects", pin_offset=moved), _PIN_PLACE)
+        tilt = effects.phi_PLC * np.exp(1j * effects.theta_PLC) + complex(*amounts)
+        return _with(stage, "effects", phi_PLC=float(abs(tilt)), theta_PLC=float(np.angle(tilt)))
+    places = np.array(effects.of_planets("pin_offset", stage.body.n_planets))
+    moved = places + np.append(0.0, amounts)
+    return _with(stage, "effects", pin_offset=tuple(moved.tolist()))
 
 
 def _difference(
@@ -283,10 +344,11 @@ class _Directions:
 
 @dataclass(frozen=True, eq=False)
 class _Sizes:
-    """Signal of a response of one at a size, straight between sizes."""
+    """Signal of a response of one at a size, straight between sizes; nothing at the case's."""
 
     nodes: Array
     added: tuple[StageReadings, ...]
+    nominal: float
 
     def __call__(
         self, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, size: float
@@ -304,11 +366,44 @@ class _Sizes:
         """With one size more."""
         number = int(np.searchsorted(self.nodes, size))
         others = self.added[:number], self.added[number:]
-        return _Sizes(np.insert(self.nodes, number, size), (*others[0], added, *others[1]))
+        nodes = np.insert(self.nodes, number, size)
+        return _Sizes(nodes, (*others[0], added, *others[1]), self.nominal)
 
     def of_rig(self, rig: CarrierRig, largest_load: float) -> Array:
         """Sizes between which the signals are straight."""
         return self.nodes
+
+
+def _updated(
+    stage: PredictedStage,
+    solve: Callable[[_Change], StageReadings | None],
+    gap: GapSeries | None,
+    named: tuple[str, Sequence[StageReadings | None]],
+) -> Sequence[StageReadings | None]:
+    """Slopes of a linear cause that meet the stage at the amounts that records favour.
+
+    Broyden's update: ``S + (D(p) - S p) p' / p' p``, p the amounts.
+    """
+    name, given = named
+    slopes = [slope for slope in given if slope is not None]
+    if gap is None or len(slopes) < len(given):
+        return given
+    before = gap.left(slopes[0] * 0.0)
+    for _ in range(_ROUNDS):
+        amounts = gap.amounts(slopes)
+        linear = replace(slopes[0], series=np.tensordot(amounts, [s.series for s in slopes], 1))
+        if gap.left(linear) >= _FAVOURED * before:
+            break
+        solved = solve(_Change(_moved(name, stage, amounts)))
+        if solved is None:
+            break
+        missed = (solved - linear).series
+        factors = amounts / (amounts @ amounts)
+        slopes = [
+            replace(slope, series=slope.series + factor * missed)
+            for slope, factor in zip(slopes, factors, strict=True)
+        ]
+    return slopes
 
 
 def _of_directions(name: str, slopes: Sequence[StageReadings | None]) -> Effect | None:
@@ -328,10 +423,9 @@ def _of_directions(name: str, slopes: Sequence[StageReadings | None]) -> Effect 
 
 
 def _sizes(
-    name: str, stage: PredictedStage, differences: Sequence[StageReadings | None]
+    cause: SizedCause, stage: PredictedStage, differences: Sequence[StageReadings | None]
 ) -> _Sizes | None:
     """The sizes of a cause that were solved, and the case's own; None where none was."""
-    cause = SIZED_CAUSES[name]
     nominal = cause.value(stage)
     others = [size for size in cause.nodes(stage) if size != nominal]
     added = {size: one for size, one in zip(others, differences, strict=True) if one is not None}
@@ -339,17 +433,17 @@ def _sizes(
         return None
     added[nominal] = next(iter(added.values())) * 0.0
     nodes = sorted(added)
-    return _Sizes(np.array(nodes), tuple(added[size] for size in nodes))
+    return _Sizes(np.array(nodes), tuple(added[size] for size in nodes), nominal)
 
 
 def _refined(
     stage: PredictedStage,
     solve: Callable[[_Change], StageReadings | None],
     gap: GapSeries | None,
-    named: tuple[str, _Sizes | None],
+    solved: tuple[SizedCause, _Sizes | None],
 ) -> _Sizes | None:
     """Sizes of a cause with those that records favour, where they favour any."""
-    name, sizes = named
+    cause, sizes = solved
     if sizes is None or gap is None:
         return sizes
     before = gap.left(sizes.added[0] * 0.0)
@@ -360,22 +454,22 @@ def _refined(
         size = float(tried[int(np.argmin(left))])
         if min(left) > _FAVOURED * before:
             break
-        added = solve(_Change(SIZED_CAUSES[name].changed(stage, size)))
+        added = solve(_Change(cause.changed(stage, size)))
         if added is None:
             break
         sizes = sizes.with_size(size, added)
     return sizes
 
 
-def _of_sizes(name: str, sizes: _Sizes | None) -> Effect | None:
+def _of_sizes(cause: SizedCause, sizes: _Sizes | None) -> Effect | None:
     """Cause of one quantity between the sizes that were solved."""
     if sizes is None:
         return None
-    cause, nodes = SIZED_CAUSES[name], sizes.nodes
+    nodes = sizes.nodes
     response = EffectParameter(RESPONSE, "1", *_RESPONSE_BOUNDS, RESPONSE_STD)
     ends, scale = (float(nodes[0]), float(nodes[-1])), float(np.ptp(nodes))
-    size = EffectParameter(cause.key, cause.unit, *ends, scale, shape=True)
-    return _effect(name, parameters=(response, size), pattern=sizes, shape_nodes=sizes.of_rig)
+    size = EffectParameter(cause.key, cause.unit, *ends, scale, shape=True, absent_at=sizes.nominal)
+    return _effect(cause.key, parameters=(response, size), pattern=sizes, shape_nodes=sizes.of_rig)
 
 
 def _effect(name: str, **of_cause: Any) -> Effect:

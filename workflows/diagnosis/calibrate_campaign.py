@@ -1,8 +1,9 @@
 """Add the causes that a diagnosis names to the simulation, diagnose again, compare.
 
 A named dimension or material constant changes the carrier's drawing, whose deflection curves are
-computed by finite elements at the new value; any other named law goes into the baseline of a copy
-of the campaign, with its value and standard deviation. Writes before/ and after/ (as diagnose),
+computed by finite elements at the new value; a cause inside the stage changes the stage case of a
+copy of the campaign; any other named law goes into the copy's baseline, with its value and standard
+deviation. Writes before/ and after/ (as diagnose),
 change/ (as compare), campaign/ (the copy), parameters.toml and calibration.json. A good answer: the
 gap afterwards is as small as predicted, and what was put in is no longer missing.
 """
@@ -46,6 +47,8 @@ from carrierflex.reduction.changed_drawing import (
     linear_prediction,
 )
 from carrierflex.simulation.carrier.effects.drawing import body_of_effect
+from carrierflex.simulation.carrier.effects.inside_stage import group_of_effect
+from carrierflex.simulation.case_kinds import STAGE_CASE
 from carrierflex.workflows.diagnosis import compare_diagnoses, diagnose_campaign
 from carrierflex.workflows.geometry.write_parameters import parameter_lines
 from carrierflex.workflows.outputs import prepared_folder
@@ -70,7 +73,9 @@ class PutIn:
     file: Annotated[str, "File of the output folder that holds it"]
     values: Annotated[Mapping[str, NamedValue], "Its values, as diagnosed"]
     drawn: Annotated[
-        float | None, "Dimension [m], modulus [Pa] or Poisson's ratio as drawn; null of a law"
+        float | None,
+        "Dimension [m], modulus [Pa] or Poisson's ratio as drawn, or quantity of the stage case; "
+        "null of a law",
     ] = None
     calibrated: Annotated[float | None, "The same with its change; null of a law"] = None
 
@@ -145,7 +150,7 @@ def main(
     Parameters
     ----------
     campaign : Path
-        Campaign folder with a baseline of this program's simulator. It is not changed.
+        Campaign folder with a baseline of this program's simulator or stage. It is not changed.
     out : Path
         Folder to write: new, or that of an earlier calibration.
     parameters : Path, optional
@@ -190,7 +195,7 @@ def main(
 
     before = diagnosed(campaign, BEFORE)
     values = _values_to_put_in(before, take)
-    known = {name: of for name, of in values.items() if _is_held(name, header.contract)}
+    known = {name: of for name, of in values.items() if _is_held(name, header)}
     calibration = Calibration(
         campaign=before.campaign,
         unit=before.unit,
@@ -220,11 +225,15 @@ def main(
         calibration = replace(calibration, linear=linear)
         curves = drawing.moved(curves)
     laws = {name: of for name, of in known.items() if not body_of_effect(name)}
-    _write_copy(campaign, out / CAMPAIGN, header.contract, laws, curves)
+    if header.baseline.source == "stage":
+        put_in = _write_copy_with_case(campaign, out / CAMPAIGN, header, laws)
+    else:
+        _write_copy(campaign, out / CAMPAIGN, header.contract, laws, curves)
+        put_in = tuple(_put_in(name, of, stage, drawing) for name, of in known.items())
     after = diagnosed(out / CAMPAIGN, AFTER)
     calibration = replace(
         calibration,
-        put_in=tuple(_put_in(name, of, stage, drawing) for name, of in known.items()),
+        put_in=put_in,
         rms_predicted=_predicted(before, tuple(known), take),
         after=_side(after),
         text=after.reason,
@@ -241,11 +250,11 @@ def main(
 
 def _refuse(header: CampaignHeader, stage: StageParameters, campaign: Path, out: Path) -> None:
     """Refuse what cannot be calibrated, and a folder that holds something else."""
-    if header.baseline.source != "model":
+    if header.baseline.source not in ("model", "stage"):
         raise ValueError(
             f"{campaign / DOCUMENT_NAME}: [baseline]: key 'source' is '{header.baseline.source}', "
-            "another simulator's prediction; expected 'model': put the effect into that simulator, "
-            "then diagnose and compare"
+            "another simulator's prediction; expected 'model' or 'stage': put the effect into that "
+            "simulator, then diagnose and compare"
         )
     n_planets = header.rig.get("n_planets")
     if TOLERANCES in header.rig and stage.carrier.n_planets != n_planets:
@@ -320,9 +329,11 @@ def _alternatives(diagnosis: Diagnosis) -> dict[str, Mapping[str, NamedValue]]:
     return {name: of for name, of in values.items() if name in tried}
 
 
-def _is_held(effect: str, kind: CampaignKind) -> bool:
-    """Whether a drawing or a campaign can hold an effect; none holds a user's law."""
-    return bool(body_of_effect(effect)) or effect in kind.effects
+def _is_held(effect: str, header: CampaignHeader) -> bool:
+    """Whether a drawing, a stage case or a campaign can hold an effect; none holds a user's law."""
+    if header.baseline.source == "stage":
+        return bool(group_of_effect(effect))
+    return bool(body_of_effect(effect)) or effect in header.contract.effects
 
 
 def _why_nothing(diagnosis: Diagnosis, effects: Sequence[str]) -> str:
@@ -331,8 +342,8 @@ def _why_nothing(diagnosis: Diagnosis, effects: Sequence[str]) -> str:
 
     if effects:
         return (
-            f"Nothing was put in: {', '.join(effects)} is in no campaign.toml; add it to the "
-            "simulation as an effect of its package."
+            f"Nothing was put in: {', '.join(effects)} is in no campaign.toml or stage case; add "
+            "it to the simulation as an effect of its package."
         )
     text = f"Nothing was put in. {verdict_heading(diagnosis)}. {next_step(diagnosis)}"
     alternatives = _alternatives(diagnosis) if diagnosis.verdict == ALIASED else {}
@@ -421,6 +432,46 @@ def _write_copy(
             name = document["rig"].setdefault("deflection_curves", CURVES_FILE)
             write_curves(partial / name, curves)
         (partial / DOCUMENT_NAME).write_bytes(tomli_w.dumps(document).encode())
+
+
+def _write_copy_with_case(
+    campaign: Path,
+    folder: Path,
+    header: CampaignHeader,
+    causes: Mapping[str, Mapping[str, NamedValue]],
+) -> tuple[PutIn, ...]:
+    """Copy a campaign, its stage case with the values of some causes."""
+    import tomli_w
+
+    from carrierflex.simulation.stage.causes import case_values
+    from carrierflex.simulation.stage.stage_cases import read_stage_case
+
+    name = header.baseline.case
+    case = read_stage_case(campaign / name)
+    document = toml_document(campaign / name, STAGE_CASE)
+    put_in = []
+    for effect, values in causes.items():
+        numbers = {key: value.value for key, value in values.items()}
+        table, keys = case_values(
+            effect, numbers, case.data, case.effects, int(case.rig["n_planets"])
+        )
+        document[table] = {**document.get(table, {}), **keys}
+        drawn, calibrated = None, None
+        if len(keys) == 1:
+            ((key, value),) = keys.items()
+            drawn = getattr(case.effects if table == "effects" else getattr(case.data, table), key)
+            drawn, calibrated = (None, None) if isinstance(value, list) else (drawn, value)
+        put_in.append(PutIn(effect, f"{CAMPAIGN}/{name}", values, drawn, calibrated))
+    # Bodies in other folders are not copied.
+    for body, path in case.bodies.items():
+        if path.parent != campaign:
+            document["bodies"][body] = str(path.resolve())
+    with whole_folder(folder) as partial:
+        for file in campaign.iterdir():
+            if file.is_file() and not file.name.startswith("."):
+                shutil.copyfile(file, partial / file.name)
+        (partial / name).write_bytes(tomli_w.dumps(document).encode())
+    return tuple(put_in)
 
 
 def _known_values(

@@ -335,15 +335,23 @@ def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCur
 
 
 def with_stage_baseline(
-    campaign: Campaign, folder: Path, executor: Executor, stages: Stages
+    campaign: Campaign,
+    folder: Path,
+    executor: Executor | None,
+    stages: Stages,
+    planned: Callable[[], Campaign] | None = None,
 ) -> Campaign:
-    """Campaign with what its stage predicts; as it is where its baseline is no stage."""
+    """Campaign with what its stage predicts; as it is where its baseline is no stage.
+
+    `planned` gives the campaign with what could be added to it, which the causes then cover.
+    """
     if campaign.baseline.source != "stage":
         return campaign
 
     from carrierflex.workflows.diagnosis.stage_baseline import with_stage
 
-    return with_stage(campaign, folder, executor=executor, note=stages.note)
+    more = planned() if planned else None
+    return with_stage(campaign, folder, planned=more, executor=executor, note=stages.note)
 
 
 def curves_of_rig(rig: Mapping[str, Any], folder: Path) -> dict[str, DeflectionCurve]:

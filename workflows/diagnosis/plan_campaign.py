@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -31,7 +32,7 @@ from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.case_kinds import CARRIER_CASE, MOUNTING_CASE
-from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves, with_stage_baseline
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation import simulate_load_case
@@ -141,11 +142,20 @@ def main(
                 read_campaign(records), baseline=baseline, effects=effects or ()
             )
             curves = campaign_curves(campaign, records)
+            campaign = with_stage_baseline(
+                campaign, records, None, stages, partial(_pool_of_carrier, campaign, settings)
+            )
         with stages.stage("what can be detected, separated and added"):
             planned = plan_of(campaign, curves, settings, is_measured=is_measured, note=stages.note)
     if out is not None:
         _write(planned.plan, prepared_folder(out))
     return planned.plan
+
+
+def _pool_of_carrier(campaign: Campaign, settings: PlanSettings) -> Campaign:
+    from carrierflex.diagnosis.carrier.planned import carrier_pool
+
+    return carrier_pool(campaign, settings.costs, settings.limits).campaign
 
 
 def plan_of(

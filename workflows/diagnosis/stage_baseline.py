@@ -15,7 +15,11 @@ from carrierflex.geometry.parameters import DEFAULT_SIZE
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import rim_sensor
-from carrierflex.simulation.carrier.effects.inside_stage import STAGE_EFFECTS
+from carrierflex.simulation.carrier.effects.inside_stage import (
+    PIN_PLACES,
+    STAGE_EFFECTS,
+    effect_of_stage,
+)
 from carrierflex.simulation.carrier.rim import CarrierInputs, inputs_of_columns
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.causes import GapSeries, StagePrediction, stage_prediction
@@ -37,6 +41,7 @@ def with_stage(
     folder: Path,
     *,
     size: float = DEFAULT_SIZE,
+    planned: Campaign | None = None,
     executor: Executor | None = None,
     note: Callable[[str, float], None] = lambda text, share: None,
 ) -> Campaign:
@@ -50,6 +55,8 @@ def with_stage(
         Its folder, in which the case is.
     size : float
         Element edge length [m] of default bodies.
+    planned : Campaign, optional
+        The campaign with what could be added to it, whose loads and sensors the causes cover.
     executor : concurrent.futures.Executor, optional
         Where stages are solved.
     note : callable
@@ -78,29 +85,32 @@ def with_stage(
         case.rest_angle,
         case.runs[0].load.gravity,
     )
-    return predicted_by(campaign, stage, executor=executor, note=note)
+    return predicted_by(campaign, stage, planned=planned, executor=executor, note=note)
 
 
 def predicted_by(
     campaign: Campaign,
     stage: PredictedStage,
     *,
+    planned: Campaign | None = None,
     executor: Executor | None = None,
     note: Callable[[str, float], None] = lambda text, share: None,
 ) -> Campaign:
     """Campaign whose predictions and causes are those of a stage; see :func:`with_stage`."""
-    runs = campaign.runs
-    loads = np.concatenate([_loads(run) for run in runs])
+    _refuse_unknown_pins(campaign, stage.body.n_planets)
+    covered = planned or campaign
+    loads = np.concatenate([_loads(run) for run in covered.runs])
     largest = float(np.hypot(loads[:, 1], loads[:, 2]).max()) or 1.0
     scale = np.array([float(campaign.rig["nominal_torque"]), largest, largest])
     sensors = [
         Sensor(channel.name, channel.quantity, channel.angle or 0.0, channel.radius or 0.0)
-        for channel in campaign.channels
+        for channel in covered.channels
     ]
     points = load_points(loads, scale)
     gap_of = partial(_gap, campaign, points)
     impossible = campaign.baseline.impossible
-    prediction = stage_prediction(stage, sensors, points, gap_of, executor, note, impossible)
+    known = {name: (of.value, of.std) for name, of in campaign.baseline.fixed.items()}
+    prediction = stage_prediction(stage, sensors, points, gap_of, executor, note, impossible, known)
     notes = tuple(
         f"cause {name} is left out: the stage has no equilibrium at one of its sizes"
         for name in prediction.not_solved
@@ -112,10 +122,21 @@ def predicted_by(
             source="columns",
             impossible=tuple(name for name in impossible if name not in STAGE_EFFECTS),
         ),
-        runs=tuple(_predicted(campaign, run, prediction) for run in runs),
+        runs=tuple(_predicted(campaign, run, prediction) for run in campaign.runs),
         notes=(*campaign.notes, *notes),
         causes=prediction.causes,
     )
+
+
+def _refuse_unknown_pins(campaign: Campaign, n_planets: int) -> None:
+    pins = effect_of_stage(PIN_PLACES)
+    known = [f"{pins}.pin_{k}" for k in range(2, n_planets + 1)]
+    for name in campaign.baseline.fixed:
+        if name.startswith(f"{pins}.") and name not in known:
+            raise ValueError(
+                f"campaign.toml: key 'fixed' holds '{name}', the stage has {n_planets} planets; "
+                f"expected one of {', '.join(known)}"
+            )
 
 
 def _gap(campaign: Campaign, points: LoadPoints, readings: StageReadings) -> GapSeries:
@@ -135,7 +156,7 @@ def _gap(campaign: Campaign, points: LoadPoints, readings: StageReadings) -> Gap
             of_run.append(fit[: orders.size] + 1j * np.append(0.0, fit[orders.size :]))
         waves.append(of_run)
         shares.append(points.weights(inputs).mean(axis=0))
-    is_axial = np.array([sensor.quantity == AXIAL for sensor in readings.sensors])
+    is_axial = np.array([channel.quantity == AXIAL for channel in campaign.channels])
     return GapSeries(np.array(waves), np.array(shares), is_axial)
 
 

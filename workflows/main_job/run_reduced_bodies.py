@@ -6,10 +6,10 @@ of the 2011 paper. A good answer: the sensors' planet order in time is that of t
 the same bodies, energy balances to rounding, and the planets share the load but for weight.
 """
 
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from os.path import relpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.curve_files import write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.files.toml_files import toml_document
+from carrierflex.geometry.parameter_tables import GEAR_KEYS
 from carrierflex.geometry.parameters import GearData
 from carrierflex.geometry.pins import planets_of
 from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
@@ -25,6 +27,7 @@ from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.case_kinds import STAGE_CASE as STAGE_CASE_FILE
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION
 from carrierflex.simulation.stage.load_channels import HOUSING_COLUMNS, load_columns
 from carrierflex.simulation.stage.part_loads import part_loads
@@ -138,12 +141,19 @@ def main(
     BodiesAtWork
         Columns over time.
 
+    The stage's campaign has the stage itself as its simulation, with these bodies: ``plan`` and
+    ``diagnose`` take the folder as it is, or with measured records in place of the simulated ones.
+
     Raises
     ------
     ValueError, StageDivergedError
         Where body and stage do not fit, or the run leaves the range of small motions.
     """
     case = _case(gear, planets_of(carrier.pilots))
+    bodies = {name: out / "bodies" / f"{model.name}.h5" for name, model in (
+        ("carrier", carrier), ("pin", pin),
+    )}  # fmt: skip
+    case = replace(case, bodies=bodies)
     stage, imbalance = _run_stage(case, carrier, pin, curves, out / "stage")
     mounting = _run_mounting(out / "mounting")
     return BodiesAtWork(case, stage, imbalance, mounting)
@@ -187,10 +197,12 @@ def _run_stage(
     record = stage_run_record(run, pieces)
     files: dict[str, Callable[[Path], None]] = {
         CURVES_FILE: lambda path: write_curves(path, curves),
-        CASE_COPY: partial(shutil.copyfile, shipped_case(STAGE_CASE)),
+        CASE_COPY: partial(_write_case, case, folder / "campaign"),
     }
+    campaign = stage_campaign(case, [record])
+    baseline = replace(campaign.baseline, source="stage", case=CASE_COPY)
     write_campaign(
-        stage_campaign(case, [record]), folder / "campaign", simulated=True, more_files=files
+        replace(campaign, baseline=baseline), folder / "campaign", simulated=True, more_files=files
     )
     states = joined_records([piece.record for piece in pieces])
     loads = load_columns(model, states, part_loads(model, states.c))
@@ -208,6 +220,22 @@ def _run_stage(
     save_figure(folder / "in_time.png", _stage_figure(run.name, columns, case.sensors))
     work = np.abs(states.energy[:, 0]).max()
     return columns, float(np.abs(states.imbalance).max() / work)
+
+
+def _write_case(case: StageCase, folder: Path, path: Path) -> None:
+    """Write the shipped case with the gears, the planets, the times and the bodies of this one."""
+    import tomli_w
+
+    document = toml_document(shipped_case(STAGE_CASE), STAGE_CASE_FILE)
+    gear = {name: getattr(case.data.gear, name) for name in GEAR_KEYS}
+    changed = {
+        "duration": case.duration,
+        "sample_rate_hz": case.sample_rate,
+        "rig": {**document["rig"], "n_planets": case.rig["n_planets"]},
+        "gear": gear,
+        "bodies": {name: relpath(body, folder) for name, body in case.bodies.items()},
+    }
+    path.write_bytes(tomli_w.dumps({**document, **changed}).encode())
 
 
 def _run_mounting(folder: Path) -> dict[str, NDArray[np.float64]]:

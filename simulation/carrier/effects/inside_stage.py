@@ -6,6 +6,8 @@ stage.
 
 from collections.abc import Mapping
 
+from carrierflex.geometry.parameters import MOST_PLANETS
+
 #: What ids of these causes begin with.
 STAGE = "stage"
 #: Parameter of a cause that is solved at a few sizes, its standard deviation about one. Chosen: a
@@ -42,3 +44,17 @@ def group_of_effect(effect: str) -> str:
     """Group of a cause inside the stage; empty of another effect."""
     frame, _, name = effect.partition("/")
     return GROUPS.get(name, "") if frame == STAGE else ""
+
+
+#: Published names of the values of each cause, by effect id; pins up to the most planets.
+STAGE_PARAMETERS: Mapping[str, tuple[str, ...]] = {
+    effect_of_stage(name): (RESPONSE, name) for name in GROUPS
+} | {
+    effect_of_stage(JOINT_TILT): ("phi_PLC", "theta_PLC"),
+    effect_of_stage(PIN_PLACES): tuple(f"pin_{k}" for k in range(2, MOST_PLANETS + 1)),
+}
+#: Other half of the vectors among them.
+STAGE_PARTNERS: Mapping[tuple[str, str], str] = {
+    (effect_of_stage(JOINT_TILT), "phi_PLC"): "theta_PLC",
+    (effect_of_stage(JOINT_TILT), "theta_PLC"): "phi_PLC",
+}

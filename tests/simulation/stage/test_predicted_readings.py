@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
-from carrierflex.simulation.stage.causes import stage_prediction
+from carrierflex.simulation.stage import causes
+from carrierflex.simulation.stage.causes import GapSeries, stage_prediction
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.predicted_readings import (
     LoadPoints,
@@ -129,3 +130,28 @@ def test_a_tilt_of_the_joint_is_a_secant_along_both_axes(stage):
         expected,
         atol=0.02 * np.abs(expected).max(),
     )
+
+
+def test_a_tilt_that_records_favour_follows_the_stage_where_it_is_not_linear(stage, monkeypatch):
+    monkeypatch.setattr(causes, "SIZED_CAUSES", {})
+    monkeypatch.setattr(causes, "GROUPS", {"joint_tilt": "joint_tilt"})
+    bearings = BearingData(upwind_clearance=0.1375e-3, downwind_clearance=0.1225e-3)
+    loose = replace(stage, data=replace(stage.data, bearings=bearings))
+    tilt, points = 1.2e-3 * np.exp(2.0j), LoadPoints(LOADS, SCALE)
+    tilted = replace(loose, effects=StageEffects(phi_PLC=1.2e-3, theta_PLC=2.0))
+    records, _ = stage_readings(tilted, SENSORS, points)
+    is_axial = np.array([sensor.quantity == AXIAL for sensor in SENSORS])
+
+    def gap_of(readings):
+        return GapSeries((records - readings).series, np.eye(len(LOADS)), is_axial)
+
+    inputs, rim = inputs_under(LOADS[2], np.linspace(0.0, 6.0, 9)), RimSensor(2.4, 0.412, True)
+    missed = []
+    for gap in (None, gap_of):
+        prediction = stage_prediction(loose, SENSORS, points, gap)
+        rows = prediction.causes[0].signals(rim, inputs, None)
+        expected = (records - prediction.readings).signal(rim, inputs)
+        added = tilt.real * rows[0] + tilt.imag * rows[1]
+        missed.append(np.abs(added - expected).max() / np.abs(expected).max())
+    assert missed[0] > 3e-3
+    assert missed[1] < 1e-3 * missed[0]

@@ -4,11 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.declarations import Baseline
 from carrierflex.reduction.body_files import write_body
 from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.carrier.effects.inside_stage import STAGE_EFFECTS
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage import causes
 from carrierflex.simulation.stage.predicted_readings import (
@@ -18,6 +22,7 @@ from carrierflex.simulation.stage.predicted_readings import (
 )
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.diagnosis.stage_baseline import with_stage
+from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.simulation.simulate_stage import stage_body_of_case
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 
@@ -37,6 +42,16 @@ def folder(tmp_path, flexible_reduction, pin_reduction):
     text = shipped_case("stage_lc1").read_text(encoding="utf-8")
     (tmp_path / "c" / "stage.toml").write_text(text.replace("[effects] ", bodies, 1))
     return tmp_path / "c"
+
+
+@pytest.fixture
+def few_causes(monkeypatch):
+    """Two causes at few sizes: each stage takes a quarter of a second."""
+    names = ("sun_radial", "upwind_clearance")
+    few = {name: replace(causes.SIZED_CAUSES[name], sizes=(1e8, 1e9)) for name in names[:1]}
+    few["upwind_clearance"] = replace(causes.SIZED_CAUSES["upwind_clearance"], sizes=(1e-4, 2e-4))
+    monkeypatch.setattr(causes, "SIZED_CAUSES", few)
+    monkeypatch.setattr(causes, "GROUPS", {name: causes.GROUPS[name] for name in few})
 
 
 def test_predictions_are_the_stages_readings_under_the_measured_loads(folder, monkeypatch):
@@ -91,6 +106,53 @@ def test_a_cause_inside_the_stage_is_no_effect_of_another_baseline(folder):
     (folder / "campaign.toml").write_text(other)
     with pytest.raises(ValueError, match=r"unknown effect 'stage/sun_radial' in 'impossible'"):
         read_campaign(folder)
+
+
+def test_causes_that_are_not_candidates_are_not_solved(folder):
+    campaign = campaign_part(read_campaign(folder), effects=["stage/sun_radial", "housing_tilt"])
+    solved = set(STAGE_EFFECTS) - set(campaign.baseline.impossible)
+    assert solved == {"stage/sun_radial"}
+    baseline = replace(campaign.baseline, impossible=("stage/sun_radial",))
+    # What a campaign rules out stays out.
+    assert campaign_part(replace(campaign, baseline=baseline)).baseline.impossible == (
+        "stage/sun_radial",
+    )
+
+
+def with_fixed(folder, line):
+    path = folder / "campaign.toml"
+    path.write_text(f"{path.read_text()}\n[baseline.fixed]\n{line}\n", encoding="utf-8")
+    return folder
+
+
+def test_a_known_size_is_solved_there_and_its_prior_is_the_campaigns(folder, few_causes):
+    line = '"stage/upwind_clearance.upwind_clearance" = { value = 1e-4, std = 1e-5 }'
+    campaign = with_stage(read_campaign(with_fixed(folder, line)), folder)
+    (cause,) = [one for one in campaign.causes if one.id == "stage/upwind_clearance"]
+    case = read_stage_case(folder / "stage.toml").data.bearings.upwind_clearance
+    nodes = cause.shape_nodes(None, 1.0)
+    assert_allclose(nodes, sorted({case, 8e-5, 1e-4, 1.2e-4}))
+    problem, _ = problem_of(campaign, default_curves())
+    (_, size) = problem.parameters(("stage/upwind_clearance",))[-2:]
+    assert (size.prior_mean, size.prior_std) == (1e-4, 1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "match"),
+    [
+        ("stage/upwind_clearance.play", "expected one of the parameters response, upwind_clear"),
+        ("stage/joint_tilt.phi_PLC", "alone; expected 'stage/joint_tilt.theta_PLC' too"),
+        ("stage/nothing.size", "expected 'effect.parameter'"),
+        (
+            "stage/pin_places.pin_4",
+            "the stage has 3 planets; expected one of stage/pin_places.pin_",
+        ),
+    ],
+)
+def test_a_known_value_that_no_cause_has_is_refused(folder, name, match):
+    line = f'"{name}" = {{ value = 1e-4, std = 1e-5 }}'
+    with pytest.raises(ValueError, match=match):
+        with_stage(read_campaign(with_fixed(folder, line)), folder)
 
 
 def test_another_baseline_stays_as_it_is(folder):

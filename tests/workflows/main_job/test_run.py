@@ -13,6 +13,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.reduction.body_files import read_body
+from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.main_job import run
 from carrierflex.workflows.screen.job_story import job_story
 from tests.workflows.checked_documents import checked_document
@@ -155,6 +156,13 @@ def test_the_bodies_just_reduced_run_in_the_stage(job_folder, summary):
     assert in_time["housing_roll_mrad"] == pytest.approx(roll * 1e3, rel=0.01)
     stage = read_campaign(job_folder / "stage" / "campaign")
     assert [load_case.name for load_case in stage.runs] == ["LC1"]
+    # Its simulation is the stage with the bodies just reduced.
+    assert stage.baseline.source == "stage"
+    case = read_stage_case(job_folder / "stage" / "campaign" / stage.baseline.case)
+    assert {path.resolve().parent for path in case.bodies.values()} == {
+        (job_folder / "bodies").resolve()
+    }
+    assert all(path.is_file() for path in case.bodies.values())
     rows = (job_folder / "stage" / "in_time.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0].startswith("time,carrier_angle,s047,")
     assert len(rows) == 1 + len(stage.runs[0].time)
