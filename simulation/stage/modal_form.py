@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from carrierflex.simulation.stage.channels import Channels
 from carrierflex.simulation.stage.roller_contact import RollerSet
 from carrierflex.simulation.stage.stage_model import StageModel
 
@@ -103,6 +104,8 @@ class StepMatrices(NamedTuple):
     """Answer of the mid-step velocity to a unit channel force, shape (m, n)."""
     W: NDArray[np.float64]
     """The same seen by the channels, shape (m, m)."""
+    W_columns: NDArray[np.float64]
+    """Its transpose: symmetric but for Coriolis forces."""
     P: NDArray[np.float64]
     """Loads: torque, generator, weight y z, radial y z, constant, shape (7, n)."""
     generator_constant: float
@@ -123,16 +126,15 @@ class StepMatrices(NamedTuple):
     """Rollers of the planet bearings."""
     splines: NDArray[np.float64]
     """Stiffness [N/m], clearance [m] and friction per twist [N/rad] of the sun's spline, (s, 3)."""
-    K_fixed: NDArray[np.float64]
-    """Mount and unequal bearings, (t, t), fixed frame."""
-    C_fixed: NDArray[np.float64]
+    K_turning: NDArray[np.float64]
+    """Stiffness of mount and unequal bearings beyond the linear part, carrier frame, (5, t, t):
+    a constant, then cos, sin of the carrier angle and of twice it."""
+    C_turning: NDArray[np.float64]
     """The same, damping."""
-    K_mean: NDArray[np.float64]
-    """What the linear part has of it."""
     C_mean: NDArray[np.float64]
-    """What the linear part has of it."""
-    speed: float
-    """Speed of the Coriolis terms [rad/s]."""
+    """Damping of them that the linear part has, (t, t)."""
+    blocks: NDArray[np.int64]
+    """First channel and number of channels whose forces depend on each other, shape (b, 2)."""
     mesh_teeth: float
     """Mesh periods a turn."""
     gravity: float
@@ -154,6 +156,8 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         loads.radial_z, loads.constant,
     )  # fmt: skip
     amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
+    W = np.ascontiguousarray(B @ A_inverse @ B.T)
+    K_turning, C_turning = _turning_series(model)
     return StepMatrices(
         h=h,
         stiffness=stage.omega**2,
@@ -161,7 +165,8 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         A_inverse=np.ascontiguousarray(A_inverse),
         B=B,
         A_inverse_B=np.ascontiguousarray((A_inverse @ B.T).T),
-        W=np.ascontiguousarray(B @ A_inverse @ B.T),
+        W=W,
+        W_columns=np.ascontiguousarray(W.T),
         P=np.ascontiguousarray(np.array(vectors) @ stage.Phi),
         generator_constant=model.data.chain.generator_constant,
         reference=channels.reference,
@@ -172,11 +177,37 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         clearance=channels.clearance,
         rollers=channels.rollers,
         splines=channels.splines,
-        K_fixed=channels.K_fixed,
-        C_fixed=channels.C_fixed,
-        K_mean=channels.K_mean,
+        K_turning=K_turning,
+        C_turning=C_turning,
         C_mean=channels.C_mean,
-        speed=model.speed,
+        blocks=_blocks(channels),
         mesh_teeth=float(channels.mesh_teeth),
         gravity=gravity,
     )
+
+
+def _turning_series(model: StageModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness and damping of what stands still beyond the linear part, over the carrier angle.
+
+    ``R.T K R`` has no wave shorter than half a turn: five angles give its series exactly. The
+    velocity in the fixed frame, seen from the carrier's, is ``x' + Omega J x``.
+    """
+    channels = model.channels
+    angles = 2.0 * np.pi / 5.0 * np.arange(5)
+    waves = [np.ones(5), np.cos(angles), np.sin(angles), np.cos(2.0 * angles), np.sin(2.0 * angles)]
+    weights = np.array([wave / (wave @ wave) for wave in waves])
+    R = np.array([channels.turned(angle) for angle in angles])
+    C = R.transpose(0, 2, 1) @ channels.C_fixed @ R
+    K = R.transpose(0, 2, 1) @ channels.K_fixed @ R + model.speed * C @ channels.quarter_turn
+    K_turning = np.tensordot(weights, K - channels.K_mean, axes=1)
+    return K_turning, np.tensordot(weights, C - channels.C_mean, axes=1)
+
+
+def _blocks(channels: Channels) -> NDArray[np.int64]:
+    """First channel and size of every group whose forces depend on each other's motions."""
+    sizes = len(channels.lines) * [1]
+    sizes += [len(channels.K_fixed)]
+    sizes += len(channels.clearance) * [2]
+    sizes += len(channels.rollers.directions) * [4]
+    sizes += len(channels.splines) * [3]
+    return np.column_stack([1 + np.cumsum([0, *sizes[:-1]]), sizes])

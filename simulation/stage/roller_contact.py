@@ -12,8 +12,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-#: The law's exponent less one.
-_NINTH = 1.0 / 9.0
+#: A ninth of a number's bits and these are those of its ninth root, within 3.4 %.
+_BITS = (8.0 / 9.0 * 1023.0 - 0.038) * 2.0**52
 #: Motions over a step smaller than this [m] count as none: the difference quotient would be
 #: rounding.
 _STILL = 1e-13
@@ -38,6 +38,24 @@ class RollerSet(NamedTuple):
 
 
 @numba.njit(cache=True)
+def _ninth_root(x: float) -> float:
+    """``x^(1/9)`` of a positive number to rounding; the library's power takes longer.
+
+    Halley's step leaves 3e-4 of the start from the number's bits; then the series of the root of
+    ``1 + e``.
+    """
+    root = np.int64(np.float64(x).view(np.int64) / 9.0 + _BITS).view(np.float64)
+    cube = root * root * root
+    power = cube * cube * cube
+    root *= (8.0 * power + 10.0 * x) / (10.0 * power + 8.0 * x)
+    cube = root * root * root
+    e = x / (cube * cube * cube) - 1.0
+    series = -442.0 / 19683.0 + e * 3094.0 / 177147.0
+    series = 1.0 / 9.0 + e * (-4.0 / 81.0 + e * (68.0 / 2187.0 + e * series))
+    return root + root * (e * series)
+
+
+@numba.njit(cache=True)
 def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: float) -> float:
     """Energy ``Σ 9/19 k delta^(19/9)`` [J] of bearing b, planet at (y, z, ry, rz) to the pin."""
     y, z, ry, rz = motion
@@ -50,7 +68,7 @@ def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle
         for j in range(len(rollers.x)):
             delta = middle + slope * rollers.x[j] - rollers.gap[j]
             if delta > 0.0:
-                energy += rollers.stiffness[b, j] * delta * delta * delta**_NINTH
+                energy += rollers.stiffness[b, j] * delta * delta * _ninth_root(delta)
     return 9.0 / 19.0 * energy
 
 
@@ -71,7 +89,7 @@ def _pressed(
         x = rollers.x[j]
         delta = middle + slope * x - rollers.gap[j]
         if delta > 0.0:
-            secant = rollers.stiffness[b, j] * delta**_NINTH
+            secant = rollers.stiffness[b, j] * _ninth_root(delta)
             Q += secant * delta
             M += secant * delta * x
             k += secant
@@ -173,11 +191,12 @@ def roller_gradient(
         Take gradient and tangent at the middle.
     """
     old, new = ends
-    by_angle = roller_load(
-        rollers, b, 0.5 * (old + new), 0.5 * (angles[0] + angles[1]), force, tangent
-    )
-    d, turned = new - old, angles[1] - angles[0]
+    turned = angles[1] - angles[0]
     tilt, arm = _TILT_ARM * _TILT_ARM, _ANGLE_ARM * _ANGLE_ARM
+    middle, d = np.empty(4), np.empty(4)
+    for i in range(4):
+        middle[i], d[i] = 0.5 * (old[i] + new[i]), new[i] - old[i]
+    by_angle = roller_load(rollers, b, middle, 0.5 * (angles[0] + angles[1]), force, tangent)
     square = d[0] * d[0] + d[1] * d[1] + tilt * (d[2] * d[2] + d[3] * d[3]) + arm * turned * turned
     if square < _STILL * _STILL:
         return by_angle
