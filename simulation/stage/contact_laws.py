@@ -50,6 +50,14 @@ def mesh_stiffness_at(
     return k
 
 
+def mesh_stiffness_over(
+    real: NDArray[np.float64], imag: NDArray[np.float64], angles: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """As :func:`mesh_stiffness_at` at N mesh angles, shape (N, n_meshes)."""
+    phase = np.outer(angles, np.arange(real.shape[1]))
+    return np.asarray(np.cos(phase) @ real.T - np.sin(phase) @ imag.T)
+
+
 @numba.njit(cache=True)
 def penetration_gradient(old: float, new: float) -> tuple[float, float]:
     """Mean of ``max(d, 0)`` from `old` to `new` and its derivative by `new`.

@@ -205,9 +205,8 @@ def _turning_series(model: StageModel) -> tuple[NDArray[np.float64], NDArray[np.
 
 def _blocks(channels: Channels) -> NDArray[np.int64]:
     """First channel and size of every group whose forces depend on each other's motions."""
-    sizes = len(channels.lines) * [1]
-    sizes += [len(channels.K_fixed)]
+    sizes = [1 + len(channels.lines), len(channels.K_fixed)]
     sizes += len(channels.clearance) * [2]
     sizes += len(channels.rollers.directions) * [4]
     sizes += len(channels.splines) * [3]
-    return np.column_stack([1 + np.cumsum([0, *sizes[:-1]]), sizes])
+    return np.column_stack([np.cumsum([0, *sizes[:-1]]), sizes])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from carrierflex.simulation.stage.contact_laws import (
     fill_mesh_stiffness,
     mesh_stiffness_at,
+    mesh_stiffness_over,
     penetration_gradient,
     play_force,
     play_gradient,
@@ -297,9 +298,8 @@ def stored_energy(
     real, imag = mesh_amplitudes(channels)
     gaps = np.array([line.gap for line in channels.lines])
     penetration = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
-    for instant, angle in enumerate(delta[:, 0]):
-        k = mesh_stiffness_at(real, imag, channels.mesh_teeth * angle)
-        energy[instant] += 0.5 * (channels.of_flanks(k) * penetration[instant] ** 2).sum()
+    k = mesh_stiffness_over(real, imag, channels.mesh_teeth * delta[:, 0])
+    energy += 0.5 * (channels.of_flanks(k) * penetration**2).sum(axis=1)
     for i, clearance in enumerate(channels.clearance):
         channel = channels.clearances.start + 2 * i
         for instant, (y, z) in enumerate(delta[:, channel : channel + 2]):
@@ -370,7 +370,10 @@ def _flanks(
 ) -> None:
     """Force and tangent of the flanks."""
     old_k, mid_k, new_k = teeth
-    work = 0.0
+    turned = k.h * s[0]
+    if abs(turned) <= 1e-12:
+        turned = np.inf
+    force[0] = 0.0
     for j in range(len(k.gaps)):
         i = j % len(mid_k)
         channel, share = _FLANKS + j, k.shares[j]
@@ -382,10 +385,12 @@ def _flanks(
             k.reference[channel] * (delta[channel] + 0.5 * k.h * s[channel]) - stiffness * mean
         )
         tangent[channel, channel] = k.h * (0.5 * k.reference[channel] - stiffness * slope)
-        rise = (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2
-        work += 0.5 * share * (rise + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2)
-    turned = k.h * s[0]
-    force[0] = -work / turned if abs(turned) > 1e-12 else 0.0
+        old, new = max(old, 0.0), max(new, 0.0)
+        rise, risen = new_k[i] - mid_k[i], mid_k[i] - old_k[i]
+        force[0] -= 0.5 * share * (rise * new * new + risen * old * old) / turned
+        # The drive and the flanks turn each other's stiffness.
+        tangent[0, channel] = -k.h * share * rise * new / turned
+        tangent[channel, 0] = -0.5 * k.h * share * (rise + risen) * mean / turned
 
 
 @numba.njit(cache=True)
