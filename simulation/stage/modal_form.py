@@ -3,16 +3,20 @@
 Diagonal mass and stiffness, the form that a time step works with.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from carrierflex.simulation.stage.channels import Channels
 from carrierflex.simulation.stage.roller_contact import RollerSet
 from carrierflex.simulation.stage.stage_model import StageModel
+
+#: Damping over critical below which two modes are not coupled: rounding of their shapes.
+_UNCOUPLED = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +91,24 @@ def modal_stage(model: StageModel) -> ModalStage:
     return ModalStage(model, Phi, omega, D)
 
 
+def grouped(stage: ModalStage) -> ModalStage:
+    """The same modes, those that damping couples next to each other: a step takes each group alone.
+
+    A stage of equal planets has two, one with the torsion of the drive.
+    """
+    order = np.argsort(_group_of_modes(stage), kind="stable")
+    return replace(
+        stage, Phi=stage.Phi[:, order], omega=stage.omega[order], D=stage.D[np.ix_(order, order)]
+    )
+
+
+def _group_of_modes(stage: ModalStage) -> NDArray[np.int64]:
+    """Group of every mode, shape (n,): coupled by damping over critical above `_UNCOUPLED`."""
+    size = np.maximum(stage.omega, stage.omega[stage.omega > 0.0].min())
+    coupled = np.abs(stage.D) > _UNCOUPLED * np.sqrt(np.outer(size, size))
+    return connected_components(coupled)[1].astype(np.int64)
+
+
 class StepMatrices(NamedTuple):
     """Constants of the compiled time step; modal unless it says. ``n`` modes, ``m`` channels."""
 
@@ -96,8 +118,10 @@ class StepMatrices(NamedTuple):
     """omega^2, shape (n,)."""
     structural: NDArray[np.float64]
     """2 zeta omega, shape (n,)."""
+    groups: NDArray[np.int64]
+    """First mode and number of modes of every group that damping couples, shape (g, 2)."""
     A_inverse: NDArray[np.float64]
-    """Inverse of ``2/h + D + h/2 omega^2``, shape (n, n)."""
+    """Inverse of ``2/h + D + h/2 omega^2``: the groups' blocks, row by row, one after another."""
     B: NDArray[np.float64]
     """Channels, shape (m, n)."""
     A_inverse_B: NDArray[np.float64]
@@ -157,12 +181,18 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
     )  # fmt: skip
     amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
     W = np.ascontiguousarray(B @ A_inverse @ B.T)
+    # One group where they are not sorted.
+    member = _group_of_modes(stage)
+    sorted_modes = (np.diff(member) >= 0).all()
+    sizes = np.bincount(member) if sorted_modes else np.array([len(member)])
+    groups = np.column_stack([np.cumsum(sizes) - sizes, sizes])
     K_turning, C_turning = _turning_series(model)
     return StepMatrices(
         h=h,
         stiffness=stage.omega**2,
         structural=stage.structural_damping,
-        A_inverse=np.ascontiguousarray(A_inverse),
+        groups=groups,
+        A_inverse=np.concatenate([A_inverse[i : i + n, i : i + n].ravel() for i, n in groups]),
         B=B,
         A_inverse_B=np.ascontiguousarray((A_inverse @ B.T).T),
         W=W,

@@ -5,6 +5,7 @@ The rim's material point under them against the housing, and the sensors' own er
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,8 +109,12 @@ class RimReader:
     misaligned_radial: NDArray[np.complex128]
 
 
+@lru_cache(maxsize=1)
 def rim_reader(model: StageModel) -> RimReader:
-    """Series of the body's rim rows, which stand at equal angles from 0."""
+    """Series of the body's rim rows, which stand at equal angles from 0.
+
+    That of the last model is returned again.
+    """
     body = model.layout.body
     tilt = body.misalignment_reading @ model.effects.misalignment
     series_of = []

@@ -5,7 +5,7 @@ Chunks of steps, what is kept, the energy balance, and what happens when it runs
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numba
@@ -25,6 +25,7 @@ from carrierflex.simulation.stage.contact_laws import (
 from carrierflex.simulation.stage.modal_form import (
     ModalStage,
     StepMatrices,
+    grouped,
     modal_stage,
     step_matrices,
 )
@@ -196,8 +197,7 @@ def run_stage(
     )
     h = 1.0 / (sample_rate * every)
     n_kept = _n_kept(duration, sample_rate)
-    stage = modal_stage(model)
-    matrices = step_matrices(stage, h, gravity)
+    stage, matrices = _prepared(model, h, gravity)
     inverse = stage.Phi.T @ model.M
     q, v = np.asarray(inverse @ start[0], np.float64), np.asarray(inverse @ start[1], np.float64)
     reference = stored_energy(stage, q[None], v[None])[0]
@@ -225,6 +225,13 @@ def run_stage(
                 raise StageDivergedError(time[kept], _largest(model, c[kept]))
             raise _diverged(model, stage.Phi @ q, (first * every + done) * h, unsettled)
         spent = spent + work[-1]
+
+
+@lru_cache(maxsize=1)
+def _prepared(model: StageModel, h: float, gravity: float) -> tuple[ModalStage, StepMatrices]:
+    """Modes, group by group, and step of the model that ran last, which its load cases share."""
+    stage = grouped(modal_stage(model))
+    return stage, step_matrices(stage, h, gravity)
 
 
 def _n_kept(duration: float, sample_rate: float) -> int:
@@ -334,7 +341,7 @@ def _add_product(
     x: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """``out += factor * matrix @ x`` of a matrix given by columns, which the compiler vectorises."""
+    """``out += factor * matrix @ x`` of a matrix given by columns: vectorised."""
     for j in range(len(x)):
         share = factor * x[j]
         for i in range(len(out)):
@@ -342,9 +349,7 @@ def _add_product(
 
 
 @numba.njit(cache=True, fastmath={"contract"})
-def _turned(
-    series: NDArray[np.float64], angle: float, out: NDArray[np.float64]
-) -> None:
+def _turned(series: NDArray[np.float64], angle: float, out: NDArray[np.float64]) -> None:
     """Sum of a matrix's series at a carrier angle."""
     c, s = np.cos(angle), np.sin(angle)
     c_2, s_2 = c * c - s * s, 2.0 * c * s
@@ -706,7 +711,12 @@ def _advance(
         for i in range(len(q)):
             known[i] = (2.0 / k.h) * v[i] - k.stiffness[i] * q[i]
         _add_product(1.0, k.P, a, known)
-        np.dot(k.A_inverse, known, free_w)
+        packed = 0
+        for first_mode, size in k.groups:
+            modes = slice(first_mode, first_mode + size)
+            block = k.A_inverse[packed : packed + size * size].reshape(size, size)
+            np.dot(block, known[modes], free_w[modes])
+            packed += size * size
         np.dot(k.B, free_w, s_free)
         for i in range(len(force)):
             force[i], before[i] = 2.0 * force[i] - before[i], force[i]

@@ -60,9 +60,7 @@ def _ninth_root(x: float) -> float:
 @numba.njit(cache=True, error_model="numpy")
 def _pressed(
     rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: float
-) -> tuple[
-    NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]
-]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Cosine and sine of every roller's angle, approach and secant stiffness of its slices."""
     n_rollers, n_slices = rollers.directions.shape[1], len(rollers.x)
     cosine, sine = np.empty(n_rollers), np.empty(n_rollers)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 import scipy.linalg
@@ -243,8 +243,9 @@ class LinearStatics:
         return np.asarray((scipy.linalg.cho_solve(self.factor, scaled).T * self.scale).T)
 
 
+@lru_cache(maxsize=1)
 def linear_statics(model: StageModel) -> LinearStatics:
-    """Factorise the linear part of a stage at rest.
+    """Factorise the linear part of a stage at rest; that of the last model is returned again.
 
     Raises
     ------
