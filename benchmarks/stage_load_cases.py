@@ -24,7 +24,6 @@ from carrierflex.simulation.stage.batch import rms_of_signals, simulate_load_cas
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.workflows.executors import SerialExecutor, other_processes
-from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
 QUICK = {"cases": 40, "duration": 1.0, "size": 0.08}
 
@@ -45,6 +44,9 @@ def ratios(cases: int = 1000, duration: float = 2.0, size: float = 0.06) -> Iter
     size
         Element edge length of carrier and pins [m].
     """
+    # Its processes import this file, and need no meshes.
+    from carrierflex.workflows.simulation.stage_bodies import default_stage_body
+
     model = stage_model(default_stage_body(1e6, size), speed=SPEED_RAD)
     rng = np.random.default_rng(0)
     loads = [

@@ -16,7 +16,6 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 from threadpoolctl import threadpool_limits
 
 from benchmarks.measured import measured
@@ -42,7 +41,6 @@ from carrierflex.simulation.stage.stage_data import (
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
-from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 
 QUICK = {"size": 0.08, "steps": (1e-3,), "duration": 4.0, "revolutions": 0.25}
 
@@ -82,6 +80,9 @@ def ratios(
     revolutions
         Length of the runs that the error is taken from.
     """
+    # The processes of benchmarks.stage_load_cases import this file, and need no meshes.
+    from carrierflex.workflows.simulation.stage_bodies import default_stage_body
+
     body = default_stage_body(1e6, size)
     with threadpool_limits(1):
         models = _models(body)
@@ -160,6 +161,8 @@ def _beside_scipy(model: StageModel, step: float, duration: float) -> Iterator[R
 
 def _solve_by_scipy(model: StageModel, method: str) -> None:
     """Solve in modal coordinates with the same laws."""
+    from scipy.integrate import solve_ivp
+
     stage = modal_stage(model)
     k = step_matrices(stage, 1e-3, GRAVITY)
     start = quasi_static_start(model, LOAD)

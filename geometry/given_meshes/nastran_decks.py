@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pyyeti.nastran import bulk
 
 #: Kind of element by name of the card and number of nodes.
 _KINDS = {
@@ -44,6 +43,9 @@ def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], li
         Where an element has a number of nodes that its kind has not, or names a node that is not
         there.
     """
+    # Half of the imports of all that may read a mesh: pandas and matplotlib come with it.
+    from pyyeti.nastran import bulk
+
     # pyyeti ends a card at a comment between its lines.
     with path.open(encoding="latin-1") as file:
         text = "".join(line for line in file if line.strip() and not line.startswith("$"))
@@ -113,6 +115,8 @@ def _blocks(
 
 def _points_of_frames(text: str, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
     """Coordinates in the basic system of grids that are given in others."""
+    from pyyeti.nastran import bulk
+
     try:
         uset = bulk.bulk2uset(io.StringIO(text))[0]
     except (KeyError, ValueError) as error:

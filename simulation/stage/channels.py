@@ -155,6 +155,14 @@ class Channels:
         return R
 
     @property
+    def quarter_turn(self) -> NDArray[np.float64]:
+        """Matrix J of the turning channels, ``dR/dangle = R J``, shape (t, t)."""
+        J = np.zeros_like(self.K_fixed)
+        for y in (1, 4, *range(6, len(J), 2)):
+            J[y, y + 1], J[y + 1, y] = -1.0, 1.0
+        return J
+
+    @property
     def clearances(self) -> slice:
         """Channels of the bearings with clearance."""
         return slice(self.turning.stop, self.turning.stop + 2 * len(self.bearings))

@@ -17,6 +17,20 @@ _STILL = 1e-13
 
 
 @numba.njit(cache=True)
+def fill_mesh_stiffness(
+    real: NDArray[np.float64], imag: NDArray[np.float64], angle: float, k: NDArray[np.float64]
+) -> None:
+    """As :func:`mesh_stiffness_at`, into `k`."""
+    turn_c, turn_s = np.cos(angle), np.sin(angle)
+    c, s = 1.0, 0.0
+    k[:] = real[:, 0]
+    for h in range(1, real.shape[1]):
+        c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
+        for j in range(len(k)):
+            k[j] += real[j, h] * c - imag[j, h] * s
+
+
+@numba.njit(cache=True)
 def mesh_stiffness_at(
     real: NDArray[np.float64], imag: NDArray[np.float64], angle: float
 ) -> NDArray[np.float64]:
@@ -31,12 +45,17 @@ def mesh_stiffness_at(
     angle : float
         Mesh angle [rad].
     """
-    k = real[:, 0].copy()
-    for h in range(1, real.shape[1]):
-        c, s = np.cos(h * angle), np.sin(h * angle)
-        for j in range(len(k)):
-            k[j] += real[j, h] * c - imag[j, h] * s
+    k = np.empty(len(real))
+    fill_mesh_stiffness(real, imag, angle, k)
     return k
+
+
+def mesh_stiffness_over(
+    real: NDArray[np.float64], imag: NDArray[np.float64], angles: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """As :func:`mesh_stiffness_at` at N mesh angles, shape (N, n_meshes)."""
+    phase = np.outer(angles, np.arange(real.shape[1]))
+    return np.asarray(np.cos(phase) @ real.T - np.sin(phase) @ imag.T)
 
 
 @numba.njit(cache=True)

@@ -189,7 +189,7 @@ class _Stepper:
         turning, R = channels.turning, channels.turned(angle)
         damping = R.T @ channels.C_fixed @ R
         by_rate[turning, turning] = channels.C_mean - damping
-        tangent[turning, turning] -= model.speed * damping @ _turned_a_quarter(len(R))
+        tangent[turning, turning] -= model.speed * damping @ channels.quarter_turn
         force[turning] = (
             tangent[turning, turning] @ delta[turning] + by_rate[turning, turning] @ rate[turning]
         )
@@ -226,11 +226,3 @@ def _stepper(stage: ModalStage, h: float, gravity: float) -> _Stepper:
     B = stage.model.channels.B.T @ stage.Phi
     P = np.array(vectors) @ stage.Phi
     return _Stepper(stage, h, gravity, alpha_m, alpha_f, gamma, beta, A_inverse, B, P)
-
-
-def _turned_a_quarter(n: int) -> Array:
-    """Matrix J that turns every pair (y, z) of the turning channels by 90 degrees, shape (n, n)."""
-    J = np.zeros((n, n))
-    for y in (1, 4, *range(6, n, 2)):
-        J[y, y + 1], J[y + 1, y] = -1.0, 1.0
-    return J

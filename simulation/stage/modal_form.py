@@ -3,15 +3,20 @@
 Diagonal mass and stiffness, the form that a time step works with.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
+from carrierflex.simulation.stage.channels import Channels
 from carrierflex.simulation.stage.roller_contact import RollerSet
 from carrierflex.simulation.stage.stage_model import StageModel
+
+#: Damping over critical below which two modes are not coupled: rounding of their shapes.
+_UNCOUPLED = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +91,24 @@ def modal_stage(model: StageModel) -> ModalStage:
     return ModalStage(model, Phi, omega, D)
 
 
+def grouped(stage: ModalStage) -> ModalStage:
+    """The same modes, those that damping couples next to each other: a step takes each group alone.
+
+    A stage of equal planets has two, one with the torsion of the drive.
+    """
+    order = np.argsort(_group_of_modes(stage), kind="stable")
+    return replace(
+        stage, Phi=stage.Phi[:, order], omega=stage.omega[order], D=stage.D[np.ix_(order, order)]
+    )
+
+
+def _group_of_modes(stage: ModalStage) -> NDArray[np.int64]:
+    """Group of every mode, shape (n,): coupled by damping over critical above `_UNCOUPLED`."""
+    size = np.maximum(stage.omega, stage.omega[stage.omega > 0.0].min())
+    coupled = np.abs(stage.D) > _UNCOUPLED * np.sqrt(np.outer(size, size))
+    return connected_components(coupled)[1].astype(np.int64)
+
+
 class StepMatrices(NamedTuple):
     """Constants of the compiled time step; modal unless it says. ``n`` modes, ``m`` channels."""
 
@@ -95,14 +118,18 @@ class StepMatrices(NamedTuple):
     """omega^2, shape (n,)."""
     structural: NDArray[np.float64]
     """2 zeta omega, shape (n,)."""
+    groups: NDArray[np.int64]
+    """First mode and number of modes of every group that damping couples, shape (g, 2)."""
     A_inverse: NDArray[np.float64]
-    """Inverse of ``2/h + D + h/2 omega^2``, shape (n, n)."""
+    """Inverse of ``2/h + D + h/2 omega^2``: the groups' blocks, row by row, one after another."""
     B: NDArray[np.float64]
     """Channels, shape (m, n)."""
     A_inverse_B: NDArray[np.float64]
     """Answer of the mid-step velocity to a unit channel force, shape (m, n)."""
     W: NDArray[np.float64]
     """The same seen by the channels, shape (m, m)."""
+    W_columns: NDArray[np.float64]
+    """Its transpose: symmetric but for Coriolis forces."""
     P: NDArray[np.float64]
     """Loads: torque, generator, weight y z, radial y z, constant, shape (7, n)."""
     generator_constant: float
@@ -123,16 +150,15 @@ class StepMatrices(NamedTuple):
     """Rollers of the planet bearings."""
     splines: NDArray[np.float64]
     """Stiffness [N/m], clearance [m] and friction per twist [N/rad] of the sun's spline, (s, 3)."""
-    K_fixed: NDArray[np.float64]
-    """Mount and unequal bearings, (t, t), fixed frame."""
-    C_fixed: NDArray[np.float64]
+    K_turning: NDArray[np.float64]
+    """Stiffness of mount and unequal bearings beyond the linear part, carrier frame, (5, t, t):
+    a constant, then cos, sin of the carrier angle and of twice it."""
+    C_turning: NDArray[np.float64]
     """The same, damping."""
-    K_mean: NDArray[np.float64]
-    """What the linear part has of it."""
     C_mean: NDArray[np.float64]
-    """What the linear part has of it."""
-    speed: float
-    """Speed of the Coriolis terms [rad/s]."""
+    """Damping of them that the linear part has, (t, t)."""
+    blocks: NDArray[np.int64]
+    """First channel and number of channels whose forces depend on each other, shape (b, 2)."""
     mesh_teeth: float
     """Mesh periods a turn."""
     gravity: float
@@ -154,14 +180,23 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         loads.radial_z, loads.constant,
     )  # fmt: skip
     amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
+    W = np.ascontiguousarray(B @ A_inverse @ B.T)
+    # One group where they are not sorted.
+    member = _group_of_modes(stage)
+    sorted_modes = (np.diff(member) >= 0).all()
+    sizes = np.bincount(member) if sorted_modes else np.array([len(member)])
+    groups = np.column_stack([np.cumsum(sizes) - sizes, sizes])
+    K_turning, C_turning = _turning_series(model)
     return StepMatrices(
         h=h,
         stiffness=stage.omega**2,
         structural=stage.structural_damping,
-        A_inverse=np.ascontiguousarray(A_inverse),
+        groups=groups,
+        A_inverse=np.concatenate([A_inverse[i : i + n, i : i + n].ravel() for i, n in groups]),
         B=B,
         A_inverse_B=np.ascontiguousarray((A_inverse @ B.T).T),
-        W=np.ascontiguousarray(B @ A_inverse @ B.T),
+        W=W,
+        W_columns=np.ascontiguousarray(W.T),
         P=np.ascontiguousarray(np.array(vectors) @ stage.Phi),
         generator_constant=model.data.chain.generator_constant,
         reference=channels.reference,
@@ -172,11 +207,36 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         clearance=channels.clearance,
         rollers=channels.rollers,
         splines=channels.splines,
-        K_fixed=channels.K_fixed,
-        C_fixed=channels.C_fixed,
-        K_mean=channels.K_mean,
+        K_turning=K_turning,
+        C_turning=C_turning,
         C_mean=channels.C_mean,
-        speed=model.speed,
+        blocks=_blocks(channels),
         mesh_teeth=float(channels.mesh_teeth),
         gravity=gravity,
     )
+
+
+def _turning_series(model: StageModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness and damping of what stands still beyond the linear part, over the carrier angle.
+
+    ``R.T K R`` has no wave shorter than half a turn: five angles give its series exactly. The
+    velocity in the fixed frame, seen from the carrier's, is ``x' + Omega J x``.
+    """
+    channels = model.channels
+    angles = 2.0 * np.pi / 5.0 * np.arange(5)
+    waves = [np.ones(5), np.cos(angles), np.sin(angles), np.cos(2.0 * angles), np.sin(2.0 * angles)]
+    weights = np.array([wave / (wave @ wave) for wave in waves])
+    R = np.array([channels.turned(angle) for angle in angles])
+    C = R.transpose(0, 2, 1) @ channels.C_fixed @ R
+    K = R.transpose(0, 2, 1) @ channels.K_fixed @ R + model.speed * C @ channels.quarter_turn
+    K_turning = np.tensordot(weights, K - channels.K_mean, axes=1)
+    return K_turning, np.tensordot(weights, C - channels.C_mean, axes=1)
+
+
+def _blocks(channels: Channels) -> NDArray[np.int64]:
+    """First channel and size of every group whose forces depend on each other's motions."""
+    sizes = [1 + len(channels.lines), len(channels.K_fixed)]
+    sizes += len(channels.clearance) * [2]
+    sizes += len(channels.rollers.directions) * [4]
+    sizes += len(channels.splines) * [3]
+    return np.column_stack([np.cumsum([0, *sizes[:-1]]), sizes])

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from carrierflex.geometry.pins import pin_angles
 from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
-from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, spline_force
+from carrierflex.simulation.stage.contact_laws import mesh_stiffness_over, spline_force
 from carrierflex.simulation.stage.roller_contact import roller_load
 from carrierflex.simulation.stage.stage_data import EXPONENT
 from carrierflex.simulation.stage.stage_model import StageModel
@@ -66,7 +66,7 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     channels = model.channels
     delta = c @ channels.B - channels.free
     real, imag = mesh_amplitudes(channels)
-    k = np.array([mesh_stiffness_at(real, imag, channels.mesh_teeth * angle) for angle in c[:, 0]])
+    k = mesh_stiffness_over(real, imag, channels.mesh_teeth * c[:, 0])
     gaps = np.array([line.gap for line in channels.lines])
     slices = channels.of_flanks(k) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
     n_planets = model.layout.n_planets

@@ -5,6 +5,7 @@ The rim's material point under them against the housing, and the sensors' own er
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,8 +109,12 @@ class RimReader:
     misaligned_radial: NDArray[np.complex128]
 
 
+@lru_cache(maxsize=1)
 def rim_reader(model: StageModel) -> RimReader:
-    """Series of the body's rim rows, which stand at equal angles from 0."""
+    """Series of the body's rim rows, which stand at equal angles from 0.
+
+    That of the last model is returned again.
+    """
     body = model.layout.body
     tilt = body.misalignment_reading @ model.effects.misalignment
     series_of = []
@@ -185,15 +190,18 @@ def sensor_signals(
             f"an error is given for sensor {min(unknown)!r}; expected one of the sensors"
         )
     signals = {}
+    rim = _rim_motion(record, reader, sensors)
+    if before is not None and effects.delay != 0.0:
+        rim_before = _rim_motion(before, reader, sensors)
     for sensor in sensors:
         error = errors.get(sensor.name, SensorError())
-        signal = _read(model, record, reader, sensor, effects, error)
+        signal = _read(model, record, rim, sensor, effects, error)
         if effects.delay != 0.0:
             time = record.time
             if before is not None:
                 time = np.concatenate([before.time, time])
                 signal = np.concatenate(
-                    [_read(model, before, reader, sensor, effects, error), signal]
+                    [_read(model, before, rim_before, sensor, effects, error), signal]
                 )
             signal = delayed(time, signal, effects.delay)[-len(record.time) :]
         if rng is not None:
@@ -202,17 +210,29 @@ def sensor_signals(
     return signals
 
 
+@dataclass(frozen=True, eq=False)
+class _RimMotion:
+    """Motion of the rim at the housing angle v: ``Re Σ amplitude[:, k] exp(j orders[k] v)`` [m]."""
+
+    orders: NDArray[np.int64]
+    amplitude: NDArray[np.complex128]
+
+    def at(self, angle: float) -> NDArray[np.float64]:
+        """Motion under a sensor that looks at the angle [rad], shape (n,)."""
+        return np.asarray((self.amplitude @ np.exp(1j * angle * self.orders)).real)
+
+
 def _read(
     model: StageModel,
     record: StageRecord,
-    reader: RimReader,
+    rim: Mapping[str, _RimMotion],
     sensor: Sensor,
     effects: ReadingEffects,
     error: SensorError,
 ) -> NDArray[np.float64]:
     """Signal of one sensor with its errors, neither delayed nor noisy."""
     angle = sensor.angle + error.angle
-    clean = _rim_motion(model, record, reader, sensor, angle)
+    clean = rim[sensor.quantity].at(angle)
     if effects.reference == "housing":
         clean = clean - _housing_motion(model, record, sensor, angle)
     clean = clean + _patterns(model, record, sensor, angle, effects)
@@ -220,18 +240,22 @@ def _read(
 
 
 def _rim_motion(
-    model: StageModel, record: StageRecord, reader: RimReader, sensor: Sensor, angle: float
-) -> NDArray[np.float64]:
-    """Motion of the rim under one sensor, which looks at the angle [rad]."""
-    phi = angle - record.c[:, 0]
-    axial = sensor.quantity == AXIAL
-    rows, tilt = (
-        (reader.axial, reader.misaligned_axial)
-        if axial
-        else (reader.radial, reader.misaligned_radial)
-    )
-    amplitude = record.c @ rows.T + tilt
-    return np.asarray((amplitude * np.exp(1j * np.outer(phi, reader.orders))).sum(axis=1).real)
+    record: StageRecord, reader: RimReader, sensors: Sequence[Sensor]
+) -> dict[str, _RimMotion]:
+    """Motion of the rim by the quantity that sensors read of it."""
+    turned = np.exp(-1j * np.outer(record.c[:, 0], reader.orders))
+    motion = {}
+    for quantity in {sensor.quantity for sensor in sensors}:
+        rows, tilt = (
+            (reader.axial, reader.misaligned_axial)
+            if quantity == AXIAL
+            else (reader.radial, reader.misaligned_radial)
+        )
+        # Real and imaginary columns: numpy would make complex numbers of the coordinates.
+        columns = np.ascontiguousarray(rows.T).view(np.float64)
+        amplitude = (record.c @ columns).view(np.complex128) + tilt
+        motion[quantity] = _RimMotion(reader.orders, amplitude * turned)
+    return motion
 
 
 def _housing_motion(

@@ -5,7 +5,7 @@ Chunks of steps, what is kept, the energy balance, and what happens when it runs
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numba
@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.stage.contact_laws import (
+    fill_mesh_stiffness,
     mesh_stiffness_at,
+    mesh_stiffness_over,
     penetration_gradient,
     play_force,
     play_gradient,
@@ -23,6 +25,7 @@ from carrierflex.simulation.stage.contact_laws import (
 from carrierflex.simulation.stage.modal_form import (
     ModalStage,
     StepMatrices,
+    grouped,
     modal_stage,
     step_matrices,
 )
@@ -43,11 +46,9 @@ _RUN_AWAY = 1e3
 Drive = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
-#: Error of the channels' motion over a step that ends Newton's method [m]: 1e-9 of a loaded mesh's
-#: approach. Where changes shrink by a factor, that over one less it of the last change is left.
-_CONVERGED = 1e-13
-#: Change with which a step by Newton's matrix of that place ends: it leaves less than a thousandth.
-_CONVERGED_NEWTON = 1e-9
+#: Change of the channels' motion over a step with which Newton's method ends [m]: it leaves less
+#: than a thousandth, 1e-8 of a loaded mesh's approach.
+_CONVERGED = 1e-9
 #: Share of the largest motion over a step that rounding may leave; matters where a run is about to
 #: run away.
 _ROUNDING = 1e-11
@@ -55,13 +56,12 @@ _MOST_ITERATIONS = 60
 #: Newton's steps are halved from here on: whoever has not arrived by now goes to and fro between
 #: pieces of a contact law.
 _HALVED_FROM = 16
-#: Change over that of the iteration before from which Newton's matrix is made anew: in steady
-#: contact that of an earlier step takes all but a few per cent of the error.
-_SLOW = 0.05
+#: Newton's equations are solved by the inverse of an earlier step's matrix, refined until the last
+#: refinement is this share of the change, and by a new inverse where one takes less of the error
+#: than a refinement must.
+_REFINED, _SLOW, _MOST_REFINEMENTS = 1e-3, 0.2, 4
 #: First channels: the carrier angle, then the flanks.
 _FLANKS = 1
-#: Channels of the housing's motion; unequal bearings follow with two each.
-_HOUSING = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,8 +197,7 @@ def run_stage(
     )
     h = 1.0 / (sample_rate * every)
     n_kept = _n_kept(duration, sample_rate)
-    stage = modal_stage(model)
-    matrices = step_matrices(stage, h, gravity)
+    stage, matrices = _prepared(model, h, gravity)
     inverse = stage.Phi.T @ model.M
     q, v = np.asarray(inverse @ start[0], np.float64), np.asarray(inverse @ start[1], np.float64)
     reference = stored_energy(stage, q[None], v[None])[0]
@@ -226,6 +225,13 @@ def run_stage(
                 raise StageDivergedError(time[kept], _largest(model, c[kept]))
             raise _diverged(model, stage.Phi @ q, (first * every + done) * h, unsettled)
         spent = spent + work[-1]
+
+
+@lru_cache(maxsize=1)
+def _prepared(model: StageModel, h: float, gravity: float) -> tuple[ModalStage, StepMatrices]:
+    """Modes, group by group, and step of the model that ran last, which its load cases share."""
+    stage = grouped(modal_stage(model))
+    return stage, step_matrices(stage, h, gravity)
 
 
 def _n_kept(duration: float, sample_rate: float) -> int:
@@ -299,9 +305,8 @@ def stored_energy(
     real, imag = mesh_amplitudes(channels)
     gaps = np.array([line.gap for line in channels.lines])
     penetration = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
-    for instant, angle in enumerate(delta[:, 0]):
-        k = mesh_stiffness_at(real, imag, channels.mesh_teeth * angle)
-        energy[instant] += 0.5 * (channels.of_flanks(k) * penetration[instant] ** 2).sum()
+    k = mesh_stiffness_over(real, imag, channels.mesh_teeth * delta[:, 0])
+    energy += 0.5 * (channels.of_flanks(k) * penetration**2).sum(axis=1)
     for i, clearance in enumerate(channels.clearance):
         channel = channels.clearances.start + 2 * i
         for instant, (y, z) in enumerate(delta[:, channel : channel + 2]):
@@ -329,48 +334,34 @@ def joined_records(records: list[StageRecord]) -> StageRecord:
     )
 
 
-@numba.njit(cache=True)
-def _turning_tangent(
-    k: StepMatrices, angle: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stiffness and damping of mount and unequal bearings beyond the linear part, carrier frame."""
-    stiffness, damping = _turned(k.K_fixed, angle), _turned(k.C_fixed, angle)
-    # The velocity in the fixed frame, seen from the carrier's: x' + Omega J x.
-    K_turned = stiffness - k.K_mean
-    for pair in range(_n_pairs(k.K_fixed)):
-        y, z = _pair(pair)
-        K_turned[:, y] += k.speed * damping[:, z]
-        K_turned[:, z] -= k.speed * damping[:, y]
-    return K_turned, damping - k.C_mean
+@numba.njit(cache=True, fastmath={"contract"})
+def _add_product(
+    factor: float,
+    columns: NDArray[np.float64],
+    x: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """``out += factor * matrix @ x`` of a matrix given by columns: vectorised."""
+    for j in range(len(x)):
+        share = factor * x[j]
+        for i in range(len(out)):
+            out[i] += share * columns[j, i]
 
 
-@numba.njit(cache=True)
-def _turned(fixed: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """``R.T fixed R`` with R from the carrier's frame into the fixed one, which turns y and z."""
+@numba.njit(cache=True, fastmath={"contract"})
+def _turned(series: NDArray[np.float64], angle: float, out: NDArray[np.float64]) -> None:
+    """Sum of a matrix's series at a carrier angle."""
     c, s = np.cos(angle), np.sin(angle)
-    turned = fixed.copy()
-    for pair in range(_n_pairs(fixed)):
-        y, z = _pair(pair)
-        for j in range(len(fixed)):
-            at_y, at_z = turned[y, j], turned[z, j]
-            turned[y, j], turned[z, j] = c * at_y + s * at_z, c * at_z - s * at_y
-        for i in range(len(fixed)):
-            at_y, at_z = turned[i, y], turned[i, z]
-            turned[i, y], turned[i, z] = c * at_y + s * at_z, c * at_z - s * at_y
-    return turned
-
-
-@numba.njit(cache=True)
-def _n_pairs(fixed: NDArray[np.float64]) -> int:
-    """Pairs of y and z among the turning channels: two of the housing, one a bearing."""
-    return len(fixed) // 2 - 1
-
-
-@numba.njit(cache=True)
-def _pair(pair: int) -> tuple[int, int]:
-    """Y and z of the housing's translation and rotation, then of each bearing."""
-    y = (1, 4)[pair] if pair < 2 else _HOUSING + 2 * (pair - 2)
-    return y, y + 1
+    c_2, s_2 = c * c - s * s, 2.0 * c * s
+    for i in range(len(out)):
+        for j in range(len(out)):
+            out[i, j] = (
+                series[0, i, j]
+                + c * series[1, i, j]
+                + s * series[2, i, j]
+                + c_2 * series[3, i, j]
+                + s_2 * series[4, i, j]
+            )
 
 
 @numba.njit(cache=True)
@@ -384,7 +375,10 @@ def _flanks(
 ) -> None:
     """Force and tangent of the flanks."""
     old_k, mid_k, new_k = teeth
-    work = 0.0
+    turned = k.h * s[0]
+    if abs(turned) <= 1e-12:
+        turned = np.inf
+    force[0] = 0.0
     for j in range(len(k.gaps)):
         i = j % len(mid_k)
         channel, share = _FLANKS + j, k.shares[j]
@@ -396,10 +390,12 @@ def _flanks(
             k.reference[channel] * (delta[channel] + 0.5 * k.h * s[channel]) - stiffness * mean
         )
         tangent[channel, channel] = k.h * (0.5 * k.reference[channel] - stiffness * slope)
-        rise = (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2
-        work += 0.5 * share * (rise + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2)
-    turned = k.h * s[0]
-    force[0] = -work / turned if abs(turned) > 1e-12 else 0.0
+        old, new = max(old, 0.0), max(new, 0.0)
+        rise, risen = new_k[i] - mid_k[i], mid_k[i] - old_k[i]
+        force[0] -= 0.5 * share * (rise * new * new + risen * old * old) / turned
+        # The drive and the flanks turn each other's stiffness.
+        tangent[0, channel] = -k.h * share * rise * new / turned
+        tangent[channel, 0] = -0.5 * k.h * share * (rise + risen) * mean / turned
 
 
 @numba.njit(cache=True)
@@ -412,7 +408,7 @@ def _clearances(
 ) -> None:
     """Force and tangent of the bearings with clearance."""
     for i in range(len(k.clearance)):
-        y = _FLANKS + len(k.gaps) + len(k.K_fixed) + 2 * i
+        y = _FLANKS + len(k.gaps) + k.K_turning.shape[1] + 2 * i
         z = y + 1
         stiffness = k.reference[y]
         new_y, new_z = delta[y] + k.h * s[y], delta[z] + k.h * s[z]
@@ -429,20 +425,56 @@ def _rollers(
     k: StepMatrices,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
-    old_energy: NDArray[np.float64],
+    stored: NDArray[np.float64],
+    by_angle: NDArray[np.float64],
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
-    """Force and tangent of the roller bearings."""
-    first = _FLANKS + len(k.gaps) + len(k.K_fixed) + 2 * len(k.clearance)
-    gradient, stiffness = np.zeros(4), np.zeros((4, 4))
+    """Force and tangent of the roller bearings, and the torque of each on the drive."""
+    first = _first_roller(k)
+    old, new, gradient, stiffness = np.empty(4), np.empty(4), np.empty(4), np.empty((4, 4))
     angles = (delta[0], delta[0] + k.h * s[0])
-    for b in range(len(old_energy)):
-        channel = slice(first + 4 * b, first + 4 * b + 4)
-        ends = (delta[channel], delta[channel] + k.h * s[channel])
-        force[0] -= roller_gradient(k.rollers, b, ends, angles, old_energy[b], gradient, stiffness)
-        force[channel] = k.reference[channel] * 0.5 * (ends[0] + ends[1]) - gradient
-        tangent[channel, channel] = 0.5 * k.h * (np.diag(k.reference[channel]) - stiffness)
+    for b in range(len(stored)):
+        for i in range(4):
+            old[i] = delta[first + i]
+            new[i] = old[i] + k.h * s[first + i]
+        by_angle[b] = roller_gradient(
+            k.rollers, b, (old, new), angles, stored[b], gradient, stiffness
+        )
+        force[0] -= by_angle[b]
+        for i in range(4):
+            closed = k.reference[first + i]
+            force[first + i] = closed * 0.5 * (old[i] + new[i]) - gradient[i]
+            for j in range(4):
+                tangent[first + i, first + j] = -0.5 * k.h * stiffness[i, j]
+            tangent[first + i, first + i] += 0.5 * k.h * closed
+        first += 4
+
+
+@numba.njit(cache=True)
+def _first_roller(k: StepMatrices) -> int:
+    """First channel of the roller bearings."""
+    return _FLANKS + len(k.gaps) + k.K_turning.shape[1] + 2 * len(k.clearance)
+
+
+@numba.njit(cache=True)
+def _add_roller_work(
+    k: StepMatrices,
+    s: NDArray[np.float64],
+    delta: NDArray[np.float64],
+    force: NDArray[np.float64],
+    by_angle: NDArray[np.float64],
+    stored: NDArray[np.float64],
+) -> None:
+    """Energy of every roller bearing after the step: what its forces' work adds [J]."""
+    first = _first_roller(k)
+    for b in range(len(stored)):
+        stored[b] += k.h * by_angle[b] * s[0]
+        for channel in range(first, first + 4):
+            moved = k.h * s[channel]
+            linear = k.reference[channel] * (delta[channel] + 0.5 * moved)
+            stored[b] += (linear - force[channel]) * moved
+        first += 4
 
 
 @numba.njit(cache=True)
@@ -493,30 +525,82 @@ def _roller_energies(k: StepMatrices, delta: NDArray[np.float64]) -> NDArray[np.
     """Energy of every roller bearing [J]."""
     energy = np.zeros(len(k.rollers.directions))
     for b in range(len(energy)):
-        first = _FLANKS + len(k.gaps) + len(k.K_fixed) + 2 * len(k.clearance) + 4 * b
+        first = _first_roller(k) + 4 * b
         energy[b] = roller_energy(k.rollers, b, delta[first : first + 4], delta[0])
     return energy
 
 
 @numba.njit(cache=True)
 def _newton_matrix(k: StepMatrices, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
-    """``1 - W tangent``, shape (m, m)."""
-    matrix, first = np.eye(len(tangent)), _FLANKS
-    for size, count in (
-        (1, len(k.gaps)),
-        (len(k.K_fixed), 1),
-        (2, len(k.clearance)),
-        (4, len(k.rollers.directions)),
-        (3, len(k.splines)),
-    ):
-        for _ in range(count):
-            for i in range(first, first + size):
-                for j in range(first, first + size):
-                    if tangent[i, j] != 0.0:
-                        # W is symmetric but for Coriolis forces: its rows are not its columns.
-                        matrix[:, j] -= tangent[i, j] * k.W[:, i]
-            first += size
-    return matrix
+    """``1 - W tangent`` by columns, shape (m, m)."""
+    columns = np.eye(len(tangent))
+    for first, size in k.blocks:
+        for i in range(first, first + size):
+            for j in range(first, first + size):
+                if tangent[i, j] != 0.0:
+                    columns[j] -= tangent[i, j] * k.W_columns[i]
+    return columns
+
+
+@numba.njit(cache=True)
+def _subtract_tangent(
+    k: StepMatrices,
+    tangent: NDArray[np.float64],
+    change: NDArray[np.float64],
+    force: NDArray[np.float64],
+) -> None:
+    """Take what a change of velocities makes of the forces from them."""
+    for first, size in k.blocks:
+        for i in range(first, first + size):
+            for j in range(first, first + size):
+                force[i] -= tangent[i, j] * change[j]
+
+
+@numba.njit(cache=True)
+def _largest_size(x: NDArray[np.float64]) -> float:
+    """Largest absolute value."""
+    largest = 0.0
+    for value in x:
+        largest = max(largest, abs(value))
+    return largest
+
+
+@numba.njit(cache=True)
+def _newton_step(
+    k: StepMatrices,
+    tangent: NDArray[np.float64],
+    residual: NDArray[np.float64],
+    inverse: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Change of the velocities, ``(1 - W tangent) change = residual``.
+
+    By `inverse`, that of an earlier such matrix by columns, which is changed where it is made anew.
+    """
+    m = len(residual)
+    change, defect = np.zeros(m), np.empty(m)
+    lost, rest = np.empty(m), np.empty(m)
+    _add_product(1.0, inverse, residual, change)
+    largest = _largest_size(change)
+    size = largest
+    for _ in range(_MOST_REFINEMENTS):
+        lost[:] = 0.0
+        _subtract_tangent(k, tangent, change, lost)
+        for i in range(m):
+            defect[i] = residual[i] - change[i]
+        _add_product(-1.0, k.W_columns, lost, defect)
+        rest[:] = 0.0
+        _add_product(1.0, inverse, defect, rest)
+        before, size = size, _largest_size(rest)
+        if size > _SLOW * before:
+            break
+        for i in range(m):
+            change[i] += rest[i]
+        if size <= _REFINED * largest:
+            return change
+    inverse[:] = np.linalg.inv(_newton_matrix(k, tangent))
+    change[:] = 0.0
+    _add_product(1.0, inverse, residual, change)
+    return change
 
 
 @numba.njit(cache=True)
@@ -525,59 +609,68 @@ def _solve_channels(
     s_free: NDArray[np.float64],
     delta: NDArray[np.float64],
     old_k: NDArray[np.float64],
+    stored: NDArray[np.float64],
     force: NDArray[np.float64],
     inverse: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
     """Mid-step velocities of the channels, and the meshes' new stiffness.
 
-    `inverse` is that of Newton's matrix where it was last made, and is changed where it is made
-    anew.
+    `stored` is the energy of every roller bearing, `inverse` as in :func:`_newton_step`; both
+    change.
     """
     m = len(s_free)
-    s = s_free + k.W @ force
-    change = np.zeros(m)
-    tangent = np.zeros((m, m))
+    s = s_free.copy()
+    _add_product(1.0, k.W_columns, force, s)
+    tangent, residual = np.zeros((m, m)), np.empty(m)
     angle = delta[0]
     first = _FLANKS + len(k.gaps)
-    channel = slice(first, first + len(k.K_fixed))
-    K_turned, C_turned = _turning_tangent(k, angle + 0.5 * k.h * s_free[0])
-    mount = 0.5 * k.h * K_turned + C_turned
-    tangent[channel, channel] = -mount
-    turned_force = K_turned @ delta[channel]
-    new_k, old_energy = old_k, _roller_energies(k, delta)
-    largest = np.inf
-    rounding = _ROUNDING * k.h * np.abs(s).max()
+    n_turning = k.K_turning.shape[1]
+    K, mount = np.empty((n_turning, n_turning)), np.empty((n_turning, n_turning))
+    _turned(k.K_turning, angle + 0.5 * k.h * s_free[0], K)
+    _turned(k.C_turning, angle + 0.5 * k.h * s_free[0], mount)
+    steady = np.zeros(n_turning)
+    for i in range(n_turning):
+        for j in range(n_turning):
+            mount[i, j] += 0.5 * k.h * K[i, j]
+            tangent[first + i, first + j] = -mount[i, j]
+            steady[i] -= K[i, j] * delta[first + j]
+    mid_k, new_k = np.empty_like(old_k), np.empty_like(old_k)
+    by_angle = np.zeros(len(stored))
+    rounding = _ROUNDING * k.h * _largest_size(s)
+    change = residual
     for iteration in range(_MOST_ITERATIONS):
-        mid_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + 0.5 * k.h * s[0]))
-        new_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + k.h * s[0]))
+        fill_mesh_stiffness(k.real, k.imag, k.mesh_teeth * (angle + 0.5 * k.h * s[0]), mid_k)
+        fill_mesh_stiffness(k.real, k.imag, k.mesh_teeth * (angle + k.h * s[0]), new_k)
         _flanks(k, s, delta, (old_k, mid_k, new_k), force, tangent)
-        force[channel] = -(mount @ s[channel]) - turned_force
+        for i in range(n_turning):
+            force[first + i] = steady[i]
+            for j in range(n_turning):
+                force[first + i] -= mount[i, j] * s[first + j]
         _clearances(k, s, delta, force, tangent)
         # A call costs more than the loop over nothing in it.
-        if len(old_energy):
-            _rollers(k, s, delta, old_energy, force, tangent)
+        if len(stored):
+            _rollers(k, s, delta, stored, by_angle, force, tangent)
         if len(k.splines):
             _splines(k, s, delta, force, tangent)
-        residual = s - s_free - k.W @ force
-        change = inverse @ residual
-        slow = np.abs(change).max() / largest
-        enough = _CONVERGED
-        if slow > 0.0:
-            enough = min(_CONVERGED * (1.0 / slow - 1.0), _CONVERGED_NEWTON)
-        if iteration >= _HALVED_FROM or slow > _SLOW:
-            inverse[:] = np.linalg.inv(_newton_matrix(k, tangent))
-            change[:] = inverse @ residual
-            if iteration >= _HALVED_FROM and np.abs(change).max() * k.h > _CONVERGED_NEWTON:
-                change *= 0.5
-            enough = _CONVERGED_NEWTON
+        for i in range(m):
+            residual[i] = s[i] - s_free[i]
+        _add_product(-1.0, k.W_columns, force, residual)
+        if not np.isfinite(residual).all():
+            return s, new_k, int(np.argmin(np.isfinite(residual)))
+        change = _newton_step(k, tangent, residual, inverse)
+        largest = _largest_size(change)
+        if iteration >= _HALVED_FROM and largest * k.h > _CONVERGED:
+            change *= 0.5
         # Forces of the new velocities but for a second-order rest, and in balance with them to
         # rounding.
-        force -= tangent @ change
-        largest = np.abs(change).max()
-        s = s - change
-        if not np.isfinite(change).all():
+        _subtract_tangent(k, tangent, change, force)
+        for i in range(m):
+            s[i] -= change[i]
+        if not np.isfinite(largest):
             return s, new_k, int(np.argmin(np.isfinite(change)))
-        if largest * k.h <= enough + rounding:
+        if largest * k.h <= _CONVERGED + rounding:
+            if len(stored):
+                _add_roller_work(k, s, delta, force, by_angle, stored)
             return s, new_k, -1
     return s, new_k, int(np.argmax(np.abs(change)))
 
@@ -599,22 +692,39 @@ def _advance(
     delta = k.B @ q - free
     total = np.zeros(5)
     a = np.ones(len(k.P))
-    force = np.zeros(len(delta))
-    before = np.zeros(len(delta))
+    rates = np.empty(len(k.P))
+    known, free_w, w = np.empty(len(q)), np.empty(len(q)), np.empty(len(q))
+    s_free = np.empty(len(delta))
+    force, before = np.zeros(len(delta)), np.zeros(len(delta))
     inverse = np.eye(len(delta))
-    turning = slice(_FLANKS + len(k.gaps), _FLANKS + len(k.gaps) + len(k.K_fixed))
+    first = _FLANKS + len(k.gaps)
     stiffness = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * delta[0])
+    stored = _roller_energies(k, delta)
+    speed = k.B[0] @ v
     for step in range(len(drive)):
-        middle = delta[0] + 0.5 * k.h * (k.B[0] @ v)
+        middle = delta[0] + 0.5 * k.h * speed
         c, s_ = np.cos(middle), np.sin(middle)
         a[0], a[1] = drive[step, 0], k.generator_constant * drive[step, 1]
         a[2], a[3] = -k.gravity * s_, -k.gravity * c
         a[4] = c * drive[step, 2] + s_ * drive[step, 3]
         a[5] = c * drive[step, 3] - s_ * drive[step, 2]
-        free_w = k.A_inverse @ ((2.0 / k.h) * v - k.stiffness * q + a @ k.P)
-        force, before = 2.0 * force - before, force
-        s, stiffness, unsettled = _solve_channels(k, k.B @ free_w, delta, stiffness, force, inverse)
-        w = free_w + force @ k.A_inverse_B
+        for i in range(len(q)):
+            known[i] = (2.0 / k.h) * v[i] - k.stiffness[i] * q[i]
+        _add_product(1.0, k.P, a, known)
+        packed = 0
+        for first_mode, size in k.groups:
+            modes = slice(first_mode, first_mode + size)
+            block = k.A_inverse[packed : packed + size * size].reshape(size, size)
+            np.dot(block, known[modes], free_w[modes])
+            packed += size * size
+        np.dot(k.B, free_w, s_free)
+        for i in range(len(force)):
+            force[i], before[i] = 2.0 * force[i] - before[i], force[i]
+        s, stiffness, unsettled = _solve_channels(
+            k, s_free, delta, stiffness, stored, force, inverse
+        )
+        w[:] = free_w
+        _add_product(1.0, k.A_inverse_B, force, w)
         if unsettled >= 0 or not np.isfinite(w).all():
             return (
                 q_kept[: step // every],
@@ -623,20 +733,29 @@ def _advance(
                 step,
                 unsettled,
             )
-        rates = k.P @ w
+        np.dot(k.P, w, rates)
         total[0] += k.h * a[0] * rates[0]
         total[1] += k.h * (a[1] - k.generator_constant * rates[1]) * rates[1]
-        total[2] += k.h * (a[2:] @ rates[2:])
-        total[3] += k.h * (force[turning] @ s[turning])
-        total[4] += k.h * (k.structural @ (w * w) + s[turning] @ (k.C_mean @ s[turning]))
+        for i in range(2, len(a)):
+            total[2] += k.h * a[i] * rates[i]
+        for i in range(len(k.C_mean)):
+            total[3] += k.h * force[first + i] * s[first + i]
+            for j in range(len(k.C_mean)):
+                total[4] += k.h * s[first + i] * k.C_mean[i, j] * s[first + j]
         if len(k.splines):
             # What a spline takes and its quill does not store, friction dissipates.
             rubbing = slice(len(delta) - 3 * len(k.splines), len(delta))
             total[4] -= k.h * (force[rubbing] @ s[rubbing])
             total[4] -= _quill_energies(k, delta + k.h * s) - _quill_energies(k, delta)
-        q += k.h * w
-        v[:] = 2.0 * w - v
-        delta += k.h * s
+        lost = 0.0
+        for i in range(len(q)):
+            lost += k.structural[i] * w[i] * w[i]
+            q[i] += k.h * w[i]
+            v[i] = 2.0 * w[i] - v[i]
+        total[4] += k.h * lost
+        speed = 2.0 * s[0] - speed
+        for i in range(len(delta)):
+            delta[i] += k.h * s[i]
         if (step + 1) % every == 0:
             kept = step // every
             q_kept[kept] = q

@@ -12,8 +12,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-#: The law's exponent less one.
-_NINTH = 1.0 / 9.0
+#: A ninth of a number's bits and these are those of its ninth root, within 3.4 %.
+_BITS = (8.0 / 9.0 * 1023.0 - 0.038) * 2.0**52
+#: Approach [m] below which a slice is as soft as there.
+_LEAST = 1e-30
 #: Motions over a step smaller than this [m] count as none: the difference quotient would be
 #: rounding.
 _STILL = 1e-13
@@ -37,47 +39,61 @@ class RollerSet(NamedTuple):
     """Radial clearance and profile [m], shape (S,)."""
 
 
+@numba.njit(cache=True, error_model="numpy")
+def _ninth_root(x: float) -> float:
+    """``x^(1/9)`` of a positive number to rounding, in operations that the compiler vectorises.
+
+    Halley's step leaves 3e-4 of the start from the number's bits; then the series of the root of
+    ``1 + e``.
+    """
+    root = np.int64(np.float64(x).view(np.int64) / 9.0 + _BITS).view(np.float64)
+    cube = root * root * root
+    power = cube * cube * cube
+    root *= (8.0 * power + 10.0 * x) / (10.0 * power + 8.0 * x)
+    cube = root * root * root
+    e = x / (cube * cube * cube) - 1.0
+    series = -442.0 / 19683.0 + e * 3094.0 / 177147.0
+    series = 1.0 / 9.0 + e * (-4.0 / 81.0 + e * (68.0 / 2187.0 + e * series))
+    return root + root * (e * series)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _pressed(
+    rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Cosine and sine of every roller's angle, approach and secant stiffness of its slices."""
+    n_rollers, n_slices = rollers.directions.shape[1], len(rollers.x)
+    cosine, sine = np.empty(n_rollers), np.empty(n_rollers)
+    approach, secant = np.empty(n_rollers * n_slices), np.empty(n_rollers * n_slices)
+    turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)
+    i = 0
+    for roller in range(n_rollers):
+        c0, s0 = rollers.directions[b, roller, 0], rollers.directions[b, roller, 1]
+        s, c = s0 * turn_c + c0 * turn_s, c0 * turn_c - s0 * turn_s
+        middle, slope = s * motion[0] - c * motion[1], s * motion[3] + c * motion[2]
+        cosine[roller], sine[roller] = c, s
+        for j in range(n_slices):
+            approach[i] = middle + slope * rollers.x[j] - rollers.gap[j]
+            i += 1
+    for i in range(len(approach)):
+        delta = approach[i]
+        secant[i] = _ninth_root(delta if delta > _LEAST else _LEAST) if delta > 0.0 else 0.0
+    i = 0
+    for _ in range(n_rollers):
+        for j in range(n_slices):
+            secant[i] *= rollers.stiffness[b, j]
+            i += 1
+    return cosine, sine, approach, secant
+
+
 @numba.njit(cache=True)
 def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: float) -> float:
     """Energy ``Σ 9/19 k delta^(19/9)`` [J] of bearing b, planet at (y, z, ry, rz) to the pin."""
-    y, z, ry, rz = motion
+    _, _, approach, secant = _pressed(rollers, b, motion, angle)
     energy = 0.0
-    turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)
-    for roller in range(rollers.directions.shape[1]):
-        c0, s0 = rollers.directions[b, roller]
-        s, c = s0 * turn_c + c0 * turn_s, c0 * turn_c - s0 * turn_s
-        middle, slope = s * y - c * z, s * rz + c * ry
-        for j in range(len(rollers.x)):
-            delta = middle + slope * rollers.x[j] - rollers.gap[j]
-            if delta > 0.0:
-                energy += rollers.stiffness[b, j] * delta * delta * delta**_NINTH
+    for i in range(len(secant)):
+        energy += secant[i] * approach[i] * approach[i]
     return 9.0 / 19.0 * energy
-
-
-@numba.njit(cache=True)
-def _pressed(
-    rollers: RollerSet, b: int, middle: float, slope: float
-) -> tuple[float, float, float, float, float]:
-    """Force and moment of one roller whose ends differ by `slope`.
-
-    Then its secant stiffness with moments of order 0, 1, 2.
-    """
-    Q = 0.0
-    M = 0.0
-    k = 0.0
-    kx = 0.0
-    kxx = 0.0
-    for j in range(len(rollers.x)):
-        x = rollers.x[j]
-        delta = middle + slope * x - rollers.gap[j]
-        if delta > 0.0:
-            secant = rollers.stiffness[b, j] * delta**_NINTH
-            Q += secant * delta
-            M += secant * delta * x
-            k += secant
-            kx += secant * x
-            kxx += secant * x * x
-    return Q, M, k, kx, kxx
 
 
 @numba.njit(cache=True)
@@ -110,12 +126,19 @@ def roller_load(
     force[:] = 0.0
     tangent[:] = 0.0
     by_angle = 0.0
-    turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)
-    for roller in range(rollers.directions.shape[1]):
-        c0, s0 = rollers.directions[b, roller]
-        s, c = s0 * turn_c + c0 * turn_s, c0 * turn_c - s0 * turn_s
-        middle, slope = s * y - c * z, s * rz + c * ry
-        Q, M, k, kx, kxx = _pressed(rollers, b, middle, slope)
+    cosine, sine, approach, secant = _pressed(rollers, b, motion, angle)
+    n_slices = len(rollers.x)
+    for roller in range(len(cosine)):
+        c, s = cosine[roller], sine[roller]
+        Q, M, k, kx, kxx = 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(n_slices):
+            i, x = roller * n_slices + j, rollers.x[j]
+            push = secant[i] * approach[i]
+            Q += push
+            M += push * x
+            k += secant[i]
+            kx += secant[i] * x
+            kxx += secant[i] * x * x
         if Q == 0.0:
             continue
         # d delta / d motion = (s, -c, x c, x s).
@@ -173,11 +196,12 @@ def roller_gradient(
         Take gradient and tangent at the middle.
     """
     old, new = ends
-    by_angle = roller_load(
-        rollers, b, 0.5 * (old + new), 0.5 * (angles[0] + angles[1]), force, tangent
-    )
-    d, turned = new - old, angles[1] - angles[0]
+    turned = angles[1] - angles[0]
     tilt, arm = _TILT_ARM * _TILT_ARM, _ANGLE_ARM * _ANGLE_ARM
+    middle, d = np.empty(4), np.empty(4)
+    for i in range(4):
+        middle[i], d[i] = 0.5 * (old[i] + new[i]), new[i] - old[i]
+    by_angle = roller_load(rollers, b, middle, 0.5 * (angles[0] + angles[1]), force, tangent)
     square = d[0] * d[0] + d[1] * d[1] + tilt * (d[2] * d[2] + d[3] * d[3]) + arm * turned * turned
     if square < _STILL * _STILL:
         return by_angle

@@ -1,6 +1,7 @@
 """Static equilibrium of the stage at one carrier angle, and what the parts carry there."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numba
@@ -314,8 +315,9 @@ class LinearStatics:
         return np.asarray((scipy.linalg.cho_solve(self.factor, scaled).T * self.scale).T)
 
 
+@lru_cache(maxsize=1)
 def linear_statics(model: StageModel) -> LinearStatics:
-    """Factorise the linear part of a stage at rest.
+    """Factorise the linear part of a stage at rest; that of the last model is returned again.
 
     Raises
     ------

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.simulation.stage.linearised import linearised_modes
-from carrierflex.simulation.stage.modal_form import modal_stage
+from carrierflex.simulation.stage.modal_form import grouped, modal_stage, step_matrices
 from carrierflex.simulation.stage.part_loads import part_loads
 from carrierflex.simulation.stage.response import (
     StageDivergedError,
@@ -63,6 +63,26 @@ def test_error_falls_with_the_square_of_the_step(nominal_stage, start):
     slopes = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert (slopes > 1.9).all(), slopes
     assert (slopes < 2.15).all(), slopes  # the reference's own error adds 0.05
+
+
+@pytest.mark.parametrize("n_groups", [1, 3])
+def test_a_step_takes_the_modes_that_damping_couples_together(nominal_stage, n_groups):
+    stage = modal_stage(nominal_stage)
+    group = np.arange(len(stage.omega)) % n_groups
+    apart = group[:, None] != group
+    stage = grouped(replace(stage, D=np.where(apart, 0.0, stage.D)))
+    h = 1e-3
+    k = step_matrices(stage, h, 9.81)
+    assert len(k.groups) >= n_groups
+    A = np.diag(2.0 / h + 0.5 * h * stage.omega**2) + stage.D
+    known = np.sqrt(A.diagonal()) * np.random.default_rng(0).normal(size=len(A))
+    answer, packed = np.empty_like(known), 0
+    for first, size in k.groups:
+        modes = slice(first, first + size)
+        answer[modes] = k.A_inverse[packed : packed + size**2].reshape(size, size) @ known[modes]
+        packed += size**2
+    # Ten times the damping over critical that is none.
+    assert_allclose(A @ answer, known, rtol=0.0, atol=1e-10 * np.abs(known).max())
 
 
 def test_energy_balances_and_power_passes_through(nominal_stage, start):
