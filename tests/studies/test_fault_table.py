@@ -128,7 +128,7 @@ def test_a_softer_axial_bushing_ties_with_the_load_across_it():
     [("channel/gain/none", DETECTED), ("housing/tilt/torque", MISSED)],
 )
 def test_a_fault_is_told_where_its_class_is_named(found, expected):
-    fault = next(fault for fault in faults_of("carrier") if "sensor_gain" in fault.effects)
+    fault = next(fault for fault in faults_of("carrier") if "sensor_gain" in fault.ids)
     nothing = SimpleNamespace(effects=(), parameters={})
     classes = SimpleNamespace(
         classes=(SimpleNamespace(id=found),),
