@@ -89,7 +89,7 @@ def fault_answers(
             yield Outcome(fault.name, fault.size, REPORTED, (REFUSED, str(error)[:200]))
             continue
         new = [one for one in diagnosis.warnings if (one.id or one.check, one.about) not in without]
-        answer = _answer(fault, label, diagnosis, new)
+        answer = answer_of(fault, label, diagnosis, new)
         yield Outcome(
             fault.name, fault.size, answer, (f"{floors:.1f} floors", *_words(diagnosis, new))
         )
@@ -116,9 +116,22 @@ def _ties(diagnosis: Diagnosis) -> set[str]:
     return {*tied, *([diagnosis.reason_id] if diagnosis.reason_id else [])}
 
 
-def _answer(
+def answer_of(
     fault: Fault, label: Label, diagnosis: Diagnosis, new: Sequence[CampaignWarning]
 ) -> str:
+    """Which of the `ANSWERS` a diagnosis gives.
+
+    Parameters
+    ----------
+    fault : Fault
+        Error that is in the records.
+    label : Label
+        What is missing in the baseline.
+    diagnosis : Diagnosis
+        Diagnosis of the campaign with the error.
+    new : sequence of CampaignWarning
+        Findings that the campaign without the error does not have.
+    """
     named, ties = _named(diagnosis), _ties(diagnosis)
     ids = {name for one in new for name in (one.id, one.check)} | ties | named
     if ids & set(fault.ids):

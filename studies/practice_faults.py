@@ -34,7 +34,9 @@ _CLOCK = ("wiring/clock", "clock", "delay", "sensor_delay", "clock/delay", "samp
 _FILTER = ("wiring/filtered_channel", *_CLOCK)
 _LOAD = ("wiring/load_zero", "wiring/input_gain", "quantised")
 _RIG = ("bound", "prior", "unit")
-_DRIFT = ("drift", "thermal_drift", "run_variation", "wiring/run")
+_DRIFT = (
+    "drift", "thermal_drift", "run_variation", "wiring/run", "housing/offset/time", "wiring/drift",
+)  # fmt: skip
 
 
 def practice_faults(kind: str, curves: Curves) -> tuple[Fault, ...]:
@@ -158,7 +160,7 @@ def _of_machine(kind: str) -> Iterator[Fault]:
 def _of_element() -> Iterator[Fault]:
     """Errors of a test of one element."""
     yield Fault("mass of the fixture in the force", "10 %", _each(_fixture), ())
-    yield Fault("play of the sensor", "4 floors", _each(_sensor_with_play), ())
+    yield Fault("play of the sensor", "4 floors", _each(_sensor_with_play), ("stuck", "repeated"))
     yield Fault("linear drift", "15 floors", _each(_linear_drift), _DRIFT)
     yield Fault("mass in grams", "1000", partial(_rig, key="mass", factor=1e3), (*_RIG, "refused"))
     yield Fault("absolute value logged", "-", _each(_rectified), (*_CHANNEL, "wiring/torque_sign"))
