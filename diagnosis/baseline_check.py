@@ -33,7 +33,11 @@ from carrierflex.diagnosis.wiring.linear_records import (
     off_gains,
 )
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
-from carrierflex.diagnosis.wiring.lone_channels import filtered_signals, lone_rivals
+from carrierflex.diagnosis.wiring.lone_channels import (
+    drifting_zeros,
+    filtered_signals,
+    lone_rivals,
+)
 from carrierflex.diagnosis.wiring.refits import (
     CHANNEL,
     CHANNEL_GAIN,
@@ -200,6 +204,7 @@ def _lone_and_load_rivals(
     yield from lone_rivals(lambda: wiring.linear(theta), campaign, wiring.refitted, gap)
     line = sample_of(campaign.runs[0].file, 0)
     yield from filtered_signals(wiring.linear(theta), campaign, wiring.refitted, gap)
+    yield from drifting_zeros(wiring.linear(theta), campaign, wiring.refitted, gap)
     faults = [*(load_faults(campaign) if wiring.has_cheap_refits else ()), *held_inputs(campaign)]
     for fault in faults:
         square = wiring.refitted(fault.corrected)

@@ -99,7 +99,7 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
     """
     campaign = case_campaign(case.plan)[0]
     if case.sort == BESIDE_COLUMNS:
-        campaign = _beside_columns(campaign, curves)
+        campaign = beside_columns(campaign, curves)
     records = records_findings(campaign, curves)
     problem, floor_is_measured = problem_of(campaign, curves)
     checked = checked_baseline(problem, campaign, wiring_of(problem, campaign))
@@ -117,8 +117,16 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
     return CleanOutcome(case.plan.name, campaign.kind, case.sort, findings, change, is_tie)
 
 
-def _beside_columns(campaign: Campaign, curves: Curves) -> Campaign:
-    """Campaign whose baseline is a column: the prediction of the model fitted to it."""
+def beside_columns(campaign: Campaign, curves: Curves) -> Campaign:
+    """Campaign whose baseline is a column: the prediction of the model fitted to it.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Campaign with the model as its baseline.
+    curves : mapping of str to DeflectionCurve, optional
+        Deflection curves of a carrier.
+    """
     problem, _ = problem_of(campaign, curves)
     fit = fit_effects(problem, ())
     predicted = {

@@ -153,9 +153,9 @@ def _named(fault: Fault, diagnosis: Diagnosis) -> set[str]:
     """Effects, or where a class is named its class, that are the fault."""
     if diagnosis.verdict == CLASS_NAMED and diagnosis.classes is not None:
         holding = diagnosis.classes.classes_of_law
-        classes = {name for effect in fault.effects for name in holding.get(effect, ())}
+        classes = {name for effect in fault.ids for name in holding.get(effect, ())}
         return classes & {named.id for named in diagnosis.classes.classes}
-    return set(diagnosis.attribution.effects) & set(fault.effects)
+    return set(diagnosis.attribution.effects) & set(fault.ids)
 
 
 def _records_checks(campaign: Campaign, curves: Curves) -> set[str]:

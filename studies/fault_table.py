@@ -42,15 +42,15 @@ class Fault:
         Fault and its size in words.
     change : callable
         ``(campaign, rng) -> campaign`` with the fault.
-    effects : tuple of str
+    ids : tuple of str
         Effects of the library that are this fault: a diagnosis that names one of them, or its
-        class, has reported it.
+        class, has reported it. Of an error of practice also classes, ids and checks of findings.
     """
 
     name: str
     size: str
     change: Change
-    effects: tuple[str, ...] = ()
+    ids: tuple[str, ...] = ()
 
 
 def faults_of(kind: str) -> tuple[Fault, ...]:

@@ -36,6 +36,7 @@ from carrierflex.diagnosis.wiring.refits import (
     CROSSTALK,
     CURVED_CHANNEL,
     DEAD_CHANNEL,
+    DRIFT,
     FILTERED_CHANNEL,
     INPUT_GAIN,
     LOADS,
@@ -48,6 +49,7 @@ from carrierflex.diagnosis.wiring.refits import (
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of
 from carrierflex.identification.estimation.scaled_least_squares import (
@@ -80,6 +82,8 @@ _FILTERS = range(0, 14)
 #: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
 _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
 _MOST_REFITS = 10
+#: Correlation of a load with time from which a drift follows that load as well.
+_GROWS_WITH_TIME = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,6 +259,65 @@ def filtered_signals(
         names = ", ".join(channel.name for channel in campaign.channels)
         line = key_of("[[channels]]", campaign.channels[0].name)
         yield WiringRival(FILTERED_CHANNEL, names, f"{names} behind a filter {size}", square, line)
+
+
+def drifting_zeros(
+    records: Iterable[LinearRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+    gap: GapSquare,
+) -> Iterator[WiringRival]:
+    """Straight lines over time taken out of the channels, by sizes of every run.
+
+    The arguments are those of :func:`filtered_signals`. None where an input is an angle, whose
+    kinds have drifts in their library, or where a load grows with time as a drift does.
+    """
+    inputs = {name for run in campaign.runs for name in run.inputs}
+    if not inputs or "carrier_angle" in inputs or _loads_grow(campaign):
+        return
+    runs = {run.name: run for run in campaign.runs}
+    sums = _sums(_with_ramps(record, runs[record.run]) for record in records)
+    if sums is None or sums.mean_square > gap.remaining(_SCREENED):
+        return
+    names = [channel.name for channel in campaign.channels]
+    slopes = sums.steps[:, : len(names)]
+
+    def level(run: Run, of_run: FloatArray) -> Run:
+        signals = {
+            name: run.signals[name] - slope * _along(run, run.time)
+            for name, slope in zip(names, of_run, strict=True)
+        }
+        return replace(run, signals=signals)
+
+    pairs = zip(campaign.runs, slopes, strict=True)
+    square = refitted(replace(campaign, runs=tuple(level(*pair) for pair in pairs)))
+    if square <= gap.remaining(NEARLY_ALL):
+        about = ", ".join(names)
+        text = f"the zero of {about} drifting over every run taken out"
+        yield WiringRival(DRIFT, about, text, square, key_of("[[channels]]", names[0]))
+
+
+def _with_ramps(record: LinearRecord, run: Run) -> LinearRecord:
+    """Record whose first columns are a line over time in each channel."""
+    along = _along(run, record.time)
+    ramps = np.eye(record.residual.shape[1])[:, None, :] * along[None, :, None]
+    columns = np.concatenate([ramps, record.columns])
+    return replace(record, columns=columns, n_of_run=record.n_of_run + len(ramps))
+
+
+def _along(run: Run, time: FloatArray) -> FloatArray:
+    """Time over the length of a run, from -0.5 to 0.5."""
+    return np.asarray((time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5)
+
+
+def _loads_grow(campaign: Campaign) -> bool:
+    """Whether a load grows, or falls, with time in any run."""
+    return any(
+        abs(float(np.corrcoef(load, run.time)[0, 1])) > _GROWS_WITH_TIME
+        for run in campaign.runs
+        for load in run.inputs.values()
+        if np.ptp(load) > 0.0
+    )
 
 
 def _filtered_record(

@@ -37,6 +37,8 @@ LOAD_ZERO = "wiring/load_zero"
 ANGLE_ZERO = "wiring/angle_zero"
 ENCODER = "wiring/encoder"
 HELD_INPUT = "wiring/held_input"
+#: Zeros of channels that drift over every run.
+DRIFT = "wiring/drift"
 #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
 CHANNEL = "wiring/channel"
 POLARITY = "wiring/polarity"

@@ -52,6 +52,7 @@ def unit_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
         Check ``unit``.
     """
     yield from _unlike_channels(campaign)
+    yield from _unlike_predictions(campaign)
     if campaign.kind == "carrier":
         yield from _carrier(campaign)
     elif campaign.kind == "mounting":
@@ -288,6 +289,24 @@ def _unlike_channels(campaign: Campaign) -> Iterator[CampaignWarning]:
                     f"moves {size / typical:.3g} times as much as the other channels",
                     "check unit and scale of this channel",
                 )
+
+
+def _unlike_predictions(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """A prediction of another simulator that is far larger or smaller than the signal."""
+    for channel in campaign.channels:
+        runs = [run for run in campaign.runs if channel.name in run.predictions]
+        signals = [float(np.nanstd(run.signals[channel.name])) for run in runs]
+        predictions = [float(np.nanstd(run.predictions[channel.name])) for run in runs]
+        smaller, larger = sorted((np.median(signals or [0.0]), np.median(predictions or [0.0])))
+        if larger > _UNLIKE * smaller > 0.0:
+            ratio = float(np.median(predictions) / np.median(signals))
+            yield _warning(
+                campaign,
+                channel.name,
+                ratio,
+                f"the prediction moves {ratio:.3g} times as much as the signal",
+                f"give column '{channel.name}_sim' and the signal in the same unit",
+            )
 
 
 def _largest(campaign: Campaign, name: str) -> float:

@@ -11,6 +11,7 @@ from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.identification.campaign.declarations import Baseline
 from studies import fault_outcomes as study
 from studies.clean_campaigns import SORTS, clean_cases, clean_outcome
+from studies.fault_answers import ANOTHER, PHYSICS, REPORTED, SILENT, answer_of
 from studies.fault_outcomes import (
     DETECTED,
     EQUIVALENT,
@@ -19,6 +20,7 @@ from studies.fault_outcomes import (
     fault_outcomes,
 )
 from studies.fault_table import Fault, faults_of
+from studies.practice_faults import practice_faults, unforeseen_faults
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.identification.campaign_check.faulty_campaigns import faultless
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign, run_case
@@ -70,6 +72,65 @@ def test_every_fault_changes_a_copy_of_the_campaign(kind):
         ):
             continue
         assert content(faulty) != before, (fault.name, fault.size)
+
+
+#: Errors that change no record: names of conditions, order of runs, what the rig does not declare.
+UNCHANGED = ("mass in grams", "axial stiffness")
+
+
+@pytest.mark.parametrize("kind", list(CAMPAIGNS))
+def test_every_error_of_practice_changes_a_copy_of_the_campaign(kind):
+    campaign = CAMPAIGNS[kind]()
+    # A floor of zero hides what is added in floors.
+    channels = tuple(replace(one, noise_std=one.noise_std or 1e-6) for one in campaign.channels)
+    campaign = replace(campaign, channels=channels)
+    before = content(campaign), [run.condition for run in campaign.runs]
+    faults = (*practice_faults(kind, None), *unforeseen_faults())
+    assert len({(fault.name, fault.size) for fault in faults}) == len(faults)
+    for fault in faults:
+        is_radial = "radial" in fault.name
+        if fault.name.startswith("columns") or fault.name in UNCHANGED or is_radial:
+            continue
+        if fault.name == "names of runs repeated" and len(campaign.runs) > 1:
+            with pytest.raises(ValueError, match="different names"):
+                fault.change(campaign, np.random.default_rng(1))
+            continue
+        if len(campaign.runs) == 1 and fault.name.startswith(("names", "order", "conditions")):
+            continue
+        faulty = fault.change(campaign, np.random.default_rng(1))
+        assert (content(campaign), [run.condition for run in campaign.runs]) == before, fault.name
+        after = content(faulty), [run.condition for run in faulty.runs]
+        assert after != before, (fault.name, fault.size)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "classes", "ties", "found", "expected"),
+    [
+        ("class_named", ("housing/tilt/torque",), (), (), SILENT),
+        ("class_named", ("housing/tilt/torque", "carrier/waves/torque"), (), (), PHYSICS),
+        ("class_named", ("carrier/waves/torque",), (), ("wiring/load_zero",), REPORTED),
+        ("class_named", ("carrier/waves/torque",), (), ("wiring/encoder",), PHYSICS),
+        ("aliased", ("carrier/waves/torque",), ("wiring/encoder",), ("wiring/encoder",), ANOTHER),
+        ("aliased", ("carrier/waves/torque",), ("wiring/load_zero",), (), REPORTED),
+        ("class_named", ("channel/gain/none",), (), (), SILENT),
+        ("none_of_these", ("carrier/waves/torque",), (), (), SILENT),
+    ],
+)
+def test_physics_beyond_the_true_cause_counts_where_the_error_is_not_reported(
+    verdict, classes, ties, found, expected
+):
+    label = SimpleNamespace(
+        effects=("ntl_tilt",), classes=("housing/tilt/torque",), acceptable=(), class_aliases=()
+    )
+    fault = Fault("zero", "5 %", lambda campaign, rng: campaign, ("wiring/load_zero",))
+    diagnosis = SimpleNamespace(
+        verdict=verdict,
+        reason_id="",
+        attribution=SimpleNamespace(effects=(), aliases=(ties,) if ties else ()),
+        classes=SimpleNamespace(ids=classes),
+    )
+    new = [SimpleNamespace(id=name, check="wiring") for name in found]
+    assert answer_of(fault, label, diagnosis, new) == expected
 
 
 def test_a_drifting_clock_is_late_by_its_drift_at_the_end_of_the_last_run_alone():
@@ -128,7 +189,7 @@ def test_a_softer_axial_bushing_ties_with_the_load_across_it():
     [("channel/gain/none", DETECTED), ("housing/tilt/torque", MISSED)],
 )
 def test_a_fault_is_told_where_its_class_is_named(found, expected):
-    fault = next(fault for fault in faults_of("carrier") if "sensor_gain" in fault.effects)
+    fault = next(fault for fault in faults_of("carrier") if "sensor_gain" in fault.ids)
     nothing = SimpleNamespace(effects=(), parameters={})
     classes = SimpleNamespace(
         classes=(SimpleNamespace(id=found),),

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from carrierflex.identification.campaign.declarations import Baseline
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
 from tests.identification.campaign_check.faulty_campaigns import (
@@ -45,6 +46,19 @@ def test_a_campaign_without_a_fault_gives_no_finding(kind):
 def test_a_column_in_another_unit_is_found(kind, column, factor):
     about = "displacement" if column == "q" else column
     assert ("unit", about) in checks(changed(faultless(kind), column, scaled(factor)))
+
+
+@pytest.mark.parametrize("factor", [1e-3, 0.1, 10.0, 1e3])
+def test_a_prediction_in_another_unit_than_its_signal_is_found(factor):
+    """A simulator that misses a signal tenfold is a poor one, not one in millimetres."""
+    campaign = faultless("element")
+    name = campaign.channels[0].name
+    runs = tuple(
+        replace(run, predictions={name: factor * run.signals[name]}) for run in campaign.runs
+    )
+    beside = replace(campaign, baseline=Baseline("columns"), runs=runs)
+    is_found = ("unit", name) in checks(beside)
+    assert is_found == (factor in (1e-3, 1e3))
 
 
 def test_time_in_milliseconds_is_found():
