@@ -92,8 +92,9 @@ def verdict_of(
     covered = _covered(laws, answer) or _with_small_causes(laws, answer, reduction)
     shapes = None
     if covered is not None and _follow(answer, reduction, limits):
-        leaves_more = verdict == NAMED_WITH_REMAINDER and covered == answer.ids
-        shapes = by_shapes(answer) if leaves_more else None
+        is_near_floor = reduction.floor_multiple <= limits.near_floor
+        is_open = verdict in (NAMED, NAMED_WITH_REMAINDER) and covered == answer.ids
+        shapes = by_shapes(answer) if is_open and not is_near_floor else None
         if not _leave_far_less(shapes, reduction):
             named = _with_named_laws(answer, covered, laws)
             return Verdict(verdict, reason, laws, named, reduction)
