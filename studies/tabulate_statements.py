@@ -19,10 +19,10 @@ Writes CASE.json for every case, which a later call takes up, and SORT.md.
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -173,7 +173,7 @@ def main(
     if campaigns is not None:
         plans = sorted(path.parent for path in campaigns.glob("*/campaign.toml"))
     files = [folder / f"{sort}-{seed}-{plan.name}.json" for plan in plans]
-    write = _write_saved if sort == "saved" else _write_case
+    write: Callable[[Any, Path], None] = _write_saved if sort == "saved" else _write_case
     stages = Stages(1, quiet)
     with stages.stage("diagnosing cases"), work_executor(workers) as executor:
         make_missing(plans, files, write, executor, stages)
