@@ -90,12 +90,17 @@ def verdict_of(
             return Verdict(ALIASED, text, (), replace(named, ties=ties), reduction)
         return Verdict(verdict, reason, laws, named, reduction)
     covered = _covered(laws, answer) or _with_small_causes(laws, answer, reduction)
+    shapes = None
     if covered is not None and _follow(answer, reduction, limits):
-        named = _with_named_laws(answer, covered, laws)
-        return Verdict(verdict, reason, laws, named, reduction)
+        is_near_floor = reduction.floor_multiple <= limits.near_floor
+        is_open = verdict in (NAMED, NAMED_WITH_REMAINDER) and covered == answer.ids
+        shapes = by_shapes(answer) if is_open and not is_near_floor else None
+        if not _leave_far_less(shapes, reduction):
+            named = _with_named_laws(answer, covered, laws)
+            return Verdict(verdict, reason, laws, named, reduction)
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, laws, answer, reduction, limits)
-    return _of_class(answer, laws, reduction, by_shapes(answer))
+    return _of_class(answer, laws, reduction, shapes or by_shapes(answer))
 
 
 def _ordered(laws: Effects, reduction: GapReduction) -> Effects:
@@ -211,6 +216,18 @@ def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) ->
         return False
     is_equal = all(finding.law_named for finding in answer.classes)
     return is_equal or reduction.phi >= min(answer.share, 1.0) - ClassConstants().law_named
+
+
+def _leave_far_less(shapes: GapReduction | Rejection | None, reduction: GapReduction) -> bool:
+    """Whether the measured shapes of the classes leave less than any that is equal to the laws.
+
+    Both simulated: a spring that hardens by a hyperbolic sine follows a cubic law to 1 % of the
+    gap, and its remainder is that of the law.
+    """
+    if not isinstance(shapes, GapReduction):
+        return False
+    remaining = [far.rms_after**2 - far.noise_floor**2 for far in (shapes, reduction)]
+    return max(remaining[0], 0.0) * ClassConstants().most_equal_left < remaining[1]
 
 
 def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:

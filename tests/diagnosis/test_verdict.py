@@ -248,6 +248,33 @@ def test_a_law_far_behind_its_class_is_the_nearest_only_and_how_far_is_of_the_cl
     assert not found.answer.classes[0].law_named
 
 
+@pytest.mark.parametrize(
+    ("shapes", "verdict"),
+    [
+        (0.16, CLASS_NAMED),
+        (0.35, NAMED_WITH_REMAINDER),
+        (None, NAMED_WITH_REMAINDER),
+    ],
+)
+def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only(shapes, verdict):
+    # Mean squares above that of the floor: 0.09 of the law, 0.016 or 0.11 of the class.
+    spring = answer(classes=[finding("spring", law="cube", is_named=True)])
+    left = {"rms_after": math.sqrt(0.1), "floor_multiple": math.sqrt(10.0)}
+    of_law = reduction(0.99, **left)
+    of_class = shapes and reduction(0.999, rms_after=shapes, floor_multiple=shapes / 0.1)
+    found = verdict_of(
+        Selection(("cube",), (), ()),
+        of_law,
+        spring,
+        Thresholds(),
+        floor_is_measured=True,
+        by_shapes=lambda answer: of_class,
+    )
+    assert found.verdict == verdict
+    assert found.effects == (() if verdict == CLASS_NAMED else ("cube",))
+    assert found.reduction is (of_class if verdict == CLASS_NAMED else of_law)
+
+
 def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():
     whole = joint(answer(classes=[finding("spring")], share=1.02)).reduction
     assert (whole.rms_after, whole.floor_multiple) == pytest.approx((0.1, 1.0))

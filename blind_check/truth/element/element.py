@@ -22,15 +22,16 @@ N_FORM = 4
 #: Laws with inner states by number, each by the truth's own equation, per unit of its size:
 #: hysteresis whose loop does not depend on the rate (Bouc-Wen that softens, hardens or is pinched,
 #: Iwan's sliders in parallel, an elasto-plastic slider, play with friction), LuGre's bristles,
-#: Maxwell branches; outside every class a tuned mass, friction that its own heat softens, and a
-#: nonlinear spring in series with a dashpot. Hysteresis is changed in form as N(z) = z + d(z),
-#: which keeps it free of rate, play in its flanks, LuGre's friction as a function of the speed.
+#: Maxwell branches; outside every class a tuned mass, friction that its own heat softens, a
+#: nonlinear spring in series with a dashpot, and a spring that the damper's heat softens.
+#: Hysteresis is changed in form as N(z) = z + d(z), which keeps it free of rate, play in its
+#: flanks, LuGre's friction as a function of the speed.
 MEMORY_LAWS = {
     "bouc_wen": 100, "pinched_bouc_wen": 101, "iwan": 102, "elasto_plastic": 103,
     "play_with_friction": 104,
     "lugre": 110,
     "maxwell_branches": 120,
-    "tuned_mass": 130, "heated_friction": 131, "spring_and_dashpot": 132,
+    "tuned_mass": 130, "heated_friction": 131, "spring_and_dashpot": 132, "heated_spring": 133,
 }  # fmt: skip
 #: Inner states that every law is given; Iwan's sliders need most.
 _N_MEMORY = 10
@@ -397,6 +398,9 @@ def _outside(
         friction = np.tanh(w / 0.002) / (1.0 + memory[0])
         rate[0] = p[0] * friction * r - memory[0] / p[1]
         return friction
+    if law == 133:  # heat rises with the square of the speed and fades in the time p[1]
+        rate[0] = p[0] * w * w - memory[0] / p[1]
+        return -memory[0] / (1.0 + memory[0]) * s
     spring = memory[0] + p[0] * memory[0] ** 3
     rate[0] = r - spring / p[1]
     return spring

@@ -133,6 +133,12 @@ def _heat(rng: np.random.Generator, omega: float, duration: float) -> tuple[floa
     ) * duration
 
 
+def _warmth(rng: np.random.Generator, omega: float, duration: float) -> tuple[float, ...]:
+    """Heat that comes to about a half, and fades in a tenth of a run to all of it."""
+    time = float(rng.uniform(0.1, 1.0)) * duration
+    return float(rng.uniform(2.0, 6.0)) / time, time
+
+
 def _dashpot(rng: np.random.Generator, omega: float, duration: float) -> tuple[float, ...]:
     return float(rng.uniform(1.0, 4.0)), float(rng.uniform(0.3, 1.0)) / omega
 
@@ -247,10 +253,12 @@ CAUSES: dict[str, Cause] = {
     "fast_parametric_spring": Cause("fast_parametric_spring", (), _per_omega((0.4, 0.9))),
     "heated_friction": Cause("heated_friction", (), _heat),
     "spring_and_dashpot": Cause("spring_and_dashpot", (), _dashpot),
+    # Drawn only where it is asked for by name.
+    "heated_spring": Cause("heated_spring", (), _warmth, drives=()),
 }  # fmt: skip
 
 #: Causes of no class.
-OUTSIDE_CAUSES = tuple(name for name, cause in CAUSES.items() if not cause.classes)
+OUTSIDE_CAUSES = tuple(name for name, cause in CAUSES.items() if not cause.classes and cause.drives)
 #: Causes withheld one at a time.
 INSIDE_CAUSES = tuple(name for name, cause in CAUSES.items() if cause.classes)
 

@@ -103,6 +103,14 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     tuple of (Campaign, Label)
         Records with noise, and the truth.
     """
+    return element_truth(plan, repeat)[:2]
+
+
+def element_truth(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label, ElementCase]:
+    """Campaign and label of one case, and the element that they are of.
+
+    The arguments are those of :func:`element_case`.
+    """
     rng = case_rng(plan)
     case = _drawn_case(plan, rng)
     residuals = case.baseline(case.channels)
@@ -131,9 +139,8 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         settle=case.settle,
     )
     label = _label(plan, case, residuals, gap, floor)
-    return _campaign_of(plan, records), replace(
-        label, own_gaps=tuple(gap_alone / floor for gap_alone in gaps)
-    )
+    label = replace(label, own_gaps=tuple(gap_alone / floor for gap_alone in gaps))
+    return _campaign_of(plan, records), label, case
 
 
 def _label(
