@@ -289,7 +289,9 @@ def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[C
     campaign = _campaign(plan, rig, measured, (floor, share), has_file=has_file)
     if n_radial:
         series = carrier.radial[fit]
-        campaign = _with_radial_sensors(campaign, rig, series, (n_radial, floor, share), own_noise)
+        campaign = _with_radial_sensors(
+            campaign, rig, series, (n_radial, floor, share), noise_generator
+        )
     return campaign, label
 
 
