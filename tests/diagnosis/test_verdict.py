@@ -249,14 +249,17 @@ def test_a_law_far_behind_its_class_is_the_nearest_only_and_how_far_is_of_the_cl
 
 
 @pytest.mark.parametrize(
-    ("shapes", "verdict"),
+    ("shapes", "measured", "verdict"),
     [
-        (0.16, CLASS_NAMED),
-        (0.35, NAMED_WITH_REMAINDER),
-        (None, NAMED_WITH_REMAINDER),
+        (0.16, (), CLASS_NAMED),
+        (0.16, ("cube",), NAMED_WITH_REMAINDER),  # A law of a file
+        (0.35, (), NAMED_WITH_REMAINDER),
+        (None, (), NAMED_WITH_REMAINDER),
     ],
 )
-def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only(shapes, verdict):
+def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only(
+    shapes, measured, verdict
+):
     # Mean squares above that of the floor: 0.09 of the law, 0.016 or 0.11 of the class.
     spring = answer(classes=[finding("spring", law="cube", is_named=True)])
     left = {"rms_after": math.sqrt(0.1), "floor_multiple": math.sqrt(10.0)}
@@ -269,6 +272,7 @@ def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only
         Thresholds(),
         floor_is_measured=True,
         by_shapes=lambda answer: of_class,
+        measured=measured,
     )
     assert result.verdict == verdict
     assert result.effects == (() if verdict == CLASS_NAMED else ("cube",))
