@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from carrierflex.blind_check.case_plans import case_plans
-from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan
+from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan, Label
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
@@ -97,7 +97,7 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves of a carrier.
     """
-    campaign = case_campaign(case.plan)[0]
+    campaign, label = case_campaign(case.plan)
     if case.sort == BESIDE_COLUMNS:
         campaign = beside_columns(campaign, curves)
     records = records_findings(campaign, curves)
@@ -113,8 +113,17 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
             change = f"{before.verdict} -> {after.verdict}"
             truth = set(case.plan.effects)
             is_tie = any(truth <= set(tied) for tied in after.attribution.aliases)
-    findings = tuple(sorted({finding.check for finding in (*records, *checked.warnings)}))
-    return CleanOutcome(case.plan.name, campaign.kind, case.sort, findings, change, is_tie)
+    findings = {finding.check for finding in (*records, *checked.warnings)}
+    if _flexibility(label) > 1.0:
+        findings.discard("drawing")  # true: its sizes are beyond what the drawing allows
+    ordered = tuple(sorted(findings))
+    return CleanOutcome(case.plan.name, campaign.kind, case.sort, ordered, change, is_tie)
+
+
+def _flexibility(label: Label) -> float:
+    """``rho_f + 0.69 rho_s`` of the truth: at most 1 for a carrier as drawn (docs/reduction.md)."""
+    sizes = {name: value for of in label.parameters.values() for name, value in of.items()}
+    return sizes.get("rho_f", 0.0) + 0.69 * sizes.get("rho_s", 0.0)
 
 
 def beside_columns(campaign: Campaign, curves: Curves) -> Campaign:
