@@ -3,7 +3,7 @@
 Table of classes and laws, answer by class, one fit of each nearest set of laws, one verdict.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ from carrierflex.diagnosis.inference.law_fits import (
     law_fits,
     selected,
 )
-from carrierflex.diagnosis.inference.named_values import published_values
+from carrierflex.diagnosis.inference.named_values import PublishedValues, published_values
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -92,7 +92,8 @@ def diagnose(
     sets = () if is_at_floor else candidate_sets(problem, of_table)
     if answer is not None and sets:
         sets = tuple(dict.fromkeys((*sets, *answer.causes)))
-    selection = selected(fits, sets)
+    floor_ratio = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
+    selection, published = _established(problem, fits, sets, floor_ratio)
     note("intervals")
     of_laws = gap_reduction(fits, selection.accepted)
     judged = verdict_of(
@@ -114,8 +115,6 @@ def diagnose(
         floor_is_measured=floor_is_measured,
     )
     before, after = fits.score(()).fit, fits.score(selection.accepted).fit
-    floor_ratio = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
-    published = published_values(problem, after, floor_ratio=floor_ratio)
     aliases = _aliases(judged, selection)
     note("separating trials")
     trial = _separating_trial(fits, selection, judged)
@@ -145,6 +144,29 @@ def diagnose(
         gap=_gap_detail(problem, before, after, of_laws),
         signals=_signals(problem, before, after),
     )
+
+
+def _established(
+    problem: ComparisonProblem, fits: LawFits, sets: Sequence[Effects], floor_ratio: float
+) -> tuple[Selection, PublishedValues]:
+    """Selection among laws that are there, and the values of its fit.
+
+    A law of which every parameter's interval holds zero may be absent: it stands for parameters of
+    the baseline, as a motion of the housing does for waves of the carrier at evenly spaced sensors.
+    """
+    while True:
+        selection = selected(fits, sets)
+        fit = fits.score(selection.accepted).fit
+        published = published_values(problem, fit, floor_ratio=floor_ratio)
+        absent = {law for law in selection.accepted if _may_be_absent(published, law)}
+        if not absent:
+            return selection, published
+        sets = [laws for laws in sets if absent.isdisjoint(laws)]
+
+
+def _may_be_absent(published: PublishedValues, law: str) -> bool:
+    values = published.parameters.get(law, {}).values()
+    return bool(values) and all(value.ci95[0] <= 0.0 <= value.ci95[1] for value in values)
 
 
 def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | Rejection | None:

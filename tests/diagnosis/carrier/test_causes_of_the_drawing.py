@@ -12,6 +12,7 @@ from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.separating_trial import _separation
 from carrierflex.diagnosis.kinds import wiring_of
 from carrierflex.diagnosis.report.verdict_words import verdict_heading
@@ -116,6 +117,27 @@ def test_a_carrier_as_drawn_agrees_whatever_its_pin_fit(w):
     answer = answer_to(campaign(curve_of(w, {})))
     assert answer.verdict == "at_noise_floor"
     assert answer.attribution.parameters[PIN_FIT]["w"].value == pytest.approx(w, abs=0.03)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("std", [0.0, 1e-3])
+def test_a_law_that_may_be_absent_is_not_named(monkeypatch, std):
+    """Intervals of the planet pass about zero: it stands for waves of the carrier, at 90 degrees.
+
+    So it was where the radius was 3 % off: motions of 5e-5 +- 5e-5 rad, and "explains 99 %".
+    """
+
+    def uncertain(problem, fit, **limits):
+        published = published_values(problem, fit, **limits)
+        values = {
+            name: replace(value, ci95=(value.ci95[0] - std, value.ci95[1] + std))
+            for name, value in published.parameters.get("ring_pass", {}).items()
+        }
+        return replace(published, parameters={**published.parameters, "ring_pass": values})
+
+    monkeypatch.setattr("carrierflex.diagnosis.diagnose.published_values", uncertain)
+    answer = answer_to(campaign(curve_of(0.5, {}), passing))
+    assert ("ring_pass" in answer.attribution.effects) == (std == 0.0)
 
 
 @pytest.mark.parametrize(
