@@ -88,7 +88,7 @@ def test_the_bound_is_the_closed_form_of_linear_readings(monkeypatch):
     assert (np.array(bound.torque_stds[1:]) <= bound.torque_stds[0] * (1.0 + 1e-6)).all()
 
 
-@pytest.mark.long
+@pytest.mark.acceptance
 def test_intervals_hold_and_are_near_the_bound(flexible_reduction, pin_reduction):
     """Four campaigns: few for 95 %, enough to see errors or intervals doubled."""
     bodies = Bodies(flexible_reduction.model, pin_reduction.model, StageData())
