@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.shapes import SIZE
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scalar_gaps
@@ -102,6 +103,7 @@ def diagnose(
         floor_is_measured=floor_is_measured,
         by_shapes=lambda answer: _reduction_by_shapes(fits, answer),
         predictive=tuple(law for law, card in problem.cards.items() if len(card.parameters) == 1),
+        measured=tuple(law for law, card in problem.cards.items() if card.parameters == (SIZE,)),
     )
     judged = _with_lines(judged, problem)
     judged = _with_unknown_floor(

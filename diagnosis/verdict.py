@@ -58,6 +58,7 @@ def verdict_of(
     floor_is_measured: bool,
     by_shapes: Callable[[ClassAnswer], GapReduction | Rejection | None] = lambda answer: None,
     predictive: Effects = (),
+    measured: Effects = (),
 ) -> Verdict:
     """Verdict from the laws that were fitted and the classes of the table.
 
@@ -65,7 +66,7 @@ def verdict_of(
     answer, or explain as much as all classes; the class; none of these. `by_shapes` says how far
     the measured shapes of an answer shrink the gap in the simulator, or why the records do not
     support them there (None: a class has none); `predictive` are laws of which the size alone is
-    free.
+    free, and `measured` those of files: their shape is that of other records.
     """
     verdict, reason = _of_laws(
         selection, reduction, answer, limits, floor_is_measured=floor_is_measured
@@ -93,7 +94,8 @@ def verdict_of(
     shapes = None
     if covered is not None and _follow(answer, reduction, limits):
         is_near_floor = reduction.floor_multiple <= limits.near_floor
-        is_open = verdict in (NAMED, NAMED_WITH_REMAINDER) and covered == answer.ids
+        is_textbook = not set(laws) & set(measured)
+        is_open = verdict in (NAMED, NAMED_WITH_REMAINDER) and covered == answer.ids and is_textbook
         shapes = by_shapes(answer) if is_open and not is_near_floor else None
         if not _leave_far_less(shapes, reduction):
             named = _with_named_laws(answer, covered, laws)

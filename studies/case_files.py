@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from carrierflex.files.json_files import read_json
 from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.progress import Stages
 
 Case = TypeVar("Case")
@@ -43,6 +44,44 @@ def make_missing(
     for number, task in enumerate(tasks):
         task.result()
         stages.note(f"{number + 1} of {len(tasks)}", (number + 1) / len(tasks))
+
+
+def seeded_cases(
+    folder: Path,
+    seed: int,
+    cases: int,
+    make: Callable[[int, Path], None],
+    row_of: Callable[[dict[str, Any]], Row],
+    *,
+    stages: Stages,
+    workers: int,
+) -> list[Row]:
+    """Make the campaigns of a seed that are missing, and read all of them.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of their files, ``SEED-NUMBER.json``.
+    seed, cases : int
+        Seed, and number of campaigns.
+    make : callable
+        Makes the campaign of a number and writes its file.
+    row_of : callable
+        Makes the case of a file's content.
+    stages : Stages
+        Shows the progress.
+    workers : int
+        Processes.
+
+    Raises
+    ------
+    ValueError
+        Where a file holds something else.
+    """
+    files = [folder / f"{seed}-{number:03d}.json" for number in range(cases)]
+    with stages.stage(f"{cases} campaigns"), work_executor(workers) as executor:
+        make_missing(range(cases), files, make, executor, stages)
+    return [read_case(file, "a campaign of this study", row_of) for file in files]
 
 
 def read_case(path: Path, expected: str, row_of: Callable[[dict[str, Any]], Row]) -> Row:

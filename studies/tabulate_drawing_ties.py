@@ -43,11 +43,11 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.estimation.single_thread import single_threaded
 from carrierflex.simulation.carrier.effects.drawing import body_of_effect
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.workflows.diagnosis.diagnose_campaign import curves_of_rig
-from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
-from studies.case_files import make_missing, read_case, write_table
+from studies.case_files import seeded_cases, write_table
 
 #: Gap over the floor at the drawn sizes.
 _LEAST_GAP, _LARGEST_GAP = 4.0, 40.0
@@ -121,7 +121,7 @@ def answered(campaign: Campaign, truth: str, change: float, gap: float) -> TiedA
     named = sorted(set(effects).union(*ties))
     values = {**which.alternatives, **which.parameters}
     value = values.get(truth, {}).get("change")
-    n_radial = sum(channel.quantity == "radial_displacement" for channel in campaign.channels)
+    n_radial = sum(channel.quantity == RADIAL for channel in campaign.channels)
     return TiedAnswer(
         truth,
         gap,
@@ -149,7 +149,7 @@ def tied_campaign(seed: int, number: int) -> tuple[Campaign, str, float, float]:
 
 def _write(seed: int, number: int, path: Path) -> None:
     campaign, truth, change, gap = tied_campaign(seed, number)
-    axial = [one.name for one in campaign.channels if one.quantity == "axial_displacement"]
+    axial = [one.name for one in campaign.channels if one.quantity == AXIAL]
     with single_threaded():
         rows = [
             answered(campaign_part(campaign, channels=names), truth, change, gap)
@@ -223,10 +223,10 @@ def main(
         Show no progress.
     """
     folder, stages = prepared_folder(out), Stages(1, quiet)
-    files = [folder / f"{seed}-{number:03d}.json" for number in range(cases)]
-    with stages.stage(f"{cases} campaigns"), work_executor(workers) as executor:
-        make_missing(range(cases), files, partial(_write, seed), executor, stages)
-    rows = [row for file in files for row in read_case(file, "a campaign of this study", _rows)]
+    answers = seeded_cases(
+        folder, seed, cases, partial(_write, seed), _rows, stages=stages, workers=workers
+    )
+    rows = [row for of_campaign in answers for row in of_campaign]
     lines = ties_table(rows)
     write_table(folder / "drawing_ties.md", lines)
     print("\n".join(lines))

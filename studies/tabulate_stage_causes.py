@@ -44,13 +44,12 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import NotConvergedError
 from carrierflex.workflows.diagnosis.stage_baseline import predicted_by
-from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.fe.default_curves import default_curves
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from carrierflex.workflows.simulation.study_order_one import SENSORS
-from studies.case_files import make_missing, read_case, write_table
+from studies.case_files import seeded_cases, write_table
 from studies.stage_in_time import series_in_time
 from studies.tabulate_held_sun import FLOOR, VISIBLE, drawn_data, held_sun_campaign
 
@@ -298,10 +297,15 @@ def main(
     folder, stages = prepared_folder(out), Stages(2, quiet)
     with stages.stage(f"carrier and pins of {size} m"):
         body = default_stage_body(PAPER_STIFFNESS, size)
-    files = [folder / f"{seed}-{number:03d}.json" for number in range(cases)]
-    with stages.stage(f"{cases} campaigns"), work_executor(workers) as executor:
-        make_missing(range(cases), files, partial(_write, body, seed, truth), executor, stages)
-    rows = [read_case(file, "a campaign of this study", _row) for file in files]
+    rows = seeded_cases(
+        folder,
+        seed,
+        cases,
+        partial(_write, body, seed, truth),
+        _row,
+        stages=stages,
+        workers=workers,
+    )
     rows = [row for row in rows if row.truth == NOTHING or row.gap >= VISIBLE]
     lines = answers_table(rows)
     write_table(folder / "stage_causes.md", lines)

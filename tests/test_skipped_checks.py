@@ -13,10 +13,10 @@ def report(outcome, **more):
 
 
 def test_a_skipped_test_fails_with_its_reason():
-    found = report("skipped")
-    fail_skipped(found)
-    assert found.failed
-    assert "chromium is not installed" in str(found.longrepr)
+    result = report("skipped")
+    fail_skipped(result)
+    assert result.failed
+    assert "chromium is not installed" in str(result.longrepr)
 
 
 @pytest.mark.parametrize("kept", [report("passed"), report("skipped", wasxfail="known")])

@@ -153,12 +153,22 @@ def case_values(
         return cause.table, {cause.key: values[cause.key]}
     if name == JOINT_TILT:
         added = values["phi_PLC"] * np.exp(1j * values["theta_PLC"])
-        tilt = effects.phi_PLC * np.exp(1j * effects.theta_PLC) + added
-        angle = float(np.rad2deg(np.angle(tilt)))
-        return "effects", {"phi_PLC": float(abs(tilt)), "theta_PLC_deg": angle}
-    places = list(effects.of_planets("pin_offset", n_planets))
-    moved = [place + values.get(f"pin_{k + 1}", 0.0) for k, place in enumerate(places)]
-    return "effects", {"pin_offset": moved}
+        size, angle = _tilted(effects, added)
+        return "effects", {"phi_PLC": size, "theta_PLC_deg": float(np.rad2deg(angle))}
+    amounts = np.array([values.get(f"pin_{k}", 0.0) for k in range(2, n_planets + 1)])
+    return "effects", {"pin_offset": _moved_pins(effects, amounts)}
+
+
+def _tilted(effects: StageEffects, added: complex) -> tuple[float, float]:
+    """Size and angle [rad] of the joint's tilt with so much more."""
+    tilt = effects.phi_PLC * np.exp(1j * effects.theta_PLC) + added
+    return float(abs(tilt)), float(np.angle(tilt))
+
+
+def _moved_pins(effects: StageEffects, amounts: Array) -> list[float]:
+    """Places of the pins [m], all but the first moved by so much more."""
+    places = np.array(effects.of_planets("pin_offset", len(amounts) + 1))
+    return (places + np.append(0.0, amounts)).tolist()
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,11 +319,9 @@ def _moved(name: str, stage: PredictedStage, amounts: Array) -> PredictedStage:
     """Stage with its joint tilted, or all pins but the first moved, by so much more."""
     effects = stage.effects
     if name == JOINT_TILT:
-        tilt = effects.phi_PLC * np.exp(1j * effects.theta_PLC) + complex(*amounts)
-        return _with(stage, "effects", phi_PLC=float(abs(tilt)), theta_PLC=float(np.angle(tilt)))
-    places = np.array(effects.of_planets("pin_offset", stage.body.n_planets))
-    moved = places + np.append(0.0, amounts)
-    return _with(stage, "effects", pin_offset=tuple(moved.tolist()))
+        size, angle = _tilted(effects, complex(*amounts))
+        return _with(stage, "effects", phi_PLC=size, theta_PLC=angle)
+    return _with(stage, "effects", pin_offset=tuple(_moved_pins(effects, amounts)))
 
 
 def _difference(

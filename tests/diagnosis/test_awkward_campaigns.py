@@ -30,8 +30,8 @@ def test_a_mounting_whose_baseline_contains_the_fluid_is_at_the_noise_floor():
     fit = fit_effects(mounting_problem(campaign), ())
     assert fit.known["fluid_branch", "k"] == pytest.approx(FLUID["k"], rel=0.01)
     assert fit.known["fluid_branch", "c"] == pytest.approx(FLUID["c"], rel=0.01)
-    found = diagnose(mounting_problem(without(campaign, "spx")), campaign="twin", kind="mounting")
-    assert found.verdict == "at_noise_floor", found.reason
+    result = diagnose(mounting_problem(without(campaign, "spx")), campaign="twin", kind="mounting")
+    assert result.verdict == "at_noise_floor", result.reason
 
 
 def test_a_baseline_with_a_gain_beside_a_stiff_spring_starts_from_a_motion_within_the_model():
@@ -47,9 +47,9 @@ def test_with_two_conditions_what_explains_the_whole_gap_is_named_with_few_senso
     campaign = without(
         mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx"
     )
-    found = diagnose(mounting_problem(campaign), campaign="twin", kind="mounting")
-    assert found.attribution.effects == ("quintic_stiffness",), found.reason
-    assert found.verdict == "named"
+    result = diagnose(mounting_problem(campaign), campaign="twin", kind="mounting")
+    assert result.attribution.effects == ("quintic_stiffness",), result.reason
+    assert result.verdict == "named"
 
 
 @pytest.mark.long
@@ -69,8 +69,8 @@ def test_a_set_whose_search_stuck_is_refused_and_ends_no_diagnosis():
     rejection = fits.rejection(("flexible_pins", "sensor_zero"))
     assert rejection.rule == "search"
     assert "did not converge" in rejection.text
-    found = diagnose(problem, campaign="twin", kind="carrier")
+    result = diagnose(problem, campaign="twin", kind="carrier")
     # With three sensors and one condition the missing offset looks like a sensor's zero.
-    assert found.verdict == "aliased"
-    classes = [set(members) for members in found.attribution.aliases]
+    assert result.verdict == "aliased"
+    classes = [set(members) for members in result.attribution.aliases]
     assert any({"axial_offset", "sensor_zero"} <= members for members in classes)

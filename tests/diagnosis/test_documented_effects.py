@@ -77,8 +77,8 @@ def check_parameter(found, effect, name, truth):
 @pytest.mark.long
 def test_the_stop_of_an_element_is_named(documented_package):
     campaign = displacement_campaign(lambda q, v: 4e3 * np.maximum(q - 0.5e-3, 0.0), n=2000)
-    found = diagnose(element_problem(campaign), campaign="page", kind="element")
-    check_parameter(found, "rubber_stop", "K_s", 4e3)
+    result = diagnose(element_problem(campaign), campaign="page", kind="element")
+    check_parameter(result, "rubber_stop", "K_s", 4e3)
 
 
 @pytest.mark.long
@@ -88,17 +88,17 @@ def test_the_runout_of_a_carriers_rim_is_named(documented_package):
         return wave if channel.quantity == "radial_displacement" else 0.0
 
     campaign = twin_campaign(contained=tuple(KNOWN), extra=runout)
-    found = diagnose(carrier_problem(campaign, CURVES), campaign="page", kind="carrier")
+    result = diagnose(carrier_problem(campaign, CURVES), campaign="page", kind="carrier")
     for name, truth in zip(("e_c", "e_s"), RUNOUT, strict=True):
-        check_parameter(found, "rim_eccentricity", name, truth)
+        check_parameter(result, "rim_eccentricity", name, truth)
 
 
 @pytest.mark.acceptance
 def test_the_stops_of_the_bushings_are_named(documented_package):
     campaign = mounting_campaign(extra=change_by_stops, conditions=CONDITIONS[:3])
-    found = diagnose(mounting_problem(campaign), campaign="page", kind="mounting")
-    check_parameter(found, "bushing_stop", "K_s", STOP_STIFFNESS)
-    check_parameter(found, "bushing_stop", "g", CLEARANCE)
+    result = diagnose(mounting_problem(campaign), campaign="page", kind="mounting")
+    check_parameter(result, "bushing_stop", "K_s", STOP_STIFFNESS)
+    check_parameter(result, "bushing_stop", "g", CLEARANCE)
 
 
 def change_by_stops(inputs):

@@ -78,27 +78,27 @@ def decided(verdict=NAMED, reduction=REDUCTION, motions=(SLOW, FAST), classes=()
 
 
 def test_effects_and_lines_shrink_the_whole_gap_together():
-    found = decided()
+    result = decided()
     # 8 on the orders and 12 beside them; explained 6 and 10.
-    assert found.reduction.phi == found.answer.share == pytest.approx(0.8)
-    assert found.reduction.phi_ci95 == pytest.approx((0.7, 0.9))
-    assert found.reduction.rms_before == pytest.approx(np.sqrt(9.0 + 12.0))
-    assert found.reduction.rms_after == pytest.approx(np.sqrt(2.25 + 2.0))
-    assert found.reduction.rho == pytest.approx(np.sqrt(4.25 / 21.0))
+    assert result.reduction.phi == result.answer.share == pytest.approx(0.8)
+    assert result.reduction.phi_ci95 == pytest.approx((0.7, 0.9))
+    assert result.reduction.rms_before == pytest.approx(np.sqrt(9.0 + 12.0))
+    assert result.reduction.rms_after == pytest.approx(np.sqrt(2.25 + 2.0))
+    assert result.reduction.rho == pytest.approx(np.sqrt(4.25 / 21.0))
     low, high = np.sqrt(2.5625 / 21.0), np.sqrt(11.0 / 21.0)
-    assert found.reduction.rho_ci95 == pytest.approx((low, high))
-    assert found.reduction.floor_multiple == pytest.approx(np.sqrt(4.25))
+    assert result.reduction.rho_ci95 == pytest.approx((low, high))
+    assert result.reduction.floor_multiple == pytest.approx(np.sqrt(4.25))
     # Of the whole gap the effects explain what the lines do not.
-    assert found.answer.law_share == pytest.approx(0.3)
+    assert result.answer.law_share == pytest.approx(0.3)
 
 
 def test_lines_are_classes_the_largest_first_with_what_other_turns_predict_of_them():
-    found = decided()
-    assert (found.verdict, found.answer.state) == (CLASS_NAMED, NAMED_CLASS)
-    assert found.answer.ids == ("nonsynchronous/2.3X", "nonsynchronous/0.47X")
-    assert [own.share for own in found.answer.classes] == pytest.approx([0.4, 0.1])
-    assert found.answer.classes[1].share_ci95 == pytest.approx((0.1, 0.2))
-    assert "2.3X (x alone), 0.47X (several channels), is 60% of the gap" in found.reason
+    result = decided()
+    assert (result.verdict, result.answer.state) == (CLASS_NAMED, NAMED_CLASS)
+    assert result.answer.ids == ("nonsynchronous/2.3X", "nonsynchronous/0.47X")
+    assert [own.share for own in result.answer.classes] == pytest.approx([0.4, 0.1])
+    assert result.answer.classes[1].share_ci95 == pytest.approx((0.1, 0.2))
+    assert "2.3X (x alone), 0.47X (several channels), is 60% of the gap" in result.reason
 
 
 @pytest.mark.parametrize(
@@ -112,15 +112,15 @@ def test_lines_are_classes_the_largest_first_with_what_other_turns_predict_of_th
     ],
 )
 def test_the_reason_ends_with_that_of_the_search(verdict, joint, words):
-    found = decided(verdict)
-    assert found.verdict == joint
-    assert found.reason.endswith(words)
+    result = decided(verdict)
+    assert result.verdict == joint
+    assert result.reason.endswith(words)
 
 
 def test_at_the_noise_floor_the_lines_are_the_whole_gap():
-    found = decided(AT_NOISE_FLOOR)
-    assert found.answer.share == pytest.approx(10.0 / 12.0)
-    assert "is 100% of the gap" in found.reason
+    result = decided(AT_NOISE_FLOOR)
+    assert result.answer.share == pytest.approx(10.0 / 12.0)
+    assert "is 100% of the gap" in result.reason
 
 
 @pytest.mark.parametrize(
@@ -133,9 +133,9 @@ def test_at_the_noise_floor_the_lines_are_the_whole_gap():
     ],
 )
 def test_the_word_follows_the_share_of_the_whole_gap(phi, state, verdict):
-    found = decided(reduction=replace(REDUCTION, phi=phi))
-    assert (found.answer.state, found.verdict) == (state, verdict)
-    assert bool(found.answer.classes) is (state != NO_CLASS)
+    result = decided(reduction=replace(REDUCTION, phi=phi))
+    assert (result.answer.state, result.verdict) == (state, verdict)
+    assert bool(result.answer.classes) is (state != NO_CLASS)
 
 
 def test_motion_below_half_a_floor_or_a_fortieth_of_the_gap_is_no_part_of_the_answer():
@@ -151,9 +151,9 @@ def test_motion_below_half_a_floor_or_a_fortieth_of_the_gap_is_no_part_of_the_an
 
 
 def test_a_line_of_less_than_a_fortieth_beside_a_large_one_is_not_listed():
-    found = decided(motions=[SLOW, FAST, motion("9X", 1.0, A=0.4, B=0.4)])
-    assert found.answer.ids == ("nonsynchronous/2.3X", "nonsynchronous/0.47X")
-    assert found.answer.share == pytest.approx(16.4 / 20.4)
+    result = decided(motions=[SLOW, FAST, motion("9X", 1.0, A=0.4, B=0.4)])
+    assert result.answer.ids == ("nonsynchronous/2.3X", "nonsynchronous/0.47X")
+    assert result.answer.share == pytest.approx(16.4 / 20.4)
 
 
 def test_classes_of_the_orders_are_shares_of_the_whole_gap_and_small_ones_go():
@@ -161,9 +161,9 @@ def test_classes_of_the_orders_are_shares_of_the_whole_gap_and_small_ones_go():
         ClassFinding("tilt", 0.7, (0.6, 0.8), "law", 0.5, True),
         ClassFinding("offset", 0.06, (0.0, 0.1), "", 0.0, False),
     ]
-    found = decided(classes=classes)
-    assert found.answer.ids[2:] == ("tilt",)
-    tilt = found.answer.classes[2]
+    result = decided(classes=classes)
+    assert result.answer.ids[2:] == ("tilt",)
+    tilt = result.answer.classes[2]
     assert (tilt.share, tilt.law_share) == pytest.approx((0.28, 0.2))
     assert tilt.share_ci95 == pytest.approx((0.24, 0.32))
 

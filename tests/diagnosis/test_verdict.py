@@ -74,15 +74,15 @@ CLEAR = GapReduction(
 
 
 def decided(*, accepted=("a",), rivals=(), measured=True, ranking=(), classes=None, **reduction):
-    found = verdict_of(
+    result = verdict_of(
         Selection(accepted, rivals, ranking),
         replace(CLEAR, **reduction),
         classes,
         LIMITS,
         floor_is_measured=measured,
     )
-    assert found.effects == (() if found.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR) else accepted)
-    return found.verdict, found.reason
+    assert result.effects == (() if result.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR) else accepted)
+    return result.verdict, result.reason
 
 
 def test_a_cause_that_leaves_noise_is_named():
@@ -230,89 +230,93 @@ def test_a_law_of_the_named_class_is_named_and_how_far_is_of_the_law():
         (NAMED_WITH_REMAINDER, {"floor_multiple": 5.0}),
         (ALIASED, {"rivals": (("quintic",),)}),
     ):
-        found = joint(spring, ("cube",), **changed)
-        assert (found.verdict, found.effects) == (verdict, ("cube",))
-        assert found.reduction.rho == 0.25
+        result = joint(spring, ("cube",), **changed)
+        assert (result.verdict, result.effects) == (verdict, ("cube",))
+        assert result.reduction.rho == 0.25
 
 
 def test_a_law_far_behind_its_class_is_the_nearest_only_and_how_far_is_of_the_class():
-    found = joint(answer(classes=[finding("spring", law="cube")]), ("cube",), phi=0.9)
-    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+    result = joint(answer(classes=[finding("spring", law="cube")]), ("cube",), phi=0.9)
+    assert (result.verdict, result.effects) == (CLASS_NAMED, ())
     # A hundredth of the gap's square of 4 - 0.01, above the floor of 0.1.
-    assert found.reduction.rms_after == pytest.approx(math.sqrt(0.01 + 0.01 * 3.99))
-    assert found.reduction.rho == pytest.approx(found.reduction.rms_after / 2.0)
-    assert found.reduction.floor_multiple == pytest.approx(found.reduction.rms_after / 0.1)
+    assert result.reduction.rms_after == pytest.approx(math.sqrt(0.01 + 0.01 * 3.99))
+    assert result.reduction.rho == pytest.approx(result.reduction.rms_after / 2.0)
+    assert result.reduction.floor_multiple == pytest.approx(result.reduction.rms_after / 0.1)
     low, high = (math.sqrt(0.01 + left * 3.99) / 2.0 for left in (0.0, 0.02))
-    assert found.reduction.rho_ci95 == pytest.approx((low, high))
-    assert found.answer.classes[0].law == "cube"
-    assert not found.answer.classes[0].law_named
+    assert result.reduction.rho_ci95 == pytest.approx((low, high))
+    assert result.answer.classes[0].law == "cube"
+    assert not result.answer.classes[0].law_named
 
 
 @pytest.mark.parametrize(
-    ("shapes", "verdict"),
+    ("shapes", "measured", "verdict"),
     [
-        (0.16, CLASS_NAMED),
-        (0.35, NAMED_WITH_REMAINDER),
-        (None, NAMED_WITH_REMAINDER),
+        (0.16, (), CLASS_NAMED),
+        (0.16, ("cube",), NAMED_WITH_REMAINDER),  # A law of a file
+        (0.35, (), NAMED_WITH_REMAINDER),
+        (None, (), NAMED_WITH_REMAINDER),
     ],
 )
-def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only(shapes, verdict):
+def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only(
+    shapes, measured, verdict
+):
     # Mean squares above that of the floor: 0.09 of the law, 0.016 or 0.11 of the class.
     spring = answer(classes=[finding("spring", law="cube", is_named=True)])
     left = {"rms_after": math.sqrt(0.1), "floor_multiple": math.sqrt(10.0)}
     of_law = reduction(0.99, **left)
     of_class = shapes and reduction(0.999, rms_after=shapes, floor_multiple=shapes / 0.1)
-    found = verdict_of(
+    result = verdict_of(
         Selection(("cube",), (), ()),
         of_law,
         spring,
         Thresholds(),
         floor_is_measured=True,
         by_shapes=lambda answer: of_class,
+        measured=measured,
     )
-    assert found.verdict == verdict
-    assert found.effects == (() if verdict == CLASS_NAMED else ("cube",))
-    assert found.reduction is (of_class if verdict == CLASS_NAMED else of_law)
+    assert result.verdict == verdict
+    assert result.effects == (() if verdict == CLASS_NAMED else ("cube",))
+    assert result.reduction is (of_class if verdict == CLASS_NAMED else of_law)
 
 
 def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():
     whole = joint(answer(classes=[finding("spring")], share=1.02)).reduction
     assert (whole.rms_after, whole.floor_multiple) == pytest.approx((0.1, 1.0))
     # A floor that is not known, or said to be above all that was measured.
-    found = answer(classes=[finding("spring")])
-    none = joint(found, phi=0.5, noise_floor=0.0)
+    result = answer(classes=[finding("spring")])
+    none = joint(result, phi=0.5, noise_floor=0.0)
     assert none.reduction.rho == pytest.approx(0.1)
     assert none.reduction.floor_multiple == math.inf
-    loud = joint(found, phi=0.5, noise_floor=3.0)
+    loud = joint(result, phi=0.5, noise_floor=3.0)
     assert loud.reduction.rho == 1.0
 
 
 @pytest.mark.parametrize("before", [0.0, math.inf])
 def test_without_a_gap_that_is_a_number_a_class_tells_its_share_alone(before):
-    found = answer(classes=[finding("spring")])
-    told = joint(found, phi=0.5, rms_before=before).reduction
+    result = answer(classes=[finding("spring")])
+    told = joint(result, phi=0.5, rms_before=before).reduction
     assert told.phi == 0.99
     assert (told.rms_after, told.rho) == (0.5, 0.25)
 
 
 def test_a_law_of_another_class_is_not_named():
-    found = joint(answer(classes=[finding("friction", law="coulomb")]), ("cube",))
-    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
-    assert found.answer.ids == ("friction",)
+    result = joint(answer(classes=[finding("friction", law="coulomb")]), ("cube",))
+    assert (result.verdict, result.effects) == (CLASS_NAMED, ())
+    assert result.answer.ids == ("friction",)
 
 
 def test_a_class_is_named_where_no_law_is():
-    found = joint(answer(classes=[finding("spring")]), phi=0.3)
-    assert found.verdict == CLASS_NAMED
-    assert "spring explains 99.0%" in found.reason
+    result = joint(answer(classes=[finding("spring")]), phi=0.3)
+    assert result.verdict == CLASS_NAMED
+    assert "spring explains 99.0%" in result.reason
 
 
 def test_one_law_of_a_pair_does_not_name_the_pair():
     pair = answer(classes=[finding("spring", 0.7, "cube"), finding("loop", 0.29)])
     assert joint(pair, ("cube",)).effects == ()
     half = answer(classes=[finding("spring", 0.7, "cube", 0.7, True), finding("loop", 0.29)])
-    found = joint(half, ("cube",))
-    assert (found.verdict, found.effects) == (CLASS_NAMED, ("cube",))
+    result = joint(half, ("cube",))
+    assert (result.verdict, result.effects) == (CLASS_NAMED, ("cube",))
     both = joint(pair, ("cube", "slider"))
     assert (both.verdict, both.effects) == (NAMED, ("cube", "slider"))
 
@@ -329,14 +333,14 @@ def test_a_tie_is_aliased_unless_a_named_law_lies_in_one_of_its_classes():
 
 def test_a_law_in_all_tied_classes_stays_where_the_tie_is_not_settled():
     tie = answer(classes=[finding("friction")], ties=(("loop",),))
-    found = joint(tie, ("coulomb",), phi=0.8)
-    assert (found.verdict, found.effects) == (ALIASED, ("coulomb",))
+    result = joint(tie, ("coulomb",), phi=0.8)
+    assert (result.verdict, result.effects) == (ALIASED, ("coulomb",))
 
 
 def test_a_leading_class_names_no_law_unless_that_leaves_no_more_than_noise():
     leading = answer(LEADING_CLASS, [finding("spring", 0.6, "cube")], share=0.6)
-    found = joint(leading, phi=0.5)
-    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+    result = joint(leading, phi=0.5)
+    assert (result.verdict, result.effects) == (CLASS_NAMED, ())
     assert joint(leading, ("cube",), phi=0.75).verdict == CLASS_NAMED
     assert joint(leading, ("cube",), phi=0.75, floor_multiple=1.1).verdict == NAMED
 
@@ -354,8 +358,8 @@ def test_without_a_class_laws_are_believed_only_where_they_explain_more_than_eve
 def test_nothing_stays_at_the_floor_and_a_law_that_only_the_simulation_shows_has_its_class():
     nothing = answer(NOTHING, share=float("nan"))
     assert at_floor(nothing).verdict == AT_NOISE_FLOOR
-    found = joint(nothing, ("cube",))
-    assert (found.verdict, found.answer.ids) == (NAMED, ("spring",))
+    result = joint(nothing, ("cube",))
+    assert (result.verdict, result.answer.ids) == (NAMED, ("spring",))
 
 
 def test_records_that_show_no_element_allow_no_diagnosis_unless_a_law_is_simulated():
@@ -368,7 +372,7 @@ def test_records_that_show_no_element_allow_no_diagnosis_unless_a_law_is_simulat
 
 
 def test_a_second_law_that_its_class_can_learn_beside_the_answer_is_named_too():
-    found = joint(
+    result = joint(
         answer(
             classes=[finding("spring", 0.98, "cube", 0.98, True)],
             share=0.98,
@@ -377,32 +381,32 @@ def test_a_second_law_that_its_class_can_learn_beside_the_answer_is_named_too():
         ),
         ("cube", "slider"),
     )
-    assert found.effects == ("cube", "slider")
-    assert found.answer.ids == ("spring", "loop")
+    assert result.effects == ("cube", "slider")
+    assert result.answer.ids == ("spring", "loop")
 
 
 def test_shares_never_exceed_one():
-    found = joint(answer(classes=[finding("spring", 1.02)], share=1.02), phi=0.2)
-    assert found.reduction.phi == 1.0
-    assert "100.0%" in found.reason
-    assert replace(found.answer, share=3.2).beyond_share == 0.0
+    result = joint(answer(classes=[finding("spring", 1.02)], share=1.02), phi=0.2)
+    assert result.reduction.phi == 1.0
+    assert "100.0%" in result.reason
+    assert replace(result.answer, share=3.2).beyond_share == 0.0
 
 
 def test_a_small_second_cause_that_the_simulation_shows_is_named_beside_the_class():
     spring = answer(classes=[finding("spring", share=0.996, law="cube", law_share=0.996)])
     spring = replace(spring, share=0.996)
-    found = joint(spring, ("cube", "coulomb"), phi=0.9999)
-    assert (found.verdict, found.effects) == (NAMED, ("cube", "coulomb"))
-    assert found.answer.ids == ("spring", "friction")
+    result = joint(spring, ("cube", "coulomb"), phi=0.9999)
+    assert (result.verdict, result.effects) == (NAMED, ("cube", "coulomb"))
+    assert result.answer.ids == ("spring", "friction")
     # A further law that leaves as much as the class alone is no second cause.
     assert joint(spring, ("cube", "coulomb"), phi=0.997).verdict == CLASS_NAMED
 
 
 def test_a_class_that_only_leads_does_not_overrule_records_met_to_their_noise():
     leading = answer(LEADING_CLASS, [finding("spring", share=0.6)], share=0.6)
-    found = at_floor(leading)
-    assert (found.verdict, found.answer.state) == (AT_NOISE_FLOOR, NOTHING)
-    assert found.answer.classes == ()
+    result = at_floor(leading)
+    assert (result.verdict, result.answer.state) == (AT_NOISE_FLOOR, NOTHING)
+    assert result.answer.classes == ()
     named = answer(classes=[finding("spring", share=0.9)], share=0.9)
     assert at_floor(named).verdict == CLASS_NAMED
 
@@ -423,8 +427,8 @@ def test_of_the_classes_of_a_law_that_stands_the_one_that_was_seen_is_its_own():
     loop = replace(answer(classes=[finding("loop")]), same_scores=True)
     assert joint(loop, ("coulomb",)).answer.ids == ("loop",)
     nothing = replace(answer(NOTHING), rivals={"spring": 0.9, "loop": 0.4})
-    found = joint(nothing, ("cube",))
-    assert found.answer.rivals == {"loop": 0.4}
+    result = joint(nothing, ("cube",))
+    assert result.answer.rivals == {"loop": 0.4}
 
 
 def test_a_further_law_of_no_class_is_no_small_second_cause():
@@ -434,14 +438,14 @@ def test_a_further_law_of_no_class_is_no_small_second_cause():
 
 def test_the_law_of_a_class_is_not_named_beside_a_law_of_no_class():
     spring = answer(classes=[finding("spring", law="cube", is_named=True)])
-    found = joint(spring, ("cube", "of_a_user"))
-    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+    result = joint(spring, ("cube", "of_a_user"))
+    assert (result.verdict, result.effects) == (CLASS_NAMED, ())
 
 
 def test_one_law_of_a_leading_pair_is_not_named():
     pair = [finding("spring", 0.5, "cube", 0.5, True), finding("loop", 0.2)]
-    found = joint(answer(LEADING_CLASS, pair, share=0.7), ("cube",), phi=0.6)
-    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+    result = joint(answer(LEADING_CLASS, pair, share=0.7), ("cube",), phi=0.6)
+    assert (result.verdict, result.effects) == (CLASS_NAMED, ())
 
 
 def test_a_class_keeps_its_nearest_law_where_that_is_named_and_else_takes_the_named_one():
@@ -455,8 +459,8 @@ def test_the_reason_of_a_class_tells_its_share_and_the_nearest_laws():
     spring, loop = finding("spring", 0.7, "cube", 0.75), finding("loop", 0.29, "slider", 1.25)
     told = "explains 99.0% of the gap above the floor (mean square) on held-out records"
     assert joint(answer(classes=[finding("spring")])).reason == f"spring {told}"
-    found = joint(answer(classes=[spring, loop]))
-    assert found.reason == f"spring with loop {told}; nearest law cube 75%, slider 100%"
+    result = joint(answer(classes=[spring, loop]))
+    assert result.reason == f"spring with loop {told}; nearest law cube 75%, slider 100%"
     ties = (("loop",), ("friction", "loop"))
     tied = joint(answer(classes=[finding("spring")], ties=ties))
     assert tied.reason == (
@@ -481,11 +485,11 @@ def test_classes_of_laws_that_stand_together_share_out_what_went_as_each_was_add
     steps = [("baseline", 2.0), ("cube", 1.0), ("coulomb", 0.6), ("quintic", 0.5)]
     steps = tuple(SelectionStep(name, rms, rms / 2.0, (0.0, 1.0)) for name, rms in steps)
     laws = ("cube", "coulomb", "quintic")
-    found = joint(nothing, laws, phi=0.98, steps=steps).answer.classes
+    result = joint(nothing, laws, phi=0.98, steps=steps).answer.classes
     # Of 4 - 0.25 = 3.75 both springs take 3 and 0.11, the friction 0.64.
-    shares = {own.id: own.share for own in found}
+    shares = {own.id: own.share for own in result}
     assert shares == pytest.approx({"spring": 0.98 * 3.11 / 3.75, "friction": 0.98 * 0.64 / 3.75})
-    assert sum(own.share_ci95[0] for own in found) == pytest.approx(0.9)
+    assert sum(own.share_ci95[0] for own in result) == pytest.approx(0.9)
 
 
 # A diagnosis from the records to the verdict

@@ -19,8 +19,8 @@ def blocks(language):
         if path.parent.name == "tutorials":
             continue
         text = path.read_text(encoding="utf-8")
-        found = re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
-        for number, block in enumerate(found):
+        result = re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
+        for number, block in enumerate(result):
             yield pytest.param(block, id=f"{path.stem} {number}")
 
 

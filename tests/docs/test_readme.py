@@ -22,8 +22,8 @@ MOST_LINES, MOST_WORDS = 50, 600
 
 def blocks(page):
     """Lines of the code blocks of a page that name no language."""
-    found = re.findall(r"```(?:sh|bash|console)?\n(.*?)```", page, flags=re.DOTALL)
-    joined = (block.replace("\\\n", " ") for block in found)
+    result = re.findall(r"```(?:sh|bash|console)?\n(.*?)```", page, flags=re.DOTALL)
+    joined = (block.replace("\\\n", " ") for block in result)
     return [line.split(" #")[0].strip() for block in joined for line in block.splitlines()]
 
 

@@ -91,8 +91,8 @@ def test_the_torque_curve_is_three_pin_curves_times_the_pin_force(variant, reque
     curves = request.getfixturevalue(variant).curves
     for kind in ("axial", "radial"):
         pins = sum(getattr(curves[f"pin_{i}"], kind) for i in (1, 2, 3)) * 1000.0 / (3.0 * 0.308)
-        found = getattr(curves["tangential"], kind)
-        assert_allclose(found, pins, rtol=0.0, atol=1e-9 * np.abs(found).max())
+        result = getattr(curves["tangential"], kind)
+        assert_allclose(result, pins, rtol=0.0, atol=1e-9 * np.abs(result).max())
 
 
 @DEFLECTIONS
@@ -101,8 +101,8 @@ def test_pin_2_answers_as_pin_1_at_an_angle_120_deg_larger(variant, kind, reques
     curves = request.getfixturevalue(variant).curves
     first = getattr(curves["pin_1"], kind)
     for pin, degrees in ((2, 120), (3, 240)):
-        found = getattr(curves[f"pin_{pin}"], kind)
-        assert_allclose(found, np.roll(first, degrees), rtol=0.0, atol=1e-9 * np.abs(first).max())
+        result = getattr(curves[f"pin_{pin}"], kind)
+        assert_allclose(result, np.roll(first, degrees), rtol=0.0, atol=1e-9 * np.abs(first).max())
     # The same shift the other way does not do: the order of the pins is seen.
     assert (
         np.abs(curves["pin_2"].axial - np.roll(curves["pin_1"].axial, -120)).max()

@@ -58,9 +58,9 @@ def mean_square_error(mesh, u):
     """Root of the integral of |u - u_exact|², over that of |u_exact|²."""
     basis, nodes = scalar_basis(mesh, intorder=6)
     x = basis.global_coordinates().value
-    found = [basis.interpolate(u.reshape(-1, 3)[nodes, axis]).value for axis in range(3)]
+    result = [basis.interpolate(u.reshape(-1, 3)[nodes, axis]).value for axis in range(3)]
     exact = pressed_ring(x, RADII, PRESSURE, STEEL, LENGTH / 2.0)
-    difference = sum((a - b) ** 2 for a, b in zip(found, exact, strict=True))
+    difference = sum((a - b) ** 2 for a, b in zip(result, exact, strict=True))
     return np.sqrt((basis.dx * difference).sum() / (basis.dx * sum(b**2 for b in exact)).sum())
 
 

@@ -21,13 +21,13 @@ def rows(n=8, **changed):
 def test_curves_come_back_to_twelve_digits(tmp_path):
     curves = curve_set()
     write_curves(tmp_path / "curves.csv", curves)
-    found = read_curves(tmp_path / "curves.csv", radius=0.412)
-    assert set(found) == set(curves)
+    result = read_curves(tmp_path / "curves.csv", radius=0.412)
+    assert set(result) == set(curves)
     for name, curve in curves.items():
         # Twelve significant digits are written.
-        assert_allclose(found[name].axial, curve.axial, rtol=1e-11, err_msg=name)
-        assert_allclose(found[name].radial, curve.radial, rtol=1e-11, err_msg=name)
-        assert (found[name].name, found[name].unit_load, found[name].radius) == (
+        assert_allclose(result[name].axial, curve.axial, rtol=1e-11, err_msg=name)
+        assert_allclose(result[name].radial, curve.radial, rtol=1e-11, err_msg=name)
+        assert (result[name].name, result[name].unit_load, result[name].radius) == (
             name,
             curve.unit_load,
             0.412,
@@ -50,10 +50,10 @@ def test_finite_element_curves_come_back(tmp_path, flexible_deflection, stiff_de
 def test_absent_radial_columns_count_as_zero(tmp_path):
     path = tmp_path / "curves.csv"
     path.write_text(f"{HEADER}\n{rows(c3_2='1e-7')}\n")
-    found = read_curves(path, radius=0.4)["delta_f"]
-    assert found.axial[3] == 1e-7
-    assert not found.radial.any()
-    assert found.radius == 0.4
+    result = read_curves(path, radius=0.4)["delta_f"]
+    assert result.axial[3] == 1e-7
+    assert not result.radial.any()
+    assert result.radius == 0.4
 
 
 REFUSED = [

@@ -25,10 +25,10 @@ STIFF, FLEXIBLE = curve(-0.2, 0.3, name="stiff"), curve(-2.0, -0.2, name="flexib
 @pytest.mark.parametrize("mix", KINDS)
 def test_a_mix_is_found_again(mix):
     made = curve(0.3 * -0.2 + 0.7 * -2.0, 0.3 * 0.3 + 0.7 * -0.2)
-    found = mix(made, STIFF, FLEXIBLE)
-    assert_allclose([found.rho_s, found.rho_f], [0.3, 0.7], rtol=1e-9)
-    assert found.residual < 1e-9
-    assert_allclose(found.curve.radial, made.radial, rtol=0.0, atol=1e-16)
+    result = mix(made, STIFF, FLEXIBLE)
+    assert_allclose([result.rho_s, result.rho_f], [0.3, 0.7], rtol=1e-9)
+    assert result.residual < 1e-9
+    assert_allclose(result.curve.radial, made.radial, rtol=0.0, atol=1e-16)
 
 
 def test_shares_need_not_add_up_to_one_except_in_the_convex_mix():
@@ -44,23 +44,23 @@ def test_shares_need_not_add_up_to_one_except_in_the_convex_mix():
 def test_a_negative_share_is_kept_out_of_the_nonnegative_mix():
     made = curve(-0.5 * -0.2 + 1.0 * -2.0, -0.5 * 0.3 + 1.0 * -0.2)
     assert_allclose(least_squares_mix(made, STIFF, FLEXIBLE).rho_s, -0.5, rtol=1e-9)
-    found = nonnegative_mix(made, STIFF, FLEXIBLE)
-    assert found.rho_s == 0.0
+    result = nonnegative_mix(made, STIFF, FLEXIBLE)
+    assert result.rho_s == 0.0
     # What is left is the projection on the flexible curve alone.
     a, b = np.array([-1.9, -0.35]), np.array([-2.0, -0.2])
-    assert_allclose(found.rho_f, a @ b / (b @ b), rtol=1e-9)
+    assert_allclose(result.rho_f, a @ b / (b @ b), rtol=1e-9)
 
 
 def test_the_convex_mix_ends_at_the_curves_themselves():
     beyond = curve(-0.5 * -0.2 + 1.5 * -2.0, -0.5 * 0.3 + 1.5 * -0.2)
-    found = convex_mix(beyond, STIFF, FLEXIBLE)
-    assert (found.rho_s, found.rho_f) == (0.0, 1.0)
+    result = convex_mix(beyond, STIFF, FLEXIBLE)
+    assert (result.rho_s, result.rho_f) == (0.0, 1.0)
 
 
 def test_what_neither_curve_holds_is_left():
     made = curve(-1.1, 0.05, 0.4)
-    found = least_squares_mix(made, STIFF, FLEXIBLE)
-    assert_allclose(found.residual, 0.4 / np.sqrt(1.1**2 + 0.05**2 + 0.4**2), rtol=1e-9)
+    result = least_squares_mix(made, STIFF, FLEXIBLE)
+    assert_allclose(result.residual, 0.4 / np.sqrt(1.1**2 + 0.05**2 + 0.4**2), rtol=1e-9)
 
 
 def test_freer_mixes_never_leave_more():

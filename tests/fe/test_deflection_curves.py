@@ -23,33 +23,33 @@ def shape(v):
 def test_a_curve_of_few_orders_is_exact_between_its_samples(n):
     v = 2.0 * np.pi * np.arange(n) / n
     asked = np.array([[0.1, -4.0], [7.7, 100.3]])
-    found = curve(shape(v), 2.0 * shape(v))
+    result = curve(shape(v), 2.0 * shape(v))
     # Rounding: arguments reach 7 x 100 rad.
-    assert_allclose(found.axial_at(asked), shape(asked), rtol=0.0, atol=1e-12)
-    assert_allclose(found.radial_at(asked), 2.0 * shape(asked), rtol=0.0, atol=1e-12)
+    assert_allclose(result.axial_at(asked), shape(asked), rtol=0.0, atol=1e-12)
+    assert_allclose(result.radial_at(asked), 2.0 * shape(asked), rtol=0.0, atol=1e-12)
 
 
 def test_samples_and_angles_belong_together():
-    found = curve(shape(ANGLE))
-    assert_allclose(found.angle, ANGLE, rtol=1e-15)
-    assert_allclose(found.axial_at(found.angle), found.axial, rtol=0.0, atol=1e-13)
-    assert found.axial_at(0.3).shape == ()
+    result = curve(shape(ANGLE))
+    assert_allclose(result.angle, ANGLE, rtol=1e-15)
+    assert_allclose(result.axial_at(result.angle), result.axial, rtol=0.0, atol=1e-13)
+    assert result.axial_at(0.3).shape == ()
 
 
 def test_orders_hold_cosine_as_real_and_sine_as_negative_imaginary_part():
-    found = curve(shape(ANGLE))
-    assert_allclose(found.axial_order(0), 0.2, rtol=1e-13)
-    assert_allclose(found.axial_order(3), 3.0j, rtol=0.0, atol=1e-13)
-    assert_allclose(found.axial_order(7), 0.5, rtol=0.0, atol=1e-13)
+    result = curve(shape(ANGLE))
+    assert_allclose(result.axial_order(0), 0.2, rtol=1e-13)
+    assert_allclose(result.axial_order(3), 3.0j, rtol=0.0, atol=1e-13)
+    assert_allclose(result.axial_order(7), 0.5, rtol=0.0, atol=1e-13)
     expected = np.zeros(181)
     expected[[0, 3, 7]] = 0.2, 3.0, 0.5
-    assert_allclose(found.axial_order_content(), expected, rtol=0.0, atol=1e-13)
+    assert_allclose(result.axial_order_content(), expected, rtol=0.0, atol=1e-13)
 
 
 def test_the_highest_order_of_an_even_number_of_samples_counts_once():
-    found = curve(np.cos(4.0 * 2.0 * np.pi * np.arange(8) / 8))
-    assert_allclose(found.axial_order_content()[4], 1.0, rtol=1e-14)
-    assert_allclose(found.axial_order(4), 1.0, rtol=1e-14)
+    result = curve(np.cos(4.0 * 2.0 * np.pi * np.arange(8) / 8))
+    assert_allclose(result.axial_order_content()[4], 1.0, rtol=1e-14)
+    assert_allclose(result.axial_order(4), 1.0, rtol=1e-14)
 
 
 def test_peaks_lie_at_the_maxima():

@@ -57,8 +57,8 @@ def test_area_and_second_moments_of_a_cylinder_converge_at_fourth_order(carrier,
         mesh = pin_mesh(carrier, pin, size)
         facets = mesh.surface("pin_1_midspan")
         Z = surface_moments(mesh, facets, centre)[1]
-        found = np.array([surface_area(mesh, facets), Z[3, 3], Z[4, 4], Z[5, 5]])
-        errors.append(np.abs(found / [area, about_axis, across, across] - 1.0).max())
+        result = np.array([surface_area(mesh, facets), Z[3, 3], Z[4, 4], Z[5, 5]])
+        errors.append(np.abs(result / [area, about_axis, across, across] - 1.0).max())
         assert_allclose(Z - np.diag(np.diag(Z)), 0.0, rtol=0.0, atol=1e-3 * area * radius)
     assert errors[0] < 3e-4
     slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]

@@ -57,11 +57,11 @@ Mutation = Callable[[bytes], bytes]
 def _tokens(draw: st.DrawFn, content: bytes) -> bytes:
     """Replace a number, a word or a text by something else."""
     text = content.decode("latin-1")
-    found = list(_TOKEN.finditer(text))
-    if not found:
+    result = list(_TOKEN.finditer(text))
+    if not result:
         return content
-    token = found[draw(st.integers(0, len(found) - 1))]
-    other = draw(st.sampled_from([*HOSTILE, *(each.group() for each in found[:60])]))
+    token = result[draw(st.integers(0, len(result) - 1))]
+    other = draw(st.sampled_from([*HOSTILE, *(each.group() for each in result[:60])]))
     return (text[: token.start()] + other + text[token.end() :]).encode("latin-1", "replace")
 
 

@@ -129,9 +129,9 @@ def test_circle_through_points_of_a_short_arc():
     points = centre + 0.25 * (
         np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * np.cross(normal, u)
     )
-    found, radius, deviation = circle_through(points)
+    result, radius, deviation = circle_through(points)
     # An arc of 17 deg leaves twelve digits of sixteen.
-    assert_allclose(found, centre, atol=1e-11)
+    assert_allclose(result, centre, atol=1e-11)
     assert_allclose(radius, 0.25, rtol=1e-11)
     assert deviation < 1e-13
 

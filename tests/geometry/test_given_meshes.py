@@ -41,8 +41,8 @@ def test_groups_of_elements_and_surfaces_survive(folder, stiff_mesh, suffix):
         assert len(mesh.bodies[name]) == len(elements), name
     for name, facets in stiff_mesh.surfaces.items():
         expected = np.unique(stiff_mesh.points[np.unique(facets)].round(6), axis=0)
-        found = np.unique(mesh.points[np.unique(mesh.surface(name))].round(6), axis=0)
-        assert_allclose(found, expected, atol=2e-6, err_msg=name)
+        result = np.unique(mesh.points[np.unique(mesh.surface(name))].round(6), axis=0)
+        assert_allclose(result, expected, atol=2e-6, err_msg=name)
         assert len(mesh.surface(name)) == len(facets), name
 
 

@@ -25,38 +25,38 @@ def round_trip(request, tmp_path_factory, stiff_half):
 
 
 def test_nodes_and_elements_come_back(round_trip, stiff_half):
-    _, found, _ = round_trip
+    _, result, _ = round_trip
     # .inp is text: seventeen decimals.
-    assert_allclose(found.points, stiff_half.points, rtol=0.0, atol=1e-15)
-    tets = np.concatenate([block.data for block in found.cells if block.type == "tetra10"])
+    assert_allclose(result.points, stiff_half.points, rtol=0.0, atol=1e-15)
+    tets = np.concatenate([block.data for block in result.cells if block.type == "tetra10"])
     assert (tets == stiff_half.tets).all()
 
 
 def test_bodies_come_back(round_trip, stiff_half):
-    suffix, found, _ = round_trip
+    suffix, result, _ = round_trip
     for number, (name, elements) in enumerate(stiff_half.bodies.items(), start=1):
         if suffix == ".inp":
-            back = found.cell_sets[name][0]
+            back = result.cell_sets[name][0]
         else:
-            blocks = [i for i, block in enumerate(found.cells) if block.type == "tetra10"]
+            blocks = [i for i, block in enumerate(result.cells) if block.type == "tetra10"]
             key = "gmsh:physical" if suffix == ".msh" else "body"
             back = np.flatnonzero(
-                np.concatenate([found.cell_data[key][i] for i in blocks]) == number
+                np.concatenate([result.cell_data[key][i] for i in blocks]) == number
             )
         assert (np.sort(back) == elements).all()
 
 
 def test_surfaces_come_back(round_trip, stiff_half):
-    suffix, found, _ = round_trip
+    suffix, result, _ = round_trip
     for name, facets in stiff_half.surfaces.items():
         if suffix == ".inp":
-            back = found.point_sets[name]
+            back = result.point_sets[name]
         elif suffix == ".vtu":
-            back = np.flatnonzero(found.point_data[f"surface: {name}"])
+            back = np.flatnonzero(result.point_data[f"surface: {name}"])
         else:
-            number, dimension = found.field_data[name]
+            number, dimension = result.field_data[name]
             assert dimension == 2
-            blocks = zip(found.cells, found.cell_data["gmsh:physical"], strict=True)
+            blocks = zip(result.cells, result.cell_data["gmsh:physical"], strict=True)
             back = np.concatenate(
                 [block.data[tags == number] for block, tags in blocks if block.type == "triangle6"]
             )

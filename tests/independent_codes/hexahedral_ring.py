@@ -21,14 +21,14 @@ def ring_frequencies_hz(radii, length, material, cells, element, wave_numbers):
     """
     angle = 2.0 * np.pi / cells[0]
     K, M, nodes, positions = _sector(radii, length, material, cells, element)
-    found = []
+    result = []
     for waves in wave_numbers:
         T = _cyclic_map(nodes, positions, angle, waves)
         K_n, M_n = ((T.conj().T @ A @ T).tocsc() for A in (K, M))
         K_n, M_n = (K_n + K_n.conj().T) / 2.0, (M_n + M_n.conj().T) / 2.0
         squares = eigsh(K_n, k=2, M=M_n, sigma=0.0, return_eigenvectors=False)
-        found.append(np.sort(np.sqrt(squares)) / (2.0 * np.pi))
-    return np.array(found)
+        result.append(np.sort(np.sqrt(squares)) / (2.0 * np.pi))
+    return np.array(result)
 
 
 def _sector(radii, length, material, cells, element):

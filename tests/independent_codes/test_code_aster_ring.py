@@ -83,8 +83,8 @@ def test_frequencies_are_code_asters_within_three_per_mille(frequencies_hz, n):
 @pytest.mark.slow
 def test_modes_come_in_pairs(frequencies_hz):
     # All sectors of the mesh are alike: both modes of a pair see the same stiffness.
-    for found in frequencies_hz.values():
-        assert_allclose(found[1::2], found[::2], rtol=1e-6)
+    for result in frequencies_hz.values():
+        assert_allclose(result[1::2], result[::2], rtol=1e-6)
 
 
 @pytest.mark.slow
@@ -94,7 +94,7 @@ def test_frequencies_converge_from_above_to_those_of_quadratic_hexahedra(frequen
     below = 1.0 - limit / SDLS109_HZ
     assert (below > 0.0025).all()
     assert (below < 0.0040).all()
-    errors = np.array([found[::2] / limit - 1.0 for found in frequencies_hz.values()])
+    errors = np.array([result[::2] / limit - 1.0 for result in frequencies_hz.values()])
     assert (errors > 0.0).all()
     assert (errors[-1] < 7e-4).all()
     slopes = -np.polyfit(np.log(list(frequencies_hz)), np.log(errors), 1)[0]

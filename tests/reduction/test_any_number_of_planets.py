@@ -77,13 +77,13 @@ def test_blocks_give_the_whole_bodys_pilots_frequencies_and_sensors(bodies):
     _, _, whole, symmetric, _ = bodies
     m = whole.Psi.shape[1]
     for letter in "KM":
-        found, expected = (getattr(r.model, letter)[:m, :m] for r in (symmetric, whole))
+        result, expected = (getattr(r.model, letter)[:m, :m] for r in (symmetric, whole))
         scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
-        assert_allclose(found / scale, expected / scale, rtol=0.0, atol=1e-9)
+        assert_allclose(result / scale, expected / scale, rtol=0.0, atol=1e-9)
     assert_allclose(symmetric.basis.omega[:N_MODES], whole.modes.omega[:N_MODES], rtol=1e-9)
     expected = whole.model.sensor_rows[:, :m]
-    found = symmetric.model.sensor_rows[:, :m]
-    assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+    result = symmetric.model.sensor_rows[:, :m]
+    assert_allclose(result, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_a_body_has_the_symmetry_of_its_pins_and_no_other(bodies):

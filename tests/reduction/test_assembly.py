@@ -86,8 +86,8 @@ def test_two_stiffly_joined_bars_twist_and_bend_as_one_long_bar(one, two):
         single = static_coordinates(one, ["one_start"], {"one_end": moment})[
             one.coordinates_of("one_end")[axis]
         ]
-        found = static_coordinates(whole, ["one_start"], {"two_end": moment})[end]
-        assert_allclose(found, 2.0 * single + 1.0 / stiffness, rtol=1e-9)
+        result = static_coordinates(whole, ["one_start"], {"two_end": moment})[end]
+        assert_allclose(result, 2.0 * single + 1.0 / stiffness, rtol=1e-9)
 
 
 def test_infinite_stiffness_ties_the_rotations_and_is_the_limit_of_stiffer_springs(one, two):

@@ -41,9 +41,9 @@ def test_a_body_comes_back_bit_by_bit(written, pin_reduction):
 
 def test_a_body_with_sensors_and_provenance_comes_back(tmp_path, flexible_reduction):
     write_body(flexible_reduction.model, tmp_path / "carrier.h5")
-    found = read_body(tmp_path / "carrier.h5")
-    assert_same(found, flexible_reduction.model)
-    assert found.provenance == {"mesh size": "0.06 m"}
+    result = read_body(tmp_path / "carrier.h5")
+    assert_same(result, flexible_reduction.model)
+    assert result.provenance == {"mesh size": "0.06 m"}
 
 
 def test_the_file_states_its_format_version_and_units(written):

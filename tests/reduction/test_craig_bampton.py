@@ -139,8 +139,8 @@ def test_sensors_read_the_same_from_reduced_and_nodal_coordinates(
     q = np.random.default_rng(6).standard_normal(flexible_reduction.model.n_coordinates)
     T = np.concatenate([flexible_reduction.Psi, flexible_reduction.modes.Phi], axis=1)
     expected = flexible_structure.sensors.rows @ (T @ q)
-    found = flexible_reduction.model.sensor_rows @ q
-    assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+    result = flexible_reduction.model.sensor_rows @ q
+    assert_allclose(result, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
     assert flexible_reduction.model.sensor_names == flexible_structure.sensors.names
 
 

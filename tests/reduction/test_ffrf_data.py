@@ -186,19 +186,21 @@ def test_invariants_equal_those_of_exudyn(structure, basis, data):
         "mPsiTildePsiTilde": (trace - data.blocks).transpose(2, 1, 3, 0).reshape(12, 12),
     }
     for name, value in ours.items():
-        found = np.asarray(getattr(theirs, name))
-        assert_allclose(value, found, rtol=0.0, atol=1e-12 * np.abs(found).max(), err_msg=name)
+        result = np.asarray(getattr(theirs, name))
+        assert_allclose(value, result, rtol=0.0, atol=1e-12 * np.abs(result).max(), err_msg=name)
 
 
 def test_a_rigid_coupling_keeps_the_integrals(one_pin_mesh, carrier):
     free = structural_model("pin", one_pin_mesh, carrier, PIN_PILOTS)
     rigid = rigidly_coupled(replace(free, pilots=free.pilots[::2]), one_pin_mesh)
     T = np.random.default_rng(2).standard_normal((rigid.n_dofs, 3))
-    found, expected = ffrf_data(rigid, T), ffrf_data(free, rigid.L @ T)
-    assert_allclose(found.mass, expected.mass, rtol=1e-12)
+    result, expected = ffrf_data(rigid, T), ffrf_data(free, rigid.L @ T)
+    assert_allclose(result.mass, expected.mass, rtol=1e-12)
     for part in PARTS:
         value = getattr(expected, part)
-        assert_allclose(getattr(found, part), value, atol=1e-11 * np.abs(value).max(), err_msg=part)
+        assert_allclose(
+            getattr(result, part), value, atol=1e-11 * np.abs(value).max(), err_msg=part
+        )
 
 
 def test_rigid_surfaces_with_elements_between_them_share_their_mass():
@@ -216,10 +218,12 @@ def test_rigid_surfaces_with_elements_between_them_share_their_mass():
     rigid = rigidly_coupled(free, mesh)
     assert abs(rigid.M[-12:-6, -6:]).max() > 0.0
     T = np.random.default_rng(2).standard_normal((rigid.n_dofs, 3))
-    found, expected = ffrf_data(rigid, T), ffrf_data(free, rigid.L @ T)
+    result, expected = ffrf_data(rigid, T), ffrf_data(free, rigid.L @ T)
     for part in PARTS:
         value = getattr(expected, part)
-        assert_allclose(getattr(found, part), value, atol=1e-12 * np.abs(value).max(), err_msg=part)
+        assert_allclose(
+            getattr(result, part), value, atol=1e-12 * np.abs(value).max(), err_msg=part
+        )
 
 
 def test_a_mass_that_differs_between_axes_is_refused(structure, basis):
@@ -247,10 +251,12 @@ def test_a_turned_body_has_the_invariants_of_the_turned_mesh(structure, basis, d
     R = rotation_about_x(angle)
     there = (basis.reshape(-1, 3, 4).transpose(0, 2, 1) @ R.T).transpose(0, 2, 1).reshape(-1, 4)
     expected = ffrf_data(replace(structure, points=structure.points @ R.T), there)
-    found = data.turned(R)
+    result = data.turned(R)
     for part in PARTS:
         value = getattr(expected, part)
-        assert_allclose(getattr(found, part), value, atol=1e-12 * np.abs(value).max(), err_msg=part)
+        assert_allclose(
+            getattr(result, part), value, atol=1e-12 * np.abs(value).max(), err_msg=part
+        )
 
 
 def test_a_turned_model_keeps_mass_and_invariants_together(pin_reduction):
@@ -265,11 +271,11 @@ def test_a_turned_model_keeps_mass_and_invariants_together(pin_reduction):
 
 def test_invariants_come_back_from_a_body_file(tmp_path, pin_reduction):
     write_body(pin_reduction.model, tmp_path / "pin.h5")
-    found = read_body(tmp_path / "pin.h5").ffrf
-    assert isinstance(found, FfrfData)
-    assert found.mass == pin_reduction.model.ffrf.mass
+    result = read_body(tmp_path / "pin.h5").ffrf
+    assert isinstance(result, FfrfData)
+    assert result.mass == pin_reduction.model.ffrf.mass
     for part in PARTS:
-        assert (getattr(found, part) == getattr(pin_reduction.model.ffrf, part)).all()
+        assert (getattr(result, part) == getattr(pin_reduction.model.ffrf, part)).all()
     write_body(replace(pin_reduction.model, ffrf=None), tmp_path / "pin.h5")
     assert read_body(tmp_path / "pin.h5").ffrf is None
 

@@ -24,23 +24,23 @@ def test_a_turned_pin_equals_the_reduction_of_the_turned_mesh(pin_reduction, one
     mesh = replace(one_pin_mesh, points=points, surfaces=surfaces)
     names = ("pin_2_upwind", "pin_2_midspan", "pin_2_downwind")
     expected = craig_bampton(structural_model("pin", mesh, carrier, names), 4).model
-    found = turned(pin_reduction.model, angle, {name.replace("2", "1"): name for name in names})
-    assert found.labels == expected.labels
+    result = turned(pin_reduction.model, angle, {name.replace("2", "1"): name for name in names})
+    assert result.labels == expected.labels
     m = 18
-    for a, b in ((found.K, expected.K), (found.M, expected.M)):
+    for a, b in ((result.K, expected.K), (result.M, expected.M)):
         scale = np.sqrt(np.outer(b.diagonal(), b.diagonal()))
         assert_allclose(a[:m, :m] / scale[:m, :m], b[:m, :m] / scale[:m, :m], rtol=0.0, atol=1e-8)
     # Modes are found up to their sign.
-    signs = np.sign(np.sum(found.M[:m, m:] * expected.M[:m, m:], axis=0))
+    signs = np.sign(np.sum(result.M[:m, m:] * expected.M[:m, m:], axis=0))
     size = np.abs(expected.M[:m, m:]).max()
-    assert_allclose(found.M[:m, m:] * signs, expected.M[:m, m:], rtol=0.0, atol=1e-6 * size)
+    assert_allclose(result.M[:m, m:] * signs, expected.M[:m, m:], rtol=0.0, atol=1e-6 * size)
     for name in names:
-        assert_allclose(found.pilots[name], expected.pilots[name], rtol=0.0, atol=1e-12)
+        assert_allclose(result.pilots[name], expected.pilots[name], rtol=0.0, atol=1e-12)
     assert_allclose(
-        found.mass_properties.centre, expected.mass_properties.centre, rtol=0.0, atol=1e-12
+        result.mass_properties.centre, expected.mass_properties.centre, rtol=0.0, atol=1e-12
     )
     assert_allclose(
-        found.mass_properties.inertia, expected.mass_properties.inertia, rtol=0.0, atol=1e-9
+        result.mass_properties.inertia, expected.mass_properties.inertia, rtol=0.0, atol=1e-9
     )
 
 

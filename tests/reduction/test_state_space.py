@@ -62,10 +62,10 @@ def test_a_mass_on_a_spring_has_the_response_of_the_formula():
 @pytest.mark.parametrize("body", ["pin", "carrier", "joined group"])
 def test_frequency_response_is_that_of_the_bodys_matrices(body, bodies):
     H = body_state_space(bodies[body]).frequency_response(HZ)
-    for found, hz in zip(H, HZ, strict=True):
+    for result, hz in zip(H, HZ, strict=True):
         expected = direct_response(bodies[body], hz)
         # Translations and rotations are compared at the size that each output has.
-        error = np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected, axis=1)
+        error = np.linalg.norm(result - expected, axis=1) / np.linalg.norm(expected, axis=1)
         assert error.max() < 1e-8
 
 
@@ -130,16 +130,16 @@ def test_files_hold_matrices_names_and_units(suffix, tmp_path, pin_reduction):
     path = tmp_path / f"pin{suffix}"
     write_state_space(system, path)
     if suffix == ".mat":
-        found = scipy.io.loadmat(path, simplify_cells=True)["model"]
+        result = scipy.io.loadmat(path, simplify_cells=True)["model"]
     else:
-        found = dict(np.load(path))
+        result = dict(np.load(path))
     for letter in "ABCD":
-        assert_array_equal(found[letter], getattr(system, letter))
-    assert tuple(found["input_names"]) == system.inputs.names
-    assert tuple(found["input_units"]) == system.inputs.units
-    assert tuple(found["output_names"]) == system.outputs.names
-    assert len(found["state_names"]) == len(system.A)
-    assert str(found["units"]) == "SI units: m, kg, s, N, rad"
+        assert_array_equal(result[letter], getattr(system, letter))
+    assert tuple(result["input_names"]) == system.inputs.names
+    assert tuple(result["input_units"]) == system.inputs.units
+    assert tuple(result["output_names"]) == system.outputs.names
+    assert len(result["state_names"]) == len(system.A)
+    assert str(result["units"]) == "SI units: m, kg, s, N, rad"
 
 
 def test_python_control_has_the_same_poles_and_response():

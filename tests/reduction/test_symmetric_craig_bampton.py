@@ -55,9 +55,9 @@ def test_static_stiffness_and_mass_of_the_pilots_agree(paths):
     _, whole, _, symmetric = paths
     m = whole.Psi.shape[1]
     for letter in "KM":
-        found, expected = getattr(symmetric.model, letter), getattr(whole.model, letter)
-        assert_equal_matrices(found[:m, :m], expected[:m, :m])
-        assert (found == found.T).all()
+        result, expected = getattr(symmetric.model, letter), getattr(whole.model, letter)
+        assert_equal_matrices(result[:m, :m], expected[:m, :m])
+        assert (result == result.T).all()
     assert not symmetric.model.K[:m, m:].any()
 
 
@@ -104,8 +104,8 @@ def test_compliance_errors_by_fields_are_those_of_the_factorised_body(paths):
     # A body 0.1 % too stiff at its pilots is an error of that size.
     stiffer = replace(whole, model=replace(whole.model, K=1.001 * whole.model.K))
     expected = compliance_errors(structure, stiffer)
-    found = compliance_errors_by_fields(structure, stiffer.model, whole.Psi)
-    assert_allclose([found[name] for name in expected], list(expected.values()), rtol=3e-3)
+    result = compliance_errors_by_fields(structure, stiffer.model, whole.Psi)
+    assert_allclose([result[name] for name in expected], list(expected.values()), rtol=3e-3)
     # Fields that are 0.1 % too large are an error of the square of that.
     larger = compliance_errors_by_fields(structure, whole.model, 1.001 * whole.Psi)
     assert_allclose(list(larger.values()), 1e-6, rtol=1e-3)
@@ -132,10 +132,10 @@ def test_frequency_response_at_pilots_and_sensors_agrees(paths):
     _, whole, _, symmetric = paths
     for share in (0.03, 0.4, 0.97):
         omega = share * whole.modes.omega[-1]
-        for found, expected in zip(
+        for result, expected in zip(
             *(frequency_response(path.model, omega) for path in (symmetric, whole)), strict=True
         ):
-            assert_allclose(found, expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
+            assert_allclose(result, expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
 
 
 def test_sensor_rows_of_the_constraint_modes_agree(paths):
@@ -154,11 +154,11 @@ def test_sensor_rows_of_the_constraint_modes_agree(paths):
 def test_mass_properties_and_inertia_invariants_agree(paths):
     _, whole, _, symmetric = paths
     m = whole.Psi.shape[1]
-    found, expected = symmetric.model.mass_properties, whole.model.mass_properties
-    assert_allclose(found.mass, expected.mass, rtol=AGREEMENT)
-    assert_allclose(found.centre, expected.centre, rtol=0.0, atol=AGREEMENT)
+    result, expected = symmetric.model.mass_properties, whole.model.mass_properties
+    assert_allclose(result.mass, expected.mass, rtol=AGREEMENT)
+    assert_allclose(result.centre, expected.centre, rtol=0.0, atol=AGREEMENT)
     assert_allclose(
-        found.inertia, expected.inertia, rtol=0.0, atol=AGREEMENT * expected.inertia.max()
+        result.inertia, expected.inertia, rtol=0.0, atol=AGREEMENT * expected.inertia.max()
     )
     for name in ("first_moment", "second_moment", "N", "P"):
         a, b = (getattr(reduction.model.ffrf, name)[..., :m] for reduction in (symmetric, whole))
@@ -227,11 +227,11 @@ def test_the_certificate_by_blocks_is_that_of_the_whole_body(paths):
     expected, reached = certify(structure, whole), certify_by_blocks(symmetric)
     assert [check.name for check in reached.checks] == [check.name for check in expected.checks]
     assert_allclose(reached.cut_off_hz, expected.cut_off_hz, rtol=1e-9)
-    found, wanted = certificate_figures(reached), certificate_figures(expected)
-    assert found.keys() == wanted.keys()
+    result, wanted = certificate_figures(reached), certificate_figures(expected)
+    assert result.keys() == wanted.keys()
     assert len(wanted) >= 3
     for name, figure in wanted.items():
-        assert_allclose(found[name], figure, rtol=1e-5, err_msg=name)
+        assert_allclose(result[name], figure, rtol=1e-5, err_msg=name)
 
 
 def failed(certificate):

@@ -7,9 +7,9 @@ from studies import tabulate_intervals
 
 @pytest.mark.long
 def test_intervals_of_cases_without_an_effect_are_counted_once(tmp_path):
-    found = tabulate_intervals.main(out=tmp_path, seed=8, cases=12, without_effect=2, quiet=True)
-    assert len(found) >= 2
-    for own in found:
+    result = tabulate_intervals.main(out=tmp_path, seed=8, cases=12, without_effect=2, quiet=True)
+    assert len(result) >= 2
+    for own in result:
         known = {hit.name for hit in own.hits}
         # Each parameter has an interval or is said not to be determined.
         assert not known & set(own.unknown)
@@ -17,7 +17,7 @@ def test_intervals_of_cases_without_an_effect_are_counted_once(tmp_path):
     assert "| m and K1 |" in table
     times = {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.json")}
     again = tabulate_intervals.main(out=tmp_path, seed=8, cases=12, without_effect=2, quiet=True)
-    assert again == found
+    assert again == result
     assert times == {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.json")}
     next(iter(times)).write_text("{}", encoding="utf-8")
     with pytest.raises(ValueError, match="not intervals of a case; remove it to make it again"):

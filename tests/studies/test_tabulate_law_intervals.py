@@ -8,9 +8,9 @@ from studies import tabulate_law_intervals
 @pytest.mark.long
 def test_intervals_of_a_carrier_are_counted_once(tmp_path):
     options = {"out": tmp_path, "seed": 8, "cases": 4, "without_effect": 1, "quiet": True}
-    found = tabulate_law_intervals.main(**options)
-    assert found
-    names = {hit.name for own in found for hit in own.hits}
+    result = tabulate_law_intervals.main(**options)
+    assert result
+    names = {hit.name for own in result for hit in own.hits}
     assert {"carrier_tilt.phi_PLC", "carrier_tilt.theta_PLC"} <= names
     # In units of the curve of another carrier: no true value.
     assert "flexible_pins.rho_f" not in names
@@ -19,5 +19,5 @@ def test_intervals_of_a_carrier_are_counted_once(tmp_path):
     assert "| baseline, directions |" in table
     times = {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.json")}
     again = tabulate_law_intervals.main(**options)
-    assert [own.hits for own in again] == [own.hits for own in found]
+    assert [own.hits for own in again] == [own.hits for own in result]
     assert times == {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.json")}

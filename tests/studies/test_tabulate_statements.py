@@ -8,12 +8,12 @@ from studies import tabulate_statements
 @pytest.mark.long
 def test_nulls_whose_periods_repeat_agree_and_are_counted_once(tmp_path):
     options = {"out": tmp_path, "sort": "nothing", "seed": 8, "cases": 2, "quiet": True}
-    found = tabulate_statements.main(**options)
-    assert [one.verdict for one in found] == ["at_noise_floor"] * 2
+    result = tabulate_statements.main(**options)
+    assert [one.verdict for one in result] == ["at_noise_floor"] * 2
     table = (tmp_path / "nothing.md").read_text(encoding="utf-8")
     assert "| all | all | 2 | 2 | 0 | 0 | 0 | 0 | 0 | 0 | at_noise_floor 2 |" in table
     times = {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.json")}
-    assert tabulate_statements.main(**options) == found
+    assert tabulate_statements.main(**options) == result
     assert times == {file: file.stat().st_mtime_ns for file in tmp_path.glob("*.json")}
 
 

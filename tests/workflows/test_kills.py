@@ -165,7 +165,7 @@ def damage(folder):
         ".msh": lambda path: path.read_text(encoding="latin-1").rindex("$End"),
         ".step": lambda path: path.read_text().index("END-ISO-10303-21"),
     }
-    found = []
+    result = []
     for relative in standing(folder):
         path = folder / relative
         read = read_curves if path.name == "deflection_curves.csv" else readers.get(path.suffix)
@@ -173,8 +173,8 @@ def damage(folder):
             if read is not None:
                 read(path)
         except (ValueError, OSError):
-            found.append(relative)
-    return found
+            result.append(relative)
+    return result
 
 
 def finished(line, folder):

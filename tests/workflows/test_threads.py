@@ -101,5 +101,5 @@ def test_one_thread_and_two_write_the_same_numbers(tmp_path):
     two = written(tmp_path / "two", 2)
     assert one.keys() == two.keys()
     assert len(one) >= len(COMMANDS) - 2
-    found = {name: list(differences(one[name], two[name])) for name in one}
-    assert not any(found.values()), {name: rows[:5] for name, rows in found.items() if rows}
+    result = {name: list(differences(one[name], two[name])) for name in one}
+    assert not any(result.values()), {name: rows[:5] for name, rows in result.items() if rows}

@@ -86,7 +86,7 @@ def test_a_spring_that_hardens_before_a_dashpot_is_no_linear_memory():
 
 def relaxing(v, step, tau):
     """Deflection of a spring in series with a dashpot, by Euler steps backward in time."""
-    found = np.zeros(v.size)
+    result = np.zeros(v.size)
     for k in range(1, v.size):
-        found[k] = (found[k - 1] + step * v[k]) / (1.0 + step / tau)
-    return found
+        result[k] = (result[k - 1] + step * v[k]) / (1.0 + step / tau)
+    return result

@@ -113,14 +113,14 @@ def test_refit_of_linear_decays_leaves_nothing():
 def test_a_release_decays_as_the_exact_solution_does(ratio):
     omega, preload, start = 20.0, 3.0, 2e-3
     element = Element(np.array([10.0, 4000.0, 2.0 * ratio * 10.0 * omega, preload]), omega, True)
-    found = element.channel(Release(start), 0, 400)
+    result = element.channel(Release(start), 0, 400)
     time = element.step * np.arange(400.0)
     turn = omega * np.sqrt(1.0 - ratio**2)
     rest = -preload / 4000.0
     # At rest when it is let go.
     shape = np.cos(turn * time) + ratio * omega / turn * np.sin(turn * time)
     exact = rest + (start - rest) * np.exp(-ratio * omega * time) * shape
-    np.testing.assert_allclose(found, exact, atol=1e-7 * start)
+    np.testing.assert_allclose(result, exact, atol=1e-7 * start)
 
 
 def test_decays_are_a_campaign_without_a_drive(tmp_path):

@@ -53,8 +53,8 @@ def form(number, first, second=0.0):
 def force(p, u, v=(0.0, 0.0), bushing=0, memory=None):
     states = np.zeros(N_STATES) if memory is None else memory
     rate = np.zeros(N_STATES)
-    found = np.array(form_force(p, bushing, u, v, 0.0, states, rate))
-    return found, rate
+    result = np.array(form_force(p, bushing, u, v, 0.0, states, rate))
+    return result, rate
 
 
 def driven(p, path, step):
@@ -62,18 +62,18 @@ def driven(p, path, step):
     memory, forces = np.zeros(N_STATES), []
     for before, now in pairwise(path):
         v = tuple((now - before) / step)
-        found, rate = force(p, tuple(now), v, memory=memory)
+        result, rate = force(p, tuple(now), v, memory=memory)
         memory = memory + step * rate
-        forces.append(found)
+        forces.append(result)
     return np.array(forces)
 
 
 def test_stops_act_along_the_deflection_beyond_their_gap_and_by_bushing():
     p = form(TWO_STOPS, 0.4, 1.0)
     assert not force(p, (0.2, 0.2))[0].any()
-    found = force(p, (0.6, 0.8))[0]
-    np.testing.assert_allclose(found, (0.6 + 0.35) * np.array([0.6, 0.8]), rtol=1e-12)
-    np.testing.assert_allclose(force(p, (0.6, 0.8), bushing=1)[0], 2.0 * found, rtol=1e-12)
+    result = force(p, (0.6, 0.8))[0]
+    np.testing.assert_allclose(result, (0.6 + 0.35) * np.array([0.6, 0.8]), rtol=1e-12)
+    np.testing.assert_allclose(force(p, (0.6, 0.8), bushing=1)[0], 2.0 * result, rtol=1e-12)
 
 
 def test_one_sided_stop_acts_upwards_alone():

@@ -12,11 +12,11 @@ def test_filters_are_bit_by_bit_those_of_the_general_conversion(damping_ratio: f
     M = np.array([1e3, 5e4, 9e4])
     K = np.array([2e7, 3e8, 1e6])
     C = 2.0 * damping_ratio * np.sqrt(K * M)
-    for found, *oscillator in zip(oscillator_filters(M, C, K, _STEP), M, C, K, strict=True):
+    for result, *oscillator in zip(oscillator_filters(M, C, K, _STEP), M, C, K, strict=True):
         expected = cont2discrete(([1.0], oscillator), _STEP, method="foh")
         # Sealed labels hang on every bit.
-        assert np.array_equal(found[0], expected[0].reshape(-1))
-        assert np.array_equal(found[1], expected[1])
+        assert np.array_equal(result[0], expected[0].reshape(-1))
+        assert np.array_equal(result[1], expected[1])
 
 
 def test_a_lasting_force_ends_in_its_static_deflection() -> None:

@@ -182,8 +182,8 @@ def test_lobes_are_planets_that_pass_to_four_sensors_and_not_to_five():
     for sensors, is_alias in ((four, True), (five, False)):
         records, baseline = rim_case(sensors)
         lobes = {"bounded_lobes": signals_of(records, "bounded_lobes", form_third=0.0)}
-        found = alias_sets(lobes, records, baseline, 0.05e-5)
-        assert (("housing/planet_pass",) in found) is is_alias
+        result = alias_sets(lobes, records, baseline, 0.05e-5)
+        assert (("housing/planet_pass",) in result) is is_alias
     # With a third wave of half the size nothing but lobes makes it.
     records, baseline = rim_case(four)
     lobes = {"bounded_lobes": signals_of(records, "bounded_lobes", form_third=0.5)}
@@ -199,8 +199,8 @@ def test_each_of_several_causes_is_exchanged_by_itself():
         "bounded_lobes": signals_of(records, "bounded_lobes", form_third=0.0),
         "rooted_drift": signals_of(records, "rooted_drift"),
     }
-    found = alias_sets(causes, records, baseline, 0.05e-5)
-    assert found == (("housing/offset", "housing/planet_pass"),)
+    result = alias_sets(causes, records, baseline, 0.05e-5)
+    assert result == (("housing/offset", "housing/planet_pass"),)
     # Of what leaves less than it may, every class is an alias.
     small = {name: [1e-3 * own for own in signals] for name, signals in causes.items()}
     assert len(alias_sets(small, records, baseline, 0.05e-5)) > 10

@@ -187,8 +187,8 @@ def test_of_more_runs_than_blocks_those_of_a_condition_share_one(monkeypatch):
     merged = table()
     assert 3 <= len(merged.gram) <= 5
     assert_allclose(merged.floor.sum(), usual.floor.sum(), rtol=1e-12)
-    found, expected = merged.gram.sum(axis=0), usual.gram.sum(axis=0)
-    assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
+    result, expected = merged.gram.sum(axis=0), usual.gram.sum(axis=0)
+    assert_allclose(result, expected, atol=1e-10 * np.abs(expected).max())
     assert len(np.unique(merged.folds)) == len(np.unique(usual.folds))
 
 

@@ -131,9 +131,9 @@ def test_a_dimension_off_the_drawing_is_told_with_its_size(cause, change, w):
     answer = answer_to(campaign(curve_of(w, {cause: change})))
     assert classes_of(answer) == ("model/carrier",)
     named = {**answer.attribution.alternatives, **answer.attribution.parameters}
-    found = named[f"geometry/{cause}"]["change"]
-    assert abs(found.value - change) < 2.5 * found.std
-    assert found.std > 0.1 * abs(found.value)
+    result = named[f"geometry/{cause}"]["change"]
+    assert abs(result.value - change) < 2.5 * result.std
+    assert result.std > 0.1 * abs(result.value)
     assert verdict_heading(answer).startswith("The carrier differs from its drawing")
     # What is seen whatever the dimension: by how much orders of the rim's curve are off.
     drawn, true = curve_of(w, {}), curve_of(w, {cause: change})

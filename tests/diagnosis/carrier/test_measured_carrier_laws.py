@@ -130,14 +130,14 @@ def test_a_saved_law_explains_its_class_on_new_records(cause, tmp_path):
     answer, law = saved(signal, tmp_path / "law.toml")
     assert (answer.state, answer.ids) == (NAMED_CLASS, (name,))
     problem = carrier_problem(campaign_of(signal, loads=NEXT, turns=6, seed=7), CURVES, (law,))
-    found = problem.class_answer()
+    result = problem.class_answer()
     # Of a class of the same frame and pattern the law is the nearest one.
-    assert all(own.law == law.name for own in found.classes if own.id == name)
+    assert all(own.law == law.name for own in result.classes if own.id == name)
     noise = problem.noise_square.sum()
     before = fit_effects(problem, ()).sums.square.sum() - noise
     fit = fit_effects(problem, (law.name,))
     share = 1.0 - (fit.sums.square.sum() - noise) / before
-    assert share > 0.98 * found.share
+    assert share > 0.98 * result.share
     assert fit.theta[-1] == pytest.approx(1.0, abs=0.1)
 
 

@@ -87,8 +87,8 @@ def test_a_line_is_found_beside_a_rippling_torque():
 
 
 def test_a_whirl_keeps_its_order_and_is_taken_out_of_the_records():
-    found = off_orders(twin_campaign(extra=whirl))
-    (motion,) = found.motions
+    result = off_orders(twin_campaign(extra=whirl))
+    (motion,) = result.motions
     assert motion.id == "nonsynchronous/0.47X"
     assert motion.is_in_every_run
     assert motion.explained > 0.9
@@ -98,7 +98,7 @@ def test_a_whirl_keeps_its_order_and_is_taken_out_of_the_records():
     assert np.isclose(low, 0.47 * min(SPEEDS) / (2.0 * np.pi), rtol=0.01)
     assert np.isclose(high, 0.47 * max(SPEEDS) / (2.0 * np.pi), rtol=0.01)
     clean = twin_campaign()
-    for run, bare in zip(found.campaign.runs, clean.runs, strict=True):
+    for run, bare in zip(result.campaign.runs, clean.runs, strict=True):
         for name, values in run.signals.items():
             left = np.sqrt(np.mean((values - bare.signals[name]) ** 2))
             assert left < 0.2 * NOISE, f"{run.name} {name}"
@@ -136,10 +136,10 @@ def test_missing_samples_and_another_simulator_do_not_hide_a_line():
 
 
 def test_cells_of_a_line_have_its_frequency_and_channel():
-    found = off_orders(twin_campaign(extra=at_one_sensor))
-    cells = gap_cells(tuple(_off_order_tables(found)))
+    result = off_orders(twin_campaign(extra=at_one_sensor))
+    cells = gap_cells(tuple(_off_order_tables(result)))
     assert {cell.channel_pattern for cell in cells} == {"s137"}
-    assert {cell.run for cell in cells} == {run.name for run in found.campaign.runs}
+    assert {cell.run for cell in cells} == {run.name for run in result.campaign.runs}
     for cell in cells:
         assert np.isclose(cell.order, 0.6, atol=0.02)
         assert cell.frequency_hz is not None

@@ -48,14 +48,14 @@ def law_signals(effect, rig, ntl_y=0.0, ntl_z=0.0):
 
 def pattern_signals(columns, weights):
     """Every pattern at all sensors, shape (n_patterns, n_sensors, n)."""
-    found = np.zeros((len(columns), len(SENSORS), ANGLE.size))
+    result = np.zeros((len(columns), len(SENSORS), ANGLE.size))
     for k, (v, axial) in enumerate(SENSORS):
         for number, column in enumerate(columns):
             if column.quantity == QUANTITIES[0 if axial else 1]:
                 cosine, sine = column.over(np.array([v]))
                 phase = column.order * ANGLE
-                found[number, k] = cosine[0] * np.cos(phase) + sine[0] * np.sin(phase)
-    return np.tensordot(weights, found, 1)
+                result[number, k] = cosine[0] * np.cos(phase) + sine[0] * np.sin(phase)
+    return np.tensordot(weights, result, 1)
 
 
 def left_of(target, patterns):

@@ -196,10 +196,10 @@ def test_a_large_campaign_has_fewer_blocks_and_a_larger_one_is_refused(monkeypat
     assert smaller.records.nbytes <= size // 3
     # The same record, in fewer blocks; products of orthogonal columns are rounding.
     every = np.arange(usual.records.index.size)
-    found, expected = (problem.records.gram(every).sum(axis=0) for problem in (smaller, usual))
+    result, expected = (problem.records.gram(every).sum(axis=0) for problem in (smaller, usual))
     size_of_column = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
     scale = size_of_column[:, :, None] * size_of_column[:, None, :]
-    assert (np.abs(found - expected) <= 1e-9 * scale).all()
+    assert (np.abs(result - expected) <= 1e-9 * scale).all()
     monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._MOST_MEMORY", size // 20)
     with pytest.raises(ValueError, match=r"runs of \d+ channels: a diagnosis takes"):
         twin_problem()

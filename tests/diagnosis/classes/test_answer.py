@@ -27,10 +27,10 @@ def answered(
 
 
 def test_where_nothing_is_missing_no_share_is_told():
-    found = answered(np.zeros(A.size), laws={"a": A})
-    assert (found.state, found.classes, found.ties, found.rivals) == (NOTHING, (), (), {})
-    assert np.isnan([found.share, *found.share_ci95, found.learnable, found.law_share]).all()
-    assert found.classes_of_law == {"law_a": ("a",)}
+    result = answered(np.zeros(A.size), laws={"a": A})
+    assert (result.state, result.classes, result.ties, result.rivals) == (NOTHING, (), (), {})
+    assert np.isnan([result.share, *result.share_ci95, result.learnable, result.law_share]).all()
+    assert result.classes_of_law == {"law_a": ("a",)}
 
 
 def test_neither_the_answer_nor_a_class_that_holds_it_is_a_rival():
@@ -38,31 +38,31 @@ def test_neither_the_answer_nor_a_class_that_holds_it_is_a_rival():
     # Of a pair each one alone is a rival, and the class that holds both is none.
     assert list(answered(A + 0.5 * B).rivals) == ["a", "b", "c"]
     # What the answer holds is less than it.
-    found = answered(A + B + MORE)
-    assert found.ids == ("surface",)
-    assert list(found.rivals) == ["a", "b", "c"]
+    result = answered(A + B + MORE)
+    assert result.ids == ("surface",)
+    assert list(result.rivals) == ["a", "b", "c"]
 
 
 def test_where_no_class_is_named_all_are_rivals_and_the_best_is_told_with_its_share():
-    found = answered(A + 2.0 * UNKNOWN)
-    assert (found.state, found.classes, found.ties, found.best) == (NO_CLASS, (), (), ("a",))
-    assert list(found.rivals) == ["a", "b", "c", "surface"]
-    assert found.rivals["a"] == found.share == pytest.approx(0.2, abs=0.03)
+    result = answered(A + 2.0 * UNKNOWN)
+    assert (result.state, result.classes, result.ties, result.best) == (NO_CLASS, (), (), ("a",))
+    assert list(result.rivals) == ["a", "b", "c", "surface"]
+    assert result.rivals["a"] == result.share == pytest.approx(0.2, abs=0.03)
     assert answered(A).best == ()
     # Nor is a tie of it told.
     twice = COLUMNS | {"b": COLUMNS["a"] + 1e-6 * COLUMNS["b"]}
-    found = answered(A + 2.0 * UNKNOWN, columns=twice)
-    assert (found.state, found.ties) == (NO_CLASS, ())
+    result = answered(A + 2.0 * UNKNOWN, columns=twice)
+    assert (result.state, result.ties) == (NO_CLASS, ())
 
 
 def test_a_class_that_the_drive_does_not_separate_silences_the_one_that_it_explains_more_than():
     # Alone b explains nine tenths of a.
     near = COLUMNS | {"b": COLUMNS["a"] + 0.35 * COLUMNS["b"]}
     scores = ClassScores(replace(toy_table(A, near), surface=""), ClassConstants())
-    found = answer_of_scores(scores, ("b", "c"))
-    assert (found.state, found.ids) == (NAMED_CLASS, ("b",))
-    found = answer_of_scores(scores, ("b", "c"), inseparable=("a",))
-    assert (found.state, found.best) == (NO_CLASS, ("b",))
+    result = answer_of_scores(scores, ("b", "c"))
+    assert (result.state, result.ids) == (NAMED_CLASS, ("b",))
+    result = answer_of_scores(scores, ("b", "c"), inseparable=("a",))
+    assert (result.state, result.best) == (NO_CLASS, ("b",))
 
 
 def test_gains_are_judged_by_the_ratio_of_each_block_where_blocks_are_findings_of_their_own():
@@ -74,14 +74,14 @@ def test_gains_are_judged_by_the_ratio_of_each_block_where_blocks_are_findings_o
 
 def test_the_coupled_class_is_a_rival_only_where_there_is_one():
     table = replace(toy_table(A + 2.0 * UNKNOWN, COLUMNS), surface="")
-    found = answer_of_scores(ClassScores(table, ClassConstants()), ("a", "b", "c"))
-    assert list(found.rivals) == ["a", "b", "c"]
+    result = answer_of_scores(ClassScores(table, ClassConstants()), ("a", "b", "c"))
+    assert list(result.rivals) == ["a", "b", "c"]
 
 
 def test_a_class_that_gains_a_hundredth_of_the_gap_could_be_learnt_beside_the_answer():
-    found = answered(A + 0.125 * B + 0.2 * UNKNOWN)
-    assert (found.state, found.ids, found.learnt_by) == (NAMED_CLASS, ("a",), ("b",))
-    assert found.beyond_learnable == pytest.approx(0.015, abs=0.005)
+    result = answered(A + 0.125 * B + 0.2 * UNKNOWN)
+    assert (result.state, result.ids, result.learnt_by) == (NAMED_CLASS, ("a",), ("b",))
+    assert result.beyond_learnable == pytest.approx(0.015, abs=0.005)
     # A fourth of a hundredth is not worth a word.
     assert answered(A + 0.05 * B + 0.2 * UNKNOWN).learnt_by == ()
     # Of two causes neither is beside the answer.
@@ -101,21 +101,21 @@ def test_what_can_be_learnt_is_the_most_that_the_best_pair_or_all_classes_explai
 
 
 def test_each_class_of_a_pair_has_its_part_and_its_own_law():
-    found = answered(A + 0.5 * B, laws={"a": A, "b": B})
-    told = [(own.id, own.law, own.law_named) for own in found.classes]
+    result = answered(A + 0.5 * B, laws={"a": A, "b": B})
+    told = [(own.id, own.law, own.law_named) for own in result.classes]
     assert told == [("a", "law_a", True), ("b", "law_b", True)]
     # Energies of one and of a fourth; a law takes as much as its class.
-    assert [own.share for own in found.classes] == pytest.approx([0.8, 0.2], abs=0.03)
-    assert [own.law_share for own in found.classes] == pytest.approx([0.8, 0.2], abs=0.03)
-    assert found.law_share == pytest.approx(1.0, abs=0.01)
+    assert [own.share for own in result.classes] == pytest.approx([0.8, 0.2], abs=0.03)
+    assert [own.law_share for own in result.classes] == pytest.approx([0.8, 0.2], abs=0.03)
+    assert result.law_share == pytest.approx(1.0, abs=0.01)
 
 
 def test_without_a_law_there_is_no_share_of_laws():
-    found = answered(A + 0.5 * B, laws={"b": B})
-    assert [own.law for own in found.classes] == ["", "law_b"]
-    assert np.isnan(found.classes[0].law_share)
+    result = answered(A + 0.5 * B, laws={"b": B})
+    assert [own.law for own in result.classes] == ["", "law_b"]
+    assert np.isnan(result.classes[0].law_share)
     # The law of the one alone is a law of a fifth of the gap.
-    assert found.law_share == pytest.approx(0.2, abs=0.05)
+    assert result.law_share == pytest.approx(0.2, abs=0.05)
     assert np.isnan(answered(A).law_share)
 
 
@@ -132,9 +132,9 @@ def test_a_law_is_named_where_the_drive_shows_it_and_the_records_cannot_tell_it_
 
 def test_a_law_that_lies_in_one_of_two_tied_classes_is_not_named():
     twice = COLUMNS | {"b": COLUMNS["a"] + 1e-6 * COLUMNS["b"]}
-    found = answered(A, columns=twice, laws={"a": A, "b": A})
-    assert len(found.ties) == 1
-    assert not found.classes[0].law_named
+    result = answered(A, columns=twice, laws={"a": A, "b": A})
+    assert len(result.ties) == 1
+    assert not result.classes[0].law_named
 
 
 def test_a_law_that_draws_a_part_of_its_class_has_the_share_that_it_explains_itself():

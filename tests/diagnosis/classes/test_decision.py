@@ -50,9 +50,9 @@ def decided(signal, options):
 
 
 def test_noise_alone_is_nothing():
-    found = answered(np.zeros(A.size))
-    assert found.state == NOTHING
-    assert found.ids == ()
+    result = answered(np.zeros(A.size))
+    assert result.state == NOTHING
+    assert result.ids == ()
 
 
 def test_coloured_noise_up_to_three_floors_is_nothing_and_a_cause_of_that_size_is_not():
@@ -62,47 +62,47 @@ def test_coloured_noise_up_to_three_floors_is_nothing_and_a_cause_of_that_size_i
 
 
 def test_a_single_cause_is_named_with_its_share():
-    found = answered(A)
-    assert (found.state, found.ids, found.ties) == (NAMED_CLASS, ("a",), ())
-    assert 0.99 < found.share <= 1.0
-    assert found.share_ci95[0] < found.share <= found.share_ci95[1] <= 1.0
-    assert found.rivals["b"] < 0.1
-    assert found.beyond_share < 0.01
+    result = answered(A)
+    assert (result.state, result.ids, result.ties) == (NAMED_CLASS, ("a",), ())
+    assert 0.99 < result.share <= 1.0
+    assert result.share_ci95[0] < result.share <= result.share_ci95[1] <= 1.0
+    assert result.rivals["b"] < 0.1
+    assert result.beyond_share < 0.01
 
 
 def test_a_cause_that_two_classes_hold_is_a_tie():
     tied = COLUMNS | {
         "b": np.vstack([COLUMNS["a"][:2], COLUMNS["a"][2:] + 1e-4 * COLUMNS["b"][2:]])
     }
-    found = answered(A, tied)
-    assert found.ids in (("a",), ("b",))
-    assert found.ties == ((("b",),) if found.ids == ("a",) else (("a",),))
+    result = answered(A, tied)
+    assert result.ids in (("a",), ("b",))
+    assert result.ties == ((("b",),) if result.ids == ("a",) else (("a",),))
 
 
 def test_two_causes_are_a_pair_whose_parts_follow_their_energies():
-    found = answered(A + 0.5 * B)
-    assert found.ids == ("a", "b")
+    result = answered(A + 0.5 * B)
+    assert result.ids == ("a", "b")
     # Energies 1 and 0.25.
-    assert_allclose([own.share for own in found.classes], [0.8, 0.2], atol=0.05)
+    assert_allclose([own.share for own in result.classes], [0.8, 0.2], atol=0.05)
 
 
 def test_parts_of_a_pair_add_up_though_one_hides_the_other():
     # Alone each is worse than half: together they explain what either hides from the other.
     opposed = COLUMNS | {"b": COLUMNS["b"] - 0.9 * COLUMNS["a"]}
-    found = answered(A + (opposed["b"]).sum(axis=0), opposed)
-    assert found.ids == ("a", "b")
-    shares = [own.share for own in found.classes]
-    assert sum(shares) == pytest.approx(found.share, abs=1e-12)
+    result = answered(A + (opposed["b"]).sum(axis=0), opposed)
+    assert result.ids == ("a", "b")
+    shares = [own.share for own in result.classes]
+    assert sum(shares) == pytest.approx(result.share, abs=1e-12)
     assert min(shares) > 0.0
 
 
 def test_a_declared_floor_above_the_noise_makes_no_share_above_one():
     table = toy_table(A + 0.5 * B, COLUMNS, noise=0.1)
     table = replace(table, floor=4.0 * table.floor)
-    found = answer_of(table, tuple(table.classes))
-    assert found.share == 1.0
-    assert sum(own.share for own in found.classes) == pytest.approx(1.0, abs=1e-12)
-    assert max(*found.rivals.values(), found.learnable, *found.share_ci95) <= 1.0
+    result = answer_of(table, tuple(table.classes))
+    assert result.share == 1.0
+    assert sum(own.share for own in result.classes) == pytest.approx(1.0, abs=1e-12)
+    assert max(*result.rivals.values(), result.learnable, *result.share_ci95) <= 1.0
 
 
 def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
@@ -111,18 +111,18 @@ def test_a_small_second_cause_is_seen_where_it_takes_nearly_all_that_is_left():
     assert answered(signal, noise=0.01).ids == ("a", "b")
     # One frequency cannot tell it from what the first class has in second order.
     few = {"shows_small_causes": False}
-    found = answered(signal, noise=0.01, options=few)
-    assert (found.state, found.ids) == (NO_CLASS, ())
+    result = answered(signal, noise=0.01, options=few)
+    assert (result.state, result.ids) == (NO_CLASS, ())
     # The one that would have been named is listed among the others.
-    assert found.rivals["a"] > 0.99
-    assert found.note.startswith("one frequency drives all runs: in these records a second cause")
+    assert result.rivals["a"] > 0.99
+    assert result.note.startswith("one frequency drives all runs: in these records a second cause")
     assert decided(signal, few).is_inseparable
     assert not decided(signal, {}).is_inseparable
     both = answered(signal, noise=0.01, options=few | {"drive_note": "short"}).note
-    assert both == f"short; {found.note}"
+    assert both == f"short; {result.note}"
     # What is left of one class alone is noise: nothing hides in it.
-    found = answered(A, noise=0.01, options=few)
-    assert (found.ids, found.note) == (("a",), "")
+    result = answered(A, noise=0.01, options=few)
+    assert (result.ids, result.note) == (("a",), "")
     # Beside something that no class holds it takes half of what is left.
     rest = 0.06 * np.random.default_rng(4).standard_normal(A.size) * B.std()
     assert answered(signal + rest, noise=0.01).ids == ("a",)
@@ -190,14 +190,14 @@ def test_what_is_learnt_below_the_floor_is_no_second_cause():
 
 
 def test_a_coupled_cause_is_the_surface():
-    found = answered(A + MORE)
-    assert found.ids == ("surface",)
+    result = answered(A + MORE)
+    assert result.ids == ("surface",)
 
 
 def test_under_one_frequency_a_surface_holds_every_steady_cause():
-    found = decided(A + MORE, {"shows_small_causes": False})
-    assert (found.classes, found.state, found.is_inseparable) == (("surface",), NO_CLASS, True)
-    assert "every cause that repeats" in found.note
+    result = decided(A + MORE, {"shows_small_causes": False})
+    assert (result.classes, result.state, result.is_inseparable) == (("surface",), NO_CLASS, True)
+    assert "every cause that repeats" in result.note
     assert decided(A, {"shows_small_causes": False}).note == ""
 
 
@@ -221,9 +221,9 @@ def test_words_follow_the_share():
     other = np.random.default_rng(9).standard_normal(A.size)
     other *= A.std() / other.std()
     assert answered(A + 0.7 * other).state == LEADING_CLASS
-    found = answered(A + 2.0 * other)
-    assert found.state == NO_CLASS
-    assert found.classes == ()
+    result = answered(A + 2.0 * other)
+    assert result.state == NO_CLASS
+    assert result.classes == ()
     # No class explains it: other records would not show one.
     assert not decided(A + 2.0 * other, {"shows_two_causes": False}).is_inseparable
 
@@ -266,9 +266,9 @@ def test_without_a_known_floor_the_best_class_is_not_right_by_definition():
     best = ClassScores(table, LIMITS).of(("a",))
     raised = replace(table, floor=best.squares)
     assert answer_of(raised, tuple(table.classes)).share == pytest.approx(1.0)
-    found = answer_of(raised, tuple(table.classes), floor_is_known=False)
-    assert found.state == NO_CLASS
-    assert found.share == pytest.approx(0.2, abs=0.05)
+    result = answer_of(raised, tuple(table.classes), floor_is_known=False)
+    assert result.state == NO_CLASS
+    assert result.share == pytest.approx(0.2, abs=0.05)
 
 
 def test_a_cause_beside_a_coupled_one_is_named_with_it():
@@ -277,8 +277,8 @@ def test_a_cause_beside_a_coupled_one_is_named_with_it():
     whole = toy_table(A + MORE + beside.sum(axis=0), COLUMNS)
     classes = whole.classes | {"surface": ("a", "b", "more")}
     assert answer_of(table, ("a", "b", "surface")).ids == ("surface",)
-    found = answer_of(replace(whole, classes=classes), ("a", "b", "c", "surface"))
-    assert found.ids == ("c", "surface")
+    result = answer_of(replace(whole, classes=classes), ("a", "b", "c", "surface"))
+    assert result.ids == ("c", "surface")
 
 
 def test_a_law_is_not_named_where_its_class_leaves_more_than_noise():
@@ -326,10 +326,10 @@ def test_where_the_drive_does_not_tell_two_causes_apart_only_single_classes_are_
 def test_of_equal_pairs_one_is_the_answer_and_the_others_are_its_ties(seed):
     # Any two of the three span both causes, and c alone is nearest to their sum.
     mixed = COLUMNS | {"c": COLUMNS["a"] + 0.6 * COLUMNS["b"]}
-    found = answered(A + B, mixed, noise=0.01, seed=seed)
+    result = answered(A + B, mixed, noise=0.01, seed=seed)
     pairs = {("a", "b"), ("a", "c"), ("b", "c")}
-    assert {found.ids, *found.ties} == pairs
-    assert len(found.ties) == 2
+    assert {result.ids, *result.ties} == pairs
+    assert len(result.ties) == 2
 
 
 @pytest.mark.parametrize(("share", "answer"), [(1.0, ("surface",)), (0.9, ("a", "b"))])

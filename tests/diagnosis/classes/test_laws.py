@@ -35,18 +35,18 @@ def test_of_laws_that_explain_as_much_the_one_of_fewer_parameters_is_nearest():
     many, few = (LawColumns(name, law.variants, n) for name, n in (("many", 3), ("few", 1)))
     for laws in ((many, few), (few, many)):
         scores, shares = scored(replace(table, laws={**table.laws, "a": laws}))
-        found = nearest_law(scores, shares, "a", ())
-        assert (found.id, found.is_equal) == ("few", True)
+        result = nearest_law(scores, shares, "a", ())
+        assert (result.id, result.is_equal) == ("few", True)
 
 
 def test_a_law_that_is_nearest_and_leaves_what_its_class_holds_is_not_the_class():
     # A sixtieth of the gap's square: enough for a law, and its class leaves noise alone.
     table = toy_table(A + 0.3 * COLUMNS["a"][0], COLUMNS, laws={"a": A}, noise=0.01)
     scores, shares = scored(table)
-    found = nearest_law(scores, shares, "a", ())
-    assert found.squares is not None
-    assert _explains(shares, found.squares)
-    assert (found.id, found.is_equal) == ("law_a", False)
+    result = nearest_law(scores, shares, "a", ())
+    assert result.squares is not None
+    assert _explains(shares, result.squares)
+    assert (result.id, result.is_equal) == ("law_a", False)
 
 
 def test_a_law_is_named_where_its_class_is_certain_or_every_tied_one_holds_it_too():
@@ -56,9 +56,9 @@ def test_a_law_is_named_where_its_class_is_certain_or_every_tied_one_holds_it_to
     other, own = table.laws["b"][0], table.laws["a"][0]
     both = {"a": (own,), "b": (replace(other, id=own.id),)}
     for laws, is_named in ((table.laws, False), (table.laws | both, True)):
-        found = answer_of_scores(scored(replace(table, laws=laws))[0], ("a", "b", "c"))
-        assert found.ties in ((("a",),), (("b",),))
-        assert [law.law_named for law in found.classes] == [is_named]
+        result = answer_of_scores(scored(replace(table, laws=laws))[0], ("a", "b", "c"))
+        assert result.ties in ((("a",),), (("b",),))
+        assert [law.law_named for law in result.classes] == [is_named]
     alone = answer_of_scores(scored(table)[0], ("a", "c"))
     assert (alone.ties, alone.classes[0].law_named) == ((), True)
 

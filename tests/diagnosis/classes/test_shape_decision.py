@@ -31,9 +31,9 @@ def shown(causes, shapes=None):
 
 
 def test_a_gap_of_noise_is_nothing():
-    found = decided({}, shown({}, ("tilt", "wear")))
-    assert (found.state, found.classes, found.ties) == (NOTHING, (), ())
-    assert found.squares.total == pytest.approx(1.0)
+    result = decided({}, shown({}, ("tilt", "wear")))
+    assert (result.state, result.classes, result.ties) == (NOTHING, (), ())
+    assert result.squares.total == pytest.approx(1.0)
     # One floor of gap, all of which a class learns, is a cause.
     assert decided({"tilt": 1.0}, shown({"tilt": 1.0}, ("tilt", "wear"))).state == NAMED_CLASS
 
@@ -47,10 +47,10 @@ def test_what_only_two_shapes_together_learn_of_coloured_noise_is_no_noise():
 
 
 def test_one_cause_is_its_shape_and_the_best_pair_is_told_beside_it():
-    found = decided({"tilt": 50.0}, shown({"tilt": 50.0}, ("play", "tilt", "wear")))
-    assert (found.state, found.classes, found.ties) == (NAMED_CLASS, ("tilt/one",), ())
-    assert found.squares.total == pytest.approx(1.0)
-    assert "tilt/one" in found.best_pair
+    result = decided({"tilt": 50.0}, shown({"tilt": 50.0}, ("play", "tilt", "wear")))
+    assert (result.state, result.classes, result.ties) == (NAMED_CLASS, ("tilt/one",), ())
+    assert result.squares.total == pytest.approx(1.0)
+    assert "tilt/one" in result.best_pair
 
 
 def test_words_follow_the_share():
@@ -63,8 +63,8 @@ def test_words_follow_the_share():
 def test_shapes_are_added_as_long_as_each_takes_half_of_what_is_left():
     for n in (2, 3, 4):
         causes = dict(list(HALVES.items())[:n])
-        found = decided(causes, shown(causes, HALVES))
-        assert found.classes == tuple(sorted(f"{name}/one" for name in causes))
+        result = decided(causes, shown(causes, HALVES))
+        assert result.classes == tuple(sorted(f"{name}/one" for name in causes))
     # A cause that takes less than half of the rest is none: the rest is larger than it.
     causes = {"tilt": 64.0, "wear": 4.0, "rest": 6.0}
     assert decided(causes, shown({"tilt", "wear"})).classes == ("tilt/one",)
@@ -77,9 +77,9 @@ def test_every_shape_may_be_in_the_answer():
 
 def test_causes_of_like_size_are_named_together_where_none_alone_takes_half_of_the_rest():
     causes = {"tilt": 30.0, "wear": 25.0, "play": 24.0, "heat": 23.0, "oil": 22.0}
-    found = decided(causes, shown(causes))
-    assert found.classes == ("heat/one", "oil/one", "play/one", "tilt/one", "wear/one")
-    assert found.squares.total == pytest.approx(1.0)
+    result = decided(causes, shown(causes))
+    assert result.classes == ("heat/one", "oil/one", "play/one", "tilt/one", "wear/one")
+    assert result.squares.total == pytest.approx(1.0)
     # Where what nothing shows is larger than all further ones together, there are none.
     assert decided(causes | {"rest": 120.0}, shown(causes)).classes == ("tilt/one",)
     # Two of three that are too small by themselves to be second causes (below 2.5 %) add none.
@@ -95,9 +95,9 @@ def test_each_of_several_stays_that_gains_where_the_simple_ways_leave_a_part_of_
         for way, left in (("all", 0.0), ("one", 0.25))
     }
     sizes = {name: 6 for name in classes if name.endswith("/all")}
-    found = decided(causes | {"rest": 20.0}, classes, sizes=sizes, as_good=is_no_clear_gain)
+    result = decided(causes | {"rest": 20.0}, classes, sizes=sizes, as_good=is_no_clear_gain)
     # Together they leave 51 floors of 144, and no one takes half of what the others leave.
-    assert found.classes == tuple(sorted(f"{name}/one" for name in causes))
+    assert result.classes == tuple(sorted(f"{name}/one" for name in causes))
 
 
 def test_the_last_of_several_must_take_its_part_too():
@@ -109,9 +109,9 @@ def test_the_last_of_several_must_take_its_part_too():
 def test_an_answer_has_six_classes_at_most():
     names = ("tilt", "wear", "play", "heat", "oil", "rust", "wind")
     causes = {name: 30.0 - k for k, name in enumerate(names)}
-    found = decided(causes, shown(causes))
-    assert set(found.classes) == {f"{name}/one" for name in names[:6]}
-    assert found.squares.total == pytest.approx(1.0 + causes["wind"])
+    result = decided(causes, shown(causes))
+    assert set(result.classes) == {f"{name}/one" for name in names[:6]}
+    assert result.squares.total == pytest.approx(1.0 + causes["wind"])
 
 
 def test_a_shape_that_leaves_nothing_of_the_records_it_is_fitted_to_lacks_no_cause():
@@ -125,11 +125,11 @@ def test_a_shape_that_leaves_nothing_of_the_records_it_is_fitted_to_lacks_no_cau
 def test_the_simplest_way_that_leaves_as_much_is_named():
     ways = {"tilt/all": {"tilt": 0.0}, "tilt/two": {"tilt": 1e-4}, "tilt/one": {"tilt": 0.02}}
     sizes = {"tilt/all": 6, "tilt/two": 2, "tilt/one": 1}
-    found = decided({"tilt": 50.0}, {**ways, "wear/one": {}}, sizes=sizes)
+    result = decided({"tilt": 50.0}, {**ways, "wear/one": {}}, sizes=sizes)
     # 0.005 floors are within the error of one, a whole one is not.
-    assert found.classes == ("tilt/two",)
+    assert result.classes == ("tilt/two",)
     # Another way of its shape is no tie.
-    assert found.ties == ()
+    assert result.ties == ()
 
 
 def test_a_kind_may_take_a_simpler_way_wherever_the_richer_one_is_no_clear_gain():
@@ -139,11 +139,11 @@ def test_a_kind_may_take_a_simpler_way_wherever_the_richer_one_is_no_clear_gain(
     causes = {"tilt": 100.0}
     assert decided(causes, ways, sizes=sizes).classes == ("tilt/all",)
     assert decided(causes, ways, sizes=sizes, as_good=_is_equal).classes == ("tilt/all",)
-    found = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
-    assert found.classes == ("tilt/one",)
+    result = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
+    assert result.classes == ("tilt/one",)
     ways["tilt/one"] = {"tilt": 0.16}
-    found = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
-    assert found.classes == ("tilt/all",)
+    result = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
+    assert result.classes == ("tilt/all",)
 
 
 def test_every_member_is_replaced_beside_the_others():
@@ -182,8 +182,8 @@ def test_a_second_shape_goes_where_the_first_does_as_well_in_another_way():
     }
     sizes = {"tilt/all": 6}
     assert decided(causes, classes, sizes=sizes).classes == ("tilt/all", "wear/one")
-    found = decided(causes, classes, sizes=sizes, as_good=is_no_clear_gain)
-    assert found.classes == ("tilt/all",)
+    result = decided(causes, classes, sizes=sizes, as_good=is_no_clear_gain)
+    assert result.classes == ("tilt/all",)
 
 
 def test_the_best_class_of_every_shape_the_best_shape_first():
@@ -214,10 +214,10 @@ def test_another_shape_that_leaves_as_much_with_no_more_columns_is_a_tie():
         "heat/two": {"tilt": 0.02},
     }
     sizes = {"tilt/two": 2, "wear/two": 2, "wear/one": 1, "play/all": 3, "heat/two": 2}
-    found = decided(causes, classes, sizes=sizes)
-    assert found.classes == ("tilt/two",)
+    result = decided(causes, classes, sizes=sizes)
+    assert result.classes == ("tilt/two",)
     # Of wear the simplest way; play takes more columns; heat leaves a floor more.
-    assert found.ties == (("wear/one",),)
+    assert result.ties == (("wear/one",),)
 
 
 def test_what_leaves_as_much_as_a_simple_way_but_more_than_its_shape_is_no_tie():
@@ -228,11 +228,11 @@ def test_what_leaves_as_much_as_a_simple_way_but_more_than_its_shape_is_no_tie()
         "wear/one": {"tilt": 0.02},
     }
     sizes = {"tilt/all": 6}
-    found = decided(causes, classes, sizes=sizes, as_good=is_no_clear_gain)
-    assert (found.classes, found.ties) == (("tilt/one",), ())
+    result = decided(causes, classes, sizes=sizes, as_good=is_no_clear_gain)
+    assert (result.classes, result.ties) == (("tilt/one",), ())
     classes["wear/all"] = {"tilt": 0.0}
-    found = decided(causes, classes, sizes=sizes | {"wear/all": 6}, as_good=is_no_clear_gain)
-    assert (found.classes, found.ties) == (("tilt/one",), (("wear/one",),))
+    result = decided(causes, classes, sizes=sizes | {"wear/all": 6}, as_good=is_no_clear_gain)
+    assert (result.classes, result.ties) == (("tilt/one",), (("wear/one",),))
 
 
 def test_of_several_classes_one_is_exchanged_in_a_tie():

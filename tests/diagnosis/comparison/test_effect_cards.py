@@ -126,9 +126,9 @@ def test_a_users_threshold_of_a_carrier_is_found(monkeypatch):
     plain = twin_campaign()
     torques = iter([run.inputs["torque"] for run in plain.runs for _ in plain.channels])
     problem = carrier_problem(twin_campaign(extra=truth), CURVES)
-    found = diagnose(problem, campaign="twin", kind="carrier")
-    assert (found.verdict, found.attribution.effects) == ("named", ("my_effect",)), found.reason
-    own = found.attribution.parameters["my_effect"]
+    result = diagnose(problem, campaign="twin", kind="carrier")
+    assert (result.verdict, result.attribution.effects) == ("named", ("my_effect",)), result.reason
+    own = result.attribution.parameters["my_effect"]
     # Between its nodes, 36 kN m apart, the signal is interpolated.
     assert abs(own["T_0"].value - OPENING) < 4.0 * own["T_0"].std + 5e3
     assert abs(own["a"].value - WIDTH) < 4.0 * own["a"].std + 0.02 * WIDTH

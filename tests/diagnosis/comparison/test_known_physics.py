@@ -183,14 +183,14 @@ def test_impossible_effects_of_a_carrier_are_no_candidates():
 )
 def test_a_declared_error_bounds_what_a_sensor_can_explain(effect, error, declared, true):
     campaign = twin_campaign(effect, turns=4)
-    found = []
+    result = []
     for std in (None, declared):
         channels = tuple(replace(channel, **{error: std}) for channel in campaign.channels)
         problem = carrier_problem(replace(campaign, channels=channels), CURVES)
         fit = fit_effects(problem, (effect,))
-        found.append(abs(fit.theta[-1]))
-    assert found[0] == pytest.approx(true, rel=0.1)
-    assert found[1] < 0.2 * true
+        result.append(abs(fit.theta[-1]))
+    assert result[0] == pytest.approx(true, rel=0.1)
+    assert result[1] < 0.2 * true
 
 
 def test_declared_noise_of_the_input_is_carried_to_the_channel():

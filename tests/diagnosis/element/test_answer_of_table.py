@@ -163,35 +163,35 @@ def test_one_frequency_at_one_level_is_one_curve_of_deflection_and_speed():
 
 
 def test_two_causes_are_named_where_many_frequencies_drive():
-    found = answered(WIDE_BAND, TWO_CAUSES, BOTH, model=FORCED)
-    assert (found.state, found.ids) == (NAMED_CLASS, ("dissipation", "restoring_force"))
-    assert (found.note, found.experiment) == ("", "")
+    result = answered(WIDE_BAND, TWO_CAUSES, BOTH, model=FORCED)
+    assert (result.state, result.ids) == (NAMED_CLASS, ("dissipation", "restoring_force"))
+    assert (result.note, result.experiment) == ("", "")
 
 
 def test_under_a_force_of_one_frequency_one_cause_is_named_and_two_are_not():
-    found = answered(ONE_FREQUENCY, {"spring": 100.0}, BOTH, model=FORCED)
-    assert (found.state, found.ids, found.experiment) == (NAMED_CLASS, ("restoring_force",), "")
-    found = answered(ONE_FREQUENCY, TWO_CAUSES, BOTH, model=FORCED)
-    assert (found.state, found.best) == (NO_CLASS, ("dissipation", "restoring_force"))
-    assert found.experiment == MORE_FREQUENCIES
+    result = answered(ONE_FREQUENCY, {"spring": 100.0}, BOTH, model=FORCED)
+    assert (result.state, result.ids, result.experiment) == (NAMED_CLASS, ("restoring_force",), "")
+    result = answered(ONE_FREQUENCY, TWO_CAUSES, BOTH, model=FORCED)
+    assert (result.state, result.best) == (NO_CLASS, ("dissipation", "restoring_force"))
+    assert result.experiment == MORE_FREQUENCIES
 
 
 def test_a_small_second_cause_is_named_under_many_frequencies_and_silences_under_one():
     # 0.4 % of the gap, all but the noise of what the first leaves.
     causes = {"spring": 1000.0, "friction": 4.0}
     assert answered(WIDE_BAND, causes, BOTH).ids == ("dissipation", "restoring_force")
-    found = answered(ONE_FREQUENCY, causes, BOTH)
-    assert (found.state, found.best) == (NO_CLASS, ("restoring_force",))
-    assert found.experiment == MORE_FREQUENCIES
+    result = answered(ONE_FREQUENCY, causes, BOTH)
+    assert (result.state, result.best) == (NO_CLASS, ("restoring_force",))
+    assert result.experiment == MORE_FREQUENCIES
 
 
 def test_under_one_frequency_a_surface_is_not_named():
     causes, coupled = {"coupled": 100.0}, {"force_surface": {"coupled": 0.0}}
     assert answered(WIDE_BAND, causes, coupled).ids == ("force_surface",)
-    found = answered(ONE_FREQUENCY, causes, coupled)
-    assert (found.state, found.best) == (NO_CLASS, ("force_surface",))
-    assert found.note.startswith(f"{ONE_DRIVES_ALL}; one frequency drives all runs: every cause")
-    assert found.experiment == MORE_FREQUENCIES
+    result = answered(ONE_FREQUENCY, causes, coupled)
+    assert (result.state, result.best) == (NO_CLASS, ("force_surface",))
+    assert result.note.startswith(f"{ONE_DRIVES_ALL}; one frequency drives all runs: every cause")
+    assert result.experiment == MORE_FREQUENCIES
 
 
 def test_beside_a_sweep_a_change_with_time_silences_what_it_beats_and_a_steady_drive_is_asked():
@@ -199,44 +199,44 @@ def test_beside_a_sweep_a_change_with_time_silences_what_it_beats_and_a_steady_d
     classes = {"time_variation": {"drift": 0.0}, "restoring_force": {"drift": 0.15}}
     assert answered(WIDE_BAND, causes, classes).ids == ("time_variation",)
     # All classes together explain no more than the spring: it is mixed, not short.
-    found = answered(SWEEPS, causes, classes, union={"drift": 0.15})
-    assert (found.state, found.best) == (NO_CLASS, ("restoring_force",))
-    assert (found.note, found.experiment) == (DRIVE_CHANGES, STEADY)
+    result = answered(SWEEPS, causes, classes, union={"drift": 0.15})
+    assert (result.state, result.best) == (NO_CLASS, ("restoring_force",))
+    assert (result.note, result.experiment) == (DRIVE_CHANGES, STEADY)
 
 
 @pytest.mark.parametrize(("left", "state"), [(0.1, NAMED_CLASS), (0.4, LEADING_CLASS)])
 def test_an_answer_that_all_classes_together_beat_by_a_second_cause_is_not_named(left, state):
     causes, classes = {"spring": 100.0}, {"restoring_force": {"spring": left}}
     within, beyond = {"spring": left - 0.02}, {"spring": left - 0.03}
-    found = answered(WIDE_BAND, causes, classes, union=within)
-    assert (found.state, found.ids, found.experiment) == (state, ("restoring_force",), "")
-    found = answered(WIDE_BAND, causes, classes, union=beyond)
-    assert (found.state, found.ids, found.best) == (NO_CLASS, (), ("restoring_force",))
-    assert (found.note, found.experiment) == (IS_SHORT, CAUSES_APART)
+    result = answered(WIDE_BAND, causes, classes, union=within)
+    assert (result.state, result.ids, result.experiment) == (state, ("restoring_force",), "")
+    result = answered(WIDE_BAND, causes, classes, union=beyond)
+    assert (result.state, result.ids, result.best) == (NO_CLASS, (), ("restoring_force",))
+    assert (result.note, result.experiment) == (IS_SHORT, CAUSES_APART)
 
 
 def test_an_answer_that_falls_short_asks_for_many_frequencies_where_one_drives():
     causes, classes = {"spring": 100.0}, {"restoring_force": {"spring": 0.1}}
-    found = answered(ONE_FREQUENCY, causes, classes)
-    assert (found.state, found.best) == (NO_CLASS, ("restoring_force",))
-    assert found.note == f"{ONE_DRIVES_ALL}; {IS_SHORT}"
-    assert found.experiment == MORE_FREQUENCIES
+    result = answered(ONE_FREQUENCY, causes, classes)
+    assert (result.state, result.best) == (NO_CLASS, ("restoring_force",))
+    assert result.note == f"{ONE_DRIVES_ALL}; {IS_SHORT}"
+    assert result.experiment == MORE_FREQUENCIES
 
 
 def test_a_gap_that_no_class_explains_asks_for_no_other_records():
     # All classes together explain most of it, and none of them a half.
-    found = answered(WIDE_BAND, {"spring": 100.0}, {"restoring_force": {"spring": 0.6}})
-    assert (found.state, found.note, found.experiment) == (NO_CLASS, "", "")
+    result = answered(WIDE_BAND, {"spring": 100.0}, {"restoring_force": {"spring": 0.6}})
+    assert (result.state, result.note, result.experiment) == (NO_CLASS, "", "")
 
 
 def test_where_the_floor_cannot_be_known_no_answer_falls_short():
     short = {"restoring_force": {"spring": 0.1}}
     unknown = "the floor cannot be known"
-    found = answered(ONE_FREQUENCY, {"spring": 100.0}, short, noise_note=unknown)
-    assert (found.state, found.ids) == (NAMED_CLASS, ("restoring_force",))
-    assert (found.note, found.experiment) == (f"{unknown}; {ONE_DRIVES_ALL}", "")
+    result = answered(ONE_FREQUENCY, {"spring": 100.0}, short, noise_note=unknown)
+    assert (result.state, result.ids) == (NAMED_CLASS, ("restoring_force",))
+    assert (result.note, result.experiment) == (f"{unknown}; {ONE_DRIVES_ALL}", "")
     # Shares are of all that the baseline leaves: 90 of 101 floors, and not of 100.
-    assert found.share == pytest.approx(90.0 / 101.0)
+    assert result.share == pytest.approx(90.0 / 101.0)
 
 
 @pytest.mark.parametrize(
@@ -253,8 +253,8 @@ def test_a_law_is_not_named_where_one_line_of_one_level_shows_one_point_of_it(
     records, model, is_named
 ):
     laws = {"restoring_force": ("cubic_stiffness", {"spring": 0.0})}
-    found = answered(records, {"spring": 100.0}, SPRING, model=model, laws=laws)
-    (law,) = found.classes
+    result = answered(records, {"spring": 100.0}, SPRING, model=model, laws=laws)
+    (law,) = result.classes
     assert (law.id, law.law, law.law_named) == ("restoring_force", "cubic_stiffness", is_named)
 
 
@@ -274,16 +274,16 @@ def test_what_the_first_order_of_a_delay_leaves_is_no_second_cause(monkeypatch):
     late = {"delay": {"late": 0.0}}
     made = with_exact_delay(monkeypatch, ({"late": 100.0}, late))
     first_order = {**late, "memory": {"second order": 0.0}}
-    found = answered(WIDE_BAND, {"late": 100.0, "second order": 5.0}, first_order)
-    assert found.ids == ("delay",)
+    result = answered(WIDE_BAND, {"late": 100.0, "second order": 5.0}, first_order)
+    assert result.ids == ("delay",)
     # The second time from the delay itself.
     assert made == [[LAG] * len(WIDE_BAND)] * 2
 
 
 def test_an_answer_that_the_whole_delay_leaves_without_one_stands(monkeypatch):
     made = with_exact_delay(monkeypatch, ({"spring": 100.0}, SPRING))
-    found = answered(WIDE_BAND, {"late": 100.0}, {"delay": {"late": 0.0}})
-    assert (found.ids, len(made)) == (("restoring_force",), 1)
+    result = answered(WIDE_BAND, {"late": 100.0}, {"delay": {"late": 0.0}})
+    assert (result.ids, len(made)) == (("restoring_force",), 1)
 
 
 def test_without_a_delay_the_table_stays_as_it_is(monkeypatch):
@@ -297,10 +297,10 @@ def test_a_second_cause_beside_a_smooth_loop_is_named_where_many_frequencies_dri
     classes = {"restoring_force": {"spring": 0.1}, "dissipation": {"friction": 0.1}}
     whole = {"spring": 0.1, "friction": 0.1}
     loops.update({"": (9.0, 99.0), "dissipation": (1.0, 99.0)})
-    found = answered(WIDE_BAND, TWO_CAUSES, classes, model=FORCED, union=whole)
-    assert (found.state, found.ids) == (NAMED_CLASS, ("dissipation", "hysteresis"))
-    found = answered(ONE_FREQUENCY, TWO_CAUSES, classes, model=FORCED, union=whole)
-    assert (found.state, found.ids, found.experiment) == (NAMED_CLASS, ("hysteresis",), "")
+    result = answered(WIDE_BAND, TWO_CAUSES, classes, model=FORCED, union=whole)
+    assert (result.state, result.ids) == (NAMED_CLASS, ("dissipation", "hysteresis"))
+    result = answered(ONE_FREQUENCY, TWO_CAUSES, classes, model=FORCED, union=whole)
+    assert (result.state, result.ids, result.experiment) == (NAMED_CLASS, ("hysteresis",), "")
 
 
 def test_a_loop_is_held_against_a_class_that_the_drive_mixes_with_others(loops):
@@ -308,11 +308,11 @@ def test_a_loop_is_held_against_a_class_that_the_drive_mixes_with_others(loops):
     creep = {"memory": {"creep": 0.0}, "restoring_force": {"creep": 0.15}}
     left = {"creep": 0.14}
     loops[""] = (4.0, 99.0)
-    found = answered(DECAYS, {"creep": 100.0}, creep, model=RELEASED, union=left)
-    assert (found.state, found.best) == (NO_CLASS, ("restoring_force",))
+    result = answered(DECAYS, {"creep": 100.0}, creep, model=RELEASED, union=left)
+    assert (result.state, result.best) == (NO_CLASS, ("restoring_force",))
     apart = {**creep, "memory": {"creep": 0.07}}
-    found = answered(DECAYS, {"creep": 100.0}, apart, model=RELEASED, union=left)
-    assert (found.state, found.ids) == (NAMED_CLASS, ("hysteresis",))
+    result = answered(DECAYS, {"creep": 100.0}, apart, model=RELEASED, union=left)
+    assert (result.state, result.ids) == (NAMED_CLASS, ("hysteresis",))
 
 
 def test_a_class_that_falls_short_is_held_against_a_smooth_loop_of_which_the_shape_is_drawn(
@@ -328,22 +328,22 @@ def test_a_class_that_falls_short_is_held_against_a_smooth_loop_of_which_the_sha
         return lambda *_: (None, None)
 
     own = toy_element(WIDE_BAND, {"spring": 100.0}, {"restoring_force": {"spring": 0.1}})
-    found = answer_of_table(own, FORCED, "", shape_of)
-    assert (found.state, found.ids) == (NAMED_CLASS, ("hysteresis",))
+    result = answer_of_table(own, FORCED, "", shape_of)
+    assert (result.state, result.ids) == (NAMED_CLASS, ("hysteresis",))
     assert drawn == [looped]
     # One beside which nothing is missing is not.
     left = {"spring": 0.1}
     whole = toy_element(WIDE_BAND, {"spring": 100.0}, {"restoring_force": left}, union=left)
-    found = answer_of_table(whole, FORCED, "", shape_of)
-    assert (found.ids, drawn) == (("restoring_force",), [looped, whole])
+    result = answer_of_table(whole, FORCED, "", shape_of)
+    assert (result.ids, drawn) == (("restoring_force",), [looped, whole])
 
 
 def ties_of(classes, *, causes=None, law="dahl_friction", left=0.0):
     """Ties of an answer beside a loop of which a law leaves a share."""
     laws = {"hysteresis": (law, {"loop": left})}
-    found = answered(WIDE_BAND, causes or {"loop": 100.0}, classes, laws=laws)
-    assert found.state == NAMED_CLASS
-    return found.ids, found.ties
+    result = answered(WIDE_BAND, causes or {"loop": 100.0}, classes, laws=laws)
+    assert result.state == NAMED_CLASS
+    return result.ids, result.ties
 
 
 #: Sliders of all strengths leave a share of a loop, dry friction more.
@@ -361,5 +361,5 @@ def test_without_a_loop_or_beside_dry_friction_no_friction_is_a_further_tie():
 
 def test_a_loop_without_a_law_is_no_dry_friction():
     rubbing = {**SLIDERS, "dissipation": {"loop": 0.15}}
-    found = answered(WIDE_BAND, {"loop": 100.0}, rubbing)
-    assert (found.ids, found.ties) == (("hysteresis",), ())
+    result = answered(WIDE_BAND, {"loop": 100.0}, rubbing)
+    assert (result.ids, result.ties) == (("hysteresis",), ())

@@ -52,9 +52,9 @@ def along(force):
 
 
 def test_a_stop_on_one_side_is_a_restoring_force_by_no_law_with_its_play_in_words():
-    found = answer(displacement_campaign(lambda q, v: 2e4 * np.maximum(q - 6e-4, 0.0), n=2000))
-    assert (found.state, found.ids) == (NAMED_CLASS, ("restoring_force",))
-    law = found.classes[0]
+    result = answer(displacement_campaign(lambda q, v: 2e4 * np.maximum(q - 6e-4, 0.0), n=2000))
+    assert (result.state, result.ids) == (NAMED_CLASS, ("restoring_force",))
+    law = result.classes[0]
     assert not law.law_named
     assert law.law_share < 0.9 < law.share
     shape = law.shape
@@ -81,9 +81,11 @@ def test_columns_of_long_runs_in_single_precision_leave_what_those_in_double_lea
 
 
 def test_friction_by_no_law_is_dissipation():
-    found = answer(displacement_campaign(lambda q, v: 3.0 * np.tanh(v / 5e-3) * (1 + v**2), n=2000))
-    assert found.ids == ("dissipation",)
-    assert "dry friction, about" in found.classes[0].shape.words
+    result = answer(
+        displacement_campaign(lambda q, v: 3.0 * np.tanh(v / 5e-3) * (1 + v**2), n=2000)
+    )
+    assert result.ids == ("dissipation",)
+    assert "dry friction, about" in result.classes[0].shape.words
 
 
 @pytest.mark.parametrize("friction", [3.0, 12.0])
@@ -104,9 +106,9 @@ def test_a_slider_that_grips_harder_outwards_is_a_hysteresis():
         z = stops(q, np.array([2e-4, 6e-4])).sum(axis=0)
         return 3.0 * z * (1.0 + 0.5 * q / np.abs(q).max())
 
-    found = answer(along(lopsided))
-    assert found.ids == ("hysteresis",)
-    assert "outwards" in found.classes[0].shape.words
+    result = answer(along(lopsided))
+    assert result.ids == ("hysteresis",)
+    assert "outwards" in result.classes[0].shape.words
 
 
 @pytest.mark.long
@@ -149,9 +151,9 @@ def test_a_slider_with_a_spring_that_hardens_is_a_hysteresis():
         z = stops(q, np.array([0.25 * HALF]))[0]
         return 3.0 * (z + 0.8 * z**3)
 
-    found = answer(along(hardening))
-    assert found.ids == ("hysteresis",)
-    assert found.share > 0.96
+    result = answer(along(hardening))
+    assert result.ids == ("hysteresis",)
+    assert result.share > 0.96
 
 
 def test_two_relaxing_springs_are_one_memory():
@@ -202,13 +204,13 @@ def test_motion_under_a_force_holds_the_lines_that_noise_does_not_make():
 
 
 def test_damping_that_depends_on_deflection_is_coupled():
-    found = answer(displacement_campaign(lambda q, v: 60.0 * np.abs(q) / HALF * v, n=2000))
-    assert found.ids == ("coupled_damping",)
+    result = answer(displacement_campaign(lambda q, v: 60.0 * np.abs(q) / HALF * v, n=2000))
+    assert result.ids == ("coupled_damping",)
 
 
 def test_a_stiffness_that_falls_in_every_run_is_a_change_with_time():
-    found = answer(along(lambda time, q: -2e3 * q * time / time[-1]))
-    assert found.ids == ("time_variation",)
+    result = answer(along(lambda time, q: -2e3 * q * time / time[-1]))
+    assert result.ids == ("time_variation",)
 
 
 def warming(frequencies):
@@ -228,10 +230,10 @@ def warming(frequencies):
 @pytest.mark.long
 def test_a_change_with_time_is_asked_only_of_drives_with_two_frequencies():
     assert answer(warming((2.13, 3.57))).ids == ("time_variation",)
-    found = answer(warming((2.13,)))
-    assert found.state != NOTHING
-    assert "time_variation" not in (*found.ids, *found.rivals)
-    assert "one frequency drives all runs" in found.note
+    result = answer(warming((2.13,)))
+    assert result.state != NOTHING
+    assert "time_variation" not in (*result.ids, *result.rivals)
+    assert "one frequency drives all runs" in result.note
 
 
 def test_three_causes_are_no_class_and_are_to_be_recorded_apart():
@@ -240,11 +242,11 @@ def test_three_causes_are_no_class_and_are_to_be_recorded_apart():
         branch = relaxing_branches(q, np.array([0.1]), STEP, from_rest=False)[0]
         return slider + 4e8 * q**3 + 4e3 * branch
 
-    found = answer(displacement_campaign(three, n=2000))
-    assert found.state == NO_CLASS
-    assert found.learnable > found.share + 0.025
-    assert found.experiment.startswith("record small and large deflections")
-    assert "all classes together explain more" in found.note
+    result = answer(displacement_campaign(three, n=2000))
+    assert result.state == NO_CLASS
+    assert result.learnable > result.share + 0.025
+    assert result.experiment.startswith("record small and large deflections")
+    assert "all classes together explain more" in result.note
 
 
 def test_nothing_missing_is_nothing_under_both_drives():
@@ -253,9 +255,9 @@ def test_nothing_missing_is_nothing_under_both_drives():
 
 
 def test_a_cube_is_named_under_a_force():
-    found = answer(force_campaign(lambda q, v: 5e8 * q**3))
-    assert found.ids == ("restoring_force",)
-    assert (found.classes[0].law, found.classes[0].law_named) == ("cubic_stiffness", True)
+    result = answer(force_campaign(lambda q, v: 5e8 * q**3))
+    assert result.ids == ("restoring_force",)
+    assert (result.classes[0].law, result.classes[0].law_named) == ("cubic_stiffness", True)
 
 
 def test_the_floor_of_a_filtered_record_is_not_its_plateau():
@@ -270,10 +272,10 @@ def test_the_floor_of_a_filtered_record_is_not_its_plateau():
     channel = replace(plain.channels[0], noise_std=None)
     problem = element_problem(replace(plain, runs=tuple(runs), channels=(channel,)))
     assert "cannot be known" in problem.noise_note
-    found = problem.class_answer()
+    result = problem.class_answer()
     scores = problem.class_table.scores
-    assert scores.of(found.ids).total < 9.0 * scores.table.floor.sum()
-    assert "cannot be known" in found.note
+    assert scores.of(result.ids).total < 9.0 * scores.table.floor.sum()
+    assert "cannot be known" in result.note
 
 
 def test_a_slider_follows_its_spring_and_slips_at_its_yield():
@@ -352,9 +354,9 @@ def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
         )
         assert at.min() < 8.0
         assert 12.0 < at.max() < 1.2 * record.band_hz
-    found = problem.class_answer()
-    assert found.ids == ("dissipation",)
-    assert found.share > 0.98
+    result = problem.class_answer()
+    assert result.ids == ("dissipation",)
+    assert result.share > 0.98
 
 
 def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does():
@@ -410,6 +412,6 @@ def test_friction_that_falls_with_speed_is_no_force_surface(friction):
     runs = tuple(
         replace(run, signals={"F": run.signals["F"] + friction(run)}) for run in plain.runs
     )
-    found = answer(replace(plain, runs=runs))
-    assert found.ids == ("dissipation",)
-    assert found.classes[0].shape.words.startswith("dry friction")
+    result = answer(replace(plain, runs=runs))
+    assert result.ids == ("dissipation",)
+    assert result.classes[0].shape.words.startswith("dry friction")

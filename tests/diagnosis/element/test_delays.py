@@ -20,12 +20,12 @@ from tests.diagnosis.element.element_campaigns import (
 def test_the_change_over_a_lag_is_exact_up_to_a_tenth_of_the_sampling_frequency(lag):
     omega = 2.0 * np.pi * 0.1 / STEP
     t = STEP * np.arange(4000)
-    found = change_over(np.sin(omega * t) + 7.0 * t, STEP, 0.45 / STEP, lag * STEP)
+    result = change_over(np.sin(omega * t) + 7.0 * t, STEP, 0.45 / STEP, lag * STEP)
     exact = omega * np.cos(omega * t)
     if lag:
         exact = (np.sin(omega * t) - np.sin(omega * (t - lag * STEP))) / (lag * STEP)
     inner = slice(300, -300)
-    assert_allclose(found[inner], 7.0 + exact[inner], atol=1e-3 * omega)
+    assert_allclose(result[inner], 7.0 + exact[inner], atol=1e-3 * omega)
 
 
 def cubic_damper(q, v):
@@ -57,12 +57,12 @@ def class_answer_of(beside, steps):
     ],
 )
 def test_a_late_channel_beside_a_law_is_told_from_another_cause(beside, steps):
-    found = class_answer_of(beside, steps)
-    assert (found.state, set(found.ids)) == (NAMED_CLASS, {"delay", beside})
-    assert found.share > 0.998
+    result = class_answer_of(beside, steps)
+    assert (result.state, set(result.ids)) == (NAMED_CLASS, {"delay", beside})
+    assert result.share > 0.998
 
 
 def test_its_first_order_leaves_what_looks_like_another_cause(monkeypatch):
     monkeypatch.setattr(answer, "_LAG_PASSES", 0)
-    found = class_answer_of("dissipation", 2.0)
-    assert set(found.ids) == {"delay", "force_surface"}
+    result = class_answer_of("dissipation", 2.0)
+    assert set(result.ids) == {"delay", "force_surface"}

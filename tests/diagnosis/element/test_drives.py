@@ -150,9 +150,9 @@ def test_the_law_of_a_release_is_found_with_its_class():
     fit = fit_effects(problem, ("cubic_stiffness",))
     assert values_of(fit)["K3"] == pytest.approx(CUBIC / MASS, rel=0.01)
     answer = problem.class_answer()
-    (found,) = answer.classes
-    assert (found.id, found.law) == ("restoring_force", "cubic_stiffness")
-    assert found.share > 0.98
+    (result,) = answer.classes
+    assert (result.id, result.law) == ("restoring_force", "cubic_stiffness")
+    assert result.share > 0.98
 
 
 @pytest.mark.parametrize(

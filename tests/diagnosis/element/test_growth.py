@@ -26,19 +26,19 @@ def exponent(campaign):
     ],
 )
 def test_unexplained_force_grows_with_the_power_of_the_law(law, power):
-    found = exponent(
+    result = exponent(
         displacement_campaign(law, amplitudes=tuple(5e-4 * a for a in AMPLITUDES), n=2000)
     )
     # The lines of the drive scatter from block to block, and with them the peaks that a block's RMS
     # stands for.
-    assert_allclose(found.value, power, atol=0.3)
-    assert found.ci95[0] - 0.1 < power < found.ci95[1] + 0.1
+    assert_allclose(result.value, power, atol=0.3)
+    assert result.ci95[0] - 0.1 < power < result.ci95[1] + 0.1
 
 
 def test_growth_is_told_under_a_force_too():
-    found = exponent(force_campaign(lambda q, v: 8e8 * q**3, amplitudes=(1.0, 2.0, 4.0)))
-    assert_allclose(found.value, 3.0, atol=0.3)
-    assert found.ci95[1] - found.value < 1.5
+    result = exponent(force_campaign(lambda q, v: 8e8 * q**3, amplitudes=(1.0, 2.0, 4.0)))
+    assert_allclose(result.value, 3.0, atol=0.3)
+    assert result.ci95[1] - result.value < 1.5
 
 
 def test_without_a_gap_or_with_one_amplitude_there_is_no_growth():

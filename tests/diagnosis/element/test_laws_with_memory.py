@@ -90,9 +90,9 @@ def drive(n=4000):
 def test_one_part_is_the_effect_of_the_library(parts, effect):
     q = loop()
     assert_allclose(force_of(q, parts), force_of(q, NO_PARTS, **effect), atol=1e-10)
-    found, expected = motion_of(drive(), parts), motion_of(drive(), NO_PARTS, **effect)
+    result, expected = motion_of(drive(), parts), motion_of(drive(), NO_PARTS, **effect)
     # Of a branch the library integrates the rate, the part is exact along a straight motion.
-    assert_allclose(found[0], expected[0], atol=2e-3 * np.abs(expected[0]).max())
+    assert_allclose(result[0], expected[0], atol=2e-3 * np.abs(expected[0]).max())
     assert np.abs(expected[0] - motion_of(drive(), NO_PARTS)[0]).max() > 1e-4
 
 

@@ -50,8 +50,8 @@ def test_a_given_mass_stays(noisy_records):
 def test_an_estimate_that_predicts_better_stays(noisy_records):
     # No noise could be fitted better than by the element behind the record and its neighbours.
     exact = (MASS, STIFFNESS, DAMPING, 0.0)
-    found = _linear_element(noisy_records, exact, mass=None)
-    assert_allclose(found[:2], exact[:2], rtol=0.02)
+    result = _linear_element(noisy_records, exact, mass=None)
+    assert_allclose(result[:2], exact[:2], rtol=0.02)
 
 
 def test_a_baseline_is_found_under_noise():
@@ -124,8 +124,8 @@ def test_a_baseline_damped_far_beyond_critical_is_found():
     problem = element_problem(replace(template, runs=tuple(runs)))
     fit = fit_effects(problem, ())
     assert mean_square_left(problem, fit) < 1.1 * (2e-6) ** 2
-    found = dict(zip([parameter.name for parameter in fit.parameters], fit.theta, strict=True))
-    assert_allclose([found["K1"], found["C1"]], [K1, C1], rtol=0.01)
+    result = dict(zip([parameter.name for parameter in fit.parameters], fit.theta, strict=True))
+    assert_allclose([result["K1"], result["C1"]], [K1, C1], rtol=0.01)
 
 
 @pytest.mark.parametrize("damping_ratio", [0.01, 1.0, 8.0])

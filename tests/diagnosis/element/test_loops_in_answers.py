@@ -61,7 +61,7 @@ def decided(
     )
     shares = PairedShares(BEFORE, np.zeros(N_BLOCKS), ClassConstants())
     decision = Decision(state, classes, ((SURFACE,),), left(answer), PAIR, "short", True)
-    table, found = answers._as_smooth_loop(
+    table, result = answers._as_smooth_loop(
         own,
         None,
         shares,
@@ -70,15 +70,15 @@ def decided(
         falls_short=short,
         drive_note="time is not told",
     )
-    if found is decision:
+    if result is decision:
         assert table is own
-        return found
+        return result
     # The table holds the loop that was fitted beside the same class.
-    assert table == f"loop beside {''.join(set(found.classes) - {'hysteresis'})}"
-    assert (found.state, found.ties, found.is_inseparable) == (NAMED_CLASS, (), False)
+    assert table == f"loop beside {''.join(set(result.classes) - {'hysteresis'})}"
+    assert (result.state, result.ties, result.is_inseparable) == (NAMED_CLASS, (), False)
     # Why the answer before was not named says nothing of the loop; what the drive hides does.
-    assert found.note == "time is not told"
-    return found
+    assert result.note == "time is not told"
+    return result
 
 
 def told(*args, **options):
@@ -118,11 +118,11 @@ def test_a_named_class_that_falls_short_is_held_against_a_loop(monkeypatch):
 
 def test_sliders_that_only_lead_are_named_with_a_smooth_loop_beside_them(monkeypatch):
     sliders = ("hysteresis",)
-    found = decided(monkeypatch, sliders, 0.40, {"": (0.10, 0.4)}, state=LEADING_CLASS)
-    assert (found.state, found.classes) == (NAMED_CLASS, sliders)
-    assert found.squares.total == pytest.approx(0.10 * BEFORE.sum())
-    found = decided(monkeypatch, sliders, 0.40, {"": (0.21, 0.4)}, state=LEADING_CLASS)
-    assert found.state == LEADING_CLASS
+    result = decided(monkeypatch, sliders, 0.40, {"": (0.10, 0.4)}, state=LEADING_CLASS)
+    assert (result.state, result.classes) == (NAMED_CLASS, sliders)
+    assert result.squares.total == pytest.approx(0.10 * BEFORE.sum())
+    result = decided(monkeypatch, sliders, 0.40, {"": (0.21, 0.4)}, state=LEADING_CLASS)
+    assert result.state == LEADING_CLASS
 
 
 def test_a_second_cause_beside_the_loop_is_one_beside_any_class(monkeypatch):

@@ -73,55 +73,55 @@ def test_force_space_of_silverbox_names_the_cube(silverbox):
     # Golden: 0.951 and 0.972 (multisine, arrow) with another band and other derivatives; ours loses
     # less noise.
     for runs, golden in ((campaign.runs[:2], 0.951), (campaign.runs[2:], 0.972)):
-        found = r_squared(replace(campaign, runs=runs))
-        assert golden < found["cubic_stiffness"] < 1.0
+        result = r_squared(replace(campaign, runs=runs))
+        assert golden < result["cubic_stiffness"] < 1.0
         # Over the levels of these records a fifth power follows a cube at 0.83 to 0.86.
-        assert_allclose(found["quintic_stiffness"], 0.845, atol=0.02)
+        assert_allclose(result["quintic_stiffness"], 0.845, atol=0.02)
         for effect in (
             "quadratic_stiffness",
             "coulomb_friction",
             "quadratic_damping",
             "cubic_damping",
         ):
-            assert found[effect] < 0.008
-        assert found["deflection_dependent_damping"] < 0.008
+            assert result[effect] < 0.008
+        assert result["deflection_dependent_damping"] < 0.008
 
 
 def test_force_space_of_the_servo_axis_names_dry_friction(emps):
     campaign = read_campaign(emps)
-    found = r_squared(replace(campaign, runs=campaign.runs[:1]))
+    result = r_squared(replace(campaign, runs=campaign.runs[:1]))
     # Golden (20 Hz): Coulomb 0.941, quadratic 0.721.
-    assert_allclose(found["coulomb_friction"], 0.941, atol=0.015)
-    assert_allclose(found["quadratic_damping"], 0.721, atol=0.02)
+    assert_allclose(result["coulomb_friction"], 0.941, atol=0.015)
+    assert_allclose(result["quadratic_damping"], 0.721, atol=0.02)
 
 
 @pytest.mark.acceptance
 def test_silverbox_misses_a_cubic_spring(silverbox, tmp_path):
-    found = diagnose_campaign.main(silverbox, out=tmp_path, quiet=True)
-    assert found.verdict in ("named", "named_with_remainder")
-    assert found.attribution.effects == ("cubic_stiffness",)
-    values = found.attribution.parameters
+    result = diagnose_campaign.main(silverbox, out=tmp_path, quiet=True)
+    assert result.verdict in ("named", "named_with_remainder")
+    assert result.attribution.effects == ("cubic_stiffness",)
+    values = result.attribution.parameters
     assert_allclose(
         values["cubic_stiffness"]["K3"].value / values["baseline"]["K1"].value, 3.95, atol=0.05
     )
     assert values["cubic_stiffness"]["K3"].unit == "V/V^3"
-    assert found.reduction.rho <= 0.06
-    assert found.reduction.extrapolation_rho <= 0.06
+    assert result.reduction.rho <= 0.06
+    assert result.reduction.extrapolation_rho <= 0.06
     # The unexplained force of a cubic spring.
-    assert abs(float(where_text(found).split("deflection^")[1].split(" ")[0]) - 3.0) < 0.3
+    assert abs(float(where_text(result).split("deflection^")[1].split(" ")[0]) - 3.0) < 0.3
 
 
 @pytest.mark.acceptance
 def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
-    found = diagnose_campaign.main(emps, out=tmp_path, quiet=True)
+    result = diagnose_campaign.main(emps, out=tmp_path, quiet=True)
     # Real friction: its class is named, Coulomb's law the nearest (97 % of the class) or named.
-    assert found.verdict in ("named", "named_with_remainder", "aliased", "class_named")
-    assert [(own.id, own.law) for own in found.classes.classes] == [
+    assert result.verdict in ("named", "named_with_remainder", "aliased", "class_named")
+    assert [(own.id, own.law) for own in result.classes.classes] == [
         ("dissipation", "coulomb_friction")
     ]
-    assert found.attribution.effects in ((), ("coulomb_friction",))
-    assert found.reduction.rho <= 0.30
-    values = found.attribution.parameters
+    assert result.attribution.effects in ((), ("coulomb_friction",))
+    assert result.reduction.rho <= 0.30
+    values = result.attribution.parameters
     # Literature (inverse dynamics): M 95.11 kg, Fv 203.5 N s/m, Fc 20.39 N, offset -3.16 N.
     assert_allclose(values["baseline"]["m"].value, 95.1, rtol=0.02)
     assert_allclose(values["baseline"]["C1"].value, 203.5, rtol=0.05)
@@ -141,11 +141,11 @@ def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
 )
 def test_the_class_of_a_measured_cause(name, convert, expected, least_share, tmp_path):
     campaign = convert(folder(name), out=tmp_path / "campaign")
-    found = element_problem(read_campaign(campaign)).class_answer()
-    named = [(own.id, own.law, own.law_named) for own in found.classes]
+    result = element_problem(read_campaign(campaign)).class_answer()
+    named = [(own.id, own.law, own.law_named) for own in result.classes]
     assert named == ([] if expected is None else [expected])
-    assert not found.ties
-    assert found.share >= least_share or not named
+    assert not result.ties
+    assert result.share >= least_share or not named
 
 
 @pytest.mark.slow

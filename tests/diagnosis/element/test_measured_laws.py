@@ -74,9 +74,9 @@ def test_a_saved_law_explains_its_class_on_new_records(cause, name, tmp_path):
     problem = element_problem(moved(cause, 7), (law,))
     answer = problem.class_answer()
     assert (answer.state, answer.ids) == (NAMED_CLASS, (name,))
-    found = answer.classes[0]
+    result = answer.classes[0]
     # Of two laws that explain the same either may stand as the nearest.
-    assert found.law_share > 0.98 * found.share
+    assert result.law_share > 0.98 * result.share
     assert shrinkage(problem, law) > 0.98 * answer.share
     size = fit_effects(problem, (law.name,)).theta[-1]
     assert size == pytest.approx(1.0, abs=0.05)

@@ -59,11 +59,11 @@ def test_a_line_that_changes_with_the_level_shows_the_class(law, state, found):
 
 
 def test_two_causes_under_one_line_ask_for_more_frequencies():
-    _, found = answered(both)
-    assert found.state == NO_CLASS
-    assert found.share > 0.95
-    assert found.experiment.startswith("drive at many frequencies")
-    assert found.best == ("restoring_force",)
+    _, result = answered(both)
+    assert result.state == NO_CLASS
+    assert result.share > 0.95
+    assert result.experiment.startswith("drive at many frequencies")
+    assert result.best == ("restoring_force",)
     # One cause is named, and nothing has to be recorded anew for it.
     _, alone = answered(hard)
     assert alone.experiment == ""

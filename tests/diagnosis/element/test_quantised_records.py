@@ -84,17 +84,17 @@ def answer(campaign):
 @pytest.mark.parametrize(("drive", "force"), [(1e-11, 1e-6), (1e-9, 1e-4)])
 @pytest.mark.parametrize(("law", "name"), [(cube, "restoring_force"), (dry, "dissipation")])
 def test_a_drive_written_with_few_digits_keeps_its_class(law, name, drive, force):
-    found = answer(rounded(driven(law), drive=drive, channel=force))
-    assert (found.state, found.ids, found.ties) == (NAMED_CLASS, (name,), ())
-    assert found.share > 0.999
-    assert found.classes[0].law_named
+    result = answer(rounded(driven(law), drive=drive, channel=force))
+    assert (result.state, result.ids, result.ties) == (NAMED_CLASS, (name,), ())
+    assert result.share > 0.999
+    assert result.classes[0].law_named
 
 
 @pytest.mark.parametrize("bits", [12, 16])
 def test_a_converter_neither_hides_a_class_nor_makes_one(bits):
-    found = answer(converted(driven(cube), bits))
-    assert (found.state, found.ids) == (NAMED_CLASS, ("restoring_force",))
-    assert (found.classes[0].law, found.classes[0].law_named) == ("cubic_stiffness", True)
+    result = answer(converted(driven(cube), bits))
+    assert (result.state, result.ids) == (NAMED_CLASS, ("restoring_force",))
+    assert (result.classes[0].law, result.classes[0].law_named) == ("cubic_stiffness", True)
     # A sensor's own noise: without any the rounding repeats with the drive's periods, exactly.
     plain = displacement_campaign(nothing, noise=0.02, n=2500)
     assert answer(converted(plain, bits)).state == NOTHING

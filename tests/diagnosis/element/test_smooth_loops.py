@@ -31,9 +31,9 @@ SOFTENING = 1.3 - PLACES
 def test_a_straight_stiffness_grows_to_its_limit_by_the_exponential():
     # du/ds = 1.3 - u from u = 0, across three of the places.
     ways = np.array([0.01, 0.2, 0.7, 1.4])
-    found = [moved_loop(0.0, way, SOFTENING) for way in ways]
-    assert_allclose(found, 1.3 * (1.0 - np.exp(-ways)), rtol=1e-12)
-    assert_allclose([moved_loop(0.0, -way, SOFTENING) for way in ways], -np.array(found))
+    result = [moved_loop(0.0, way, SOFTENING) for way in ways]
+    assert_allclose(result, 1.3 * (1.0 - np.exp(-ways)), rtol=1e-12)
+    assert_allclose([moved_loop(0.0, -way, SOFTENING) for way in ways], -np.array(result))
 
 
 def test_beyond_the_last_place_the_stiffness_is_that_of_the_last():
@@ -85,14 +85,14 @@ def answer_to(cause):
 
 
 def test_a_loop_that_hardens_is_hysteresis_alone_and_not_a_spring_beside_it():
-    found = answer_to(hardening_loop)
-    assert (found.state, found.ids) == (NAMED_CLASS, ("hysteresis",))
-    assert found.share > 0.99
+    result = answer_to(hardening_loop)
+    assert (result.state, result.ids) == (NAMED_CLASS, ("hysteresis",))
+    assert result.share > 0.99
 
 
 def test_a_hardening_spring_beside_a_slider_is_two_causes():
-    found = answer_to(hardening_spring_and_slider)
-    assert (found.state, set(found.ids)) == (NAMED_CLASS, {"hysteresis", "restoring_force"})
+    result = answer_to(hardening_spring_and_slider)
+    assert (result.state, set(result.ids)) == (NAMED_CLASS, {"hysteresis", "restoring_force"})
 
 
 def test_a_saved_loop_explains_its_class_on_new_records(tmp_path):

@@ -65,8 +65,8 @@ def test_the_runs_tell_together_where_their_sliders_began(begins, expected):
     # The lowest run never slips: by itself it has a spring and a constant, whichever way it began.
     # The others slip before they count, and nothing hangs on it.
     assert starts(campaign)[0] == expected
-    found = element_problem(campaign).class_answer()
-    assert found.rivals.get("hysteresis", found.share) > 0.97
+    result = element_problem(campaign).class_answer()
+    assert result.rivals.get("hysteresis", result.share) > 0.97
 
 
 def test_a_run_cut_from_a_longer_one_begins_where_a_like_motion_leaves_it():
@@ -93,9 +93,9 @@ def test_stops_turn_as_a_bristle_does():
     yields, weights = _stops_of_bristles(np.array([length]), np.array([force]))
     parts = memory_of_stops({"slip": (yields, weights)}, 0.0, 1e-3)
     assert weights.sum() == pytest.approx(force)
-    found = forces_along(q, 1e-3, flat_parts(parts))
+    result = forces_along(q, 1e-3, flat_parts(parts))
     after_first_turn = slice(1200, None)
-    assert_allclose(found[after_first_turn], bristle[after_first_turn], atol=0.025 * force)
+    assert_allclose(result[after_first_turn], bristle[after_first_turn], atol=0.025 * force)
     # One stop of the same length is a tenth of it off.
     single = force * stops(q, np.array([length]), from_rest=True)[0]
     assert np.abs(single - bristle)[after_first_turn].max() > 0.1 * force

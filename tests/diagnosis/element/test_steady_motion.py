@@ -139,6 +139,6 @@ def test_a_transient_beside_the_harmonics_is_motion_and_no_noise():
     ],
 )
 def test_sines_at_four_levels_show_the_class(law, expected):
-    found = element_problem(sines(law)).class_answer()
-    assert found.ids == (expected,)
-    assert found.share > 0.98
+    result = element_problem(sines(law)).class_answer()
+    assert result.ids == (expected,)
+    assert result.share > 0.98

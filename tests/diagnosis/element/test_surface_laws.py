@@ -84,11 +84,11 @@ def test_a_table_holds_a_bilinear_force_and_goes_on_with_its_slopes():
 
 def test_the_same_dry_friction_everywhere_is_that_of_the_library():
     values = {"K1": 8e3, "C1": 12.0}
-    found = motion_of(drive(), flat(np.full(X.size, LEVEL), **values))
+    result = motion_of(drive(), flat(np.full(X.size, LEVEL), **values))
     expected = motion_of(
         drive(), element_values({"m": 2.0, **values, "F_plus": LEVEL, "F_minus": LEVEL})
     )
-    assert_allclose(found, expected, rtol=1e-12, atol=1e-15)
+    assert_allclose(result, expected, rtol=1e-12, atol=1e-15)
     assert np.count_nonzero(expected[1] == 0.0) > 100
     q = 8e-4 * np.sin(np.linspace(0.0, 20.0, 500))
     v, still, limits = np.gradient(q, 1e-3), np.zeros(500), np.array([1e-3, 1e-6])
@@ -190,8 +190,8 @@ def test_one_curve_of_deflection_and_speed_is_no_surface():
 @pytest.mark.long
 def test_a_surface_that_records_do_not_show_off_one_curve_is_not_kept():
     answer = element_problem(displacement_campaign(orifice, n=3000, seed=0)).class_answer()
-    found = answer.classes[0]
-    bare = replace(found, measured_law=None)
+    result = answer.classes[0]
+    bare = replace(result, measured_law=None)
     with pytest.raises(ValueError, match="one curve of deflection and speed"):
         law_of_answer(replace(answer, classes=(bare,)), "twin")
 

@@ -32,8 +32,8 @@ def test_the_delay_of_a_linear_element_is_found(drive, delay):
     campaign = CAMPAIGNS[drive](no_law)
     step = campaign.runs[0].time[1]
     clocks = clocks_of(late(campaign, delay))
-    found = next((clock.delay for clock in clocks if not clock.run), 0.0)
-    assert found == pytest.approx(delay, abs={"force": 0.5, "displacement": 2.0}[drive] * step)
+    result = next((clock.delay for clock in clocks if not clock.run), 0.0)
+    assert result == pytest.approx(delay, abs={"force": 0.5, "displacement": 2.0}[drive] * step)
 
 
 def test_a_nonlinear_element_on_time_has_no_delay():

@@ -97,11 +97,11 @@ def test_comparison_errors_of_many_cells_are_the_largest_thousand_with_those_of_
     before, after = (
         gap_cells([table(f"R{k}", 1.0 + rng.random((2, 2))) for k in range(400)]) for _ in range(2)
     )
-    found = cell_validations(before, after, 0.0)
+    result = cell_validations(before, after, 0.0)
     by_place = {(c.run, c.channel_pattern, c.order): c for c in after}
-    largest = sorted(significant(before), key=lambda c: -c.mean_square)[: len(found)]
-    assert len(found) == 1000
-    for row, cell in zip(found, largest, strict=True):
+    largest = sorted(significant(before), key=lambda c: -c.mean_square)[: len(result)]
+    assert len(result) == 1000
+    for row, cell in zip(result, largest, strict=True):
         place = (row.run, row.channel_pattern, row.order)
         assert place == (cell.run, cell.channel_pattern, cell.order)
         assert row.error_before == np.sqrt(cell.mean_square)

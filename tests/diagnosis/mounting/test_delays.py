@@ -56,9 +56,9 @@ def found_delay(monkeypatch, force, size):
     )
     # Two runs count as one of both.
     runs = [SimpleNamespace(gap=rows[:, None, part]) for part in (slice(150), slice(150, None))]
-    found = _nearest_delays(None, runs, (), np.eye(1), ClassConstants())
-    assert found.keys() == set(DELAY_WAYS)
-    return found["all"]
+    result = _nearest_delays(None, runs, (), np.eye(1), ClassConstants())
+    assert result.keys() == set(DELAY_WAYS)
+    return result["all"]
 
 
 @pytest.mark.parametrize("shape", FORCE_GROUPS)

@@ -26,9 +26,9 @@ def motion(frequency_hz, amplitude):
 @pytest.mark.parametrize("memory", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize("amplitude", [0.0, 100.0 * STD])
 def test_noise_is_as_large_whatever_its_memory_and_the_motion_beneath_it(memory, amplitude):
-    found = _difference_noise(noises(memory) + motion(2.0, amplitude))
-    assert_allclose([own.variance for own in found], STD**2, rtol=0.25)
-    assert found[0].memory == pytest.approx(memory, abs=0.08)
+    result = _difference_noise(noises(memory) + motion(2.0, amplitude))
+    assert_allclose([own.variance for own in result], STD**2, rtol=0.25)
+    assert result[0].memory == pytest.approx(memory, abs=0.08)
 
 
 def test_differences_of_neighbours_alone_see_two_fifths_of_noise_that_remembers_half():
@@ -41,24 +41,24 @@ def test_differences_of_neighbours_alone_see_two_fifths_of_noise_that_remembers_
 def test_a_quick_record_takes_the_memory_of_the_slow_ones():
     records = noises(0.5)
     records[0] += motion(4.0, 50.0 * STD)
-    found = _difference_noise(records)
-    assert found[0].memory == pytest.approx(0.5, abs=0.08)
-    assert found[0].variance == pytest.approx(STD**2, rel=0.3)
+    result = _difference_noise(records)
+    assert result[0].memory == pytest.approx(0.5, abs=0.08)
+    assert result[0].variance == pytest.approx(STD**2, rel=0.3)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
 def test_the_mean_of_neighbours_varies_as_their_memory_says(memory):
     n = 8
     rows = noises(memory, 40).reshape(-1, n)
-    found = _Noise(STD**2, memory).of_mean(n)
-    assert found == pytest.approx(rows.mean(axis=1).var(), rel=0.1)
+    result = _Noise(STD**2, memory).of_mean(n)
+    assert result == pytest.approx(rows.mean(axis=1).var(), rel=0.1)
 
 
 def test_missing_samples_are_passed_over_and_none_in_a_row_is_an_error():
     record = noises(0.3, 1)[0]
     record[::50] = np.nan
-    (found,) = _difference_noise([record])
-    assert found.variance == pytest.approx(STD**2, rel=0.25)
+    (result,) = _difference_noise([record])
+    assert result.variance == pytest.approx(STD**2, rel=0.25)
     record[::5] = np.nan
     with pytest.raises(ValueError, match="noise_std"):
         _difference_noise([record])

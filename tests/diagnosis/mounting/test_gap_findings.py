@@ -35,11 +35,11 @@ def test_a_gap_grows_with_the_torque_as_it_was_made_to(power, tolerance):
 
     # Sensors in the order ssx, spx, ssz, spz, spy, sbx: opposite vertical motion at the sides is
     # roll.
-    found = part(findings_of(mounting_campaign(extra=rolled)), "roll")["torque"]
+    result = part(findings_of(mounting_campaign(extra=rolled)), "roll")["torque"]
     # The RMS of a square is no square of the RMS where a block holds rest and load: its exponent
     # comes out lower.
-    assert_allclose(found.value, power, atol=tolerance)
-    assert found.p_value < 1e-6
+    assert_allclose(result.value, power, atol=tolerance)
+    assert result.p_value < 1e-6
 
 
 def test_gap_in_time_shows_when_it_rises():
@@ -95,13 +95,13 @@ def test_scalars_are_means_and_spans_of_the_motions():
 
 @pytest.mark.acceptance
 def test_the_diagnosis_holds_the_detail_before_and_after():
-    found = diagnose(
+    result = diagnose(
         mounting_problem(mounting_campaign({"K3": 6e12})), campaign="twin", kind="mounting"
     )
-    assert found.gap.scalars
-    roll = next(own for own in found.gap.scalars if own.name == "roll, peak to peak")
+    assert result.gap.scalars
+    roll = next(own for own in result.gap.scalars if own.name == "roll, peak to peak")
     assert roll.area_after < 0.3 * roll.area_before
-    assert all(own.error_after < own.error_before for own in found.gap.cells[:3])
+    assert all(own.error_after < own.error_before for own in result.gap.cells[:3])
 
 
 def test_the_picture_shows_the_law_that_the_baseline_lacks():

@@ -82,13 +82,13 @@ def test_a_saved_law_explains_its_class_on_new_records(cause, tmp_path):
     write_law(tmp_path / "law.toml", saved_law(first, answer, None))
     law = read_law(tmp_path / "law.toml")
     problem = mounting_problem(moved(true, 7), (law,))
-    found = problem.class_answer()
-    assert found.ids == answer.ids
-    assert (found.classes[0].law, found.classes[0].law_named) == (law.name, True)
+    result = problem.class_answer()
+    assert result.ids == answer.ids
+    assert (result.classes[0].law, result.classes[0].law_named) == (law.name, True)
     noise = problem.noise_square.sum()
     before = fit_effects(problem, ()).sums.square.sum() - noise
     fit = fit_effects(problem, (law.name,))
-    assert 1.0 - (fit.sums.square.sum() - noise) / before > 0.98 * found.share
+    assert 1.0 - (fit.sums.square.sum() - noise) / before > 0.98 * result.share
     # The linear bushings beside it are fitted too: a curve that is nearly straight is theirs.
     assert fit.theta[-1] == pytest.approx(1.0, abs=0.1)
 
@@ -131,12 +131,12 @@ def test_a_saved_law_with_a_memory_explains_its_class_on_new_noise(number, effec
     write_law(tmp_path / "law.toml", bushing_law_of_answer(answer, "twin"))
     law = read_law(tmp_path / "law.toml")
     problem = mounting_problem(case_campaign(plan, repeat=1)[0], (law,))
-    found = problem.class_answer()
-    assert (found.ids, found.classes[0].law) == (answer.ids, law.name)
+    result = problem.class_answer()
+    assert (result.ids, result.classes[0].law) == (answer.ids, law.name)
     noise = problem.noise_square.sum()
     before = fit_effects(problem, ()).sums.square.sum() - noise
     fit = fit_effects(problem, (law.name,))
-    assert 1.0 - (fit.sums.square.sum() - noise) / before > 0.98 * found.share
+    assert 1.0 - (fit.sums.square.sum() - noise) / before > 0.98 * result.share
     assert fit.theta[-1] == pytest.approx(1.0, abs=0.05)
 
 

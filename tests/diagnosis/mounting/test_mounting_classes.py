@@ -34,12 +34,12 @@ def answer_to(values=None, **options):
 
 def check_twin(effect):
     """The class of the law is named, and the law cannot be told from it."""
-    found = answer_to(TRUTH[effect][0])
-    assert found.state == NAMED_CLASS
-    assert found.ids == (contract_id(f"{SHAPE_OF_LAW[effect]}/all"),)
-    assert found.ties == ()
-    assert found.classes[0].law == effect
-    assert found.share > 0.97
+    result = answer_to(TRUTH[effect][0])
+    assert result.state == NAMED_CLASS
+    assert result.ids == (contract_id(f"{SHAPE_OF_LAW[effect]}/all"),)
+    assert result.ties == ()
+    assert result.classes[0].law == effect
+    assert result.share > 0.97
 
 
 @pytest.mark.parametrize("effect", QUICK)
@@ -54,9 +54,9 @@ def test_class_of_every_other_law_is_found_without_its_form(effect):
 
 
 def test_nothing_missing_names_no_class():
-    found = answer_to()
-    assert found.state == NOTHING
-    assert found.ids == ()
+    result = answer_to()
+    assert result.state == NOTHING
+    assert result.ids == ()
 
 
 def test_motions_that_slow_torque_alone_does_not_part_are_a_tie_of_linear_maps():
@@ -69,10 +69,10 @@ def test_motions_that_slow_torque_alone_does_not_part_are_a_tie_of_linear_maps()
         return motion.T @ RIG.sensor_matrix.T
 
     conditions = tuple((torque, 0.0, 0.0) for torque in (3.0e5, 1.5e5, 2.2e5, 3.5e5))
-    found = answer_to(extra=moved, conditions=conditions)
-    tied = {name for names in (found.ids, *found.ties) for name in names}
+    result = answer_to(extra=moved, conditions=conditions)
+    tied = {name for names in (result.ids, *result.ties) for name in names}
     assert {_STIFFNESS_MAP, _INPUT_MAP} <= tied
-    assert "load together with the others parts them" in found.note
+    assert "load together with the others parts them" in result.note
 
 
 def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():

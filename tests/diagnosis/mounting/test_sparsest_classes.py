@@ -49,17 +49,17 @@ def decided(answer, classes, causes=None, sizes=SIZES):
 
 
 def test_a_map_of_one_column_that_leaves_as_much_takes_the_place_of_a_full_one():
-    found = decided((STIFFNESS,), {STIFFNESS: ALL, DIRECTION: AS_MUCH})
-    assert (found.classes, found.ties) == ((DIRECTION,), ())
-    assert found.squares.total == pytest.approx(1.01)
+    result = decided((STIFFNESS,), {STIFFNESS: ALL, DIRECTION: AS_MUCH})
+    assert (result.classes, result.ties) == ((DIRECTION,), ())
+    assert result.squares.total == pytest.approx(1.01)
     # Errors of the sensors make up for 12 floors beside 8; not for 20.
     twelve, eight, twenty = {"cause": 0.11}, {"cause": 0.07}, {"cause": 0.19}
     assert decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twelve}).classes == (DIRECTION,)
     assert decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twenty}).classes == (STIFFNESS,)
     # Two columns, or what is no map, must leave as much.
     two = {**SIZES, DIRECTION: 2}
-    found = decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twelve}, sizes=two)
-    assert found.classes == (STIFFNESS,)
+    result = decided((STIFFNESS,), {STIFFNESS: eight, DIRECTION: twelve}, sizes=two)
+    assert result.classes == (STIFFNESS,)
     assert decided((STIFFNESS,), {STIFFNESS: eight, DELAY: twelve}).classes == (STIFFNESS,)
     assert decided((STIFFNESS,), {STIFFNESS: ALL, DELAY: AS_MUCH}).classes == (DELAY,)
     assert decided((SPRING,), {SPRING: eight, AXIAL: twelve}).classes == (SPRING,)
@@ -72,18 +72,18 @@ def test_where_nothing_is_missing_nothing_is_replaced():
 
 
 def test_as_many_columns_take_no_place():
-    found = decided((AXIAL,), {AXIAL: ALL, DIRECTION: AS_MUCH})
-    assert (found.classes, found.ties) == ((AXIAL,), ((DIRECTION,),))
+    result = decided((AXIAL,), {AXIAL: ALL, DIRECTION: AS_MUCH})
+    assert (result.classes, result.ties) == ((AXIAL,), ((DIRECTION,),))
 
 
 def test_no_force_of_the_bushings_takes_the_place_of_another_class():
-    found = decided((STIFFNESS,), {STIFFNESS: ALL, DAMPER: AS_MUCH})
-    assert (found.classes, found.ties) == ((STIFFNESS,), ((DAMPER,),))
+    result = decided((STIFFNESS,), {STIFFNESS: ALL, DAMPER: AS_MUCH})
+    assert (result.classes, result.ties) == ((STIFFNESS,), ((DAMPER,),))
 
 
 def test_a_force_whose_place_a_map_takes_stays_its_tie():
-    found = decided((SPRING,), {SPRING: ALL, AXIAL: AS_MUCH, DIRECTION: {}})
-    assert (found.classes, found.ties) == ((AXIAL,), ((SPRING,),))
+    result = decided((SPRING,), {SPRING: ALL, AXIAL: AS_MUCH, DIRECTION: {}})
+    assert (result.classes, result.ties) == ((AXIAL,), ((SPRING,),))
 
 
 def test_one_member_of_several_is_replaced_by_a_shape_that_none_has():
@@ -92,22 +92,22 @@ def test_one_member_of_several_is_replaced_by_a_shape_that_none_has():
     pair = (STIFFNESS, DIRECTION)
     assert decided(pair, classes, causes).classes == (DIRECTION, GAIN)
     taken = {"loads/map/gain": AS_MUCH, DIRECTION: {"other": 0.0}, STIFFNESS: ALL}
-    found = decided(pair, taken, causes, sizes={**SIZES, "loads/map/gain": 1})
-    assert found.classes == pair
+    result = decided(pair, taken, causes, sizes={**SIZES, "loads/map/gain": 1})
+    assert result.classes == pair
 
 
 def test_full_maps_that_leave_as_much_are_tied_whatever_columns_they_take():
     classes = {STIFFNESS: ALL, LOADS: AS_MUCH, GAINS: AS_MUCH, SPRINGS: AS_MUCH, DELAYS: AS_MUCH}
-    found = decided((STIFFNESS,), classes)
-    assert found.classes == (STIFFNESS,)
+    result = decided((STIFFNESS,), classes)
+    assert result.classes == (STIFFNESS,)
     # Neither forces nor delays of more columns, nor a map that leaves more.
-    assert set(found.ties) == {(LOADS,), (GAINS,)}
-    found = decided((STIFFNESS,), {**classes, LOADS: {"cause": 0.02}})
-    assert found.ties == ((GAINS,),)
+    assert set(result.ties) == {(LOADS,), (GAINS,)}
+    result = decided((STIFFNESS,), {**classes, LOADS: {"cause": 0.02}})
+    assert result.ties == ((GAINS,),)
     # Nor a way between a sparse map and the full one.
     some = {**SIZES, "loads/map/some": 11}
-    found = decided((STIFFNESS,), {STIFFNESS: ALL, "loads/map/some": AS_MUCH}, sizes=some)
-    assert found.ties == ()
+    result = decided((STIFFNESS,), {STIFFNESS: ALL, "loads/map/some": AS_MUCH}, sizes=some)
+    assert result.ties == ()
 
 
 def test_a_full_map_is_no_tie_of_a_sparse_one_or_of_a_force():
@@ -118,8 +118,8 @@ def test_a_full_map_is_no_tie_of_a_sparse_one_or_of_a_force():
 def test_beside_another_class_full_maps_are_tied_with_it():
     causes = {"cause": 100.0, "other": 60.0}
     classes = {SPRING: {"other": 0.0}, STIFFNESS: ALL, LOADS: AS_MUCH}
-    found = decided((SPRING, STIFFNESS), classes, causes)
-    assert found.ties == ((SPRING, LOADS),)
+    result = decided((SPRING, STIFFNESS), classes, causes)
+    assert result.ties == ((SPRING, LOADS),)
 
 
 def evened(answer, causes, of_springs, further=None):
@@ -128,10 +128,10 @@ def evened(answer, causes, of_springs, further=None):
     classes |= further or {}
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    found = _with_unequal_stiffness(scores, shares, decision)
-    assert found.squares is scores.of(found.classes)
-    assert found is decision or found.ties == ()
-    return found.classes
+    result = _with_unequal_stiffness(scores, shares, decision)
+    assert result.squares is scores.of(result.classes)
+    assert result is decision or result.ties == ()
+    return result.classes
 
 
 def test_a_stiffer_bushing_beside_one_force_is_no_force_of_either_bushing():
@@ -168,9 +168,9 @@ def parted(answer, causes, classes, sizes=SIZES):
     """Classes of an answer where pairs of sparse maps may stand for a full one."""
     scores, shares = known_scores(causes, classes)
     decision = Decision(NAMED_CLASS, answer, ((DELAY,),), scores.of(answer), answer)
-    found = _with_sparse_maps(scores, shares, decision, sizes_of(classes, sizes))
-    assert found is decision or found.ties == ()
-    return found.classes
+    result = _with_sparse_maps(scores, shares, decision, sizes_of(classes, sizes))
+    assert result is decision or result.ties == ()
+    return result.classes
 
 
 def test_two_sparse_maps_that_leave_as_much_are_no_full_map():

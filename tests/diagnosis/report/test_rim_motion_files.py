@@ -42,9 +42,9 @@ def motion():
     rig = {"n_planets": 3, "sensor_radius": 0.412}
     runs = (SimpleNamespace(name="LC1", condition="full load"),)
     campaign = SimpleNamespace(kind="carrier", channels=channels, rig=rig, runs=runs)
-    found = rim_motion(diagnosis, campaign)
-    assert isinstance(found, RimMotion)
-    return found
+    result = rim_motion(diagnosis, campaign)
+    assert isinstance(result, RimMotion)
+    return result
 
 
 @pytest.fixture
@@ -65,15 +65,15 @@ def test_one_turn_of_every_sensor_with_its_place_is_kept(motion):
 
 def test_the_file_is_as_its_schema_says_and_comes_back(motion, written):
     checked_document(written)
-    found = read_rim_motion(written)
-    assert (found.campaign, found.unit, found.n_planets, found.radius, found.effects) == (
+    result = read_rim_motion(written)
+    assert (result.campaign, result.unit, result.n_planets, result.radius, result.effects) == (
         "twin",
         "m",
         3,
         0.412,
         ("carrier_tilt",),
     )
-    for signal, back in zip(motion.signals, found.signals, strict=True):
+    for signal, back in zip(motion.signals, result.signals, strict=True):
         assert (signal.run, signal.channel, signal.direction) == (
             back.run,
             back.channel,
@@ -105,8 +105,8 @@ def test_of_more_runs_than_a_file_holds_some_of_every_condition_are_kept(monkeyp
     )
     for most, kept in ((1, ["A1"]), (2, ["A1", "B1"]), (4, ["A1", "A2", "B1", "B2"]), (9, None)):
         monkeypatch.setattr(where, most)
-        found = [signal.run for signal in rim_motion(diagnosis, campaign).signals]
-        assert found == (kept or list(conditions))
+        result = [signal.run for signal in rim_motion(diagnosis, campaign).signals]
+        assert result == (kept or list(conditions))
 
 
 @pytest.mark.parametrize(

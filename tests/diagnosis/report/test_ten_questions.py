@@ -145,8 +145,8 @@ def _share(cells, document):
     """Share of a row is that of its step or its class, with the interval."""
     step = _step(cells, document)
     known = [c["share"] for c in document["classes"]] + ([step["share"]] if step else [])
-    found = re.match(r"([\d.]+|below 0.5) %", cells[1])
-    share = 0.0 if found[1] == "below 0.5" else float(found[1])
+    result = re.match(r"([\d.]+|below 0.5) %", cells[1])
+    share = 0.0 if result[1] == "below 0.5" else float(result[1])
     return any(abs(share - 100.0 * min(max(one, 0.0), 1.0)) < PERCENT for one in known)
 
 
@@ -156,8 +156,8 @@ def _regime(cells, document):
     if step is None or not step["by_run"]:
         return True
     run = max(step["by_run"], key=lambda name: step["by_run"][name])
-    found = re.match(r"([\d.e+-]+) (\S+) in (\S+)", cells[3])
-    return found[3].rstrip(",;") == run and is_close(si(found[1], found[2]), step["by_run"][run])
+    result = re.match(r"([\d.e+-]+) (\S+) in (\S+)", cells[3])
+    return result[3].rstrip(",;") == run and is_close(si(result[1], result[2]), step["by_run"][run])
 
 
 def _values(cells, document):

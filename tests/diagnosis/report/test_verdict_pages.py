@@ -94,25 +94,25 @@ NONE = {"texts that overlap": [], "texts that are cut": [], "pixels to scroll si
 
 @pytest.mark.parametrize("width", [PHONE, SCREEN])
 def test_no_text_stands_on_another_and_nothing_scrolls_sideways(addresses, width, window):
-    found = {}
+    result = {}
     for verdict, address in addresses.items():
         opened(window, address, width)
-        found[verdict] = faults(window)
+        result[verdict] = faults(window)
         window.value(_OPEN_DETAILS)
-        found[f"{verdict}, unfolded"] = faults(window)
+        result[f"{verdict}, unfolded"] = faults(window)
         assert window.complaints() == []
-    assert found == dict.fromkeys(found, NONE)
+    assert result == dict.fromkeys(result, NONE)
 
 
 def test_a_printed_page_is_whole(addresses, window):
-    found = {}
+    result = {}
     for verdict, address in addresses.items():
         opened(window, address, PAPER)
         window.call("Emulation.setEmulatedMedia", media="print")
         assert window.value("document.querySelector('#inputs').checkVisibility()") is True
-        found[verdict] = faults(window)
+        result[verdict] = faults(window)
         window.call("Emulation.setEmulatedMedia", media="")
-    assert found == dict.fromkeys(found, NONE)
+    assert result == dict.fromkeys(result, NONE)
 
 
 @pytest.mark.parametrize("width", [PHONE, SCREEN])

@@ -118,8 +118,8 @@ EXCHANGED = [
 def test_exchanged_sensors_explain_the_gap(kind, pair):
     campaign = explained(kind)
     wrong = checked(exchanged(campaign, *pair))
-    found = {rival.id: (rival.about, share) for rival, share in wrong.rivals}
-    about, share = found["wiring/sensor_order"]
+    result = {rival.id: (rival.about, share) for rival, share in wrong.rivals}
+    about, share = result["wiring/sensor_order"]
     assert set(about.split(", ")) == set(pair)
     assert share > 0.95
 
@@ -144,8 +144,8 @@ def test_a_delay_of_a_mounting_below_the_gap_is_told():
         return replace(run, signals=signals)
 
     assert checked(campaign).warnings == ()
-    found = checked(replace(campaign, runs=tuple(late(run) for run in campaign.runs)))
-    assert "delay" in {warning.check for warning in found.warnings} or found.rivals
+    result = checked(replace(campaign, runs=tuple(late(run) for run in campaign.runs)))
+    assert "delay" in {warning.check for warning in result.warnings} or result.rivals
 
 
 def test_records_that_would_fill_the_memory_are_said_to_be_unchecked(monkeypatch):
@@ -192,13 +192,13 @@ def test_a_clock_that_drifts_in_one_file_is_told_of_that_file_alone(kind):
     }
     runs = (*campaign.runs[:-1], replace(late, signals=signals))
     wrong = checked(replace(campaign, runs=runs))
-    found = [rival.about for rival, _ in wrong.rivals if rival.id == "wiring/clock"]
-    assert found == [late.name]
+    result = [rival.about for rival, _ in wrong.rivals if rival.id == "wiring/clock"]
+    assert result == [late.name]
 
 
 def test_a_parameter_of_the_baseline_on_its_bound_is_told():
-    found = checked(changed(explained_carrier(), "torque", negative)).warnings
-    assert {"rho_s", "rho_f"} & {warning.about for warning in found if warning.check == "bound"}
+    result = checked(changed(explained_carrier(), "torque", negative)).warnings
+    assert {"rho_s", "rho_f"} & {warning.about for warning in result if warning.check == "bound"}
 
 
 def test_declared_noise_above_the_whole_gap_is_told():
@@ -211,9 +211,9 @@ def test_declared_noise_above_the_whole_gap_is_told():
 def test_the_verdict_says_to_check_the_wiring_first():
     campaign = changed(explained_carrier(), "torque", negative)
     problem, _ = problem_of(campaign, curve_set())
-    found = diagnose(problem, campaign="twin", kind="carrier")
+    result = diagnose(problem, campaign="twin", kind="carrier")
     baseline = checked_baseline(problem, campaign, wiring_of(problem, campaign))
-    told = with_findings(found, (), baseline)
+    told = with_findings(result, (), baseline)
     assert (told.verdict, told.attribution.effects) == ("none_of_these", ())
     assert any(warning.check == "wiring" for warning in told.warnings)
     assert told.reason_id == "wiring/torque_sign"

@@ -31,10 +31,10 @@ def record(seed, *, speed=20.0, gain=0.0, channel=1, n_channels=3, memory=0.0):
 
 @pytest.mark.parametrize("gain", [0.04, -0.03])
 def test_the_gain_of_one_channel_is_measured_and_told_of_that_one(gain):
-    (found,) = off_gains([record(seed, gain=gain) for seed in range(3)], NONE)
-    assert found.channel == 1
-    assert found.gain == pytest.approx(gain, abs=4.0 * found.std)
-    assert found.std < 0.004
+    (result,) = off_gains([record(seed, gain=gain) for seed in range(3)], NONE)
+    assert result.channel == 1
+    assert result.gain == pytest.approx(gain, abs=4.0 * result.std)
+    assert result.std < 0.004
 
 
 def test_nothing_is_told_of_true_gains_nor_below_what_a_calibration_gives():
@@ -74,9 +74,9 @@ def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
         offsets = np.zeros((6, *run.residual.shape))
         offsets[3 * k : 3 * k + 3] = run.columns[1:]
         shared.append(replace(run, columns=np.concatenate([run.columns[:1], offsets])))
-    for found, expected in zip(_channel_gains(of_run), _channel_gains(shared), strict=True):
-        assert found.gain == pytest.approx(expected.gain, rel=1e-9)
-        assert found.std == pytest.approx(expected.std, rel=1e-2)
+    for result, expected in zip(_channel_gains(of_run), _channel_gains(shared), strict=True):
+        assert result.gain == pytest.approx(expected.gain, rel=1e-9)
+        assert result.std == pytest.approx(expected.std, rel=1e-2)
 
 
 def test_one_channel_alone_has_no_gain_of_its_own():
@@ -89,10 +89,10 @@ def test_missing_samples_take_no_part():
     holed = whole.residual.copy()
     holed[::7, 1] = np.nan
     holed[3::11, 0] = np.nan
-    (found,) = off_gains(
+    (result,) = off_gains(
         [LinearRecord("a", whole.time, holed, whole.predicted, whole.columns)], NONE
     )
-    assert found.gain == pytest.approx(0.1, abs=4.0 * found.std)
+    assert result.gain == pytest.approx(0.1, abs=4.0 * result.std)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.7])

@@ -69,10 +69,10 @@ def test_parameters_of_one_run_fitted_out_first_give_what_all_together_give():
         size = run.columns[:1]
         own.append(replace(moved, columns=np.concatenate([one, size]), n_of_run=1))
         shared.append(replace(moved, columns=np.concatenate([zeros, size])))
-    (found,), (expected,) = late_signals(own), late_signals(shared)
-    assert found.seconds == pytest.approx(expected.seconds, rel=1e-9)
+    (result,), (expected,) = late_signals(own), late_signals(shared)
+    assert result.seconds == pytest.approx(expected.seconds, rel=1e-9)
     # The shared fit's scatter holds the offsets themselves.
-    assert found.std == pytest.approx(expected.std, rel=0.05)
+    assert result.std == pytest.approx(expected.std, rel=0.05)
 
 
 def test_what_a_drift_explains_is_no_scatter_about_it():
@@ -100,5 +100,5 @@ def test_a_delay_that_the_baseline_absorbs_is_not_told(monkeypatch):
     time = late.time
     turned = np.array([np.cos(n * 2.0 * time) for n in (1, 2, 3)] + [np.sin(4.0 * time)])
     free = record(1, delay=0.05, columns=(*turned, np.sin(6.0 * time)))
-    assert [found.run for found in late_signals([late])] == [""]
+    assert [result.run for result in late_signals([late])] == [""]
     assert late_signals([free]) == ()

@@ -42,8 +42,8 @@ def test_runs_that_fit_the_wrong_inputs_a_little_better_are_refitted(campaign):
 
     # The fit lies between the two runs, a little nearer to the pairs that it has met.
     met = records(campaign, [(1.0, 1.52), (2.0, 1.5), (5.0, 5.0)])
-    (found,) = exchanged_runs(met, campaign, left)
-    assert (found.id, found.about, found.mean_square) == (RUN_ORDER, "one, two", 0.0)
+    (result,) = exchanged_runs(met, campaign, left)
+    assert (result.id, result.about, result.mean_square) == (RUN_ORDER, "one, two", 0.0)
 
 
 def test_runs_that_fit_their_own_inputs_far_better_are_not_refitted(campaign):

@@ -148,8 +148,8 @@ def test_the_baseline_is_fitted_where_no_fit_is_given():
 
 def test_a_wiring_that_explains_half_of_the_gap_is_told():
     # Nine floors are left, eight of gap.
-    (found,) = checked(9.0, rivals=[rival(5.0), rival(5.01, "angle")])[0].rivals
-    assert (found[0].about, found[1]) == ("torque", 0.5)
+    (result,) = checked(9.0, rivals=[rival(5.0), rival(5.01, "angle")])[0].rivals
+    assert (result[0].about, result[1]) == ("torque", 0.5)
     check, _ = checked(9.0, rivals=[rival(3.0)])
     (warning,) = check.warnings
     assert warning.text == (
@@ -208,13 +208,13 @@ def test_a_clock_that_drifts_beside_a_gap_is_a_rival_by_what_it_explains():
     rms = 0.02 / np.sqrt(12.0) * np.sqrt(2.0) * np.pi
     records = [late_record("A", drift=0.02, noise=rms / 2.0)]
     check, _ = checked(9.0, linear=records, records="A", names="A")
-    ((found, share),) = check.rivals
-    assert (found.id, found.about) == ("wiring/clock", "A")
-    assert found.text.startswith("a clock that drifts by 20")
-    assert found.text.endswith(" ms over run A")
+    ((result, share),) = check.rivals
+    assert (result.id, result.about) == ("wiring/clock", "A")
+    assert result.text.startswith("a clock that drifts by 20")
+    assert result.text.endswith(" ms over run A")
     # 4/5 of nine floors, of a gap of eight.
     assert share == pytest.approx(0.9, abs=0.03)
-    assert share == pytest.approx((9.0 - found.mean_square) / 8.0)
+    assert share == pytest.approx((9.0 - result.mean_square) / 8.0)
     small = [late_record("A", drift=0.00045, noise=1e-4)]
     assert checked(9.0, linear=small, records="A", names="A")[0].rivals == ()
     large = [late_record("A", drift=0.00055, noise=1e-4)]
@@ -229,10 +229,10 @@ def test_of_two_looks_at_one_run_the_better_counts():
     for left, drift in ((4.0, "20 ms"), (0.0, "30 ms")):
         check, _ = checked(9.0, linear=exact, records="A", names="A", late=late, refits=left)
         # Every refit leaves the same here, that without a drift of the zeros too.
-        (found,) = [rival for rival, _ in check.rivals if rival.id == "wiring/clock"]
-        assert found.about == "A"
-        assert drift in found.text
-        assert found.mean_square < 0.01
+        (result,) = [rival for rival, _ in check.rivals if rival.id == "wiring/clock"]
+        assert result.about == "A"
+        assert drift in result.text
+        assert result.mean_square < 0.01
 
 
 def test_a_guess_stands_where_it_leaves_three_hundredths_of_the_gap():
@@ -300,9 +300,9 @@ def test_a_mass_of_zero_is_physical_and_nothing_but_zeros_is_not():
     m, k = parameter("m"), parameter("K1")
     shift = parameter("shift", -1.0, 1.0)
     assert bounds_told((m, 0.0), (k, 5.0)) == {}
-    found = bounds_told((m, 0.0), (k, 1e-6), (shift, 1.0))
-    assert found["m"] == "m of the baseline is at its bound, 0 kg"
-    assert set(found) == {"m", "K1"}
+    result = bounds_told((m, 0.0), (k, 1e-6), (shift, 1.0))
+    assert result["m"] == "m of the baseline is at its bound, 0 kg"
+    assert set(result) == {"m", "K1"}
     assert bounds_told((shift, 1.0)) == {}
     # Not a zero: a millionth of its scale of two is one.
     assert bounds_told((m, 0.0), (k, 3e-6)) == {}
@@ -340,7 +340,7 @@ REDUCTION = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0)
 
 def named(verdict=NAMED, phi=0.875, effects=("tilt",), reduction=REDUCTION, classes=()):
     which = Attribution(effects, (("tilt", "offset"),), {}, (), "")
-    found = SimpleNamespace(ids=classes, ties=())
+    result = SimpleNamespace(ids=classes, ties=())
     return Diagnosis(
         "c",
         "carrier",
@@ -349,7 +349,7 @@ def named(verdict=NAMED, phi=0.875, effects=("tilt",), reduction=REDUCTION, clas
         "m",
         which,
         reduction and replace(reduction, phi=phi),
-        classes=found if classes else None,
+        classes=result if classes else None,
     )
 
 
@@ -384,12 +384,12 @@ def test_a_wiring_that_explains_as_much_is_an_alias_of_what_is_named():
 
     for verdict in (NAMED, NAMED_WITH_REMAINDER, ALIASED, CLASS_NAMED):
         assert beside(0.8451, verdict=verdict).verdict == ALIASED
-    found = beside(0.8451)
-    assert found.reason == (
+    result = beside(0.8451)
+    assert result.reason == (
         "check the wiring first: with the torque of the other sign the baseline alone explains "
         "85% of the gap; otherwise why"
     )
-    assert found.attribution.aliases == (("tilt", "offset"), ("tilt", "wiring/torque_sign"))
+    assert result.attribution.aliases == (("tilt", "offset"), ("tilt", "wiring/torque_sign"))
     assert beside(0.8449).verdict == NAMED
     # No share of what is named is above one.
     assert beside(0.971, phi=3.0).verdict == ALIASED
@@ -399,19 +399,19 @@ def test_a_wiring_that_explains_as_much_is_an_alias_of_what_is_named():
 def test_where_no_law_is_named_the_wiring_is_an_alias_of_the_class():
     alone = named(CLASS_NAMED, effects=(), classes=("housing/tilt/torque",))
     alone = replace(alone, attribution=replace(alone.attribution, aliases=()))
-    found = with_findings(alone, (), BaselineCheck((), ((rival(1.0), 0.99),)))
-    assert found.attribution.aliases == (("housing/tilt/torque", "wiring/torque_sign"),)
-    assert headlines(found)[1] == (
+    result = with_findings(alone, (), BaselineCheck((), ((rival(1.0), 0.99),)))
+    assert result.attribution.aliases == (("housing/tilt/torque", "wiring/torque_sign"),)
+    assert headlines(result)[1] == (
         "Cannot be distinguished in these records: one of tilt of the housing, following torque; "
         "a fault of the measurement (torque sign)"
     )
 
 
 def test_a_wrong_unit_is_an_alias_of_whatever_is_named():
-    found = with_findings(named(), (finding("unit"),), BaselineCheck((), ()))
-    assert found.verdict == ALIASED
-    assert found.reason == "check the wiring first: text of unit; otherwise why"
-    assert found.attribution.aliases[-1] == ("tilt", "wiring/unit")
+    result = with_findings(named(), (finding("unit"),), BaselineCheck((), ()))
+    assert result.verdict == ALIASED
+    assert result.reason == "check the wiring first: text of unit; otherwise why"
+    assert result.attribution.aliases[-1] == ("tilt", "wiring/unit")
     assert with_findings(named(), (finding("tone"),), BaselineCheck((), ())).verdict == NAMED
 
 
@@ -419,15 +419,15 @@ def test_a_clock_that_was_moved_is_an_alias_of_a_delay_alone():
     def beside(*checks, **options):
         return with_findings(named(**options), tuple(map(finding, checks)), BaselineCheck((), ()))
 
-    found = beside("clock_shift", effects=("tilt", "sensor_delay"))
-    assert found.verdict == ALIASED
-    assert found.attribution.aliases[-1] == ("sensor_delay", "wiring/clock_shift")
+    result = beside("clock_shift", effects=("tilt", "sensor_delay"))
+    assert result.verdict == ALIASED
+    assert result.attribution.aliases[-1] == ("sensor_delay", "wiring/clock_shift")
     delays = ("delay", "sensors/delay")
-    found = beside("clock_shift", effects=(), classes=(*delays, "spring"), verdict=CLASS_NAMED)
-    assert found.attribution.aliases[-1] == (*delays, "wiring/clock_shift")
-    assert found.reason == "check the wiring first: text of clock_shift; otherwise why"
-    found = beside("unit", "clock_shift", effects=("sensor_delay",))
-    assert "first: text of unit; text of clock_shift; otherwise" in found.reason
+    result = beside("clock_shift", effects=(), classes=(*delays, "spring"), verdict=CLASS_NAMED)
+    assert result.attribution.aliases[-1] == (*delays, "wiring/clock_shift")
+    assert result.reason == "check the wiring first: text of clock_shift; otherwise why"
+    result = beside("unit", "clock_shift", effects=("sensor_delay",))
+    assert "first: text of unit; text of clock_shift; otherwise" in result.reason
     assert beside("clock_shift", classes=("spring", "delayed")).verdict == NAMED
     assert beside("clock_shift").verdict == NAMED
     assert beside("tone", effects=("sensor_delay",)).verdict == NAMED

@@ -66,13 +66,13 @@ def printed(text, n):
 @pytest.mark.parametrize(("suffix", "quantity"), [("sti", "stiffness"), ("mas", "mass")])
 def test_calculix_matrices_come_back_as_printed(suffix, quantity, calculix_job):
     path = calculix_job / f"job.{suffix}"
-    found = read_matrix(path, quantity).A
+    result = read_matrix(path, quantity).A
     n = len(read_dofs(calculix_job / "job.dof"))
     assert n == 3 * len(read_nodes(calculix_job / "mesh.inp").numbers)
-    np.testing.assert_array_equal(found.toarray(), printed(path.read_text(), n))
+    np.testing.assert_array_equal(result.toarray(), printed(path.read_text(), n))
     # Not an empty comparison: fourteen digits, both triangles.
-    assert found.nnz > 10 * n
-    assert (found - found.T).nnz == 0
+    assert result.nnz > 10 * n
+    assert (result - result.T).nnz == 0
 
 
 @needs_calculix
@@ -112,9 +112,9 @@ def test_text_op4_comes_back_as_printed(form, tmp_path):
 def test_nastrans_own_files_of_64_bit_words_are_read_as_pyyeti_does(form):
     path = OP4 / f"nas_large_dim_{form}_binary.op4"
     expected = op4.load(str(path), "matd22a", into="list", sparse=(True, sp.coo_matrix.tocoo))[1][0]
-    found = sp.coo_array(read_matrix(path, "mass").A)
-    assert found.shape == expected.shape == (10_000_001, 10_000_001)
-    ours = sorted(zip(*found.coords, found.data, strict=True))
+    result = sp.coo_array(read_matrix(path, "mass").A)
+    assert result.shape == expected.shape == (10_000_001, 10_000_001)
+    ours = sorted(zip(*result.coords, result.data, strict=True))
     theirs = sorted(zip(expected.row, expected.col, expected.data, strict=True))
     assert ours == [each for each in theirs if each[2] != 0.0]
 
@@ -123,8 +123,8 @@ def test_a_reduced_model_of_nx_nastran_is_read_as_pyyeti_does():
     path = NASTRAN / "nas2cam_csuper" / "inboard_mk.op4"
     expected = op4.read(str(path), into="dct")
     for quantity, name in (("stiffness", "kxx"), ("mass", "mxx")):
-        found = read_matrix(path, quantity).A.toarray()
-        np.testing.assert_array_equal(found, expected[name])
+        result = read_matrix(path, quantity).A.toarray()
+        np.testing.assert_array_equal(result, expected[name])
 
 
 def test_dmig_of_nastran_is_read_as_pyyeti_does():

@@ -166,9 +166,9 @@ def test_matrices_are_scikit_fems(kind, folder):
             if len(group):
                 axis[group[a::3].ravel()] = a
     order = 3 * node + axis
-    for found, expected in ((K, expected_K), (M, expected_M)):
+    for result, expected in ((K, expected_K), (M, expected_M)):
         # Mid-side nodes of the file are rounded; scikit-fem's elements are straight.
-        assert abs(found[order][:, order] - expected).max() < 1e-11 * abs(expected).max()
+        assert abs(result[order][:, order] - expected).max() < 1e-11 * abs(expected).max()
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

@@ -48,8 +48,8 @@ def test_amplitudes_are_those_of_the_cosine_series_whatever_the_speed_ripple():
     expected[list(amplitudes)] = list(amplitudes.values())
     for theta in turning():
         signal = sum((value * np.exp(1j * n * theta)).real for n, value in amplitudes.items())
-        found, scatter = order_amplitudes(np.array([signal, 2.0 * signal]), theta, MAX_ORDER)
-        assert_allclose(found.T, [expected, 2.0 * expected], rtol=0, atol=1e-12)
+        result, scatter = order_amplitudes(np.array([signal, 2.0 * signal]), theta, MAX_ORDER)
+        assert_allclose(result.T, [expected, 2.0 * expected], rtol=0, atol=1e-12)
         assert scatter[0] < 1e-20
         assert scatter[1] == theta.size - 25
 

@@ -27,7 +27,7 @@ def faultless(kind):
 def checks(campaign):
     """Names of the checks that find something, with what they are about."""
     curves = curve_set() if campaign.kind == "carrier" else None
-    return {(found.check, found.about) for found in records_findings(campaign, curves)}
+    return {(result.check, result.about) for result in records_findings(campaign, curves)}
 
 
 def changed(campaign, column, change, *, runs=None):

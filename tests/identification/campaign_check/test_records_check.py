@@ -68,8 +68,8 @@ def test_time_in_milliseconds_is_found():
 
 
 def test_a_speed_that_is_not_the_slope_of_the_angle_is_found():
-    found = checks(changed(faultless("mounting"), "speed", scaled(30.0 / np.pi)))
-    assert ("unit", "speed") in found
+    result = checks(changed(faultless("mounting"), "speed", scaled(30.0 / np.pi)))
+    assert ("unit", "speed") in result
 
 
 def test_torque_against_the_rotation_is_found():
@@ -95,13 +95,13 @@ def test_declared_noise_far_below_that_between_neighbours_is_found():
 
 
 def test_a_wrong_period_is_found():
-    found = checks(with_rig(faultless("element"), period_samples=500))
-    assert {check for check, _ in found} == {"period_samples"}
+    result = checks(with_rig(faultless("element"), period_samples=500))
+    assert {check for check, _ in result} == {"period_samples"}
 
 
 def test_zeroing_beyond_the_rest_is_found():
-    found = checks(with_rig(faultless("mounting"), zeroing_samples=1000))
-    assert {check for check, _ in found} == {"zeroing"}
+    result = checks(with_rig(faultless("mounting"), zeroing_samples=1000))
+    assert {check for check, _ in result} == {"zeroing"}
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -277,12 +277,12 @@ def test_a_finding_names_figure_file_line_and_remedy():
         return values
 
     campaign = changed(faultless("carrier"), "s137", with_spike, runs=["LC2"])
-    (found,) = records_findings(campaign, curve_set())  # nothing else is wrong with it
-    assert found.line == "LC2.csv, line 102"
-    assert found.check == "outliers"
-    assert found.figure == pytest.approx(1e-3, rel=0.1)
-    assert set(vars(found)) >= {"about", "text", "remedy"}
-    assert "leave these cells empty" in found.remedy
+    (result,) = records_findings(campaign, curve_set())  # nothing else is wrong with it
+    assert result.line == "LC2.csv, line 102"
+    assert result.check == "outliers"
+    assert result.figure == pytest.approx(1e-3, rel=0.1)
+    assert set(vars(result)) >= {"about", "text", "remedy"}
+    assert "leave these cells empty" in result.remedy
 
 
 def test_a_periodic_load_at_the_same_phases_is_not_read_coarsely():

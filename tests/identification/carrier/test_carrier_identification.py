@@ -181,14 +181,14 @@ def test_jackknife_over_runs_is_that_of_joint_fits_without_one_run_each():
             signals={name: np.where(gone, np.nan, values) for name, values in run.signals.items()},
         )
         equations.append(normal_equations(run, axial_channels(campaign), M2))
-    found = with_scatter_of_runs(joint_fit(equations, M2.shared), equations, M2.shared)
-    assert found.covariance_source == SCATTER_OF_RUNS
+    result = with_scatter_of_runs(joint_fit(equations, M2.shared), equations, M2.shared)
+    assert result.covariance_source == SCATTER_OF_RUNS
     without = [
         joint_fit(equations[:k] + equations[k + 1 :], M2.shared).unknowns[:4] for k in range(3)
     ]
     scatter = np.array(without) - np.mean(without, axis=0)
     assert_allclose(
-        found.covariance[:4, :4], 2.0 / 3.0 * scatter.T @ scatter, rtol=1e-6, atol=1e-20
+        result.covariance[:4, :4], 2.0 / 3.0 * scatter.T @ scatter, rtol=1e-6, atol=1e-20
     )
 
 
@@ -390,8 +390,8 @@ def test_normal_equations_are_those_of_the_stacked_design():
     design = np.vstack([M2.design(run.inputs, channel)[kept] for channel in channels])
     signal = np.concatenate([run.signals[channel.name][kept] for channel in channels])
     expected = np.linalg.lstsq(design, signal, rcond=None)[0]
-    found = identify_each_run(campaign, M2)["LC1"].run_coefficients["LC1"]
-    assert_allclose(found, expected, rtol=1e-10)
+    result = identify_each_run(campaign, M2)["LC1"].run_coefficients["LC1"]
+    assert_allclose(result, expected, rtol=1e-10)
     assert_allclose(sums.matrix.sum(axis=(0, 1)), design.T @ design, rtol=1e-10, atol=1e-11)
 
 

@@ -69,6 +69,6 @@ def test_files_of_a_logger_become_the_campaign_that_they_came_from(name, tmp_pat
             assert known.mean() > 0.95
             scale = np.abs(wanted).max()
             assert_allclose(values[known], wanted[: run.time.size][known], atol=1e-6 * scale)
-        found = checked_document(tmp_path / "campaign" / "import.json")["missing"]
-        counted = sum(count["rows"] for count in found if count["run"] == run.name)
+        result = checked_document(tmp_path / "campaign" / "import.json")["missing"]
+        counted = sum(count["rows"] for count in result if count["run"] == run.name)
         assert (counted > 0) == (missing > 0)

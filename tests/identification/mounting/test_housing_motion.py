@@ -18,12 +18,12 @@ def _signals(motion=MOTION, names=SENSORS):
 
 
 def test_six_sensors_give_the_six_coordinates_back():
-    found = housing_motion(RIG, _signals())
-    assert found.coordinates == HOUSING_MOTION
-    assert_allclose(found.motion, MOTION, rtol=0.0, atol=1e-15)
-    assert_allclose(found.residual, 0.0, atol=1e-16)
-    assert (found.incomplete_samples, found.lost_samples) == (0, 0)
-    assert 2.0 < found.condition_number < 4.5
+    result = housing_motion(RIG, _signals())
+    assert result.coordinates == HOUSING_MOTION
+    assert_allclose(result.motion, MOTION, rtol=0.0, atol=1e-15)
+    assert_allclose(result.residual, 0.0, atol=1e-16)
+    assert (result.incomplete_samples, result.lost_samples) == (0, 0)
+    assert 2.0 < result.condition_number < 4.5
 
 
 def test_a_vertical_motion_and_a_roll_are_read_as_the_figure_shows():
@@ -46,8 +46,8 @@ def test_five_sensors_are_not_enough_for_six_coordinates(missing):
 def test_without_axial_motion_five_sensors_are_enough_and_six_are_averaged():
     known = MOTION * [0, 1, 1, 1, 1, 1]
     five = tuple(name for name in SENSORS if name != "sbx")
-    found = housing_motion(RIG, _signals(known, five), coordinates=HOUSING_MOTION[1:])
-    assert_allclose(found.motion, known[:, 1:], atol=1e-15)
+    result = housing_motion(RIG, _signals(known, five), coordinates=HOUSING_MOTION[1:])
+    assert_allclose(result.motion, known[:, 1:], atol=1e-15)
     noisy = _signals(known)
     noisy["sbx"] += 1e-5
     averaged = housing_motion(RIG, noisy, coordinates=HOUSING_MOTION[1:])
@@ -62,10 +62,10 @@ def test_gaps_are_bridged_where_the_other_sensors_suffice_and_counted_where_not(
     signals = _signals(MOTION * [0, 1, 1, 1, 1, 1])
     signals["ssx"][3] = np.nan
     signals["spy"][7] = np.nan
-    found = housing_motion(RIG, signals, coordinates=HOUSING_MOTION[1:])
-    assert (found.incomplete_samples, found.lost_samples) == (1, 1)
-    assert_allclose(found.motion[3], MOTION[3, 1:], atol=1e-15)
-    assert np.isnan(found.motion[7]).all()
+    result = housing_motion(RIG, signals, coordinates=HOUSING_MOTION[1:])
+    assert (result.incomplete_samples, result.lost_samples) == (1, 1)
+    assert_allclose(result.motion[3], MOTION[3, 1:], atol=1e-15)
+    assert np.isnan(result.motion[7]).all()
 
 
 def test_unknown_names_are_refused():

@@ -63,10 +63,10 @@ def test_exudyn_loads_mesh_matrices_and_sets(fem, pin_structure, one_pin_mesh, p
 def test_exudyn_reduces_to_the_same_matrices_and_mass(fem, pin_reduction, kept):
     cms = FEM.ObjectFFRFreducedOrderInterface(fem)
     model = pin_reduction.model
-    for found, matrix in ((cms.massMatrixReduced, model.M), (cms.stiffnessMatrixReduced, model.K)):
+    for result, matrix in ((cms.massMatrixReduced, model.M), (cms.stiffnessMatrixReduced, model.K)):
         expected = matrix[np.ix_(kept, kept)]
         scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
-        assert_allclose(found / scale, expected / scale, rtol=0.0, atol=1e-8)
+        assert_allclose(result / scale, expected / scale, rtol=0.0, atol=1e-8)
     assert cms.totalMass == pytest.approx(model.mass_properties.mass, rel=1e-12)
     assert_allclose(cms.chiU, model.mass_properties.centre, atol=1e-12)
     assert_allclose(cms.inertiaLocal, model.ffrf.J, rtol=1e-10, atol=1e-10)
@@ -113,12 +113,12 @@ def test_static_answer_of_the_loaded_matrices_is_the_pilots_compliance(
     saddle = sp.block_array([[K, size * first.T], [size * first, None]], format="csc")
     force = np.concatenate([others.T.toarray(), np.zeros((6, others.shape[0]))])
     u = spsolve(saddle, force)[: K.shape[0]]
-    found, expected = (
+    result, expected = (
         others @ u,
         pilot_compliance(pin_reduction.model, [pin_structure.pilots[0].name]),
     )
     scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
-    assert_allclose(found / scale, expected / scale, rtol=0.0, atol=1e-7)
+    assert_allclose(result / scale, expected / scale, rtol=0.0, atol=1e-7)
 
 
 def test_a_pilot_off_its_surface_has_no_weights_of_other_directions(

@@ -64,8 +64,8 @@ def test_groups_hold_the_held_body(groups, reduction, held):
     assert_allclose(points, np.array(list(model.pilots.values())) - model.pilots[held], atol=1e-15)
     assert_allclose(groups[8].reshape(n, 2, 6), body.motion.transpose(2, 0, 1), atol=0.0)
     for number, matrix in ((9, body.M), (10, body.K), (13, body.D)):
-        found = groups[number].reshape(n, n)
-        assert_allclose(found, matrix, rtol=1e-15, atol=0.0)
+        result = groups[number].reshape(n, n)
+        assert_allclose(result, matrix, rtol=1e-15, atol=0.0)
     assert set(groups) == {*range(1, 3), *range(5, 11), *range(12, 19)}
 
 
@@ -107,9 +107,9 @@ def test_invariants_are_sums_over_the_nodes(groups, structure, basis, reduction,
         18: np.einsum("st,sjab,tkbc->ajkc", m, u_tilde, u_tilde, optimize=True),
     }
     for number, value in expected.items():
-        found = groups[number].reshape(value.shape)
+        result = groups[number].reshape(value.shape)
         assert_allclose(
-            found, value, rtol=0.0, atol=1e-12 * np.abs(value).max(), err_msg=f"group {number}"
+            result, value, rtol=0.0, atol=1e-12 * np.abs(value).max(), err_msg=f"group {number}"
         )
     assert n == 9
 

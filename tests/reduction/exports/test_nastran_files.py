@@ -44,24 +44,24 @@ def checked(path, stiffness=0.0):
     uset, _ = nastran.bulk2uset(str(path.with_suffix(".asm")))
     b = np.arange(len(uset))
     report = io.StringIO()
-    found = cb.cbcheck(
+    result = cb.cbcheck(
         report, matrices["maa"], matrices["kaa"], b, b[:6], uset=uset, n_freefree_modes=8
     )
-    return found, report.getvalue()
+    return result, report.getvalue()
 
 
 def test_op4_comes_back_in_double_precision(tmp_path, model):
     write_op4(model, tmp_path / "body.op4")
-    found = read_op4(tmp_path / "body.op4")
+    result = read_op4(tmp_path / "body.op4")
     body = ordered_body(model)
     for name, matrix in (("kaa", body.K), ("maa", body.M), ("baa", body.D)):
-        assert (found[name] == found[name].T).all()
-        assert_allclose(found[name], matrix, rtol=0.0, atol=1e-15 * np.abs(matrix).max())
+        assert (result[name] == result[name].T).all()
+        assert_allclose(result[name], matrix, rtol=0.0, atol=1e-15 * np.abs(matrix).max())
 
 
 def test_op4_passes_cbcheck(tmp_path, model):
     write_op4(model, tmp_path / "body.op4")
-    found, report = checked(tmp_path / "body.op4")
+    result, report = checked(tmp_path / "body.op4")
     for words in (
         "Mass matrix is symmetric",
         "Mass matrix is positive-definite",
@@ -73,9 +73,9 @@ def test_op4_passes_cbcheck(tmp_path, model):
     assert not re.search("warning|fail|bad", report, re.IGNORECASE)
     assert float(re.search(r"coordinate location error: *(\S+)", report)[1]) < 2e-8
     omega = np.sqrt(model.K.diagonal()[6 * len(model.pilots) :])
-    assert_allclose(found.cb_frq, omega / (2.0 * np.pi), rtol=1e-8)
-    assert_allclose(found.rbg, geometric_rigid_modes(model)[: 6 * len(model.pilots)], atol=2e-8)
-    assert_allclose(found.rbe, found.rbs, atol=1e-6 * np.abs(found.rbs).max())
+    assert_allclose(result.cb_frq, omega / (2.0 * np.pi), rtol=1e-8)
+    assert_allclose(result.rbg, geometric_rigid_modes(model)[: 6 * len(model.pilots)], atol=2e-8)
+    assert_allclose(result.rbe, result.rbs, atol=1e-6 * np.abs(result.rbs).max())
 
 
 def test_cbcheck_notices_a_pilot_tied_to_ground(tmp_path, pin_reduction):
@@ -119,8 +119,8 @@ def test_dmig_comes_back_to_ten_digits_with_its_grounding(tmp_path, model):
     body = ordered_body(model)
     index = coordinate_index(body)
     for name, matrix in (("KAAX", body.K), ("MAAX", body.M), ("BAAX", body.D)):
-        found = written_matrix(text, name, index)
-        assert_allclose(found, matrix, rtol=1e-9, atol=1e-30)
+        result = written_matrix(text, name, index)
+        assert_allclose(result, matrix, rtol=1e-9, atol=1e-30)
     R = geometric_rigid_modes(model)
     assert figure == pytest.approx(grounding_of(written_matrix(text, "KAAX", index), R))
     assert grounding_of(model.K, R) < 0.1 * figure < 1e-9

@@ -44,12 +44,12 @@ def blocks_of(path):
 
 
 def table(tables, words):
-    (found,) = (
+    (result,) = (
         own
         for name, own in tables.items()
         if name.startswith(words) and isinstance(own, np.ndarray)
     )
-    return found
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -125,9 +125,9 @@ def test_openfasts_own_library_reads_the_current_form(tmp_path, pin_reduction):
     write_openfast(own, tmp_path / "pin.dat", "current")
     reader = reading.InputReader_OpenFAST()
     reader.read_ExtPtfm(str(tmp_path / "pin.dat"))
-    found = reader.fst_vt["ExtPtfm"]
-    assert (found["RBMod"], found["NActiveDOFList"], found["HasUserForcing"]) == (2, -1, False)
-    matrices = found["FlexASCII"]
+    result = reader.fst_vt["ExtPtfm"]
+    assert (result["RBMod"], result["NActiveDOFList"], result["HasUserForcing"]) == (2, -1, False)
+    matrices = result["FlexASCII"]
     for key, matrix in (
         ("MassMatrix", own.M),
         ("StiffnessMatrix", own.K),
@@ -136,7 +136,7 @@ def test_openfasts_own_library_reads_the_current_form(tmp_path, pin_reduction):
         ("WeightStiffness", own.K_W),
     ):
         assert_array_equal(matrices[key], matrix)
-    assert_array_equal(found["Connections"]["Displacement"], own.displacement)
+    assert_array_equal(result["Connections"]["Displacement"], own.displacement)
 
 
 @pytest.mark.parametrize("body", ["pin", "joined group"])
@@ -151,8 +151,8 @@ def test_a_free_body_keeps_mass_six_free_motions_and_frequencies(body, pin_reduc
     assert figures["mass away from a rigid body's, relative"] < 1e-8
     # Frequencies of the free body: those of M_r and K_r with the interface's motion taken out.
     reduced = own.M[6:, 6:] - own.M[6:, :6] @ np.linalg.solve(own.M[:6, :6], own.M[:6, 6:])
-    found = scipy.linalg.eigh(own.K[6:, 6:], reduced, eigvals_only=True)
-    assert_allclose(found, dense_modes(model.K, model.M)[0][6:], rtol=1e-10)
+    result = scipy.linalg.eigh(own.K[6:, 6:], reduced, eigvals_only=True)
+    assert_allclose(result, dense_modes(model.K, model.M)[0][6:], rtol=1e-10)
 
 
 def test_mass_and_centre_are_those_of_the_body(pin_reduction):
@@ -161,8 +161,8 @@ def test_mass_and_centre_are_those_of_the_body(pin_reduction):
     properties = model.mass_properties
     assert_allclose(figures["mass [kg]"], properties.mass, rtol=1e-9)
     arm = properties.centre - model.pilots[PILOT]
-    found = [figures[f"centre of mass, {axis} [m]"] for axis in "xyz"]
-    assert_allclose(found, arm, atol=1e-9)
+    result = [figures[f"centre of mass, {axis} [m]"] for axis in "xyz"]
+    assert_allclose(result, arm, atol=1e-9)
 
 
 def test_self_weight_is_what_gravity_does_to_the_turned_body(pin_reduction):
@@ -194,8 +194,8 @@ def test_a_held_body_has_its_stiffness_at_the_interface(pin_reduction):
     assert_allclose(np.linalg.inv(own.K[:6, :6]), compliance, rtol=1e-8, atol=1e-20)
     figures = checks(own)
     assert_allclose(figures["stiffness in torsion about x [N m/rad]"], 1.0 / compliance[3, 3])
-    found = scipy.linalg.eigh(own.K, own.M, eigvals_only=True)
-    assert_allclose(found, dense_modes(held.K, held.M)[0], rtol=1e-9)
+    result = scipy.linalg.eigh(own.K, own.M, eigvals_only=True)
+    assert_allclose(result, dense_modes(held.K, held.M)[0], rtol=1e-9)
     assert_array_equal(own.W_0, 0.0)
 
 

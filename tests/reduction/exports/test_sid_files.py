@@ -203,17 +203,19 @@ def test_nodes_move_as_the_pilots_do(written, structure, modes, reduction):
     nodes = read_sid(written[0])[3]
     for number, pilot in enumerate(structure.pilots, start=1):
         motion = pilot.G @ modes.reshape(-1, modes.shape[2])
-        found = nodes[number]
-        assert_allclose(found["origin"]["m0"][:, 0], pilot.point, atol=1e-15)
+        result = nodes[number]
+        assert_allclose(result["origin"]["m0"][:, 0], pilot.point, atol=1e-15)
         scale = 1e-8 * np.abs(modes).max()
-        assert_allclose(found["origin"]["m1"][:, :, 0], motion[:3], atol=scale)
-        assert_allclose(found["phi"]["m0"], motion[:3], atol=scale)
-        assert_allclose(found["psi"]["m0"], motion[3:], atol=scale)
+        assert_allclose(result["origin"]["m1"][:, :, 0], motion[:3], atol=scale)
+        assert_allclose(result["phi"]["m0"], motion[:3], atol=scale)
+        assert_allclose(result["psi"]["m0"], motion[3:], atol=scale)
         # Axes of the node: AP = I + psi~, so that its first column turns by psi × e_x.
         for column in range(3):
-            turned = np.cross(found["psi"]["m0"].T, np.eye(3)[column]).T
+            turned = np.cross(result["psi"]["m0"].T, np.eye(3)[column]).T
             assert_allclose(
-                found["AP"]["m1"][:, :, column], turned, atol=1e-13 * max(np.abs(turned).max(), 1.0)
+                result["AP"]["m1"][:, :, column],
+                turned,
+                atol=1e-13 * max(np.abs(turned).max(), 1.0),
             )
     assert not nodes[1]["phi"]["m0"].any()
 

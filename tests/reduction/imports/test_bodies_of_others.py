@@ -75,18 +75,18 @@ def test_standard_input_data_come_back_with_every_integral(tmp_path, reduction):
     for pilot in (None, "bar_end"):
         write_sid(reduction.model, tmp_path / "bar.SID_FEM", pilot=pilot)
         imported = read_any_body(tmp_path / "bar.SID_FEM")
-        found, model = imported.model, reduction.model
-        assert imported.losses == () == found.sensor_names
-        assert found.name == "bar"
-        sign = same(found, model, 1e-10)
+        result, model = imported.model, reduction.model
+        assert imported.losses == () == result.sensor_names
+        assert result.name == "bar"
+        sign = same(result, model, 1e-10)
         for name in ("first_moment", "second_moment", "N", "P", "Q"):
-            expected, read = getattr(model.ffrf, name), getattr(found.ffrf, name)
+            expected, read = getattr(model.ffrf, name), getattr(result.ffrf, name)
             if name in ("N", "P"):
                 read = read * sign
             if name == "Q":
                 read = read * np.outer(sign, sign)
             assert_allclose(read, expected, atol=1e-10 * np.abs(expected).max(), err_msg=name)
-        assert grounding(found) < 1e-10
+        assert grounding(result) < 1e-10
 
 
 def test_a_carrier_of_nine_pilots_comes_back_through_standard_input_data(
@@ -133,9 +133,9 @@ def test_the_free_plate_is_that_of_its_integrals_put_together_by_hand(plate):
     M[6:, 6:] = np.eye(3)
     K = scipy.linalg.block_diag(np.zeros((6, 6)), sid_sample.KE)
     expected = scipy.linalg.eigh((K + K.T) / 2, M, eigvals_only=True)
-    found = scipy.linalg.eigh(plate.model.K, plate.model.M, eigvals_only=True)
-    assert_allclose(found[6:], expected[6:], rtol=1e-8)
-    assert np.abs(found[:6]).max() < 1e-8 * found[6]
+    result = scipy.linalg.eigh(plate.model.K, plate.model.M, eigvals_only=True)
+    assert_allclose(result[6:], expected[6:], rtol=1e-8)
+    assert np.abs(result[:6]).max() < 1e-8 * result[6]
 
 
 def test_a_body_of_exudyn_comes_back(tmp_path, structure, reduction):
@@ -184,8 +184,8 @@ def test_a_basis_that_exudyn_computed_spans_the_body_it_has_there(tmp_path, stru
     M[6:, 6:] = cms.massMatrixReduced
     K = scipy.linalg.block_diag(np.zeros((6, 6)), cms.stiffnessMatrixReduced)
     values = np.sort(np.real(scipy.linalg.eigvals(K, M)))
-    found = scipy.linalg.eigh(model.K, model.M, eigvals_only=True)
-    assert_allclose(np.sqrt(found[6:10]), np.sqrt(values[6:10]), rtol=1e-5)
+    result = scipy.linalg.eigh(model.K, model.M, eigvals_only=True)
+    assert_allclose(np.sqrt(result[6:10]), np.sqrt(values[6:10]), rtol=1e-5)
     assert model.mass_properties.mass == pytest.approx(cms.totalMass, rel=1e-12)
     assert grounding(model) < 1e-7
 
@@ -288,8 +288,8 @@ def test_reference_nodes_of_rbe3_are_pilots_and_nothing_is_lost(tmp_path, struct
     assert model.n_coordinates == structure.n_dofs
     K, M = structure.K.toarray(), structure.M.toarray()
     full = scipy.linalg.eigh(K, M, eigvals_only=True)
-    found = scipy.linalg.eigh(model.K, model.M, eigvals_only=True)
-    assert_allclose(found[6:20], full[6:20], rtol=1e-6)
+    result = scipy.linalg.eigh(model.K, model.M, eigvals_only=True)
+    assert_allclose(result[6:20], full[6:20], rtol=1e-6)
     assert model.n_free_motions == 6
     # What ten digits of the nodes' stiffness leave of the pilots' softest one.
     assert grounding(model) < 1e-5
@@ -298,7 +298,7 @@ def test_reference_nodes_of_rbe3_are_pilots_and_nothing_is_lost(tmp_path, struct
 @pytest.mark.long
 def test_links_are_the_pilots_of_an_interfaces_file(tmp_path, structure):
     ends = linked_deck(structure, tmp_path / "bar.bdf", "RBE2,12,902,123456,{end}")
-    found = read_any_body(tmp_path / "bar.bdf").model
+    result = read_any_body(tmp_path / "bar.bdf").model
     head = 'format = "carrierflex-interfaces"\nversion = 1\nname = "bar"\n'
     nodes = '[nodes]\nfile = "bar.bdf"\n'
     tables = (
@@ -312,7 +312,7 @@ def test_links_are_the_pilots_of_an_interfaces_file(tmp_path, structure):
         craig_bampton(given_body(deck, deck, tmp_path / f"{name}.toml").structure, 3).model
         for name in ("links", "tables")
     )
-    assert list(linked.pilots) == ["rbe3_11", "rbe2_12"] == list(found.pilots)
+    assert list(linked.pilots) == ["rbe3_11", "rbe2_12"] == list(result.pilots)
     size = np.sqrt(np.outer(stated.K.diagonal()[:12], stated.K.diagonal()[:12]))
-    for model in (linked, found):
+    for model in (linked, result):
         assert (np.abs(model.K[:12, :12] - stated.K[:12, :12]) / size).max() < 1e-5

@@ -30,12 +30,12 @@ def test_degenerate_and_close_eigenvalues_are_all_found(block):
         exact = np.linspace(1.0, 500.0, N)
     K, M = problem(exact, rng)
     inverse = np.linalg.inv(K)
-    found, Phi = lowest_modes(
+    result, Phi = lowest_modes(
         lambda f: inverse @ f, M, inverse @ rng.standard_normal((N, block)), 8
     )
-    assert_allclose(found, exact[:8], rtol=1e-9)
+    assert_allclose(result, exact[:8], rtol=1e-9)
     assert_allclose(Phi.T @ (M @ Phi), np.eye(8), atol=1e-10)
-    assert_allclose(K @ Phi, (M @ Phi) * found, atol=1e-5 * np.abs(K).max())
+    assert_allclose(K @ Phi, (M @ Phi) * result, atol=1e-5 * np.abs(K).max())
 
 
 def test_more_modes_than_the_problem_has_are_refused():

@@ -57,13 +57,13 @@ def test_the_triangles_enclose_the_carrier_and_know_their_surfaces(shapes, flexi
 
 
 def test_shapes_come_back_and_the_body_is_read_without_them(written, shapes, flexible_reduction):
-    found = read_shapes(written)
-    assert found is not None
-    assert found.surface_names == shapes.surface_names
+    result = read_shapes(written)
+    assert result is not None
+    assert result.surface_names == shapes.surface_names
     for name in ("points", "triangles", "surface_of"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(shapes, name))
+        np.testing.assert_array_equal(getattr(result, name), getattr(shapes, name))
     # Single precision.
-    np.testing.assert_allclose(found.T, shapes.T, rtol=1e-6, atol=1e-30)
+    np.testing.assert_allclose(result.T, shapes.T, rtol=1e-6, atol=1e-30)
     assert read_body(written).labels == flexible_reduction.model.labels
 
 

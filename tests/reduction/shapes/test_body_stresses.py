@@ -54,9 +54,9 @@ def test_the_file_keeps_the_rows(stresses, flexible_reduction, tmp_path):
     assert (reread.singular == stresses.singular).all()
     q = static_coordinates(flexible_reduction.model, ["shaft_face"], LOAD)
     expected = von_mises((stresses.S @ q)[:, :, None])
-    found = von_mises((reread.S @ q)[:, :, None])
+    result = von_mises((reread.S @ q)[:, :, None])
     # Single precision of rows whose parts cancel.
-    assert_allclose(found, expected, rtol=0.0, atol=1e-5 * expected.max())
+    assert_allclose(result, expected, rtol=0.0, atol=1e-5 * expected.max())
     write_body(flexible_reduction.model, path)
     assert read_stresses(path) is None
 

@@ -57,8 +57,8 @@ def test_housing_tilt_is_a_negative_rotation_about_its_axis(sensor_angle, tilt_a
     point = RADIUS * unit_vector(sensor_angle)
     moved = rotation_about(unit_vector(tilt_axis), -small) @ point
     expected = (moved - point)[0] / small
-    found = housing_tilt_pattern(CARRIER_ANGLES, sensor_angle, RADIUS, tilt_axis)
-    assert_allclose(found, expected, rtol=0, atol=1e-6 * RADIUS)
+    result = housing_tilt_pattern(CARRIER_ANGLES, sensor_angle, RADIUS, tilt_axis)
+    assert_allclose(result, expected, rtol=0, atol=1e-6 * RADIUS)
     assert_allclose(expected, -np.cross(unit_vector(tilt_axis), point)[0], atol=1e-6)
 
 
@@ -69,8 +69,8 @@ def test_carrier_tilt_axis_turns_with_the_carrier(sensor_angle, tilt_axis):
     for angle in CARRIER_ANGLES:
         axis = rotation_about([1.0, 0.0, 0.0], angle) @ unit_vector(tilt_axis)
         expected = -np.cross(axis, point)[0]
-        found = carrier_tilt_pattern(np.array([angle]), sensor_angle, RADIUS, tilt_axis)
-        assert_allclose(found, expected, rtol=0, atol=1e-12)
+        result = carrier_tilt_pattern(np.array([angle]), sensor_angle, RADIUS, tilt_axis)
+        assert_allclose(result, expected, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("curve", [flexible_curve(), stiff_curve()])
@@ -80,11 +80,11 @@ def test_deflection_is_that_of_the_material_point_under_the_sensor(curve, sensor
         material = material_angle_under(sensor_angle, angle)
         torque = np.array([250e3])
         expected = 250.0 * curve.axial_at(material)  # unit load 1 kN m
-        found = axial_deflection_pattern(np.array([angle]), sensor_angle, torque, curve)
-        assert_allclose(found, expected, rtol=0, atol=1e-10)
+        result = axial_deflection_pattern(np.array([angle]), sensor_angle, torque, curve)
+        assert_allclose(result, expected, rtol=0, atol=1e-10)
         expected = 250.0 * curve.radial_at(material)
-        found = radial_deflection_pattern(np.array([angle]), sensor_angle, torque, curve)
-        assert_allclose(found, expected, rtol=0, atol=1e-10)
+        result = radial_deflection_pattern(np.array([angle]), sensor_angle, torque, curve)
+        assert_allclose(result, expected, rtol=0, atol=1e-10)
 
 
 def test_positive_rotation_carries_the_deflection_from_47_to_137_degrees():

@@ -99,7 +99,7 @@ def test_a_law_in_the_plane_moves_the_housing_as_another_integrator_says(tables)
         ]
         return A @ x + B @ now + N @ np.array(forces)
 
-    found = solve_ivp(
+    result = solve_ivp(
         slope,
         (0.0, 3.0),
         state.states[0],
@@ -109,7 +109,7 @@ def test_a_law_in_the_plane_moves_the_housing_as_another_integrator_says(tables)
         atol=1e-12,
         max_step=loads.step,
     )
-    reference = (block.output @ found.y[:n_q]).T
+    reference = (block.output @ result.y[:n_q]).T
     reference = reference - reference[0]
     # The table's corners cost the march its order; half a micrometre of seven millimetres.
     assert_allclose(signals, reference, rtol=0.0, atol=1e-4 * np.abs(reference).max())

@@ -61,12 +61,14 @@ def test_a_small_free_decay_about_a_torque_has_the_roots_of_the_roll(name, n_roo
     ]
     # Differences of the samples decay alike and do not know the resting place; the stiff root is
     # gone after two samples.
-    found = roots_of_decay(np.diff(roll)[4:], n_roots, 1.0 / rate)
+    result = roots_of_decay(np.diff(roll)[4:], n_roots, 1.0 / rate)
     modes = mounting_modes(RIG, parameters, LOADED)
     of_roll = [
-        root for root in modes.roots if abs(root) < rate and np.abs(found / root - 1.0).min() < 1e-3
+        root
+        for root in modes.roots
+        if abs(root) < rate and np.abs(result / root - 1.0).min() < 1e-3
     ]
-    assert len(of_roll) == (n_roots if n_roots < 2 else n_roots - 1), (found, modes.roots)
+    assert len(of_roll) == (n_roots if n_roots < 2 else n_roots - 1), (result, modes.roots)
 
 
 @pytest.mark.parametrize("name", ["linear", "nonlinear", "hydro-dynamic"])
@@ -148,12 +150,12 @@ def test_frequency_response_is_that_of_a_simulated_sine(name, place):
     window = slice(-4 * per_period - 1, -1)
     wave = np.exp(-2j * np.pi * frequency * inputs.time[window]) * 2j / (4 * per_period)
     rest = simulate(RIG, parameters, inputs).signals
-    found = wave @ (signals - rest)[window] / size
+    result = wave @ (signals - rest)[window] / size
     expected = frequency_response(RIG, parameters, loads, np.array([frequency]))[0, :, place]
     seen = np.abs(expected) > 1e-3 * np.abs(expected).max()
     assert seen.sum() >= 2
-    assert_allclose(found[seen], expected[seen], rtol=1e-3)
-    assert_allclose(found[~seen], 0.0, atol=1e-3 * np.abs(expected).max())
+    assert_allclose(result[seen], expected[seen], rtol=1e-3)
+    assert_allclose(result[~seen], 0.0, atol=1e-3 * np.abs(expected).max())
 
 
 def test_a_force_that_hardly_changes_meets_the_static_answer_and_a_late_sensor_lags():
@@ -235,10 +237,10 @@ def test_the_state_space_has_the_roots_and_the_response_of_the_model(name):
     loads = np.array([200e3, 10e3, -50e3])
     system = mounting_state_space(RIG, parameters, loads)
     roots = mounting_modes(RIG, parameters, loads).roots
-    found = np.linalg.eigvals(system.A)
+    result = np.linalg.eigvals(system.A)
     for root in roots:
-        assert np.abs(found - root).min() < 1e-10 * abs(root)
-    assert len(found) == sum(1 if root.imag == 0.0 else 2 for root in roots)
+        assert np.abs(result - root).min() < 1e-10 * abs(root)
+    assert len(result) == sum(1 if root.imag == 0.0 else 2 for root in roots)
     hz = np.geomspace(0.1, 100.0, 7)
     expected = frequency_response(RIG, parameters, loads, hz)
     H = system.frequency_response(hz)

@@ -100,9 +100,9 @@ def test_the_state_space_has_the_modes_and_the_response_of_the_stage(modal):
     readings = rng.standard_normal((2, len(modal.omega)))
     system = stage_state_space(modal, readings, ("a", "b"))
     modes = linearised_modes(modal)
-    found = np.linalg.eigvals(system.A)
-    found = np.sort(found.imag[found.imag > 2.0 * np.pi * 1e-3])
-    assert_allclose(found, 2.0 * np.pi * modes.frequency_hz, rtol=1e-10)
+    result = np.linalg.eigvals(system.A)
+    result = np.sort(result.imag[result.imag > 2.0 * np.pi * 1e-3])
+    assert_allclose(result, 2.0 * np.pi * modes.frequency_hz, rtol=1e-10)
     hz = np.array([0.5, 3.0, 40.0, 700.0])
     H = system.frequency_response(hz)
     loads = modal.model.loads

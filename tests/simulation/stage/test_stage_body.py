@@ -39,10 +39,10 @@ def test_shaft_bends_like_a_cantilever_with_shear(shaft):
 def test_shaft_moves_freely_and_keeps_its_mass(shaft):
     R = geometric_rigid_modes(shaft)
     assert_allclose(shaft.K @ R, 0.0, rtol=0.0, atol=1e-9 * np.abs(shaft.K).max())
-    found, stated = mass_properties_from(shaft, R), shaft.mass_properties
-    assert_allclose(found.mass, 1460.0, rtol=0.01)  # data sheet
-    assert_allclose(found.centre, stated.centre, rtol=0.0, atol=1e-9)
-    assert_allclose(found.inertia, stated.inertia, rtol=1e-9, atol=1e-6)
+    result, stated = mass_properties_from(shaft, R), shaft.mass_properties
+    assert_allclose(result.mass, 1460.0, rtol=0.01)  # data sheet
+    assert_allclose(result.centre, stated.centre, rtol=0.0, atol=1e-9)
+    assert_allclose(result.inertia, stated.inertia, rtol=1e-9, atol=1e-6)
 
 
 def test_joined_body_moves_freely_and_adds_up(stage_body, pinned_carrier, shaft):

@@ -194,7 +194,7 @@ def test_rest_reading_holds_what_does_not_depend_on_load_and_no_noise(stage_body
         sensors={"s47": SensorError(zero=2e-5)},
     )
     angle = 0.7
-    plain, found = (
+    plain, result = (
         rest_readings(model, SENSORS, angle),
         rest_readings(model, SENSORS, angle, effects=effects),
     )
@@ -206,7 +206,7 @@ def test_rest_reading_holds_what_does_not_depend_on_load_and_no_noise(stage_body
             expected += 6e-4 * carrier_tilt_pattern(theta, v, 0.412, 1.0)[0] + (
                 2e-5 if sensor.name == "s47" else 0.0
             )
-        assert_allclose(found[sensor.name] - plain[sensor.name], expected, rtol=0.0, atol=1e-15)
+        assert_allclose(result[sensor.name] - plain[sensor.name], expected, rtol=0.0, atol=1e-15)
     # Weight alone: micrometres at rest, none of the torque's 70.
     assert 0.0 < max(abs(value) for value in plain.values()) < 5e-5
 

@@ -18,9 +18,9 @@ def test_the_problem_and_its_sums_are_gone_when_the_page_is_drawn(tmp_path, monk
     problems, alive = [], []
 
     def remembered(*given):
-        found = examined(*given)
-        problems.append(weakref.ref(found.problem))
-        return found
+        result = examined(*given)
+        problems.append(weakref.ref(result.problem))
+        return result
 
     def drawn(*given):
         alive.extend(problem() is not None for problem in problems)

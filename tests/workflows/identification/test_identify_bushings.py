@@ -70,8 +70,8 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
 
 def test_a_model_that_does_not_describe_the_records_says_so_and_what_zero_means(folder, tmp_path):
     result = main(folder, model="linear_bushing", out=tmp_path / "linear", quiet=True)
-    (found,) = [warning for warning in result.warnings if warning.check == "fit"]
-    assert found.figure > 2.0
+    (actual,) = [warning for warning in result.warnings if warning.check == "fit"]
+    assert actual.figure > 2.0
     estimate = result.estimates[""][-1]
     undetermined = {text.split()[0] for text in estimate.undetermined}
     for name, (low, high) in zip(estimate.fit.names, estimate.ci95, strict=True):

@@ -305,11 +305,11 @@ def test_a_mounting_is_written_about_the_largest_torque_of_a_run(tmp_path):
     out = tmp_path / "mounting.npz"
     result = export_body.main(Path("mounting_2011"), format="statespace", out=out, quiet=True)
     assert result.figures["torque [N m]"] == pytest.approx(81.6e3, rel=1e-4)
-    found = np.load(out)
-    assert list(found["output_names"]) == ["ssx", "spx", "ssz", "spz", "spy", "sbx"]
+    actual = np.load(out)
+    assert list(actual["output_names"]) == ["ssx", "spx", "ssz", "spz", "spy", "sbx"]
     case = read_mounting_case(shipped_case("mounting_2011"))
-    roots = mounting_modes(case.rig, case.truth, found["operating_point_values"]).roots
-    distance = np.abs(np.linalg.eigvals(found["A"])[:, None] - roots).min(axis=0)
+    roots = mounting_modes(case.rig, case.truth, actual["operating_point_values"]).roots
+    distance = np.abs(np.linalg.eigvals(actual["A"])[:, None] - roots).min(axis=0)
     assert (distance < 1e-10 * np.abs(roots)).all()
 
 

@@ -52,8 +52,8 @@ def test_entries_of_a_sector_meshs_body_agree(pairs, name):
         expected = getattr(one, letter)
         own = np.where(expected.diagonal() > 0.0, expected.diagonal(), 1.0)
         scale = np.sqrt(np.outer(own, own))
-        found = getattr(two, letter)
-        assert_allclose(found / scale, expected / scale, rtol=0.0, atol=1e-10, err_msg=letter)
+        result = getattr(two, letter)
+        assert_allclose(result / scale, expected / scale, rtol=0.0, atol=1e-10, err_msg=letter)
     size = np.abs(one.sensor_rows).max()
     assert_allclose(two.sensor_rows / size, one.sensor_rows / size, rtol=0.0, atol=1e-10)
 

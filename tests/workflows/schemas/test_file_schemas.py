@@ -46,8 +46,8 @@ def checked(document, kind):
 
 def tables(schema):
     """Every table of a schema, but those of the schemas that it holds as a whole."""
-    found = (schema, *schema.get("$defs", {}).values())
-    return [table for table in found if "properties" in table and "$id" not in table]
+    result = (schema, *schema.get("$defs", {}).values())
+    return [table for table in result if "properties" in table and "$id" not in table]
 
 
 def test_every_shipped_case_is_known_here():
@@ -166,8 +166,8 @@ WRITTEN = {"count": 1, "size": np.inf, "values": np.zeros(2), "pair": (1.0, 2.0)
 )
 def test_a_written_document_with_another_key_or_type_is_refused(change, refusal):
     validator = jsonschema.Draft202012Validator(result_schema(Measured))
-    found = [error.message for error in validator.iter_errors(plain(WRITTEN | change))]
-    assert found == ([refusal] if refusal else [])
+    result = [error.message for error in validator.iter_errors(plain(WRITTEN | change))]
+    assert result == ([refusal] if refusal else [])
 
 
 def test_a_document_that_lacks_a_key_is_refused():

@@ -40,17 +40,17 @@ def command_of(name):
 
 def texts(docstring):
     """Description by parameter."""
-    found, names = {}, []
+    result, names = {}, []
     for line in docstring.partition("Parameters\n----------\n")[2].splitlines():
         if set(line) == {"-"}:
             break
         if line and not line.startswith(" "):
             names = [own.strip() for own in line.partition(" :")[0].split(",")]
-            found |= dict.fromkeys(names, "")
+            result |= dict.fromkeys(names, "")
         else:
             for name in names:
-                found[name] += " " + line.strip()
-    return found
+                result[name] += " " + line.strip()
+    return result
 
 
 def options():

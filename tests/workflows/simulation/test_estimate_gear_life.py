@@ -21,12 +21,12 @@ def life(tmp_path_factory):
 
 
 def kink(life, support, carrier, mesh):
-    (found,) = [
+    (result,) = [
         kink
         for kink in life.kinks
         if (kink.support, kink.carrier, kink.mesh) == (support, carrier, mesh)
     ]
-    return found
+    return result
 
 
 def test_one_bearing_alone_leaves_nearly_the_whole_kink_in_the_mesh(life):

@@ -87,10 +87,10 @@ def test_the_signal_of_a_law_is_added_to_the_case_and_a_copy_kept(tmp_path, curv
     case.write_text(re.sub(r"(?m)^duration = .*$", "duration = 6.0", text), encoding="utf-8")
     without = main(case, out=tmp_path / "a", curves=curves).campaign
     # A campaign that was simulated may be replaced by one with a law, and the other way round.
-    found = main(case, out=tmp_path / "b", curves=curves, law=[law]).campaign
+    result = main(case, out=tmp_path / "b", curves=curves, law=[law]).campaign
     assert (tmp_path / "b" / "law_1.toml").read_bytes() == law.read_bytes()
-    for bare, run in zip(without.runs, found.runs, strict=True):
-        for channel in found.channels:
+    for bare, run in zip(without.runs, result.runs, strict=True):
+        for channel in result.channels:
             added = run.signals[channel.name] - bare.signals[channel.name]
             height = np.interp(run.inputs["torque"], [0.0, 1.8e5, 3.6e5], [0.0, 2e-5, 2e-5])
             is_axial = channel.quantity == "axial_displacement"
