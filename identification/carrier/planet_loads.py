@@ -8,6 +8,7 @@ them gives mean and variance (Garcia-Fernandez et al. 2015, *IEEE Trans. Signal 
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 _HIGHEST_ORDER = 12
 #: Passes of drawn stages, and factors of the errors' covariance in those that move them.
 PASSES, _TEMPERINGS = 8, (30.0, 10.0, 5.0, 3.0, 3.0)
+#: Times that all passes are made, until a stage comes as near the readings as this.
+_ENSEMBLES, _GOOD_MISFIT = 3, 1.5
 #: Largest of the normal numbers that a stage is solved for.
 _LARGEST = 4.0
 #: Carrier angles of a turn [rad].
@@ -243,6 +246,16 @@ class _Drawn:
     q: Array
 
 
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """Loads by a linear fit to some stages, and the stages' misfits: the least, the median."""
+
+    mean: Array
+    variance: Array
+    misfit: float
+    median_misfit: float
+
+
 def inferred_loads(
     forward: StagePair,
     readings: Array,
@@ -252,13 +265,15 @@ def inferred_loads(
     rng: np.random.Generator,
     note: Callable[[str, float], None] = lambda text, share: None,
 ) -> LoadEstimate:
-    """Loads given the readings, by eight passes of drawn stages.
+    """Loads given the readings, by eight passes of drawn stages, up to three times.
 
     The first pass draws within the ranges. In each of five more every stage moves by
     ``C_zy (C_yy + a R)^-1 (y + sqrt(a) e - h(z))``, where ``sum 1/a = 1`` and e is an error of
     covariance R. In the last two stages are drawn from the normal distribution so reached, and a
-    linear fit to them, its deviations added to R, gives the next. Standard deviations are
-    multiplied by the misfit where it is above 1.
+    linear fit to them, its deviations added to R, gives the next. The one of the two counts whose
+    stages come nearer the readings: where a contact opens between them a linear fit leads away.
+    Stages that end far from the readings are in another state of contact, and all passes begin
+    anew. Standard deviations are multiplied by the misfit where it is above 1.
 
     Parameters
     ----------
@@ -269,7 +284,7 @@ def inferred_loads(
     R : ndarray
         Covariance of their errors, :meth:`ReadingErrors.covariance`.
     n_draws : int
-        Stages of all passes.
+        Stages of all passes, each time.
     rng : numpy.random.Generator
         Source of the draws.
     note : callable
@@ -289,7 +304,7 @@ def inferred_loads(
         for z in np.clip(Z, -_LARGEST, _LARGEST):
             answer = forward(z)
             done += 1
-            note(f"{done} of {PASSES * n} stages", done / (PASSES * n))
+            note(f"{done} stages", done / (_ENSEMBLES * PASSES * n))
             if answer is not None:
                 rows.append((z, *answer))
         if 2 * len(rows) <= len(Z):
@@ -299,22 +314,37 @@ def inferred_loads(
             )
         return _Drawn(*(np.array(column) for column in zip(*rows, strict=True)))
 
-    drawn = solved(rng.standard_normal((n, forward.n_unknowns)))
-    for tempering in _TEMPERINGS:
-        lead = _moved(drawn, y, R, tempering, rng)
-        # Stages that were left out are replaced by their neighbours' mixture.
-        missing = n - len(lead)
-        extra = rng.multivariate_normal(lead.mean(axis=0), np.cov(lead.T), missing)
-        drawn = solved(np.vstack([lead, extra]))
-    m, P = drawn.z.mean(axis=0), np.cov(drawn.z.T)
-    for _ in range(PASSES - 1 - len(_TEMPERINGS)):
-        half = rng.multivariate_normal(np.zeros(len(m)), P, n // 2)
-        drawn = solved(np.vstack([m + half, m - half]))
-        m, P, mean, variance = _conditioned(drawn, y, R)
-    gap = y - drawn.y
-    cost = np.einsum("ij,ji->i", gap, np.linalg.solve(R, gap.T)) + (drawn.z**2).sum(axis=1)
-    misfit = float(np.sqrt(cost.min() / len(y)))
-    std = max(1.0, misfit) * np.sqrt(variance)
+    answers: list[_Answer] = []
+
+    def ensemble() -> None:
+        drawn = solved(rng.standard_normal((n, forward.n_unknowns)))
+        for tempering in _TEMPERINGS:
+            lead = _moved(drawn, y, R, tempering, rng)
+            # Stages that were left out are replaced by their neighbours' mixture.
+            missing = n - len(lead)
+            extra = rng.multivariate_normal(lead.mean(axis=0), np.cov(lead.T), missing)
+            drawn = solved(np.vstack([lead, extra]))
+        m, P = drawn.z.mean(axis=0), np.cov(drawn.z.T)
+        for _ in range(PASSES - 1 - len(_TEMPERINGS)):
+            half = rng.multivariate_normal(np.zeros(len(m)), P, n // 2)
+            drawn = solved(np.vstack([m + half, m - half]))
+            m, P, mean, variance = _conditioned(drawn, y, R)
+            misfits = _misfits(drawn, y, R)
+            answers.append(_Answer(mean, variance, misfits.min(), float(np.median(misfits))))
+
+    for _ in range(_ENSEMBLES):
+        # Stages that run away leave a covariance without inverse.
+        with suppress(np.linalg.LinAlgError):
+            ensemble()
+        best = min(answers, key=lambda answer: answer.median_misfit, default=None)
+        if best is not None and best.misfit <= _GOOD_MISFIT:
+            break
+    if best is None:
+        raise ValueError(
+            f"the drawn stages come nowhere near the readings in {_ENSEMBLES} attempts; expected "
+            "readings of the body's own stage: check sensors and --known-torque"
+        )
+    mean, std = best.mean, max(1.0, best.misfit) * np.sqrt(best.variance)
     n_head = len(HEAD)
     shape = (-1, len(PIN_LOADS), TURN_ANGLES)
     return LoadEstimate(
@@ -325,8 +355,15 @@ def inferred_loads(
         mean[n_head:].reshape(shape),
         std[n_head:].reshape(shape),
         float(np.exp(mean[4])),
-        misfit,
+        best.misfit,
     )
+
+
+def _misfits(drawn: _Drawn, y: Array, R: Array) -> Array:
+    """RMS deviation of the readings from each stage, in standard deviations, ranges counted."""
+    gap = y - drawn.y
+    cost = np.einsum("ij,ji->i", gap, np.linalg.solve(R, gap.T)) + (drawn.z**2).sum(axis=1)
+    return np.sqrt(cost / len(y))
 
 
 def _moved(drawn: _Drawn, y: Array, R: Array, tempering: float, rng: np.random.Generator) -> Array:

@@ -81,6 +81,35 @@ def test_readings_that_no_stage_makes_are_a_misfit():
     assert_allclose(estimate.pins_std, estimate.misfit * near.pins_std, rtol=1e-6)
 
 
+class OtherContact(Linear):
+    """Stages that stay in another state of contact, far from the readings, for so many calls."""
+
+    def __init__(self, calls):
+        super().__init__()
+        self.calls = calls
+
+    def __call__(self, z):
+        self.calls -= 1
+        y, q = super().__call__(z)
+        return (y + 100e-6 if self.calls >= 0 else y), q
+
+
+def test_passes_that_end_in_another_state_of_contact_begin_anew():
+    y = Linear()(np.random.default_rng(5).standard_normal(N_LATENT))[0]
+    nearest = estimated(Linear(), y)
+    anew = estimated(OtherContact(1600), y)
+    assert anew.misfit == pytest.approx(nearest.misfit, rel=0.2)
+    assert_allclose(anew.pins, nearest.pins, atol=1e-6 * nearest.pins_std.max())
+    assert estimated(OtherContact(3 * 1600), y).misfit > 5.0
+
+
+def test_stages_that_run_away_end_in_one_line():
+    forward = Linear()
+    forward.H = 1e140 * forward.H
+    with pytest.raises(ValueError, match="nowhere near the readings in 3 attempts"):
+        estimated(forward, np.zeros(96))
+
+
 def test_stages_without_equilibrium_are_refused():
     forward = Linear()
     forward.__class__ = type("Loose", (Linear,), {"__call__": lambda self, z: None})
