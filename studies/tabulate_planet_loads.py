@@ -5,22 +5,19 @@ kink and rotor moment are drawn, by a carrier of another, finer mesh than that o
 
     python -m studies.tabulate_planet_loads --cases 200 --seed 1 --out planet_loads
 
-writes planet_loads.csv (a row a campaign) and planet_loads.md. Stages and campaigns stand in files
-of the folder: a command that was stopped goes on where it was. Statics makes the records: 36 angles
-of a turn, the samples of ten turns with noise; sensors have gains, places, zeros, brackets, a
-saddle and a wavy face. A good answer: 95 % intervals hold 90 to 98 %, half widths at most 1.3 times
-those of a carrier and pin fit that are known (the linear bound), and below 15 % of a pin's load.
-A second table has what the sensors allow: the bound of Cramer and Rao at drawn stages, with errors
-of the readings taken away one at a time.
+writes planet_loads.csv (a row a campaign) and planet_loads.md. Campaigns are files of the folder: a
+command that was stopped continues with the next one. Statics makes the records: 36 angles of a
+turn, the samples of ten turns with noise; sensors have gains, places, zeros, brackets, a saddle and
+a wavy face. A good answer: 95 % intervals hold 90 to 98 %, half widths at most 1.3 times what the
+sensors allow (the bound of Cramer and Rao at the hidden stage), and below 15 % of a pin's load.
+A second table has that bound at drawn stages, with errors of the readings taken away one at a time.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -29,18 +26,15 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import GearData
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.planet_loads import (
-    LoadInference,
     ReadingErrors,
-    candidate_bodies,
     inferred_loads,
-    load_inference,
     measured_turn,
 )
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.reduction.mode_count import rule_of_options
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
@@ -51,10 +45,8 @@ from carrierflex.simulation.stage.hidden_stages import (
     TORQUE_SHARES,
     TURN_ANGLES,
     Bodies,
-    StageEnsemble,
-    drawn_ensemble,
+    StagePair,
     drawn_load,
-    drawn_stage,
     load_of,
     loaded_turn,
     stage_at,
@@ -80,9 +72,6 @@ KNOWN = np.array([NOMINAL, 0.0, 0.0])
 #: Carrier angles of a simulated record, how often each is read, and noise of every sensor [m]:
 #: together the 2700 samples of ten turns (27 s) at 100 Hz.
 _ANGLES, _TURNS, _NOISE = 36, 75, 5e-6
-#: Stages of one file, and arrays of an ensemble.
-_PART = 250
-_ARRAYS = ("loads", "rest", "forces", "pins")
 
 
 @dataclass(frozen=True)
@@ -93,18 +82,18 @@ class LoadsRow:
     moment: Annotated[float, "size of the hidden rotor moment [N m]"]
     torque_error: Annotated[float, "inferred less true torque [N m]"]
     torque_half: Annotated[float, "half width of its 95 % interval [N m]"]
-    torque_bound: Annotated[float, "the same of the linear bound [N m]"]
+    torque_bound: Annotated[float, "the same of the bound [N m]"]
     moment_y_error: Annotated[float, "inferred less true moment about y [N m]"]
     moment_y_half: Annotated[float, "half width of its 95 % interval [N m]"]
     moment_z_error: Annotated[float, "inferred less true moment about z [N m]"]
     moment_z_half: Annotated[float, "half width of its 95 % interval [N m]"]
+    moment_bound: Annotated[float, "the same of the bound, mean of y and z [N m]"]
     pins_held: Annotated[float, "share of pins and angles whose interval holds the force"]
     pins_half: Annotated[float, "mean half width of the tangential forces [N]"]
-    pins_bound: Annotated[float, "the same of the linear bound [N]"]
-    pins_prior: Annotated[float, "half width that the drawn stages alone leave, torque known [N]"]
+    pins_bound: Annotated[float, "the same of the bound [N]"]
     pin_load: Annotated[float, "mean tangential force [N]"]
     moments_held: Annotated[float, "share of the pins' tilting moments that are held"]
-    misfit: Annotated[float, "deviation from the ensemble, about 1"]
+    misfit: Annotated[float, "deviation from the nearest stage, about 1"]
 
 
 def reduced_bodies(size: float) -> Bodies:
@@ -115,12 +104,10 @@ def reduced_bodies(size: float) -> Bodies:
     return Bodies(reduction.model, reduced_pin(size), StageData(gear=GearData()))
 
 
-def loads_row(
-    truth: Bodies, ensemble: StageEnsemble, inference: LoadInference, rng: np.random.Generator
-) -> LoadsRow:
-    """Simulate a campaign by the bodies `truth`, and infer its hidden load.
+def loads_row(truth: Bodies, bodies: Bodies, draws: int, rng: np.random.Generator) -> LoadsRow:
+    """Simulate a campaign by the bodies `truth`, and infer its hidden load by `bodies`.
 
-    A stage that reaches no equilibrium is drawn again, as in the ensemble.
+    A stage that reaches no equilibrium is drawn again.
     """
     errors, arm = ReadingErrors(), truth.data.mounting.ntl_arm
     effects = ReadingEffects(
@@ -132,13 +119,14 @@ def loads_row(
         }
     )
     while True:
-        stage, hidden = drawn_stage(rng, truth.n_planets), drawn_load(rng, NOMINAL)
-        model = stage.model(truth)
+        shares, hidden = rng.random(len(HIDDEN) + truth.n_planets), drawn_load(rng, NOMINAL)
+        model = stage_at(shares).model(truth)
         try:
             turns = [
                 loaded_turn(model, load_of(load, arm), SENSORS, effects=effects, n_angles=_ANGLES)
                 for load in (KNOWN, hidden)
             ]
+            bound = _bound_of(bodies, shares, hidden, BOUNDS[:1])
             break
         except NotConvergedError:
             continue
@@ -149,48 +137,30 @@ def loads_row(
     measured = [measured_turn(_record(values, rng), [s.name for s in SENSORS]) for values in read]
     readings = np.array([turn.readings for turn in measured])
     R = errors.covariance(SENSORS, readings, np.array([turn.noise for turn in measured]))
-    estimate = inferred_loads(inference, readings, R)
-    own = stage.values["pin_fit"], model.layout.body
-    bound = inferred_loads(load_inference(ensemble, [own], SENSORS), readings, R)
+    estimate = inferred_loads(
+        StagePair(bodies, KNOWN, SENSORS, NOMINAL), readings, R, n_draws=draws, rng=rng
+    )
     true = turns[1].pins[:, :, :: _ANGLES // estimate.pins.shape[-1]]
     held = np.abs(estimate.pins - true) <= estimate.half_width
     gap = estimate.load - hidden
-    tangential = ensemble.pins[:, 1, :, 0] / ensemble.loads[:, 1, :1, None]
     return LoadsRow(
         torque=float(hidden[0]),
         moment=float(np.hypot(*hidden[1:])),
         torque_error=float(gap[0]),
         torque_half=float(estimate.load_half_width[0]),
-        torque_bound=float(bound.load_half_width[0]),
+        torque_bound=NORMAL_95 * bound.torque_stds[0],
         moment_y_error=float(gap[1]),
         moment_y_half=float(estimate.load_half_width[1]),
         moment_z_error=float(gap[2]),
         moment_z_half=float(estimate.load_half_width[2]),
+        moment_bound=NORMAL_95 * bound.moment_stds[0],
         pins_held=float(held[:, 0].mean()),
         pins_half=float(estimate.half_width[:, 0].mean()),
-        pins_bound=float(bound.half_width[:, 0].mean()),
-        pins_prior=float(1.96 * tangential.std(axis=0).mean() * hidden[0]),
+        pins_bound=NORMAL_95 * bound.pin_stds[0] * float(true[:, 0].mean()),
         pin_load=float(true[:, 0].mean()),
         moments_held=float(held[:, 2:].mean()),
         misfit=estimate.misfit,
     )
-
-
-def _draw_part(bodies: Bodies, seed: int, number: int, file: Path) -> None:
-    """Draw stages and write them."""
-    part = drawn_ensemble(
-        bodies, KNOWN, SENSORS, _PART,
-        nominal_torque=NOMINAL, rng=np.random.default_rng([seed, 0, number]),
-    )  # fmt: skip
-    arrays = {name: getattr(part, name) for name in _ARRAYS}
-    with whole_file(file) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, **arrays, n_failed=part.n_failed)
-
-
-def _joined(files: Sequence[Path]) -> StageEnsemble:
-    parts = [np.load(file) for file in files]
-    loads, rest, forces, pins = (np.concatenate([part[name] for part in parts]) for name in _ARRAYS)
-    return StageEnsemble(loads, rest, forces, pins, sum(int(part["n_failed"]) for part in parts))
 
 
 def _record(readings: NDArray[np.float64], rng: np.random.Generator) -> Run:
@@ -230,10 +200,12 @@ def loads_table(rows: list[LoadsRow], size: float, truth_size: float) -> list[st
         "those of their tilting moments": share(of["moments_held"]),
         "those of torque, M_y, M_z": ", ".join(held.values()),
         "median half width over a pin's load": part(of["pins_half"] / pin),
-        "the same of drawn stages alone, torque known": part(of["pins_prior"] / pin),
-        "the same of the linear bound": part(of["pins_bound"] / pin),
-        "median half width over the linear bound": median(of["pins_half"] / of["pins_bound"]),
+        "the same of the bound": part(of["pins_bound"] / pin),
+        "median half width over the bound": median(of["pins_half"] / of["pins_bound"]),
         "the same, torque": median(of["torque_half"] / of["torque_bound"]),
+        "the same, mean of M_y and M_z": median(
+            0.5 * (of["moment_y_half"] + of["moment_z_half"]) / of["moment_bound"]
+        ),
         "median error of the torque": part(error / torque),
         "torque within 3 % of the nominal one": share(error <= 0.03 * NOMINAL),
         "torque within 3 % of itself": share(error <= 0.03 * torque),
@@ -242,6 +214,7 @@ def loads_table(rows: list[LoadsRow], size: float, truth_size: float) -> list[st
             median(of[f"moment_{axis}_half"] / 1e3) for axis in "yz"
         ),
         "median misfit": median(of["misfit"]),
+        "misfit above 2": share(of["misfit"] > 2.0),
     }
     title = f"{len(rows)} campaigns, carrier of {truth_size} m, inferred with {size} m"
     return [f"| {title} | |", "|---|---|", *(f"| {a} | {b} |" for a, b in figures.items())]
@@ -274,7 +247,7 @@ _Turns = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class Bound:
-    """Least standard deviations at one stage and load, by the rows of `BOUNDS`."""
+    """Least standard deviations at one stage and load, by the cases of errors."""
 
     torque: float
     torque_stds: list[float]
@@ -286,40 +259,49 @@ class Bound:
 
 
 def bound_at(bodies: Bodies, seed: int, number: int) -> Bound:
-    """Bound of Cramer and Rao with priors, ``P = (J^T R^-1 J + C^-1)^-1``, at a drawn stage.
+    """Bound of Cramer and Rao by the rows of `BOUNDS`, at a drawn stage."""
+    rng = np.random.default_rng([seed, 2, number])
+    while True:
+        shares, load = rng.random(len(HIDDEN) + bodies.n_planets), drawn_load(rng, NOMINAL)
+        try:
+            return _bound_of(bodies, shares, load, BOUNDS)
+        except NotConvergedError:
+            continue
+
+
+def _bound_of(
+    bodies: Bodies,
+    shares: NDArray[np.float64],
+    load: NDArray[np.float64],
+    cases: Sequence[tuple[str, ReadingErrors, bool]],
+) -> Bound:
+    """Bound of Cramer and Rao with priors, ``P = (J^T R^-1 J + C^-1)^-1``.
 
     Unknown are the stage's hidden quantities and the load, with the variances of their ranges as
     C; J is the derivative of the stage's own statics. No estimate that is right on average has
     less, and that stages further off may read alike is not in it.
     """
-    rng, arm = np.random.default_rng([seed, 2, number]), bodies.data.mounting.ntl_arm
-    n = len(HIDDEN) + bodies.n_planets
+    arm, n = bodies.data.mounting.ntl_arm, len(shares)
+    # The run of the hidden load first.
+    loads = (load, KNOWN, _SECOND)[: 2 + any(second for *_, second in cases)]
 
     def read(shares: NDArray[np.float64], loads: Sequence[NDArray[np.float64]]) -> _Turns:
         model = stage_at(shares).model(bodies)
         turns = [loaded_turn(model, load_of(load, arm), SENSORS) for load in loads]
         return np.array([turn.readings for turn in turns]), turns[0].pins[:, 0]
 
-    while True:
-        shares, load = rng.random(n), drawn_load(rng, NOMINAL)
-        # The run of the hidden load first.
-        loads = (load, KNOWN, _SECOND)
-        J, Q = [], []
-        try:
-            base, pins = read(shares, loads)
-            for i in range(n):
-                step = (_SHARE_STEP if shares[i] < 0.5 else -_SHARE_STEP) * np.eye(n)[i]
-                readings, moved = read(shares + step, loads)
-                J.append((readings - base) / step.sum())
-                Q.append((moved - pins) / step.sum())
-            for i in range(3):
-                readings, moved = read(shares, [load + _LOAD_STEP * np.eye(3)[i]])
-                J.append(np.zeros_like(base))
-                J[-1][0] = (readings[0] - base[0]) / _LOAD_STEP
-                Q.append((moved - pins) / _LOAD_STEP)
-        except NotConvergedError:
-            continue
-        break
+    J, Q = [], []
+    base, pins = read(shares, loads)
+    for i in range(n):
+        step = (_SHARE_STEP if shares[i] < 0.5 else -_SHARE_STEP) * np.eye(n)[i]
+        readings, moved = read(shares + step, loads)
+        J.append((readings - base) / step.sum())
+        Q.append((moved - pins) / step.sum())
+    for i in range(3):
+        readings, moved = read(shares, [load + _LOAD_STEP * np.eye(3)[i]])
+        J.append(np.zeros_like(base))
+        J[-1][0] = (readings[0] - base[0]) / _LOAD_STEP
+        Q.append((moved - pins) / _LOAD_STEP)
     of_load = [np.diff(TORQUE_SHARES)[0] * NOMINAL / np.sqrt(12.0), *2 * [LARGEST_MOMENT / 2.0]]
     scale = np.concatenate([np.full(n, 1.0 / np.sqrt(12.0)), of_load])
     J_scaled, Q_scaled = (
@@ -327,7 +309,7 @@ def bound_at(bodies: Bodies, seed: int, number: int) -> Bound:
         np.moveaxis(np.array(Q), 0, -1) * scale,
     )
     bound = Bound(float(load[0]), [], [], [])
-    for _, errors, second in BOUNDS:
+    for _, errors, second in cases:
         turns = slice(0, 2 + second)
         noise = _NOISE**2 * TURN_ANGLES / (_ANGLES * _TURNS) * np.eye(TURN_ANGLES)
         noise = np.broadcast_to(noise, (2 + second, len(SENSORS), TURN_ANGLES, TURN_ANGLES))
@@ -382,29 +364,22 @@ def main(
     cases
         Campaigns.
     seed
-        Seed of campaigns and ensemble.
+        Seed of the campaigns.
     draws
-        Stages of the ensemble.
+        Stages of each inference.
     bounds
         Stages at which the bound is taken.
     size, truth_size
         Element edge length [m] of the inference's and of the campaigns' carrier.
     """
-    folder, stages = prepared_folder(out), Stages(4)
+    folder, stages = prepared_folder(out), Stages(3)
     with stages.stage(f"carriers of {size} and {truth_size} m"):
         bodies, truth = reduced_bodies(size), reduced_bodies(truth_size)
-    numbers = range(math.ceil(draws / _PART))
-    parts = [folder / f"stages_{seed}_{number}.npz" for number in numbers]
-    with stages.stage(f"{_PART * len(parts)} stages"), ThreadPoolExecutor(1) as executor:
-        make_missing(numbers, parts, partial(_draw_part, bodies, seed), executor, stages)
-    ensemble = _joined(parts).with_turned_copies()
-    inference = load_inference(ensemble, candidate_bodies(bodies), SENSORS)
     files = [folder / f"campaign_{seed}_{number}.json" for number in range(cases)]
 
     def simulate(number: int, file: Path) -> None:
-        save_json(
-            file, loads_row(truth, ensemble, inference, np.random.default_rng([seed, 1, number]))
-        )
+        rng = np.random.default_rng([seed, 1, number])
+        save_json(file, loads_row(truth, bodies, draws, rng))
 
     with stages.stage(f"{cases} campaigns"), ThreadPoolExecutor(1) as executor:
         make_missing(range(cases), files, simulate, executor, stages)

@@ -1,13 +1,15 @@
 """Torque, rotor moment and pin loads from proximity sensors, with what they cannot see as interval.
 
-A linear Gaussian inverse problem over the carrier angle: the readings are ``y = A(k) f + rest +
-errors`` with the forces f on the rotating body and the recovery rows A of a pin fit k. Prior of f,
-of the rigid motion and of the pin loads is an ensemble of stages in equilibrium; pin fit and
-elasticity of the body are summed over a grid by their evidence.
+A nonlinear inverse problem, ``y = h(z) + errors``, with the hidden quantities of a stage and its
+load as standard normal numbers z. Two methods in turn: an ensemble smoother with multiple data
+assimilation leads drawn stages to the readings (Emerick and Reynolds 2013, *Computers &
+Geosciences* 55), whatever clearances open and close on the way; statistical linearisation about
+them gives mean and variance (Garcia-Fernandez et al. 2015, *IEEE Trans. Signal Process.* 63).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -16,30 +18,18 @@ from numpy.typing import NDArray
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
-from carrierflex.simulation.stage.hidden_stages import (
-    HIDDEN,
-    TURN_ANGLES,
-    Bodies,
-    StageEnsemble,
-    reading_per_force,
-)
-from carrierflex.simulation.stage.stage_body import StageBody
+from carrierflex.simulation.stage.hidden_stages import HEAD, PIN_LOADS, TURN_ANGLES, StagePair
 
 Array = NDArray[np.float64]
 
-#: Grid of pin fit and elasticity.
-_GRID = (8, 5)
 #: Orders that are fitted to a record: those of the loads and the planets' second and fourth.
 _HIGHEST_ORDER = 12
-#: Share of the stages that counts in the second pass, those of the nearest loads most.
-_NEAREST = 0.25
-#: Differences of torque and moment that count alike in that distance [N m]: with the torque changes
-#: which clearances are closed.
-_ALIKE = np.array([25e3, 80e3, 80e3])
-#: Bodies of less than this share of the evidence are left out.
-_NEGLIGIBLE = 0.02
-#: Share of a stage's weight in its own prediction that is taken out: all, but for rounding.
-_LARGEST_LEVERAGE = 1.0 - 1e-9
+#: Passes of drawn stages, and factors of the errors' covariance in those that move them.
+PASSES, _TEMPERINGS = 8, (30.0, 10.0, 5.0, 3.0, 3.0)
+#: Times that all passes are made, until a stage comes as near the readings as this.
+_ENSEMBLES, _GOOD_MISFIT = 3, 1.5
+#: Largest of the normal numbers that a stage is solved for.
+_LARGEST = 4.0
 #: Carrier angles of a turn [rad].
 TURN: Array = 2.0 * np.pi * np.arange(TURN_ANGLES) / TURN_ANGLES
 
@@ -215,10 +205,11 @@ class LoadEstimate:
     pins, pins_std : ndarray, shape (n_planets, 4, n_angles)
         Loads of the pins.
     pin_fit : float
-        Bending stiffness of a pin interface, its mean by evidence [N m/rad].
+        Bending stiffness of a pin interface, the mean of its logarithm [N m/rad].
     misfit : float
-        RMS of the readings' deviation from the best body's ensemble, in its standard deviations;
-        about 1 where a stage of the ensemble could have made them.
+        RMS of the readings' deviation from the nearest stage, in standard deviations of their
+        errors, ranges counted; about 1 where a stage could have made them. Standard deviations
+        hold it as a factor.
     """
 
     load: Array
@@ -247,171 +238,162 @@ class LoadEstimate:
 
 
 @dataclass(frozen=True, eq=False)
-class _Candidate:
-    """One pin fit and elasticity: recovery rows, mean and covariances of all stages' readings."""
+class _Drawn:
+    """Stages of a pass, a row each: normal numbers, readings, loads."""
 
-    pin_fit: float
-    A: Array
+    z: Array
     y: Array
-    C_yy: Array
-    C_qy: Array
+    q: Array
 
 
 @dataclass(frozen=True, eq=False)
-class LoadInference:
-    """The ensemble, ready to be conditioned on readings.
+class _Answer:
+    """Loads by a linear fit to some stages, and the stages' misfits: the least, the median."""
 
-    Parameters
-    ----------
-    ensemble : StageEnsemble
-        Stages.
-    turns : slice
-        Turns whose readings are given: the known run's, or those of the known and another.
-    q : ndarray, shape (N, m)
-        Torque, moments, sharing factor and pin loads of every stage.
-    candidates : tuple
-        One a pin fit and elasticity.
-    """
-
-    ensemble: StageEnsemble
-    turns: slice
-    q: Array
-    candidates: tuple[_Candidate, ...]
-
-    def readings(self, A: Array) -> Array:
-        """Readings of all stages with one body, shape (N, n_readings) [m]."""
-        return self.ensemble.readings(A)[:, self.turns].reshape(len(self.q), -1)
+    mean: Array
+    variance: Array
+    misfit: float
+    median_misfit: float
 
 
-def load_inference(
-    ensemble: StageEnsemble,
-    bodies: Sequence[tuple[float, StageBody]],
-    sensors: Sequence[Sensor],
+def inferred_loads(
+    forward: StagePair,
+    readings: Array,
+    R: Array,
     *,
-    of_known: bool = False,
-) -> LoadInference:
-    """Prepare the ensemble for the pair of the known run and another.
+    n_draws: int,
+    rng: np.random.Generator,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> LoadEstimate:
+    """Loads given the readings, by eight passes of drawn stages, up to three times.
+
+    The first pass draws within the ranges. In each of five more every stage moves by
+    ``C_zy (C_yy + a R)^-1 (y + sqrt(a) e - h(z))``, where ``sum 1/a = 1`` and e is an error of
+    covariance R. In the last two stages are drawn from the normal distribution so reached, and a
+    linear fit to them, its deviations added to R, gives the next. The one of the two counts whose
+    stages come nearer the readings: where a contact opens between them a linear fit leads away.
+    Stages that end far from the readings are in another state of contact, and all passes begin
+    anew. Standard deviations are multiplied by the misfit where it is above 1.
 
     Parameters
     ----------
-    ensemble : StageEnsemble
-        Drawn stages, with their turned copies where there are any.
-    bodies : sequence of (float, StageBody)
-        Pin fit and body of every candidate, as :func:`candidate_bodies` or a single one.
-    sensors : sequence of Sensor
-        Sensors of the ensemble.
-    of_known : bool
-        For the known run itself: its readings alone, and its pin loads.
-    """
-    wanted = 0 if of_known else 1
-    pins = ensemble.pins[:, wanted]
-    tangential = pins[:, :, 0]
-    share = (tangential / tangential.sum(axis=1, keepdims=True)).max(axis=(1, 2))
-    q = np.column_stack(
-        [ensemble.loads[:, wanted], share * pins.shape[1], pins.reshape(len(pins), -1)]
-    )
-    inference = LoadInference(ensemble, slice(0, 1 + wanted), q, ())
-    candidates = []
-    for pin_fit, body in bodies:
-        A = reading_per_force(body, sensors, TURN_ANGLES)
-        Y = inference.readings(A)
-        y = Y.mean(axis=0)
-        C_yy, C_qy = (Y - y).T @ (Y - y) / len(q), (q - q.mean(axis=0)).T @ (Y - y) / len(q)
-        candidates.append(_Candidate(pin_fit, A, y, C_yy, C_qy))
-    return replace(inference, candidates=tuple(candidates))
-
-
-def candidate_bodies(bodies: Bodies) -> tuple[tuple[float, StageBody], ...]:
-    """Pin fit and body over the grid of pin fits and elasticities."""
-    fit, elasticity = HIDDEN["pin_fit"], HIDDEN["elasticity"]
-    return tuple(
-        (fit.at(a), bodies.body(fit.at(a), elasticity.at(b)))
-        for a in np.linspace(0.0, 1.0, _GRID[0])
-        for b in np.linspace(0.0, 1.0, _GRID[1])
-    )
-
-
-def inferred_loads(inference: LoadInference, readings: Array, R: Array) -> LoadEstimate:
-    """Condition the ensemble on readings: ``q + C_qy (C_yy + R)^-1 (y - mean)``.
-
-    First all stages and bodies alike, which gives the loads roughly and the evidence of every body;
-    then, for the bodies with evidence, the stages of loads near those, the nearest most. The
-    variance is that of left-out stages' errors, ``e_j / (1 - h_j)``, and ``K R K^T`` of the
-    readings' errors.
-
-    Parameters
-    ----------
-    inference : LoadInference
-        From :func:`load_inference`.
+    forward : StagePair
+        Readings and loads of a stage.
     readings : ndarray, shape (n_turns, n_sensors, n_angles)
         The known run and another, or the known run alone [m].
     R : ndarray
         Covariance of their errors, :meth:`ReadingErrors.covariance`.
+    n_draws : int
+        Stages of all passes, each time.
+    rng : numpy.random.Generator
+        Source of the draws.
+    note : callable
+        Told the number of stages that are done, and their share.
+
+    Raises
+    ------
+    ValueError
+        Where half of the stages of a pass or more reach no equilibrium.
     """
-    y, q = readings.ravel(), inference.q
-    logs, rough, chi = [], [], []
-    for candidate in inference.candidates:
-        factor = scipy.linalg.cho_factor(candidate.C_yy + R, lower=True)
-        gap = y - candidate.y
-        answer = scipy.linalg.cho_solve(factor, gap)
-        logs.append(-0.5 * gap @ answer - np.log(np.diag(factor[0])).sum())
-        rough.append(q[:, :3].mean(axis=0) + candidate.C_qy[:3] @ answer)
-        chi.append(gap @ answer / len(y))
-    weight = np.exp(np.array(logs) - max(logs))
-    weight /= weight.sum()
-    loads = weight @ np.array(rough)
-    best = [k for k in np.argsort(-weight) if weight[k] >= _NEGLIGIBLE]
-    near = _nearness(inference, best[0], loads, R)
-    means, variances = [], []
-    for k in best:
-        Y = inference.readings(inference.candidates[k].A)
-        mean, variance = _conditioned(Y, q, near, y, R, inference.ensemble.n_copies)
-        means.append(mean)
-        variances.append(variance)
-    share = weight[best] / weight[best].sum()
-    mean = share @ np.array(means)
-    variance = share @ (np.array(variances) + (np.array(means) - mean) ** 2)
-    std = np.sqrt(variance)
-    fits = np.array([candidate.pin_fit for candidate in inference.candidates])
+    y, n = readings.ravel(), n_draws // PASSES
+    done = 0
+
+    def solved(Z: Array) -> _Drawn:
+        nonlocal done
+        rows = []
+        for z in np.clip(Z, -_LARGEST, _LARGEST):
+            answer = forward(z)
+            done += 1
+            note(f"{done} stages", done / (_ENSEMBLES * PASSES * n))
+            if answer is not None:
+                rows.append((z, *answer))
+        if 2 * len(rows) <= len(Z):
+            raise ValueError(
+                f"{len(Z) - len(rows)} of {len(Z)} drawn stages reach no static equilibrium; "
+                "expected fewer than half: check the body with carrierflex certificate"
+            )
+        return _Drawn(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    answers: list[_Answer] = []
+
+    def ensemble() -> None:
+        drawn = solved(rng.standard_normal((n, forward.n_unknowns)))
+        for tempering in _TEMPERINGS:
+            lead = _moved(drawn, y, R, tempering, rng)
+            # Stages that were left out are replaced by their neighbours' mixture.
+            missing = n - len(lead)
+            extra = rng.multivariate_normal(lead.mean(axis=0), np.cov(lead.T), missing)
+            drawn = solved(np.vstack([lead, extra]))
+        m, P = drawn.z.mean(axis=0), np.cov(drawn.z.T)
+        for _ in range(PASSES - 1 - len(_TEMPERINGS)):
+            half = rng.multivariate_normal(np.zeros(len(m)), P, n // 2)
+            drawn = solved(np.vstack([m + half, m - half]))
+            m, P, mean, variance = _conditioned(drawn, y, R)
+            misfits = _misfits(drawn, y, R)
+            answers.append(_Answer(mean, variance, misfits.min(), float(np.median(misfits))))
+
+    for _ in range(_ENSEMBLES):
+        # Stages that run away leave a covariance without inverse.
+        with suppress(np.linalg.LinAlgError):
+            ensemble()
+        best = min(answers, key=lambda answer: answer.median_misfit, default=None)
+        if best is not None and best.misfit <= _GOOD_MISFIT:
+            break
+    if best is None:
+        raise ValueError(
+            f"the drawn stages come nowhere near the readings in {_ENSEMBLES} attempts; expected "
+            "readings of the body's own stage: check sensors and --known-torque"
+        )
+    mean, std = best.mean, max(1.0, best.misfit) * np.sqrt(best.variance)
+    n_head = len(HEAD)
+    shape = (-1, len(PIN_LOADS), TURN_ANGLES)
     return LoadEstimate(
         mean[:3],
         std[:3],
         float(mean[3]),
         float(std[3]),
-        mean[4:].reshape(inference.ensemble.pins.shape[2:]),
-        std[4:].reshape(inference.ensemble.pins.shape[2:]),
-        float(np.exp(weight @ np.log(fits))),
-        float(np.sqrt(chi[best[0]])),
+        mean[n_head:].reshape(shape),
+        std[n_head:].reshape(shape),
+        float(np.exp(mean[4])),
+        best.misfit,
     )
 
 
-def _nearness(inference: LoadInference, k: int, loads: Array, R: Array) -> Array:
-    """Weight of every stage by the distance of its loads, as readings would show them."""
-    candidate, q = inference.candidates[k], inference.q
-    gain = scipy.linalg.solve(candidate.C_yy + R, candidate.C_qy[:3].T, assume_a="pos")
-    shown = q[:, :3].mean(axis=0) + (inference.readings(candidate.A) - candidate.y) @ gain
-    distance = (((shown - loads) / _ALIKE) ** 2).sum(axis=1)
-    reach = np.quantile(distance, _NEAREST)
-    weight = np.maximum(1.0 - distance / (reach * (1.0 + 1e-9) + 1e-30), 0.0)
-    return np.asarray(weight / weight.sum())
+def _misfits(drawn: _Drawn, y: Array, R: Array) -> Array:
+    """RMS deviation of the readings from each stage, in standard deviations, ranges counted."""
+    gap = y - drawn.y
+    cost = np.einsum("ij,ji->i", gap, np.linalg.solve(R, gap.T)) + (drawn.z**2).sum(axis=1)
+    return np.sqrt(cost / len(y))
 
 
-def _conditioned(
-    Y: Array, q: Array, weight: Array, y: Array, R: Array, n_copies: int
-) -> tuple[Array, Array]:
-    """Mean and variance of q given y, of weighted stages; a stage is left out with its copies."""
-    Y_mean, q_mean = weight @ Y, weight @ q
-    dY, dq = Y - Y_mean, q - q_mean
-    inverse = np.linalg.inv((dY.T * weight) @ dY + R)
-    K = (dq.T * weight) @ dY @ inverse
-    whitened = dY @ np.linalg.cholesky(inverse)
-    # Copies of a stage side by side: shape (stages, copies, ...).
-    w, of, gap = (
-        a.reshape(n_copies, -1, *a.shape[1:]).swapaxes(0, 1)
-        for a in (weight, whitened, dq - dY @ K.T)
-    )
-    H = w[:, None, :] * (1.0 + of @ of.swapaxes(1, 2))
-    error = np.linalg.solve(np.eye(n_copies) - _LARGEST_LEVERAGE * H, gap)
-    variance = np.einsum("jk,jkm->m", w, error**2)
-    variance = variance + np.einsum("ij,jk,ik->i", K, R, K, optimize=True)
-    return q_mean + K @ (y - Y_mean), variance
+def _moved(drawn: _Drawn, y: Array, R: Array, tempering: float, rng: np.random.Generator) -> Array:
+    """Stages moved towards the readings, each with errors drawn anew."""
+    dz, dy = drawn.z - drawn.z.mean(axis=0), drawn.y - drawn.y.mean(axis=0)
+    S = dy.T @ dy / (len(dy) - 1) + tempering * R
+    errors = rng.multivariate_normal(np.zeros(len(y)), tempering * R, len(dy), method="cholesky")
+    answer = scipy.linalg.solve(S, (y + errors - drawn.y).T, assume_a="pos")
+    return np.asarray(drawn.z + (dz.T @ dy / (len(dy) - 1) @ answer).T)
+
+
+def _conditioned(drawn: _Drawn, y: Array, R: Array) -> tuple[Array, Array, Array, Array]:
+    """Mean and covariance of z, mean and variance of the loads, by a linear fit to the stages.
+
+    With ``h = A z + b + e`` and ``q = C z + d + f`` of the fit and z standard normal.
+    """
+    n = drawn.z.shape[1]
+    X = np.column_stack([drawn.z, np.ones(len(drawn.z))])
+    V = np.hstack([drawn.y, drawn.q])
+    fit, *_ = np.linalg.lstsq(X, V, rcond=None)
+    deviations = V - X @ fit
+    covariance = deviations.T @ deviations / max(len(X) - n - 1, 1)
+    m, slope, offset = len(y), fit[:n].T, fit[n]
+    A, C = slope[:m], slope[m:]
+    # Prior covariance of z, loads with readings, less what the readings tell.
+    S = A @ A.T + covariance[:m, :m] + R
+    gain = scipy.linalg.solve(S, np.vstack([A.T, C @ A.T + covariance[m:, :m]]).T, assume_a="pos").T
+    K, L = gain[:n], gain[n:]
+    gap = y - offset[:m]
+    P = np.eye(n) - K @ A
+    of_loads = (C**2).sum(axis=1) + np.diag(covariance)[m:]
+    variance = of_loads - np.einsum("ij,ij->i", L, C @ A.T + covariance[m:, :m])
+    return K @ gap, 0.5 * (P + P.T), offset[m:] + L @ gap, np.maximum(variance, 0.0)

@@ -1,26 +1,25 @@
 """Stages that could stand behind a record: what no sensor reads is drawn within its range.
 
 Pin fit, supports, clearances, positions of the pins, meshes, mounting, weight. Each drawn stage is
-solved in static equilibrium over a turn, under a known and under a drawn load, so that readings,
-forces on the rotating body and loads of its pins belong together.
+solved in static equilibrium over a turn, under a known and under a drawn load, so that readings
+and loads of its pins belong together.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.part_loads import part_loads
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn
 from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from carrierflex.simulation.stage.stage_body import (
-    RIM_AXIAL,
-    RIM_RADIAL,
     ShaftData,
     StageBody,
     beam_shaft,
@@ -40,8 +39,8 @@ PIN_LOADS = ("tangential", "radial", "moment_tangential", "moment_radial")
 #: Shares of the nominal torque, and the largest rotor moment [N m], that loads are drawn from: the
 #: range of the rig (NREL/TP-5000-66594), a little widened.
 TORQUE_SHARES, LARGEST_MOMENT = (0.15, 1.2), 320e3
-#: Pilot whose motion is the rigid one: the carrier's seat at its joint with the main shaft.
-_HELD = "upwind_seat"
+#: What the loads of a stage begin with.
+HEAD = ("torque", "moment_y", "moment_z", "load_sharing_factor", "logarithm_of_pin_fit")
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class HiddenRange:
 
 
 _DERIVED = "over the derived value; chosen"
-#: Ranges by quantity. The first two decide what the sensors read per load.
+#: Ranges by quantity.
 HIDDEN: Mapping[str, HiddenRange] = {
     "pin_fit": HiddenRange(
         3e6, 1e8, True, "N m/rad each interface: nearly free pins to six peaks (reduction.md)"
@@ -258,13 +257,10 @@ class LoadedTurn:
         What the sensors read [m].
     pins : ndarray, shape (n_planets, 4, n_angles)
         Loads of the pins, as `PIN_LOADS`.
-    forces : ndarray, shape (n_angles, n_forces)
-        Forces on the pilots of the rotating body but the held one [N, N m].
     """
 
     readings: Array
     pins: Array
-    forces: Array
 
 
 def loaded_turn(
@@ -275,7 +271,7 @@ def loaded_turn(
     effects: ReadingEffects | None = None,
     n_angles: int = TURN_ANGLES,
 ) -> LoadedTurn:
-    """Readings, pin loads and forces over one turn at equal carrier angles, in equilibrium.
+    """Readings and pin loads over one turn at equal carrier angles, in equilibrium.
 
     Raises
     ------
@@ -287,138 +283,14 @@ def loaded_turn(
     loads = part_loads(model, record.c)
     force, moment = loads.pin_force, loads.pin_moment
     pins = np.stack([-force[:, :, 2], force[:, :, 1], moment[:, :, 2], moment[:, :, 1]], axis=2)
-    body = model.layout.body
-    q = record.c[:, 1:] @ model.L[: body.model.n_coordinates, 1:].T
-    forces = q @ body.model.K - body.misalignment_load @ model.effects.misalignment
     return LoadedTurn(
-        np.array([signals[sensor.name] for sensor in sensors]),
-        pins.transpose(1, 2, 0),
-        forces[:, _loaded_coordinates(body)],
+        np.array([signals[sensor.name] for sensor in sensors]), pins.transpose(1, 2, 0)
     )
 
 
-def _loaded_coordinates(body: StageBody) -> NDArray[np.int64]:
-    pilots = (*body.planet_pilots, "downwind_seat", "main_bearing_seat")
-    return np.concatenate([body.model.coordinates_of(pilot) for pilot in pilots])
-
-
-def reading_per_force(body: StageBody, sensors: Sequence[Sensor], n_angles: int) -> Array:
-    """What sensors read per unit force on the body's pilots, the held one at rest.
-
-    From the recovery rows: ``A = S K^-1`` at the rim's material point ``phi = v - theta`` under
-    each sensor.
-
-    Returns
-    -------
-    ndarray, shape (n_sensors, n_angles, n_forces)
-        [m/N, m/N m].
-    """
-    model, loaded = body.model, _loaded_coordinates(body)
-    free = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(_HELD))
-    unit = (free[:, None] == loaded[None, :]).astype(np.float64)
-    motion = np.zeros((model.n_coordinates, len(loaded)))
-    motion[free] = np.linalg.solve(model.K[np.ix_(free, free)], unit)
-    theta, A = 2.0 * np.pi * np.arange(n_angles) / n_angles, []
-    for sensor in sensors:
-        prefix = RIM_AXIAL if sensor.quantity == AXIAL else RIM_RADIAL
-        rows = [i for i, name in enumerate(model.sensor_names) if name.startswith(prefix)]
-        rim = model.sensor_rows[rows] @ motion
-        place = (sensor.angle - theta) % (2.0 * np.pi) / (2.0 * np.pi) * len(rim)
-        before = np.floor(place).astype(np.int64)
-        share = (place - before)[:, None]
-        A.append((1.0 - share) * rim[before % len(rim)] + share * rim[(before + 1) % len(rim)])
-    return np.array(A)
-
-
 @dataclass(frozen=True, eq=False)
-class StageEnsemble:
-    """N drawn stages, each under the known load and under a drawn one.
-
-    Parameters
-    ----------
-    loads : ndarray, shape (N, 2, 3)
-        Torque, rotor moment about y and z [N m]: the known load, then the drawn one.
-    rest : ndarray, shape (N, 2, n_sensors, n_angles)
-        Readings less what the recovery rows make of the forces: rigid motion, weight, kink [m].
-    forces : ndarray, shape (N, 2, n_angles, n_forces)
-        Forces on the rotating body [N, N m].
-    pins : ndarray, shape (N, 2, n_planets, 4, n_angles)
-        Loads of the pins, as `PIN_LOADS`.
-    n_failed : int
-        Draws whose equilibrium was not reached; they are left out.
-    n_copies : int
-        Copies of every stage, :meth:`with_turned_copies`; they stand copy after copy.
-    """
-
-    loads: Array
-    rest: Array
-    forces: Array
-    pins: Array
-    n_failed: int
-    n_copies: int = 1
-
-    def readings(self, A: Array) -> Array:
-        """Readings of bodies of one pin fit, shape (N, 2, n_sensors, n_angles) [m].
-
-        Parameters
-        ----------
-        A : ndarray
-            :func:`reading_per_force` of that body.
-        """
-        return self.rest + np.einsum("saf,nraf->nrsa", A, self.forces, optimize=True)
-
-    def with_turned_copies(self) -> "StageEnsemble":
-        """The same stages with their pins counted from each in turn, copy after copy.
-
-        The body is alike from pin to pin and draws know no pin 1, so that a stage counted from its
-        next pin is another draw: its carrier angle is larger by ``2 pi / n``. Where the angles of a
-        turn do not meet that step there is the first copy alone.
-        """
-        n = self.pins.shape[2]
-        if TURN_ANGLES % n:
-            return self
-        step, angle = TURN_ANGLES // n, 2.0 * np.pi / n
-        c, s = np.cos(angle), np.sin(angle)
-        copies = [self]
-        for _ in range(n - 1):
-            last = copies[-1]
-            forces = np.roll(last.forces, step, axis=2)
-            forces = forces.reshape(*forces.shape[:-1], -1, 2, 3)
-            forces = np.concatenate(
-                [np.roll(forces[..., :n, :, :], -1, axis=-3), forces[..., n:, :, :]], axis=-3
-            )
-            x, y, z = (forces[..., i] for i in range(3))
-            forces = np.stack([x, c * y + s * z, c * z - s * y], axis=-1)
-            copies.append(
-                StageEnsemble(
-                    self.loads,
-                    np.roll(last.rest, step, axis=3),
-                    forces.reshape(self.forces.shape),
-                    np.roll(np.roll(last.pins, -1, axis=2), step, axis=4),
-                    self.n_failed,
-                )
-            )
-        return StageEnsemble(
-            np.concatenate([copy.loads for copy in copies]),
-            np.concatenate([copy.rest for copy in copies]),
-            np.concatenate([copy.forces for copy in copies]),
-            np.concatenate([copy.pins for copy in copies]),
-            self.n_failed,
-            n,
-        )
-
-
-def drawn_ensemble(
-    bodies: Bodies,
-    known: Array,
-    sensors: Sequence[Sensor],
-    n_draws: int,
-    *,
-    nominal_torque: float,
-    rng: np.random.Generator,
-    note: Callable[[str, float], None] = lambda text, share: None,
-) -> StageEnsemble:
-    """Draw stages and loads, and solve both turns of each.
+class StagePair:
+    """A stage under the known load and under a hidden one, as function of standard normal numbers.
 
     Parameters
     ----------
@@ -428,39 +300,51 @@ def drawn_ensemble(
         Known torque, rotor moment about y and z [N m].
     sensors : sequence of Sensor
         Sensors.
-    n_draws : int
-        Number of stages.
     nominal_torque : float
         [N m].
-    rng : numpy.random.Generator
-        Source of the draws.
-    note : callable
-        Told the number of stages that are done, and their share.
-
-    Raises
-    ------
-    ValueError
-        Where half of the draws or more reach no equilibrium.
+    of_known : bool
+        The known load alone.
     """
-    loads, rest, forces, pins, failed = [], [], [], [], 0
-    arm = bodies.data.mounting.ntl_arm
-    for number in range(n_draws):
-        stage, load = drawn_stage(rng, bodies.n_planets), drawn_load(rng, nominal_torque)
-        model = stage.model(bodies)
+
+    bodies: Bodies
+    known: Array
+    sensors: Sequence[Sensor]
+    nominal_torque: float
+    of_known: bool = False
+
+    @property
+    def n_hidden(self) -> int:
+        """Hidden quantities of the stage."""
+        return len(HIDDEN) + self.bodies.n_planets
+
+    @property
+    def n_unknowns(self) -> int:
+        """Numbers of a stage: its hidden quantities, then torque and moments."""
+        return self.n_hidden + (0 if self.of_known else 3)
+
+    def load(self, z: Array) -> Array:
+        """Torque and rotor moment [N m]: even over its range; normal, as wide as drawn ones."""
+        if self.of_known:
+            return self.known
+        torque, moment_y, moment_z = z[self.n_hidden :]
+        lower, upper = TORQUE_SHARES
+        share = lower + (upper - lower) * ndtr(torque)
+        half = 0.5 * LARGEST_MOMENT
+        return np.array([share * self.nominal_torque, half * moment_y, half * moment_z])
+
+    def __call__(self, z: Array) -> tuple[Array, Array] | None:
+        """Readings of the turns (n_readings,) [m], and loads (n_loads,): HEAD, then of the pins.
+
+        None where the stage reaches no equilibrium.
+        """
+        stage, load = stage_at(ndtr(z[: self.n_hidden])), self.load(z)
+        model, arm = stage.model(self.bodies), self.bodies.data.mounting.ntl_arm
+        loads = [load] if self.of_known else [self.known, load]
         try:
-            turns = [loaded_turn(model, load_of(of, arm), sensors) for of in (known, load)]
+            turns = [loaded_turn(model, load_of(of, arm), self.sensors) for of in loads]
         except NotConvergedError:
-            failed += 1
-            continue
-        A = reading_per_force(model.layout.body, sensors, TURN_ANGLES)
-        loads.append([known, load])
-        rest.append([t.readings - np.einsum("saf,af->sa", A, t.forces) for t in turns])
-        forces.append([turn.forces for turn in turns])
-        pins.append([turn.pins for turn in turns])
-        note(f"{number + 1} of {n_draws} stages", (number + 1) / n_draws)
-    if 2 * failed >= n_draws:
-        raise ValueError(
-            f"{failed} of {n_draws} drawn stages reach no static equilibrium; expected fewer than "
-            "half: check the body with carrierflex certificate, or draw more"
-        )
-    return StageEnsemble(np.array(loads), np.array(rest), np.array(forces), np.array(pins), failed)
+            return None
+        pins = turns[-1].pins
+        share = (pins[:, 0] / pins[:, 0].sum(axis=0)).max() * len(pins)
+        head = [*load, share, np.log(stage.values["pin_fit"])]
+        return np.concatenate([turn.readings.ravel() for turn in turns]), np.append(head, pins)

@@ -1,8 +1,8 @@
 """Infer what the planet pins carry from the proximity sensors at the carrier's rim.
 
-The reduced carrier says what the sensors read per load, stages in equilibrium which loads go
-together; what the sensors cannot see stands in the intervals. A good answer: a misfit about 1,
-torques within their intervals of the recorded ones, and pin loads known to some percent.
+Stages in equilibrium are led to the readings of a known run and another one; what the sensors
+cannot see stands in the intervals. A good answer: a misfit about 1, torques within their intervals
+of the recorded ones, and pin loads known to some percent.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from carrierflex.simulation.carrier.run_cases import Sensor
     from carrierflex.simulation.stage.hidden_stages import Bodies
 
-#: Misfit above which a stage of the ensemble hardly made the readings.
+#: Misfit above which a drawn stage hardly made the readings.
 _LARGEST_MISFIT = 2.0
 _UNITS = {"tangential": "kN", "radial": "kN", "moment_tangential": "kN m", "moment_radial": "kN m"}
 
@@ -70,8 +70,8 @@ class RunLoads:
         LoadValue, "Largest share of the tangential pin forces times the number of planets"
     ]
     pins: Annotated[Sequence[PinLoads], "By pin"]
-    pin_fit: Annotated[float, "Bending stiffness of a pin interface, by evidence [N m/rad]"]
-    misfit: Annotated[float, "Deviation from the ensemble in standard deviations, about 1"]
+    pin_fit: Annotated[float, "Bending stiffness of a pin interface [N m/rad]"]
+    misfit: Annotated[float, "Deviation from the nearest stage in standard deviations, about 1"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +116,7 @@ def main(
     pin : Path, optional
         Pin of carrierflex reduce --body pin (.h5); default: the default pin.
     draws : int
-        Number of stages drawn for the prior, 200 or more; 1500 take a few minutes.
+        Number of stages drawn for each run, 600 or more; 1500 take a minute.
     seed : int
         Seed of the draws.
     quiet : bool
@@ -139,16 +139,14 @@ def main(
     from carrierflex.identification.campaign.campaign_files import read_campaign
     from carrierflex.identification.carrier.planet_loads import (
         ReadingErrors,
-        candidate_bodies,
         inferred_loads,
-        load_inference,
         measured_turn,
     )
-    from carrierflex.simulation.stage.hidden_stages import HIDDEN, PIN_OFFSET, drawn_ensemble
+    from carrierflex.simulation.stage.hidden_stages import HIDDEN, PIN_OFFSET, StagePair
 
-    if draws < 200:
-        raise ValueError(f"--draws is {draws}; expected 200 or more for an error estimate")
-    stages = Stages(4, quiet, (0.02, 1.0, 0.05, 0.05))
+    if draws < 600:
+        raise ValueError(f"--draws is {draws}; expected 600 or more for an error estimate")
+    stages = Stages(3, quiet, (0.02, 1.0, 0.05))
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign).within_use()
         sensors = _sensors(measured)
@@ -167,24 +165,21 @@ def main(
             "another --known-run, or give --known-torque"
         )
     prepared_folder(out)
-    rng = np.random.default_rng(seed)
-    with stages.stage(f"{draws} stages in equilibrium"):
-        ensemble = drawn_ensemble(
-            bodies, known_load, sensors, draws,
-            nominal_torque=measured.rig["nominal_torque"], rng=rng, note=stages.note,
-        )  # fmt: skip
-    with stages.stage(f"loads of {len(turns)} runs"):
-        candidates, errors, estimates = candidate_bodies(bodies), ReadingErrors(), {}
-        turned = ensemble.with_turned_copies()
-        inferences = {
-            of_known: load_inference(turned, candidates, sensors, of_known=of_known)
-            for of_known in (True, False)
-        }
-        for name, turn in turns.items():
+    nominal, errors, estimates = measured.rig["nominal_torque"], ReadingErrors(), {}
+    with stages.stage(f"loads of {len(turns)} runs, {draws} stages each"):
+        for number, (name, turn) in enumerate(turns.items()):
             pair = [turns[known]] if name == known else [turns[known], turn]
             readings = np.array([entry.readings for entry in pair])
             R = errors.covariance(sensors, readings, np.array([entry.noise for entry in pair]))
-            estimates[name] = inferred_loads(inferences[name == known], readings, R)
+            forward = StagePair(bodies, known_load, sensors, nominal, of_known=name == known)
+
+            def note(text: str, share: float, name: str = name, number: int = number) -> None:
+                stages.note(f"run {name}: {text}", (number + share) / len(turns))
+
+            estimates[name] = inferred_loads(
+                forward, readings, R,
+                n_draws=draws, rng=np.random.default_rng([seed, number]), note=note,
+            )  # fmt: skip
     runs = tuple(
         _run_loads(name, estimate, recorded[name], name == known)
         for name, estimate in estimates.items()
@@ -195,7 +190,7 @@ def main(
             campaign=str(campaign), body=str(body), pin=None if pin is None else str(pin),
             known_run=known, known_torque=float(known_load[0]),
             known_moments=(float(known_load[1]), float(known_load[2])), draws=draws, seed=seed,
-            stages=len(ensemble.loads), errors=asdict(errors),
+            errors=asdict(errors),
             ranges={
                 name: (hidden.lower, hidden.upper)
                 for name, hidden in {**HIDDEN, "pin_offset": PIN_OFFSET}.items()
@@ -302,9 +297,10 @@ def _run_loads(
 
 def _warnings(runs: Sequence[RunLoads]) -> list[str]:
     return [
-        f"run {loads.run}: its readings deviate from all stages by {loads.misfit:.1f} standard "
-        "deviations; the intervals do not hold that: check the carrier's dimensions, the sensors' "
-        "angles and units, and that carrier_angle is zero with pin 1 along z"
+        f"run {loads.run}: its readings deviate from the nearest stage by {loads.misfit:.1f} "
+        "standard deviations, by which the intervals are widened: draw more stages (--draws), and "
+        "check the carrier's dimensions, the sensors' angles and units, and that carrier_angle is "
+        "zero with pin 1 along z"
         for loads in runs
         if loads.misfit > _LARGEST_MISFIT
     ]
@@ -396,9 +392,8 @@ class Inputs:
     known_run: Annotated[str, "Run of the known load"]
     known_torque: Annotated[float, "Its torque [N m]"]
     known_moments: Annotated[tuple[float, float], "Its rotor moment about y and z [N m]"]
-    draws: Annotated[int, "Stages drawn"]
+    draws: Annotated[int, "Stages drawn for each run"]
     seed: Annotated[int, "Seed of the draws"]
-    stages: Annotated[int, "Stages that reached equilibrium"]
     errors: Annotated[Mapping[str, float], "Standard deviations of the readings' errors"]
     ranges: Annotated[
         Mapping[str, tuple[float, float]], "Lower and upper end of what no sensor reads"

@@ -78,7 +78,7 @@ def test_intervals_hold_the_loads_of_a_stage(
     monkeypatch.setattr(module, lambda _size: pin_reduction.model)
     out = tmp_path / "loads"
     folder = tmp_path / "campaign"
-    inferred = infer_loads.main(folder, body=body_file, out=out, draws=220, quiet=True)
+    inferred = infer_loads.main(folder, body=body_file, out=out, draws=600, quiet=True)
     document = checked_document(out / "loads.json")
     known, hidden = document["runs"]
     assert inferred.known_run == known["run"] == "known"
@@ -106,7 +106,7 @@ def test_what_cannot_be_inferred_is_refused(body_file, flat, tmp_path):
             infer_loads.main(flat, body=body_file, out=tmp_path / "x", quiet=True, **changes)
         assert not (tmp_path / "x").exists()
 
-    refused("expected 200 or more", draws=10)
+    refused("expected 600 or more", draws=10)
     refused("no such run; expected one of a", known_run="b")
     refused(r"known torque is -5 N m; expected a positive one", known_torque=-5.0)
 

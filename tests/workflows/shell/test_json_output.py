@@ -74,7 +74,7 @@ SLOW = {
     "loads": {
         "reduce --body carrier --variant flexible --size 0.1 --modes 1 --out carrier.h5": 0,
         "simulate carrier_lc1_to_lc4 --out campaign": 0,
-        "loads campaign --body carrier.h5 --draws 200 --out loads": 0,
+        "loads campaign --body carrier.h5 --draws 600 --out loads": 0,
     },
     "join": {
         "reduce --body carrier --size 0.1 --modes 1 --out carrier.h5": 0,
