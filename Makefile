@@ -13,7 +13,7 @@ BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
 # A file's tests share fixtures and stay in one process. Dense matrices are small: a second thread of algebra only waits.
 PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules carrierflex studies examples validation tests \
-	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations 20
 
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
