@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
+import numpy as np
+
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shapes import SIZE
@@ -23,7 +25,11 @@ from carrierflex.diagnosis.inference.law_fits import (
     law_fits,
     selected,
 )
-from carrierflex.diagnosis.inference.named_values import PublishedValues, published_values
+from carrierflex.diagnosis.inference.named_values import (
+    UNKNOWN_FORM,
+    PublishedValues,
+    published_values,
+)
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -41,6 +47,7 @@ from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.line_verdict import line_verdict
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.verdict import Verdict, verdict_of
+from carrierflex.identification.estimation.resampling import NORMAL_95
 
 #: Share of the signal, mean square, that an estimated noise may be and be agreement.
 _MOST_UNEXPLAINED = 0.1
@@ -151,8 +158,9 @@ def _established(
 ) -> tuple[Selection, PublishedValues]:
     """Selection among laws that are there, and the values of its fit.
 
-    A law of which every parameter's interval holds zero may be absent: it stands for parameters of
-    the baseline, as a motion of the housing does for waves of the carrier at evenly spaced sensors.
+    A law of which every parameter is zero within noise, priors and declared errors may be absent:
+    it stands for parameters of the baseline, as a motion of the housing does for waves of the
+    carrier at evenly spaced sensors.
     """
     while True:
         selection = selected(fits, sets)
@@ -165,8 +173,16 @@ def _established(
 
 
 def _may_be_absent(published: PublishedValues, law: str) -> bool:
+    """Whether no parameter differs from zero; that its form is not the true one is no doubt."""
     values = published.parameters.get(law, {}).values()
-    return bool(values) and all(value.ci95[0] <= 0.0 <= value.ci95[1] for value in values)
+    errors = (
+        [error for source, error in value.sources.items() if source != UNKNOWN_FORM]
+        for value in values
+    )
+    return bool(values) and all(
+        abs(value.value) <= NORMAL_95 * float(np.linalg.norm(of_value))
+        for value, of_value in zip(values, errors, strict=True)
+    )
 
 
 def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | Rejection | None:

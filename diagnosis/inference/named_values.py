@@ -34,6 +34,9 @@ from carrierflex.identification.estimation.polar_pair import polar_values
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
 
+#: Source of error: what a law may differ by from the true one, from what it leaves.
+UNKNOWN_FORM = "unknown form"
+
 
 @dataclass(frozen=True, eq=False)
 class _Systematics:
@@ -273,7 +276,7 @@ def _named_values(
     unknown = np.zeros(fit.theta.size, dtype=bool)
     if systematics is not None:
         # The sandwich is zero along a direction that the records do not determine.
-        by_source["unknown form"] = np.diag(_systematic_variance(fit, systematics))
+        by_source[UNKNOWN_FORM] = np.diag(_systematic_variance(fit, systematics))
         variance = sum(np.diag(one) for one in by_source.values())
         unknown = _undetermined(fit, np.asarray(variance), systematics)
     for covariance in by_source.values():

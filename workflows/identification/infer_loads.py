@@ -116,7 +116,7 @@ def main(
     pin : Path, optional
         Pin of carrierflex reduce --body pin (.h5); default: the default pin.
     draws : int
-        Number of stages drawn for each run, 600 or more; 1500 take a minute.
+        Number of stages drawn for each run, 600 or more; 1500 take one to five minutes.
     seed : int
         Seed of the draws.
     quiet : bool
