@@ -3,7 +3,7 @@
 Table of classes and laws, answer by class, one fit of each nearest set of laws, one verdict.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -26,6 +26,7 @@ from carrierflex.diagnosis.inference.law_fits import (
     selected,
 )
 from carrierflex.diagnosis.inference.named_values import (
+    NOISE,
     UNKNOWN_FORM,
     PublishedValues,
     published_values,
@@ -158,30 +159,33 @@ def _established(
 ) -> tuple[Selection, PublishedValues]:
     """Selection among laws that are there, and the values of its fit.
 
-    A law of which every parameter is zero within noise, priors and declared errors may be absent:
-    it stands for parameters of the baseline, as a motion of the housing does for waves of the
-    carrier at evenly spaced sensors.
+    A law that noise alone does not explain, but declared errors and priors do, may be absent: it
+    stands for parameters of the baseline, as a motion of the housing does for waves of the carrier
+    at evenly spaced sensors. In a tie it stays: there it is not named alone.
     """
     while True:
         selection = selected(fits, sets)
         fit = fits.score(selection.accepted).fit
         published = published_values(problem, fit, floor_ratio=floor_ratio)
         absent = {law for law in selection.accepted if _may_be_absent(published, law)}
-        if not absent:
+        if selection.rivals or not absent:
             return selection, published
         sets = [laws for laws in sets if absent.isdisjoint(laws)]
 
 
 def _may_be_absent(published: PublishedValues, law: str) -> bool:
-    """Whether no parameter differs from zero; that its form is not the true one is no doubt."""
+    """Whether declared errors and priors explain every parameter of a law, noise some of them not.
+
+    That its form is not the true one is no doubt that it is there.
+    """
     values = published.parameters.get(law, {}).values()
-    errors = (
-        [error for source, error in value.sources.items() if source != UNKNOWN_FORM]
-        for value in values
-    )
-    return bool(values) and all(
-        abs(value.value) <= NORMAL_95 * float(np.linalg.norm(of_value))
-        for value, of_value in zip(values, errors, strict=True)
+
+    def is_zero(value: NamedValue, sources: Iterable[str]) -> bool:
+        error = np.linalg.norm([value.sources.get(source, 0.0) for source in sources])
+        return bool(abs(value.value) <= NORMAL_95 * error)
+
+    return any(not is_zero(value, (NOISE,)) for value in values) and all(
+        is_zero(value, value.sources.keys() - {UNKNOWN_FORM}) for value in values
     )
 
 

@@ -34,8 +34,8 @@ from carrierflex.identification.estimation.polar_pair import polar_values
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
 
-#: Source of error: what a law may differ by from the true one, from what it leaves.
-UNKNOWN_FORM = "unknown form"
+#: Sources of error: scatter of the records; what a law may differ by from the true one.
+NOISE, UNKNOWN_FORM = "noise", "unknown form"
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,7 +271,7 @@ def _named_values(
     be rounding. The interval is not a number where the records do not determine the parameter.
     """
     factor = _small_sample_factor(fit) if few_blocks else 1.0
-    by_source = {"noise": factor**2 * fit.covariance}
+    by_source = {NOISE: factor**2 * fit.covariance}
     by_source |= {name: rows.T @ rows for name, rows in (moves or {}).items()}
     unknown = np.zeros(fit.theta.size, dtype=bool)
     if systematics is not None:
