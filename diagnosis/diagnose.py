@@ -163,14 +163,15 @@ def _established(
     stands for parameters of the baseline, as a motion of the housing does for waves of the carrier
     at evenly spaced sensors. In a tie it stays: there it is not named alone.
     """
+    absent: frozenset[str] = frozenset()
     while True:
-        selection = selected(fits, sets)
+        selection = selected(fits, sets, absent)
         fit = fits.score(selection.accepted).fit
         published = published_values(problem, fit, floor_ratio=floor_ratio)
-        absent = {law for law in selection.accepted if _may_be_absent(published, law)}
-        if selection.rivals or not absent:
+        uncertain = {law for law in selection.accepted if _may_be_absent(published, law)}
+        if selection.rivals or not uncertain:
             return selection, published
-        sets = [laws for laws in sets if absent.isdisjoint(laws)]
+        absent |= uncertain
 
 
 def _may_be_absent(published: PublishedValues, law: str) -> bool:

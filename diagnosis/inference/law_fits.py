@@ -258,12 +258,17 @@ def candidate_sets(
     return tuple(dict.fromkeys((*brought, *proposed[:_MOST_SETS])))
 
 
-def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
-    """Fit sets of laws and accept the smallest supported one that predicts as well as the best."""
+def selected(
+    fits: LawFits, sets: Sequence[Effects], absent: frozenset[str] = frozenset()
+) -> Selection:
+    """Fit sets of laws and accept the smallest supported one that predicts as well as the best.
+
+    No set with a law of `absent` is supported: declared errors and priors explain its values.
+    """
     fits.score(())
     for size in sorted({len(laws) for laws in sets}):
         fits.score_all([laws for laws in sets if len(laws) == size])
-    rejections = {laws: fits.rejection(laws) for laws in sets}
+    rejections = {laws: fits.rejection(laws) or _absence(laws, absent) for laws in sets}
     supported = [
         laws
         for laws, rejection in rejections.items()
@@ -283,6 +288,15 @@ def selected(fits: LawFits, sets: Sequence[Effects]) -> Selection:
     ]
     ordered = sorted(ranking, key=lambda entry: entry.held_out_rms)
     return Selection(accepted, tuple(rivals), tuple(ordered))
+
+
+def _absence(laws: Effects, absent: frozenset[str]) -> Rejection | None:
+    """Rejection of a set for a law that may be absent."""
+    for law in laws:
+        if law in absent:
+            text = f"{plain_name(law)} is zero within declared errors and priors"
+            return Rejection("absent", law, text)
+    return None
 
 
 def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:

@@ -62,10 +62,9 @@ class NamedValue:
 
 
 #: Rules of :class:`Rejection`: the search did not converge; a parameter is at its physical bound;
-#: laws that together fit any curve; an effect explains too little of the gap left without it, or of
-#: the whole gap; the held-out gap grows in too many bootstrap samples; parameters change from
-#: fold to fold.
-REJECTION_RULES = ("search", "bound", "explained", "material", "draws")
+#: an effect explains too little of the gap left without it, or of the whole gap; the held-out gap
+#: grows in too many bootstrap samples; declared errors and priors explain an effect's values.
+REJECTION_RULES = ("search", "bound", "explained", "material", "draws", "absent")
 
 
 @dataclass(frozen=True)

@@ -138,6 +138,8 @@ def test_a_law_that_may_be_absent_is_not_named(monkeypatch, std):
     monkeypatch.setattr("carrierflex.diagnosis.diagnose.published_values", uncertain)
     answer = answer_to(campaign(curve_of(0.5, {}), passing))
     assert ("ring_pass" in answer.attribution.effects) == (std == 0.0)
+    refused = {one.effects: one.refused for one in answer.attribution.ranking}[("ring_pass",)]
+    assert refused == ("planet pass is zero within declared errors and priors" if std else "")
 
 
 @pytest.mark.parametrize(
