@@ -11,6 +11,7 @@ from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan, Label
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
+from carrierflex.diagnosis.carrier.problem import flexibility
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
@@ -121,9 +122,9 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
 
 
 def _flexibility(label: Label) -> float:
-    """``rho_f + 0.69 rho_s`` of the truth: at most 1 for a carrier as drawn (docs/reduction.md)."""
-    sizes = {name: value for of in label.parameters.values() for name, value in of.items()}
-    return sizes.get("rho_f", 0.0) + 0.69 * sizes.get("rho_s", 0.0)
+    """Flexibility of the true carrier over its drawing, at most 1 as drawn."""
+    stiff, flexible = (label.parameters.get(name, {}) for name in ("stiff_pins", "flexible_pins"))
+    return flexibility(stiff.get("rho_s", 0.0), flexible.get("rho_f", 0.0))
 
 
 def beside_columns(campaign: Campaign, curves: Curves) -> Campaign:

@@ -10,7 +10,7 @@ the tolerance. Writes one_case.md. A good answer: every number within two standa
 under moment and below 1.10 with preload, pins at the drawing's tolerance of 10 um.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,13 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from carrierflex.geometry.parameters import GearData
+from carrierflex.identification.carrier.printed_tables import FULL_TORQUE
 from carrierflex.simulation.stage.condensed_stage import Supports
-from carrierflex.simulation.stage.stage_data import MountingData, RollerBearingData
 from carrierflex.simulation.stage.statics import SteadyLoad
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.papers.gap_posterior import (
-    EXTREME_MOMENT,
     MEASURED,
     NAMES,
     PUBLISHED,
@@ -33,9 +31,9 @@ from carrierflex.workflows.papers.gap_posterior import (
     Comparison,
     Hypothesis,
     comparison,
-    pin_loads,
     standard_errors,
 )
+from carrierflex.workflows.papers.gap_results import extreme_loads, sharing
 from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from studies.case_files import write_table
 
@@ -63,7 +61,6 @@ LIMITS = (10e-6, 20e-6, 30e-6)
 #: How closely the least factor is met, and evaluations of a fit.
 _SHARP, _EVALUATIONS = 0.004, 40
 _PIN_FIT, _SEVEN = 1.7e7, 7
-_TORQUE, _PLANETS = 360e3, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,37 +75,27 @@ class OneCase:
         Fitted values.
     numbers : ndarray, shape (8,)
         The seven numbers [m] and the load sharing factor.
-    moment, preloaded : ndarray, shape (3,)
-        Factor under the extreme moment downwards, none, and upwards; the same with preload.
-    rows, preloaded_rows : ndarray, shape (2,)
-        Largest load of an upwind and of a downwind row of a planet's bearings over a turn, over
-        its expectation, without moment; the same with preload.
+    predicted, preloaded : ndarray, shape (5,)
+        Factors and rows of :func:`carrierflex.workflows.papers.gap_results.sharing`; the same with
+        preload.
     """
 
     limit: float
     values: dict[str, float]
     numbers: NDArray[np.float64]
-    moment: NDArray[np.float64]
+    predicted: NDArray[np.float64]
     preloaded: NDArray[np.float64]
-    rows: NDArray[np.float64]
-    preloaded_rows: NDArray[np.float64]
 
 
 def _supports(values: dict[str, float]) -> Supports:
     return Hypothesis("case", {}).supports(values)
 
 
-def _predicted(
-    compare: Comparison, supports: Supports
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Load sharing factor under the extreme moment downwards, none, upwards; rows under none."""
-    forces = np.array([-1.0, 0.0, 1.0]) * EXTREME_MOMENT / MountingData().ntl_arm
-    loads = [SteadyLoad(_TORQUE, ntl_z=float(force)) for force in forces]
-    turns = [pin_loads(turn) for turn in compare.stages[supports.n_slices].turn(supports, loads)]
-    factors = np.array([_PLANETS * turn.load_share.max() for turn in turns])
-    expected = _TORQUE / (2.0 * _PLANETS * GearData().centre_distance)
-    rows = turns[1].row_load(RollerBearingData().row_spacing).max(axis=(0, 1)) / expected
-    return factors, rows
+def _predicted(compare: Comparison, supports: Supports) -> NDArray[np.float64]:
+    """Load sharing factors and rows, none of them fitted but the first."""
+    stage = compare.stages[supports.n_slices]
+    loads = (SteadyLoad(FULL_TORQUE), *extreme_loads(stage))
+    return sharing(stage, stage.turn(supports, loads))
 
 
 def one_case(compare: Comparison, limit: float) -> OneCase:
@@ -142,13 +129,12 @@ def one_case(compare: Comparison, limit: float) -> OneCase:
     numbers = compare.numbers(Hypothesis("case", {}, supports), values)[: _SEVEN + 1]
     place = float(np.clip(supports.pin_offset, -LIMITS[0], LIMITS[0]))
     tight = replace(supports, clearance=0.0, pin_offset=place)
-    (moment, rows), (preloaded, preloaded_rows) = (
-        _predicted(compare, each) for each in (supports, tight)
+    return OneCase(
+        limit, values, numbers, _predicted(compare, supports), _predicted(compare, tight)
     )
-    return OneCase(limit, values, numbers, moment, preloaded, rows, preloaded_rows)
 
 
-def _two(rows: NDArray[np.float64]) -> str:
+def _two(rows: Iterable[float]) -> str:
     return "; ".join(f"{row:.2f}" for row in rows)
 
 
@@ -165,11 +151,11 @@ def one_case_table(cases: Sequence[OneCase]) -> list[str]:
     ]
     for case in cases:
         gaps = np.abs((case.numbers - PUBLISHED) / errors)[:_SEVEN]
-        down, none, up = case.moment
+        none, down, up, *rows = case.predicted
         largest = f"{gaps.max():.1f} ({NAMES[gaps.argmax()]})"
         lines.append(
             f"| {case.limit * 1e6:.0f} um | {largest} | {none:.3f} | {down:.3f}; {up:.3f} | "
-            f"{case.preloaded.max():.3f} | {_two(case.rows)} | {_two(case.preloaded_rows)} |"
+            f"{case.preloaded[:3].max():.3f} | {_two(rows)} | {_two(case.preloaded[3:])} |"
         )
     names = list(cases[0].values)
     lines += ["", f"| fitted | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]

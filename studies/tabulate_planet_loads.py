@@ -40,7 +40,6 @@ from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampto
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.hidden_stages import (
-    HIDDEN,
     LARGEST_MOMENT,
     TORQUE_SHARES,
     TURN_ANGLES,
@@ -119,7 +118,7 @@ def loads_row(truth: Bodies, bodies: Bodies, draws: int, rng: np.random.Generato
         }
     )
     while True:
-        shares, hidden = rng.random(len(HIDDEN) + truth.n_planets), drawn_load(rng, NOMINAL)
+        shares, hidden = rng.random(truth.n_hidden), drawn_load(rng, NOMINAL)
         model = stage_at(shares).model(truth)
         try:
             turns = [
@@ -262,7 +261,7 @@ def bound_at(bodies: Bodies, seed: int, number: int) -> Bound:
     """Bound of Cramer and Rao by the rows of `BOUNDS`, at a drawn stage."""
     rng = np.random.default_rng([seed, 2, number])
     while True:
-        shares, load = rng.random(len(HIDDEN) + bodies.n_planets), drawn_load(rng, NOMINAL)
+        shares, load = rng.random(bodies.n_hidden), drawn_load(rng, NOMINAL)
         try:
             return _bound_of(bodies, shares, load, BOUNDS)
         except NotConvergedError:

@@ -129,14 +129,10 @@ class CarrierProblem(ComparisonProblem):
     def baseline_findings(
         self, values: Mapping[tuple[str, str], float]
     ) -> Sequence[CampaignWarning]:
-        """A carrier more flexible than drawn with whatever fit of its pins.
-
-        From pins without stiffness to a rigid fit the shares of the drawn carrier stay below the
-        line ``rho_f + 0.69 rho_s = 1`` (docs/reduction.md: from 0 and 1 to 1.26 and 0.13).
-        """
+        """A carrier more flexible than drawn with whatever fit of its pins."""
         rho_s = values.get(("stiff_pins", "rho_s"), 0.0)
         rho_f = values.get(("flexible_pins", "rho_f"), 0.0)
-        size = rho_f + _RIGID_FIT * rho_s
+        size = flexibility(rho_s, rho_f)
         if self._is_as_drawn or size <= 1.0 + _MESH_ERROR:
             return ()
         return (
@@ -539,6 +535,20 @@ def carrier_problem(
     model = CarrierModel(source, records.index, contained, runs, channels, known, classes)
     noise = _channel_noise(campaign, records)
     return CarrierProblem(campaign, model, records, noise, motion)
+
+
+def flexibility(rho_s: float, rho_f: float) -> float:
+    """How flexible a carrier is over its drawing, ``rho_f + 0.69 rho_s``, whatever its pin fit.
+
+    From pins without stiffness to a rigid fit the shares of the drawn carrier stay below 1
+    (docs/reduction.md: `rho_f` and `rho_s` from 0 and 1 to 1.26 and 0.13).
+
+    Parameters
+    ----------
+    rho_s, rho_f : float
+        Shares of the curves with stiff and with flexible pins.
+    """
+    return rho_f + _RIGID_FIT * rho_s
 
 
 def _with_responses(known: KnownPhysics, causes: Sequence[Effect]) -> KnownPhysics:

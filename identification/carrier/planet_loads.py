@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 #: Orders that are fitted to a record: those of the loads and the planets' second and fourth.
 _HIGHEST_ORDER = 12
 #: Passes of drawn stages, and factors of the errors' covariance in those that move them.
-PASSES, _TEMPERINGS = 8, (30.0, 10.0, 5.0, 3.0, 3.0)
+_PASSES, _TEMPERINGS = 8, (30.0, 10.0, 5.0, 3.0, 3.0)
 #: Times that all passes are made, until a stage comes as near the readings as this.
 _ENSEMBLES, _GOOD_MISFIT = 3, 1.5
 #: Largest of the normal numbers that a stage is solved for.
@@ -295,7 +295,7 @@ def inferred_loads(
     ValueError
         Where half of the stages of a pass or more reach no equilibrium.
     """
-    y, n = readings.ravel(), n_draws // PASSES
+    y, n = readings.ravel(), n_draws // _PASSES
     done = 0
 
     def solved(Z: Array) -> _Drawn:
@@ -304,7 +304,7 @@ def inferred_loads(
         for z in np.clip(Z, -_LARGEST, _LARGEST):
             answer = forward(z)
             done += 1
-            note(f"{done} stages", done / (_ENSEMBLES * PASSES * n))
+            note(f"{done} stages", done / (_ENSEMBLES * _PASSES * n))
             if answer is not None:
                 rows.append((z, *answer))
         if 2 * len(rows) <= len(Z):
@@ -325,7 +325,7 @@ def inferred_loads(
             extra = rng.multivariate_normal(lead.mean(axis=0), np.cov(lead.T), missing)
             drawn = solved(np.vstack([lead, extra]))
         m, P = drawn.z.mean(axis=0), np.cov(drawn.z.T)
-        for _ in range(PASSES - 1 - len(_TEMPERINGS)):
+        for _ in range(_PASSES - 1 - len(_TEMPERINGS)):
             half = rng.multivariate_normal(np.zeros(len(m)), P, n // 2)
             drawn = solved(np.vstack([m + half, m - half]))
             m, P, mean, variance = _conditioned(drawn, y, R)

@@ -194,6 +194,11 @@ class Bodies:
     data: StageData
     n_planets: int = 3
 
+    @property
+    def n_hidden(self) -> int:
+        """Hidden quantities of a stage: those of :data:`HIDDEN`, and every pin's place."""
+        return len(HIDDEN) + self.n_planets
+
     def body(self, pin_fit: float, elasticity: float) -> StageBody:
         """Carrier with pins on its main shaft.
 
@@ -216,11 +221,6 @@ def stage_at(shares: Array) -> HiddenStage:
         for share, (name, hidden) in zip(shares, HIDDEN.items(), strict=False)
     }
     return HiddenStage(values, tuple(PIN_OFFSET.at(float(u)) for u in shares[len(HIDDEN) :]))
-
-
-def drawn_stage(rng: np.random.Generator, n_planets: int) -> HiddenStage:
-    """Draw a stage, every quantity within its range."""
-    return stage_at(rng.random(len(HIDDEN) + n_planets))
 
 
 def load_of(load: Array, arm: float) -> SteadyLoad:
@@ -313,20 +313,15 @@ class StagePair:
     of_known: bool = False
 
     @property
-    def n_hidden(self) -> int:
-        """Hidden quantities of the stage."""
-        return len(HIDDEN) + self.bodies.n_planets
-
-    @property
     def n_unknowns(self) -> int:
         """Numbers of a stage: its hidden quantities, then torque and moments."""
-        return self.n_hidden + (0 if self.of_known else 3)
+        return self.bodies.n_hidden + (0 if self.of_known else 3)
 
     def load(self, z: Array) -> Array:
         """Torque and rotor moment [N m]: even over its range; normal, as wide as drawn ones."""
         if self.of_known:
             return self.known
-        torque, moment_y, moment_z = z[self.n_hidden :]
+        torque, moment_y, moment_z = z[self.bodies.n_hidden :]
         lower, upper = TORQUE_SHARES
         share = lower + (upper - lower) * ndtr(torque)
         half = 0.5 * LARGEST_MOMENT
@@ -337,7 +332,7 @@ class StagePair:
 
         None where the stage reaches no equilibrium.
         """
-        stage, load = stage_at(ndtr(z[: self.n_hidden])), self.load(z)
+        stage, load = stage_at(ndtr(z[: self.bodies.n_hidden])), self.load(z)
         model, arm = stage.model(self.bodies), self.bodies.data.mounting.ntl_arm
         loads = [load] if self.of_known else [self.known, load]
         try:

@@ -13,7 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.identification.carrier.printed_tables import FULL_TORQUE
-from carrierflex.simulation.stage.condensed_stage import outputs, stage_data, stage_effects
+from carrierflex.simulation.stage.condensed_stage import (
+    CondensedStage,
+    outputs,
+    stage_data,
+    stage_effects,
+)
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn
 from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import RollerBearingData
@@ -85,13 +90,7 @@ def measured(
     """What the measurements of `MEASUREMENTS` would give without error, SI units."""
     supports = hypothesis.supports(values)
     stage = compare.stages[supports.n_slices]
-    extreme = EXTREME_MOMENT / stage.data.mounting.ntl_arm
-    loads = (
-        *LOADS,
-        SteadyLoad(FULL_TORQUE, ntl_z=-extreme),
-        SteadyLoad(FULL_TORQUE, ntl_z=extreme),
-    )
-    out = stage.turn(supports, loads)
+    out = stage.turn(supports, (*LOADS, *extreme_loads(stage)))
     signals = compare.signals(out[: len(LOADS)], hypothesis, values)
     n = len(stage.angles)
     order_1 = 2.0 * np.fft.rfft(signals, axis=1)[:, 1] / n
@@ -109,9 +108,6 @@ def measured(
     )
     # The main bearing alone: weights and radial load turn in the shaft and have order 1.
     bending = np.fft.fft(out[0, :, -2] + 1j * out[0, :, -1]) / n
-    pins = [pin_loads(out[i]) for i in (0, 4, 5)]
-    rows = pins[0].row_load(RollerBearingData().row_spacing).max(axis=(0, 1))
-    expected = FULL_TORQUE / (6.0 * stage.data.gear.centre_distance)
     return np.array(
         [
             np.abs(order_1[2]).mean(),
@@ -121,10 +117,37 @@ def measured(
             of_radial,
             np.abs(bending[0]),
             np.abs(bending[[2, -2]]).max(),
-            *(3.0 * loads_of.load_share.max() for loads_of in pins),
-            *(rows / expected),
+            *sharing(stage, out[[0, -2, -1]]),
         ]
     )
+
+
+def extreme_loads(stage: CondensedStage) -> tuple[SteadyLoad, SteadyLoad]:
+    """Full torque with the extreme moment downwards, and upwards."""
+    extreme = EXTREME_MOMENT / stage.data.mounting.ntl_arm
+    return SteadyLoad(FULL_TORQUE, ntl_z=-extreme), SteadyLoad(FULL_TORQUE, ntl_z=extreme)
+
+
+def sharing(stage: CondensedStage, out: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Load sharing factor without moment and under `extreme_loads`; rows without moment.
+
+    Parameters
+    ----------
+    stage : CondensedStage
+        The stage.
+    out : ndarray, shape (3, n_angles, n_outputs)
+        Its outputs over a turn, under full torque and under `extreme_loads`.
+
+    Returns
+    -------
+    ndarray, shape (5,)
+        Factors, then the largest load of an upwind and of a downwind row of a planet's bearings
+        over a turn, over ``T / (6 a)``.
+    """
+    pins = [pin_loads(turn) for turn in out]
+    rows = pins[0].row_load(RollerBearingData().row_spacing).max(axis=(0, 1))
+    expected = FULL_TORQUE / (6.0 * stage.data.gear.centre_distance)
+    return np.array([*(3.0 * turn.load_share.max() for turn in pins), *(rows / expected)])
 
 
 def predictions(

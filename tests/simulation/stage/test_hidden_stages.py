@@ -11,7 +11,6 @@ from carrierflex.simulation.stage.hidden_stages import (
     HiddenRange,
     HiddenStage,
     StagePair,
-    drawn_stage,
     load_of,
     loaded_turn,
     stage_at,
@@ -26,6 +25,11 @@ SENSORS = (
 LOAD = np.array([200e3, -150e3, 80e3])
 
 
+def drawn(rng):
+    """Stage of three planets, every quantity within its range."""
+    return stage_at(rng.random(len(HIDDEN) + 3))
+
+
 @pytest.fixture(scope="module")
 def bodies(flexible_reduction, pin_reduction):
     return Bodies(flexible_reduction.model, pin_reduction.model, StageData())
@@ -33,7 +37,7 @@ def bodies(flexible_reduction, pin_reduction):
 
 @pytest.fixture(scope="module")
 def stage():
-    return drawn_stage(np.random.default_rng(3), 3)
+    return drawn(np.random.default_rng(3))
 
 
 def turn(bodies, stage, load=LOAD):
@@ -61,7 +65,7 @@ def test_a_pair_is_the_stage_under_both_loads(bodies):
     z[-1] = 0.5
     load = np.array([0.675 * 360e3, 0.0, 80e3])
     assert_allclose(pair.load(z), load)
-    middle = stage_at(np.full(pair.n_hidden, 0.5))
+    middle = stage_at(np.full(bodies.n_hidden, 0.5))
     turns = [turn(bodies, middle, of)[1] for of in (known, load)]
     readings, loads = pair(z)
     assert_allclose(readings, np.concatenate([t.readings.ravel() for t in turns]))
@@ -78,7 +82,7 @@ def test_a_pair_is_the_stage_under_both_loads(bodies):
 
 def test_draws_fill_their_ranges():
     rng = np.random.default_rng(0)
-    values = np.array([list(drawn_stage(rng, 3).values.values()) for _ in range(400)])
+    values = np.array([list(drawn(rng).values.values()) for _ in range(400)])
     for column, hidden in zip(values.T, HIDDEN.values(), strict=True):
         assert hidden.lower <= column.min()
         assert column.max() <= hidden.upper
@@ -100,5 +104,5 @@ def test_an_empty_range_is_refused():
 
 
 def test_a_hidden_stage_names_all_ranges():
-    assert set(drawn_stage(np.random.default_rng(0), 4).values) == set(HIDDEN)
+    assert set(stage_at(np.zeros(len(HIDDEN) + 4)).values) == set(HIDDEN)
     assert len(HiddenStage({}, (0.0, 0.0)).pin_offset) == 2

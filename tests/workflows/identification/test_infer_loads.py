@@ -12,7 +12,7 @@ from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.pin_joints import carrier_with_pins
-from carrierflex.simulation.stage.hidden_stages import Bodies, drawn_stage, load_of, loaded_turn
+from carrierflex.simulation.stage.hidden_stages import Bodies, load_of, loaded_turn, stage_at
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.workflows.identification import infer_loads
 from carrierflex.workflows.screen.tables import loads_table
@@ -66,7 +66,7 @@ def test_intervals_hold_the_loads_of_a_stage(
 ):
     """A hidden stage: its torque and most of its pin forces, in file, table and on the screen."""
     bodies = Bodies(flexible_reduction.model, pin_reduction.model, StageData())
-    model = drawn_stage(np.random.default_rng(8), 3).model(bodies)
+    model = stage_at(np.random.default_rng(8).random(bodies.n_hidden)).model(bodies)
     turns = [loaded_turn(model, load_of(x, 1.22), SENSORS, n_angles=36) for x in (KNOWN, HIDDEN)]
     rng = np.random.default_rng(0)
     runs = [
