@@ -124,7 +124,7 @@ def test_a_carrier_as_drawn_agrees_whatever_its_pin_fit(w):
 def test_a_law_that_may_be_absent_is_not_named(monkeypatch, std):
     """Planet pass zero within its errors: it stands for waves of the carrier, at 90 degrees.
 
-    So it was where the radius was 3 % off: motions of 5e-5 +- 5e-5 rad, and "explains 99 %".
+    So it was where the outer radius was 7 % off: motions of 5e-5 +- 5e-5 rad, and "explains 99 %".
     """
 
     def uncertain(problem, fit, **limits):
