@@ -80,7 +80,7 @@ def record_in_time(model: StageModel, load: SteadyLoad, step: float, turns: floa
     q, v = inverse @ c, inverse @ rate
     real, imag = mesh_amplitudes(channels)
     orders = channels.mesh_teeth * np.arange(real.shape[1])
-    gaps = np.array([line.gap for line in channels.lines])
+    gaps = channels.gaps
 
     def contact(delta: Array, angle: float) -> tuple[Array, Array]:
         """Channel forces and their tangent, with the drive's torque by the teeth."""

@@ -16,8 +16,8 @@ A second table has that bound at drawn stages, with errors of the readings taken
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -53,11 +53,12 @@ from carrierflex.simulation.stage.hidden_stages import (
 from carrierflex.simulation.stage.readings import ReadingEffects
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import NotConvergedError
+from carrierflex.workflows.executors import SerialExecutor, work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_table
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.reduction.half_sector_bodies import half_sector_body
 from carrierflex.workflows.simulation.stage_bodies import reduced_pin
-from studies.case_files import make_missing, read_case, write_table
+from studies.case_files import make_missing, read_case, seeded_cases, write_table
 
 #: Sensors of the 2012 paper.
 SENSORS = tuple(
@@ -136,8 +137,9 @@ def loads_row(truth: Bodies, bodies: Bodies, draws: int, rng: np.random.Generato
     measured = [measured_turn(_record(values, rng), [s.name for s in SENSORS]) for values in read]
     readings = np.array([turn.readings for turn in measured])
     R = errors.covariance(SENSORS, readings, np.array([turn.noise for turn in measured]))
+    forward = StagePair(bodies, KNOWN, SENSORS, NOMINAL)
     estimate = inferred_loads(
-        StagePair(bodies, KNOWN, SENSORS, NOMINAL), readings, R, n_draws=draws, rng=rng
+        forward, readings, R, n_draws=draws, rng=rng, executor=SerialExecutor()
     )
     true = turns[1].pins[:, :, :: _ANGLES // estimate.pins.shape[-1]]
     held = np.abs(estimate.pins - true) <= estimate.half_width
@@ -353,6 +355,7 @@ def main(
     bounds: int = 24,
     size: float = 0.045,
     truth_size: float = 0.02,
+    workers: int = 1,
 ) -> None:
     """Simulate campaigns, infer their loads; write planet_loads.csv and planet_loads.md.
 
@@ -370,36 +373,43 @@ def main(
         Stages at which the bound is taken.
     size, truth_size
         Element edge length [m] of the inference's and of the campaigns' carrier.
+    workers
+        Processes; a campaign takes about a minute of one.
     """
     folder, stages = prepared_folder(out), Stages(3)
     with stages.stage(f"carriers of {size} and {truth_size} m"):
         bodies, truth = reduced_bodies(size), reduced_bodies(truth_size)
-    files = [folder / f"campaign_{seed}_{number}.json" for number in range(cases)]
-
-    def simulate(number: int, file: Path) -> None:
-        rng = np.random.default_rng([seed, 1, number])
-        save_json(file, loads_row(truth, bodies, draws, rng))
-
-    with stages.stage(f"{cases} campaigns"), ThreadPoolExecutor(1) as executor:
-        make_missing(range(cases), files, simulate, executor, stages)
-    rows = [read_case(file, "a campaign of this study", lambda c: LoadsRow(**c)) for file in files]
+    rows = seeded_cases(
+        folder,
+        seed,
+        cases,
+        partial(_save_campaign, truth, bodies, draws, seed),
+        lambda content: LoadsRow(**content),
+        stages=stages,
+        workers=workers,
+    )
     names = [entry.name for entry in fields(LoadsRow)]
     save_table(
         folder / "planet_loads.csv", names, [[getattr(row, name) for name in names] for row in rows]
     )
     of_bounds = [folder / f"bound_{seed}_{number}.json" for number in range(bounds)]
-    with stages.stage(f"bound at {bounds} stages"), ThreadPoolExecutor(1) as executor:
-        make_missing(
-            range(bounds),
-            of_bounds,
-            lambda number, file: save_json(file, bound_at(bodies, seed, number)),
-            executor,
-            stages,
-        )
+    with stages.stage(f"bound at {bounds} stages"), work_executor(workers) as executor:
+        make = partial(_save_bound, bodies, seed)
+        make_missing(range(bounds), of_bounds, make, executor, stages)
     limited = [read_case(file, "a bound of this study", lambda c: Bound(**c)) for file in of_bounds]
     lines = [*loads_table(rows, size, truth_size), "", *bounds_table(limited)]
     write_table(folder / "planet_loads.md", lines)
     print("\n".join(lines))
+
+
+def _save_campaign(
+    truth: Bodies, bodies: Bodies, draws: int, seed: int, number: int, file: Path
+) -> None:
+    save_json(file, loads_row(truth, bodies, draws, np.random.default_rng([seed, 1, number])))
+
+
+def _save_bound(bodies: Bodies, seed: int, number: int, file: Path) -> None:
+    save_json(file, bound_at(bodies, seed, number))
 
 
 if __name__ == "__main__":

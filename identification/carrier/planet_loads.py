@@ -8,6 +8,7 @@ them gives mean and variance (Garcia-Fernandez et al. 2015, *IEEE Trans. Signal 
 """
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -30,6 +31,8 @@ _PASSES, _TEMPERINGS = 8, (30.0, 10.0, 5.0, 3.0, 3.0)
 _ENSEMBLES, _GOOD_MISFIT = 3, 1.5
 #: Largest of the normal numbers that a stage is solved for.
 _LARGEST = 4.0
+#: Stages sent in one piece of work.
+_PIECE = 16
 #: Carrier angles of a turn [rad].
 TURN: Array = 2.0 * np.pi * np.arange(TURN_ANGLES) / TURN_ANGLES
 
@@ -237,6 +240,10 @@ class LoadEstimate:
         return NORMAL_95 * self.load_std
 
 
+class _UnstableError(ValueError):
+    """Half of the stages of a pass reach no equilibrium."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Drawn:
     """Stages of a pass, a row each: normal numbers, readings, loads."""
@@ -263,6 +270,7 @@ def inferred_loads(
     *,
     n_draws: int,
     rng: np.random.Generator,
+    executor: Executor,
     note: Callable[[str, float], None] = lambda text, share: None,
 ) -> LoadEstimate:
     """Loads given the readings, by eight passes of drawn stages, up to three times.
@@ -287,34 +295,38 @@ def inferred_loads(
         Stages of all passes, each time.
     rng : numpy.random.Generator
         Source of the draws.
+    executor : concurrent.futures.Executor
+        Where stages are solved; the answer does not depend on it.
     note : callable
         Told the number of stages that are done, and their share.
 
     Raises
     ------
     ValueError
-        Where half of the stages of a pass or more reach no equilibrium.
+        Where no attempt ends: half of the stages of a pass or more reach no equilibrium, or they
+        run away from the readings.
     """
     y, n = readings.ravel(), n_draws // _PASSES
     done = 0
 
     def solved(Z: Array) -> _Drawn:
         nonlocal done
+        Z = np.clip(Z, -_LARGEST, _LARGEST)
+        pieces = [Z[first : first + _PIECE] for first in range(0, len(Z), _PIECE)]
         rows = []
-        for z in np.clip(Z, -_LARGEST, _LARGEST):
-            answer = forward(z)
-            done += 1
+        for piece, answers in zip(pieces, executor.map(forward.each, pieces), strict=True):
+            rows += [(z, *a) for z, a in zip(piece, answers, strict=True) if a is not None]
+            done += len(piece)
             note(f"{done} stages", done / (_ENSEMBLES * _PASSES * n))
-            if answer is not None:
-                rows.append((z, *answer))
         if 2 * len(rows) <= len(Z):
-            raise ValueError(
+            raise _UnstableError(
                 f"{len(Z) - len(rows)} of {len(Z)} drawn stages reach no static equilibrium; "
                 "expected fewer than half: check the body with carrierflex certificate"
             )
         return _Drawn(*(np.array(column) for column in zip(*rows, strict=True)))
 
     answers: list[_Answer] = []
+    unstable: _UnstableError | None = None
 
     def ensemble() -> None:
         drawn = solved(rng.standard_normal((n, forward.n_unknowns)))
@@ -334,11 +346,16 @@ def inferred_loads(
 
     for _ in range(_ENSEMBLES):
         # Stages that run away leave a covariance without inverse.
-        with suppress(np.linalg.LinAlgError):
-            ensemble()
+        try:
+            with suppress(np.linalg.LinAlgError):
+                ensemble()
+        except _UnstableError as error:
+            unstable = error
         best = min(answers, key=lambda answer: answer.median_misfit, default=None)
         if best is not None and best.misfit <= _GOOD_MISFIT:
             break
+    if best is None and unstable is not None:
+        raise unstable
     if best is None:
         raise ValueError(
             f"the drawn stages come nowhere near the readings in {_ENSEMBLES} attempts; expected "

@@ -5,11 +5,13 @@ Meshes, mount and bearings with clearance.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from carrierflex.geometry.parameters import GearData
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.gear_meshes import (
@@ -118,10 +120,15 @@ class Channels:
         """Channels of the flanks."""
         return slice(1, 1 + len(self.lines))
 
-    @property
+    @cached_property
     def shares(self) -> NDArray[np.float64]:
         """Share of its mesh's stiffness that each flank or slice has, shape (n_lines,)."""
         return np.array([line.share for line in self.lines])
+
+    @cached_property
+    def gaps(self) -> NDArray[np.float64]:
+        """Play of each flank or slice before it touches [m], shape (n_lines,)."""
+        return np.array([line.gap for line in self.lines])
 
     def of_flanks(self, k: NDArray[np.float64]) -> NDArray[np.float64]:
         """Stiffness of every flank or slice [N/m], shape (..., n_lines), from those of meshes."""
@@ -146,12 +153,10 @@ class Channels:
         At a carrier angle [rad].
         """
         R = np.eye(len(self.K_fixed))
-        first = [1, 4, *range(6, len(R), 2)]
-        for y in first:
-            R[y : y + 2, y : y + 2] = [
-                [np.cos(angle), -np.sin(angle)],
-                [np.sin(angle), np.cos(angle)],
-            ]
+        y = np.array([1, 4, *range(6, len(R), 2)])
+        R[y, y] = R[y + 1, y + 1] = np.cos(angle)
+        R[y + 1, y] = np.sin(angle)
+        R[y, y + 1] = -R[y + 1, y]
         return R
 
     @property
@@ -289,24 +294,8 @@ def _meshes(
 ) -> tuple[tuple[FlankLine, ...], tuple[MeshStiffness, ...]]:
     gear = layout.data.gear
     data = layout.data.mesh
-    x = layout.data.planet.x
     n_planets = layout.n_planets
-    order = [(mate, planet) for mate in ("sun", "ring") for planet in range(1, n_planets + 1)]
-    flanks = [
-        face_slices(
-            flank_line(
-                mate, planet, gear, n_planets, x=x, coast=coast, gap=data.backlash if coast else 0.0
-            ),
-            gear,
-            data.n_slices,
-        )
-        for coast in (False, True)
-        for mate, planet in order
-    ]
-    drive, coast = flanks[: len(order)], flanks[len(order) :]
-    lines = tuple(
-        line for side in (drive, coast) for slices in zip(*side, strict=True) for line in slices
-    )
+    lines = _flank_lines(gear, n_planets, layout.data.planet.x, data.backlash, data.n_slices)
     factors = {
         mate: effects.of_planets(f"{mate}_mesh_factor", n_planets) for mate in ("sun", "ring")
     }
@@ -315,9 +304,34 @@ def _meshes(
             mesh_stiffness(mate, planet, gear, data, n_planets).amplitudes
             * factors[mate][planet - 1]
         )
-        for mate, planet in order
+        for mate, planet in _mesh_order(n_planets)
     )
     return lines, stiffness
+
+
+def _mesh_order(n_planets: int) -> list[tuple[str, int]]:
+    return [(mate, planet) for mate in ("sun", "ring") for planet in range(1, n_planets + 1)]
+
+
+@lru_cache(maxsize=4)
+def _flank_lines(
+    gear: GearData, n_planets: int, x: float, backlash: float, n_slices: int
+) -> tuple[FlankLine, ...]:
+    """Slices of all flanks at x; stages of the same gears, drawn in thousands, share them."""
+    drive, coast = (
+        [
+            face_slices(
+                flank_line(mate, planet, gear, n_planets, x=x, coast=coasting, gap=gap),
+                gear,
+                n_slices,
+            )
+            for mate, planet in _mesh_order(n_planets)
+        ]
+        for coasting, gap in ((False, 0.0), (True, backlash))
+    )
+    return tuple(
+        line for side in (drive, coast) for slices in zip(*side, strict=True) for line in slices
+    )
 
 
 def _approach_row(layout: CoordinateLayout, line: FlankLine) -> NDArray[np.float64]:

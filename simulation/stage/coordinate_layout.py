@@ -70,7 +70,7 @@ class CoordinateLayout:
         pilots = self.body.model.pilots
         return arm - float(pilots["main_bearing_seat"][0] - pilots[self.hub][0])
 
-    @property
+    @cached_property
     def rigid_bodies(self) -> dict[str, RigidPart]:
         """Rigid parts by name in the order of their coordinates."""
         planets = {f"planet_{i}": self.data.planet for i in range(1, self.n_planets + 1)}
@@ -123,10 +123,14 @@ class CoordinateLayout:
         return G
 
     @cached_property
+    def _body_modes(self) -> NDArray[np.float64]:
+        return geometric_rigid_modes(self.body.model)
+
+    @cached_property
     def translations(self) -> NDArray[np.float64]:
         """Rigid translation of everything that has a place, along x, y and z, shape (n, 3)."""
         R = np.zeros((self.n, 3))
-        R[: self.body.model.n_coordinates] = geometric_rigid_modes(self.body.model)[:, :3]
+        R[: self.body.model.n_coordinates] = self._body_modes[:, :3]
         for name in self.rigid_bodies:
             R[self.rows[name][:3], [0, 1, 2]] = 1.0
         return R
@@ -139,7 +143,7 @@ class CoordinateLayout:
         """
         gear, chain = self.data.gear, self.data.chain
         r = np.zeros(self.n)
-        r[: self.body.model.n_coordinates] = geometric_rigid_modes(self.body.model)[:, 3]
+        r[: self.body.model.n_coordinates] = self._body_modes[:, 3]
         for i, angle in enumerate(pin_angles(self.n_planets), start=1):
             rows = self.rows[f"planet_{i}"]
             r[rows[1:3]] = gear.centre_distance * np.array([-np.cos(angle), -np.sin(angle)])

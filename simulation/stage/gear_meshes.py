@@ -5,6 +5,7 @@ Their stiffness over the carrier angle.
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,13 +152,20 @@ def mesh_stiffness(
     -----
     The stiffness per length of contact line is taken as constant along the path of contact.
     """
-    pair = _pair(mate, gear)
     mean = data.sun_stiffness if mate == "sun" else data.ring_stiffness
-    h = np.arange(1, data.n_harmonics + 1)
+    return MeshStiffness(mean * _harmonics(mate, planet, gear, data.n_harmonics, n_planets))
+
+
+@lru_cache(maxsize=32)
+def _harmonics(
+    mate: str, planet: int, gear: GearData, n_harmonics: int, n_planets: int
+) -> NDArray[np.complex128]:
+    """Amplitudes over their mean; stages of the same gears, drawn in thousands, share them."""
+    pair = _pair(mate, gear)
+    h = np.arange(1, n_harmonics + 1)
     ripple = 2.0 * np.sinc(h * pair.contact_ratio) * np.sinc(h * pair.overlap_ratio)
     phase = 2.0 * np.pi * mesh_phase(mate, planet, gear, n_planets)
-    amplitudes = np.concatenate([[1.0], ripple * np.exp(1j * h * phase)]).astype(np.complex128)
-    return MeshStiffness(mean * amplitudes)
+    return np.concatenate([[1.0], ripple * np.exp(1j * h * phase)]).astype(np.complex128)
 
 
 def mesh_phase(mate: str, planet: int, gear: GearData, n_planets: int) -> float:

@@ -193,7 +193,7 @@ class _Stepper:
         force[turning] = (
             tangent[turning, turning] @ delta[turning] + by_rate[turning, turning] @ rate[turning]
         )
-        gaps = np.array([line.gap for line in channels.lines])
+        gaps = channels.gaps
         squares = np.maximum(delta[channels.meshes] - gaps, 0.0) ** 2
         force[0] = -0.5 * channels.of_flanks((ahead - k) / _ANGLE_STEP) @ squares
         load, unused = np.zeros(4), np.zeros((4, 4))

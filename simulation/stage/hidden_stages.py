@@ -7,12 +7,13 @@ and loads of its pins belong together.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.reduction.pin_joints import TABLE_4_STIFFNESS, carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.effects import StageEffects
@@ -209,8 +210,25 @@ class Bodies:
         elasticity : float
             Stiffness of the carrier over that of the reduced body.
         """
+        # Stiffness and load are linear in both: three bodies give all.
+        body, elastic, fitted = self._corners
+        more, fit = elasticity - 1.0, pin_fit / TABLE_4_STIFFNESS - 1.0
+
+        def at(first: Array, second: Array, third: Array) -> Array:
+            return first + more * (second - first) + fit * (third - first)
+
+        K = at(body.model.K, elastic.model.K, fitted.model.K)
+        load = at(body.misalignment_load, elastic.misalignment_load, fitted.misalignment_load)
+        return replace(body, model=replace(body.model, K=K), misalignment_load=load)
+
+    @cached_property
+    def _corners(self) -> tuple[StageBody, StageBody, StageBody]:
+        """Body of one elasticity and pin fit, of twice the elasticity, of twice the fit."""
+        return self._joined(1.0, 1.0), self._joined(2.0, 1.0), self._joined(1.0, 2.0)
+
+    def _joined(self, elasticity: float, fit: float) -> StageBody:
         stiff = replace(self.carrier, K=elasticity * self.carrier.K)
-        pinned = carrier_with_pins(stiff, self.pin, pin_fit)
+        pinned = carrier_with_pins(stiff, self.pin, fit * TABLE_4_STIFFNESS)
         return joined_to_shaft(pinned, beam_shaft(ShaftData(), pinned.pilots["shaft_face"]))
 
 
@@ -343,3 +361,7 @@ class StagePair:
         share = (pins[:, 0] / pins[:, 0].sum(axis=0)).max() * len(pins)
         head = [*load, share, np.log(stage.values["pin_fit"])]
         return np.concatenate([turn.readings.ravel() for turn in turns]), np.append(head, pins)
+
+    def each(self, Z: Array) -> list[tuple[Array, Array] | None]:
+        """Answers to the rows of Z."""
+        return [self(z) for z in Z]

@@ -202,7 +202,7 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         reference=channels.reference,
         real=np.ascontiguousarray(amplitudes.real),
         imag=np.ascontiguousarray(amplitudes.imag),
-        gaps=np.array([line.gap for line in channels.lines]),
+        gaps=channels.gaps,
         shares=channels.shares,
         clearance=channels.clearance,
         rollers=channels.rollers,

@@ -67,7 +67,7 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     delta = c @ channels.B - channels.free
     real, imag = mesh_amplitudes(channels)
     k = mesh_stiffness_over(real, imag, channels.mesh_teeth * c[:, 0])
-    gaps = np.array([line.gap for line in channels.lines])
+    gaps = channels.gaps
     slices = channels.of_flanks(k) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
     n_planets = model.layout.n_planets
     mesh = slices.reshape(len(c), 2, -1, 2 * n_planets).sum(axis=2).reshape(len(c), -1)

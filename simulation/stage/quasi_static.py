@@ -16,7 +16,7 @@ from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, se
 from carrierflex.simulation.stage.response import StageRecord
 from carrierflex.simulation.stage.stage_data import GRAVITY
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
-from carrierflex.simulation.stage.statics import SteadyLoad, linear_statics, static_coordinates
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates, static_turn
 
 
 def quasi_static_turn(
@@ -50,16 +50,7 @@ def quasi_static_turn(
         Where the contact iteration does not settle.
     """
     angles = 2.0 * np.pi * np.arange(n_angles) / n_angles
-    linear = linear_statics(model)
-    starts = [None] * n_angles if start is None else list(start)
-    c = np.array(
-        [
-            static_coordinates(
-                model, load, float(angle), mean_stiffness=True, linear=linear, start=near
-            )
-            for angle, near in zip(angles, starts, strict=True)
-        ]
-    )
+    c = static_turn(model, load, angles, mean_stiffness=True, starts=start)
     drive = np.tile([load.torque, 0.0, load.ntl_y, load.ntl_z], (n_angles, 1))
     return StageRecord(angles, c, np.zeros_like(c), drive, np.zeros((n_angles, 6)))
 

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.housing_and_face import (
@@ -117,14 +118,14 @@ def rim_reader(model: StageModel) -> RimReader:
     """
     body = model.layout.body
     tilt = body.misalignment_reading @ model.effects.misalignment
+    S = csr_array(model.L[: body.model.n_coordinates, 1:])
     series_of = []
     for prefix in (RIM_AXIAL, RIM_RADIAL):
         rows = [i for i, name in enumerate(body.model.sensor_names) if name.startswith(prefix)]
-        rim_rows = body.model.sensor_rows[rows] @ model.L[: body.model.n_coordinates]
         # A turn about the axis moves no rim point axially or radially; rounding of it would grow
         # with the angle.
-        rim_rows[:, 0] = 0.0
-        series_of.append((_series(rim_rows), _series(tilt[rows][:, None])[:, 0]))
+        series = _series(body.model.sensor_rows[rows]) @ S
+        series_of.append((np.pad(series, ((0, 0), (1, 0))), _series(tilt[rows][:, None])[:, 0]))
     (axial, axial_tilt), (radial, radial_tilt) = series_of
     size = np.abs(
         np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)

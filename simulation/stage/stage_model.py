@@ -21,8 +21,10 @@ from carrierflex.simulation.stage.stage_data import StageData
 #: Force that the rigid drive motion may meet, over the largest stiffness on its way: rounding
 #: leaves 1e-13.
 _GROUNDED = 1e-9
-#: Angles that average a function of orders up to two exactly.
-_AVERAGE = 2.0 * np.pi * np.arange(8) / 8
+#: Turns of a (6, 6) matrix, by angles that average a function of orders up to two exactly.
+_TURNS = tuple(
+    np.kron(np.eye(2), rotation_about_x(angle)) for angle in 2.0 * np.pi * np.arange(8) / 8
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,11 +165,21 @@ def stage_model(
     C[generator, generator] += data.chain.generator_constant
     spin_stiffness, Coriolis, centrifugal = _rotating_terms(layout, M, speed, L)
     mesh = channels.B[:, channels.meshes]
-    K_c = L.T @ K @ L + spin_stiffness + (mesh * channels.reference[channels.meshes]) @ mesh.T
+    K_c = _congruent(K, L) + spin_stiffness + (mesh * channels.reference[channels.meshes]) @ mesh.T
     K_c[0], K_c[:, 0] = 0.0, 0.0
     loads = _loads(layout, M, L, L.T @ constant + centrifugal)
     return StageModel(
-        layout, effects, speed, L, K_c, L.T @ M @ L, L.T @ C @ L, Coriolis, loads, channels, springs
+        layout,
+        effects,
+        speed,
+        L,
+        K_c,
+        _congruent(M, L),
+        _congruent(C, L),
+        Coriolis,
+        loads,
+        channels,
+        springs,
     )
 
 
@@ -212,8 +224,7 @@ def _point_mass(mass: float, moment: float, inertia: float) -> NDArray[np.float6
 
 def _averaged(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mean over a turn of a (6, 6) matrix of the fixed frame as the carrier frame sees it."""
-    turns = [np.kron(np.eye(2), rotation_about_x(angle)) for angle in _AVERAGE]
-    return sum((R.T @ matrix @ R for R in turns), np.zeros((6, 6))) / len(turns)
+    return sum((R.T @ matrix @ R for R in _TURNS), np.zeros((6, 6))) / len(_TURNS)
 
 
 def _seat_rotation(layout: CoordinateLayout) -> int:
@@ -227,6 +238,18 @@ def _split(layout: CoordinateLayout) -> NDArray[np.float64]:
     L[:, 0] = layout.drive_motion
     L[kept, np.arange(1, layout.n)] = 1.0
     return L
+
+
+def _congruent(X: NDArray[np.float64], L: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``Lᵀ X L`` of a symmetric X; but for its first column L only selects."""
+    kept = L[:, 1:].argmax(axis=0)
+    r = L[:, 0]
+    of_drive = X @ r
+    Y = np.empty_like(X)
+    Y[0, 0] = r @ of_drive
+    Y[0, 1:] = Y[1:, 0] = of_drive[kept]
+    Y[1:, 1:] = X[np.ix_(kept, kept)]
+    return Y
 
 
 def _refuse_grounded(K: NDArray[np.float64], drive: NDArray[np.float64]) -> None:
@@ -246,13 +269,15 @@ def _rotating_terms(
 
     The centrifugal stiffness is ``Omega^2 J M J``.
     """
-    J = layout.turning
-    S = L[:, 1:]
-    r = layout.drive_motion
     n = layout.n
     spin_stiffness = np.zeros((n, n))
     Coriolis = np.zeros((n, n))
     force = np.zeros(n)
+    if speed == 0.0:
+        return spin_stiffness, Coriolis, force
+    J = layout.turning
+    S = L[:, 1:]
+    r = layout.drive_motion
     spin_stiffness[1:, 1:] = speed**2 * S.T @ J @ M @ J @ S
     Coriolis[1:, 1:] = speed * S.T @ (M @ J + J @ M) @ S
     inward = S.T @ (J @ (M @ r))

@@ -31,7 +31,7 @@ _FLOATING = 1e-3
 _CUT_SHORT = 0.5
 #: Multiple of a Newton step that the search along it goes to, and what ends the search: halvings,
 #: or the change of the energy over that at its start.
-_LONGEST_STEP, _BISECTIONS, _LOWEST = 1e4, 60, 1e-9
+_LONGEST_STEP, _BISECTIONS, _LOWEST = 1e4, 60, 1e-3
 
 
 class NotConvergedError(RuntimeError):
@@ -132,7 +132,7 @@ def _contact(channels: Channels, angle: float, k: NDArray[np.float64]) -> _Conta
         float(angle),
         channels.reference,
         channels.of_flanks(k),
-        np.array([line.gap for line in channels.lines]),
+        channels.gaps,
         channels.K_mean - R.T @ channels.K_fixed @ R,
         channels.clearance,
         channels.rollers,
@@ -187,11 +187,14 @@ def _contact_forces(
         first += 2
 
 
-def turning_force(model: StageModel, load: SteadyLoad, angle: float) -> NDArray[np.float64]:
-    """Generalised force of all loads at a carrier angle, shape (n,); the generator holds."""
+def turning_force(
+    model: StageModel, load: SteadyLoad, angle: float | NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Generalised force of all loads at carrier angles, shape (..., n); the generator holds."""
     f = model.loads
-    c = np.cos(angle)
-    s = np.sin(angle)
+    turns = np.asarray(angle)[..., None]
+    c = np.cos(turns)
+    s = np.sin(turns)
     # Of the rotating terms the Coriolis force of the drive's own speed is there at rest.
     force = load.torque * f.torque + f.constant - model.speed * model.G[:, 0]
     force = force - load.gravity * (s * f.weight_y + c * f.weight_z)
@@ -200,7 +203,7 @@ def turning_force(model: StageModel, load: SteadyLoad, angle: float) -> NDArray[
         + (c * load.ntl_y + s * load.ntl_z) * f.radial_y
         + (c * load.ntl_z - s * load.ntl_y) * f.radial_z
     )
-    return force - force[0] / f.generator[0] * f.generator
+    return np.asarray(force - force[..., :1] / f.generator[0] * f.generator)
 
 
 def _closed_stiffness(channels: Channels) -> NDArray[np.float64]:
@@ -291,8 +294,6 @@ class LinearStatics:
 
     Parameters
     ----------
-    model : StageModel
-        The stage.
     factor : tuple
         Cholesky factor of the scaled stiffness ``K_yy``.
     scale : ndarray, shape (n - 1,)
@@ -303,7 +304,6 @@ class LinearStatics:
         The same seen by the channels, ``Bᵀ Z``.
     """
 
-    model: StageModel
     factor: tuple[NDArray[np.float64], bool]
     scale: NDArray[np.float64]
     Z: NDArray[np.float64]
@@ -336,7 +336,7 @@ def linear_statics(model: StageModel) -> LinearStatics:
             "stiffness; expected a speed below the first critical one"
         ) from error
     Z = scale[:, None] * scipy.linalg.cho_solve(factor, scale[:, None] * B)
-    return LinearStatics(model, factor, scale, Z, B.T @ Z)
+    return LinearStatics(factor, scale, Z, B.T @ Z)
 
 
 def static_coordinates(
@@ -345,7 +345,6 @@ def static_coordinates(
     angle: float = 0.0,
     *,
     mean_stiffness: bool = False,
-    linear: LinearStatics | None = None,
     start: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Coordinates c of the stage at rest in its turning frame: ``K_yy y = f + B lambda(Bᵀ y)``.
@@ -363,8 +362,6 @@ def static_coordinates(
         Carrier angle [rad].
     mean_stiffness : bool
         Use the meshes' mean stiffness instead of the one at `angle`.
-    linear : LinearStatics, optional
-        Of this model, where many equilibria are sought; made here where it is missing.
     start : ndarray, shape (n,), optional
         Coordinates of an equilibrium that is close, of this stage or of another; without contact
         by default.
@@ -381,30 +378,59 @@ def static_coordinates(
     ValueError
         As :func:`linear_statics`.
     """
-    linear = linear or linear_statics(model)
+    starts = None if start is None else start[None]
+    return static_turn(
+        model, load, np.array([angle]), mean_stiffness=mean_stiffness, starts=starts
+    )[0]
+
+
+def static_turn(
+    model: StageModel,
+    load: SteadyLoad,
+    angles: NDArray[np.float64],
+    *,
+    mean_stiffness: bool = False,
+    starts: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """Coordinates of :func:`static_coordinates` at many carrier angles, shape (N, n).
+
+    Parameters
+    ----------
+    model, load, mean_stiffness
+        As there.
+    angles : ndarray, shape (N,)
+        Carrier angles [rad].
+    starts : ndarray, shape (N, n), optional
+        Coordinates of equilibria that are close.
+
+    Raises
+    ------
+    NotConvergedError, ValueError
+        As there.
+    """
+    linear = linear_statics(model)
     channels = model.channels
-    scale = linear.scale
     W = linear.W
     B = channels.B[1:]
-    k = frozen_stiffness(channels, None if mean_stiffness else angle)
-    f = turning_force(model, load, angle)[1:]
-    y_free = linear.answer(f)
-    delta_free = B.T @ y_free - channels.free
-    size = np.abs(scale * f).max()
-    lambda_ = np.zeros(len(W))
-    if start is not None:
-        lambda_ = channel_forces(channels, B.T @ start[1:] - channels.free, angle, k)[0]
-    residual = _settled(
-        _contact(channels, angle, k),
-        delta_free,
-        W,
-        scale[:, None] * B,
-        _closed_stiffness(channels),
-        _CONVERGED * size,
-        lambda_,
-    )
-    if residual <= _CONVERGED * size:
-        return np.concatenate([[angle], y_free + linear.Z @ lambda_])
-    raise NotConvergedError(
-        f"contact at rest leaves a residual of {residual / size:.1e} after {_MOST_ITERATIONS} steps"
-    )
+    rows = linear.scale[:, None] * B
+    closed = _closed_stiffness(channels)
+    F = turning_force(model, load, angles)[:, 1:]
+    Y = linear.answer(F.T).T
+    free = Y @ B - channels.free
+    size = np.abs(linear.scale * F).max(axis=1)
+    for i, angle in enumerate(angles):
+        k = frozen_stiffness(channels, None if mean_stiffness else angle)
+        lambda_ = np.zeros(len(W))
+        if starts is not None:
+            near = B.T @ starts[i, 1:] - channels.free
+            lambda_ = channel_forces(channels, near, angle, k)[0]
+        residual = _settled(
+            _contact(channels, angle, k), free[i], W, rows, closed, _CONVERGED * size[i], lambda_
+        )
+        if residual > _CONVERGED * size[i]:
+            raise NotConvergedError(
+                f"contact at rest leaves a residual of {residual / size[i]:.1e} after "
+                f"{_MOST_ITERATIONS} steps"
+            )
+        Y[i] += linear.Z @ lambda_
+    return np.column_stack([angles, Y])

@@ -16,6 +16,7 @@ from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import Versions, versions
 from carrierflex.geometry.parameters import DEFAULT_SIZE, GearData
 from carrierflex.geometry.pins import planets_of
+from carrierflex.workflows.executors import work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_figure, save_table
 from carrierflex.workflows.progress import Stages
 
@@ -96,6 +97,7 @@ def main(
     pin: Path | None = None,
     draws: int = 1500,
     seed: int = 0,
+    workers: int = 1,
     quiet: bool = False,
 ) -> InferredLoads:
     """Infer torque, rotor moment and loads of the planet pins from proximity sensors.
@@ -116,9 +118,12 @@ def main(
     pin : Path, optional
         Pin of carrierflex reduce --body pin (.h5); default: the default pin.
     draws : int
-        Number of stages drawn for each run, 600 or more; 1500 take one to five minutes.
+        Number of stages drawn for each run, 600 or more; 1500 take half a minute to two minutes of
+        processor time.
     seed : int
         Seed of the draws.
+    workers : int
+        Processes that solve stages; the answer does not depend on their number.
     quiet : bool
         Show no progress.
 
@@ -166,7 +171,10 @@ def main(
         )
     prepared_folder(out)
     nominal, errors, estimates = measured.rig["nominal_torque"], ReadingErrors(), {}
-    with stages.stage(f"loads of {len(turns)} runs, {draws} stages each"):
+    with (
+        stages.stage(f"loads of {len(turns)} runs, {draws} stages each"),
+        work_executor(workers) as executor,
+    ):
         for number, (name, turn) in enumerate(turns.items()):
             pair = [turns[known]] if name == known else [turns[known], turn]
             readings = np.array([entry.readings for entry in pair])
@@ -178,7 +186,8 @@ def main(
 
             estimates[name] = inferred_loads(
                 forward, readings, R,
-                n_draws=draws, rng=np.random.default_rng([seed, number]), note=note,
+                n_draws=draws, rng=np.random.default_rng([seed, number]), executor=executor,
+                note=note,
             )  # fmt: skip
     runs = tuple(
         _run_loads(name, estimate, recorded[name], name == known)

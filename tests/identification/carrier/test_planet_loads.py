@@ -12,6 +12,7 @@ from carrierflex.identification.carrier.planet_loads import (
     measured_turn,
 )
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
+from carrierflex.workflows.executors import SerialExecutor
 
 SENSORS = tuple(
     Sensor(f"s{angle}", AXIAL, np.deg2rad(angle), 0.412) for angle in (47, 137, 227, 317)
@@ -34,6 +35,9 @@ class Linear:
         z = z + self.stiffening * np.sign(z) * np.maximum(np.abs(z) - 0.5, 0.0)
         return self.H @ z, np.concatenate([[200e3, 0.0, 0.0, 1.0, np.log(1.7e7)], self.G @ z])
 
+    def each(self, Z):
+        return [self(z) for z in Z]
+
 
 def estimated(forward, y, size=8e-6):
     return inferred_loads(
@@ -42,6 +46,7 @@ def estimated(forward, y, size=8e-6):
         size**2 * np.eye(len(y)),
         n_draws=1600,
         rng=np.random.default_rng(3),
+        executor=SerialExecutor(),
     )
 
 
@@ -115,6 +120,21 @@ def test_stages_without_equilibrium_are_refused():
     forward.__class__ = type("Loose", (Linear,), {"__call__": lambda self, z: None})
     with pytest.raises(ValueError, match="200 of 200 drawn stages reach no static equilibrium"):
         estimated(forward, np.zeros(96))
+
+
+def test_an_attempt_without_equilibrium_does_not_end_the_others():
+    """The first attempt's stages reach none; the next ones give the answer."""
+
+    class LooseAtFirst(Linear):
+        attempts = 0
+
+        def each(self, Z):
+            self.attempts += 1
+            return [None for _ in Z] if self.attempts <= 13 else super().each(Z)
+
+    y = Linear()(np.random.default_rng(5).standard_normal(N_LATENT))[0]
+    nearest, anew = estimated(Linear(), y), estimated(LooseAtFirst(), y)
+    assert_allclose(anew.pins, nearest.pins, atol=1e-6 * nearest.pins_std.max())
 
 
 def test_orders_of_a_record_are_read_free_of_its_speed():
