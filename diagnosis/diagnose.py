@@ -101,7 +101,8 @@ def diagnose(
     if answer is not None and sets:
         sets = tuple(dict.fromkeys((*sets, *answer.causes)))
     floor_ratio = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
-    selection, published = _established(problem, fits, sets, floor_ratio)
+    alike = answer.alike if answer else ()
+    selection, published = _established(problem, fits, sets, alike, floor_ratio)
     note("intervals")
     of_laws = gap_reduction(fits, selection.accepted)
     judged = verdict_of(
@@ -155,7 +156,11 @@ def diagnose(
 
 
 def _established(
-    problem: ComparisonProblem, fits: LawFits, sets: Sequence[Effects], floor_ratio: float
+    problem: ComparisonProblem,
+    fits: LawFits,
+    sets: Sequence[Effects],
+    alike: Sequence[Effects],
+    floor_ratio: float,
 ) -> tuple[Selection, PublishedValues]:
     """Selection among laws that are there, and the values of its fit.
 
@@ -165,7 +170,7 @@ def _established(
     """
     absent: frozenset[str] = frozenset()
     while True:
-        selection = selected(fits, sets, absent)
+        selection = selected(fits, sets, absent, alike)
         fit = fits.score(selection.accepted).fit
         published = published_values(problem, fit, floor_ratio=floor_ratio)
         uncertain = {law for law in selection.accepted if _may_be_absent(published, law)}

@@ -52,15 +52,15 @@ class EffectParameter(FitParameter):
         size and angle of the vector. See :func:`vector_parameters`.
     absent_at : float, optional
         Value of a shape at which the effect adds nothing: that of the simulation without it.
-    is_unseen_below : bool
-        Whether the signals no longer change below the least value that a search tries: a fit that
-        ends there has found an upper limit, and has not left what is physical.
+    may_reach_lower : bool
+        Whether a fit that ends at the lower bound has not left what is physical: it has found an
+        upper limit, as signals no longer change below, or a state (no clearance, no stiffness).
     """
 
     powers: tuple[int, int, int] | None = None
     shape: bool = False
     pair: PolarPair | None = None
-    is_unseen_below: bool = False
+    may_reach_lower: bool = False
     absent_at: float | None = None
 
 

@@ -152,8 +152,8 @@ def drawn_pair(truth: str, rng: np.random.Generator) -> tuple[_Data, _Data]:
         size = factor * getattr(floating.bearings, side)
         return case, (replace(floating, bearings=replace(floating.bearings, **{side: size})), pins)
     key = str(rng.choice(("axial_stiffness", "tilt_stiffness")))
-    own, size = getattr(floating.mounting, key), 0.0
-    while not (size * _LEAST_RATIO < own or size > _LEAST_RATIO * own):
+    drawn = size = getattr(floating.mounting, key)
+    while not (size * _LEAST_RATIO < drawn or size > _LEAST_RATIO * drawn):
         size = HIDDEN[f"mounting_{key.partition('_')[0]}"].at(rng.random())
     return case, (replace(floating, mounting=replace(floating.mounting, **{key: size})), pins)
 
@@ -162,35 +162,41 @@ def drawn_campaign(
     body: StageBody, truth: str, rng: np.random.Generator
 ) -> tuple[Campaign, PredictedStage, float]:
     """Records of a drawn truth, the stage of their case, and the gap over the noise."""
-    points = LoadPoints(np.array(LOADS), np.array([LOADS[0][0], 2e5, 2e5]))
     while True:
         case, other = (
             PredictedStage(body, *data, ReadingEffects(), _SPEED, rest_angle=0.0)
             for data in drawn_pair(truth, rng)
         )
         try:
-            predicted, at_rest = (
-                stage_readings(one, SENSORS, points)[0].series for one in (case, other)
-            )
-            gap = _size(at_rest - predicted)
-            if truth != NOTHING and gap < VISIBLE * FLOOR:
+            predicted, at_rest = readings_at_rest(case), readings_at_rest(other)
+            gap = size_of(at_rest - predicted) / FLOOR
+            if truth != NOTHING and gap < VISIBLE:
                 continue
             true = series_in_time(other, SENSORS, LOADS, step=_STEP, highest_order=_HIGHEST_ORDER)
-            break
         except NotConvergedError:
             continue
-    made = series_campaign(
-        f"stage, {truth}",
-        _pairs(true),
-        _pairs(predicted[:, :, : _HIGHEST_ORDER + 1]),
-        lambda _: FLOOR,
-        rng,
-        rng.spawn(1)[0],
-    )
-    return made.campaign, case, gap / FLOOR
+        return recorded_campaign(f"stage, {truth}", predicted, true, rng), case, gap
 
 
-def _size(series: NDArray[np.complex128]) -> float:
+def recorded_campaign(
+    name: str,
+    predicted: NDArray[np.complex128],
+    true: NDArray[np.complex128],
+    rng: np.random.Generator,
+) -> Campaign:
+    """Records that read `true` where a case predicts `predicted`."""
+    orders = slice(_HIGHEST_ORDER + 1)
+    pairs = _pairs(true[:, :, orders]), _pairs(predicted[:, :, orders])
+    return series_campaign(name, *pairs, lambda _: FLOOR, rng, rng.spawn(1)[0]).campaign
+
+
+def readings_at_rest(stage: PredictedStage) -> NDArray[np.complex128]:
+    """Series of the readings in equilibrium under the loads of the records."""
+    points = LoadPoints(np.array(LOADS), np.array([LOADS[0][0], 2e5, 2e5]))
+    return stage_readings(stage, SENSORS, points)[0].series
+
+
+def size_of(series: NDArray[np.complex128]) -> float:
     """RMS of signals that stand as series, without what an offset of all sensors takes."""
     tilted = series[:, :, 0].real - series[:, :, 0].real.mean(axis=1, keepdims=True)
     return float(np.sqrt(np.mean(tilted**2 + 0.5 * (np.abs(series[:, :, 1:]) ** 2).sum(axis=2))))

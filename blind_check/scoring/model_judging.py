@@ -6,8 +6,9 @@ among the aliases.
 
 right
     The truth's classes of the model are named, or none where the carrier is as drawn, and no law
-    beside them that is not acting. A value whose gap a pin fit of the drawing takes is counted
-    apart by :func:`gap_beyond_drawing`.
+    beside them that is not acting. Of several causes a class need not be named whose values leave
+    less than two floors alone, where another leaves more. A value whose gap a pin fit of the
+    drawing takes is counted apart by :func:`gap_beyond_drawing`.
 """
 
 from collections.abc import Sequence
@@ -16,6 +17,8 @@ from carrierflex.blind_check.labels import Label
 from carrierflex.blind_check.sealing.verdicts import Verdict
 from carrierflex.blind_check.truth.carrier.off_drawing import BEYOND, class_of_value
 
+#: Gap over the floor from which a carrier off its drawing is counted.
+MODEL_GAP = 2.0
 _CLASS_OF_MODEL = "model/"
 _OF_MODEL = ("geometry/", "material/")
 
@@ -58,5 +61,15 @@ def false_values(label: Label, named: Sequence[str], aliases: Sequence[Sequence[
 def is_right(label: Label, verdict: Verdict, named: Sequence[str]) -> bool:
     """Whether an answer to a case of the family is right."""
     aliases = verdict.document.get("aliases") or ()
-    is_of_truth = model_classes(verdict, named) == frozenset(label.classes)
+    is_of_truth = _visible_classes(label) <= model_classes(verdict, named) <= {*label.classes}
     return is_of_truth and not false_laws(label, named, aliases)
+
+
+def _visible_classes(label: Label) -> frozenset[str]:
+    """Classes of the truth that an answer must name."""
+    gaps = label.own_gaps or (label.gap_over_floor,) * len(label.effects)
+    visible = [effect for effect, gap in zip(label.effects, gaps, strict=True) if gap >= MODEL_GAP]
+    of_model = {
+        class_of_value(effect.partition("/")[2]) for effect in visible if is_of_model(effect)
+    }
+    return frozenset(of_model if visible else label.classes)

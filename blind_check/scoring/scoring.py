@@ -17,6 +17,7 @@ from carrierflex.blind_check.labels import KINDS, MODEL, NOTHING, OUTSIDE, STAGE
 from carrierflex.blind_check.scoring.class_judging import ClassJudged
 from carrierflex.blind_check.scoring.judging import Judged
 from carrierflex.blind_check.scoring.model_judging import (
+    MODEL_GAP,
     false_laws,
     false_values,
     gap_beyond_drawing,
@@ -27,8 +28,8 @@ from carrierflex.diagnosis.inference.results import AT_NOISE_FLOOR
 
 #: Gap over the floor from which an effect has to be found.
 CLEAR_GAP = 5.0
-#: The same where the stage makes the gap, or a value off the carrier's drawing.
-STAGE_GAP = MODEL_GAP = 2.0
+#: The same where the stage makes the gap.
+STAGE_GAP = 2.0
 #: Bins of the gap over the floor for the power.
 BINS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, math.inf)
 #: Fewer cases judge no figure: one case of them would be more than the five percent wanted.

@@ -160,7 +160,7 @@ class CarrierModel:
             run=run,
             shape=parameter.shape,
             pair=parameter.pair,
-            is_unseen_below=parameter.is_unseen_below,
+            may_reach_lower=parameter.may_reach_lower,
         )
         unknown = self.known.sensor_prior(unknown, effect.measurement, choice.get(effect.id))
         return self.known.prior(unknown, parameter.name)

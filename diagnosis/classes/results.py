@@ -152,6 +152,9 @@ class ClassAnswer:
         Sets of laws that are worth a fit in the simulator.
     causes : tuple of tuple of str
         Further sets, one for each cause of a body that differs from its drawing.
+    alike : tuple of tuple of str
+        Laws of one class each that differ in what they follow alone, where the records cannot say
+        what a class follows.
     """
 
     state: str
@@ -170,6 +173,7 @@ class ClassAnswer:
     same_scores: bool = False
     law_sets: tuple[tuple[str, ...], ...] = ()
     causes: tuple[tuple[str, ...], ...] = ()
+    alike: tuple[tuple[str, ...], ...] = ()
 
     @property
     def ids(self) -> tuple[str, ...]:

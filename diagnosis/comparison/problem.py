@@ -48,8 +48,8 @@ class Parameter(FitParameter):
     pair: PolarPair | None = field(default=None, kw_only=True)
     #: Relative standard deviation by the declared gains of the signals
     gain_std: float = field(default=0.0, kw_only=True)
-    #: Whether its lower bound is a limit of what the records tell, no physical one
-    is_unseen_below: bool = field(default=False, kw_only=True)
+    #: Whether its lower bound is a limit of what the records tell, or a state, and may be reached
+    may_reach_lower: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         """No check of the bounds: those of a baseline's fixed value are equal."""

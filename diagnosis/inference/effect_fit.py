@@ -281,7 +281,7 @@ def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray
     """Which parameters of added effects stand on a physical bound."""
     margin = np.array([_ON_BOUND * parameter.scale for parameter in parameters])
     bounds = Bounds(*bounds_of(parameters))
-    is_limit = np.array([parameter.is_unseen_below for parameter in parameters], dtype=bool)
+    is_limit = np.array([parameter.may_reach_lower for parameter in parameters], dtype=bool)
     is_limit &= theta <= bounds.lower + margin
     # A value that is held stands on no bound.
     return bounds.hits(theta, margin) & (bounds.lower < bounds.upper) & ~is_limit

@@ -259,11 +259,16 @@ def candidate_sets(
 
 
 def selected(
-    fits: LawFits, sets: Sequence[Effects], absent: frozenset[str] = frozenset()
+    fits: LawFits,
+    sets: Sequence[Effects],
+    absent: frozenset[str] = frozenset(),
+    alike: Sequence[Effects] = (),
 ) -> Selection:
     """Fit sets of laws and accept the smallest supported one that predicts as well as the best.
 
-    No set with a law of `absent` is supported: declared errors and priors explain its values.
+    No set with a law of `absent` is supported: declared errors and priors explain its values. Laws
+    of one group of `alike` differ in what they follow alone, which these records cannot say: one
+    counts no more parameters than another.
     """
     fits.score(())
     for size in sorted({len(laws) for laws in sets}):
@@ -280,8 +285,14 @@ def selected(
         best = min(supported, key=fits.mean_square)
         # The best is as good as itself, also where nothing is left and no ratio can be made.
         equal = [laws for laws in supported if laws == best or _equal(fits, laws, best)]
-        accepted = min(equal, key=lambda laws: (*_size(fits, laws), fits.mean_square(laws)))
-        rivals = [laws for laws in equal if laws != accepted and _is_rival(fits, laws, accepted)]
+        sizes = {laws: _size(fits, laws, alike) for laws in equal}
+        accepted = min(equal, key=lambda laws: (*sizes[laws], fits.mean_square(laws)))
+        rivals = [
+            laws
+            for laws in equal
+            if laws != accepted
+            and (sizes[laws] <= sizes[accepted] or _is_richer_alias(fits, laws, accepted))
+        ]
     ranking = [
         RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), _reason(rejections[laws]))
         for laws in sets
@@ -305,14 +316,12 @@ def _equal(fits: LawFits, laws: Effects, best: Effects) -> bool:
     return bool(ratio <= fits.thresholds.equal_rms)
 
 
-def _is_rival(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
-    """Whether laws that predict as well may be the cause instead.
+def _is_richer_alias(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
+    """Whether laws of more parameters than those accepted may be the cause instead.
 
-    More parameters than those accepted speak against laws, unless these are known to pass for them
-    and leave less: pins with clearance look like stiffer pins at one load.
+    More parameters speak against laws, unless those accepted are known to pass for them and they
+    leave less: pins with clearance look like stiffer pins at one load.
     """
-    if _size(fits, laws) <= _size(fits, accepted):
-        return True
     if fits.mean_square(laws) >= fits.mean_square(accepted):
         return False
     others = [law for law in laws if law not in accepted]
@@ -322,8 +331,16 @@ def _is_rival(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
     )
 
 
-def _size(fits: LawFits, laws: Effects) -> tuple[int, int]:
-    return len(laws), len(fits.scores[laws].fit.parameters)
+def _size(fits: LawFits, laws: Effects, alike: Sequence[Effects]) -> tuple[int, int]:
+    """Laws, and their parameters."""
+    n_parameters = {law: len(card.parameters) for law, card in fits.problem.cards.items()}
+    more = sum(
+        n_parameters[law] - min(n_parameters[other] for other in group)
+        for group in alike
+        for law in group
+        if law in laws
+    )
+    return len(laws), len(fits.scores[laws].fit.parameters) - more
 
 
 def _reason(rejection: Rejection | None) -> str:

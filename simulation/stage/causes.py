@@ -102,7 +102,8 @@ _CLEARANCES = (0.0, 0.06e-3, 0.12e-3, 0.18e-3, 0.25e-3, 0.4e-3)
 _BUSHING = "each bushing (order_one.md)"
 _BONDED = "clearance of the fit over the length of the bore"
 _QUILL = (1e6, 2e7, 6e7, 2e8, 6e8, 1.4e9, 3e9)
-_AXIAL, _TILTING = (0.5e6, 2e6, 8e6, 20.2e6, 40e6), (1e4, 2e5, 8e5, 2e6)
+#: From a bushing that has come loose.
+_AXIAL, _TILTING = (0.0, 0.5e6, 2e6, 8e6, 20.2e6, 40e6), (0.0, 1e4, 2e5, 8e5, 2e6)
 _HALF_TO_TWICE, _TEETH, _PLAY = (0.5, 2.0, 3.0), (0.7, 1.4, 2.0), (0.3e-3, 0.75e-3, 1.5e-3)
 _PER_METRE, _PER_RADIAN = "N/m", "N m/rad"
 #: Causes of one quantity by name.
@@ -476,7 +477,15 @@ def _of_sizes(cause: SizedCause, sizes: _Sizes | None) -> Effect | None:
     nodes = sizes.nodes
     response = EffectParameter(RESPONSE, "1", *_RESPONSE_BOUNDS, RESPONSE_STD)
     ends, scale = (float(nodes[0]), float(nodes[-1])), float(np.ptp(nodes))
-    size = EffectParameter(cause.key, cause.unit, *ends, scale, shape=True, absent_at=sizes.nominal)
+    size = EffectParameter(
+        cause.key,
+        cause.unit,
+        *ends,
+        scale,
+        shape=True,
+        absent_at=sizes.nominal,
+        may_reach_lower=ends[0] == 0.0,
+    )
     return _effect(cause.key, parameters=(response, size), pattern=sizes, shape_nodes=sizes.of_rig)
 
 

@@ -11,7 +11,7 @@ from carrierflex.blind_check.truth.carrier.off_drawing import BEYOND, class_of_v
 RADIUS, MODULUS, PIN_MODULUS = "geometry/outer_radius", "material/E", "material/pin_E"
 
 
-def label(*effects, number=1, gap=10.0, beyond=10.0, present=()):
+def label(*effects, number=1, gap=10.0, beyond=10.0, present=(), alone=()):
     of_model = [name for name in effects if "/" in name]
     return Label(
         f"carrier-{number:04d}",
@@ -26,6 +26,7 @@ def label(*effects, number=1, gap=10.0, beyond=10.0, present=()):
         {name: {"change": -0.01} for name in of_model},
         {BEYOND: beyond if effects else 0.1},
         classes=tuple(sorted({class_of_value(name.partition("/")[2]) for name in of_model})),
+        own_gaps=alone,
     )
 
 
@@ -54,6 +55,11 @@ def verdict(word, *effects, classes=None, aliases=(), change=-0.011, std=0.001):
         (label(PIN_MODULUS), verdict("named", PIN_MODULUS, classes=["model/pins"]), True),
         (label(RADIUS), verdict("named", "ring_pass", classes=["housing/waves/torque"]), False),
         (label(RADIUS), verdict("named", RADIUS, "ring_pass"), False),
+        # A modulus that cannot be seen need not be named; one that can must be.
+        (label(RADIUS, PIN_MODULUS, alone=(10.0, 0.3)), verdict("named", RADIUS), True),
+        (label(RADIUS, PIN_MODULUS, alone=(10.0, 3.0)), verdict("named", RADIUS), False),
+        (label(MODULUS, "ring_pass", alone=(0.2, 9.0)), verdict("named", "ring_pass"), True),
+        (label(MODULUS, "ring_pass", alone=(0.2, 9.0)), verdict("named", PIN_MODULUS), False),
         (label(RADIUS, "ring_pass"), verdict("named", RADIUS, "ring_pass"), True),
         (label(RADIUS), verdict("at_noise_floor", classes=[]), False),
         (label(RADIUS, present=["sensor_gain"]), verdict("named", RADIUS, "sensor_gain"), True),

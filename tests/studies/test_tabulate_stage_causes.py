@@ -1,10 +1,17 @@
 """Campaigns that a stage predicts: how an answer counts, and what the drawn pairs differ in."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
+from carrierflex.geometry.pins import PAPER_STIFFNESS
+from carrierflex.simulation.stage import causes
+from carrierflex.simulation.stage.causes import SIZED_CAUSES
+from carrierflex.simulation.stage.predicted_readings import PredictedStage
+from carrierflex.simulation.stage.readings import ReadingEffects
+from carrierflex.workflows.simulation.stage_bodies import default_stage_body
+from studies.tabulate_held_sun import FLOOR
 from studies.tabulate_stage_causes import (
     CLASSES,
     FALSE,
@@ -14,8 +21,12 @@ from studies.tabulate_stage_causes import (
     TIED,
     WITH_OTHERS,
     StageAnswer,
+    answered,
     answers_table,
     drawn_pair,
+    readings_at_rest,
+    recorded_campaign,
+    size_of,
 )
 
 SUN = "stage/sun_restraint/torque+radial_load"
@@ -70,3 +81,29 @@ def test_a_truth_differs_from_its_case_in_its_own_class_alone(truth):
         changed = {name for name in case if case[name] != other[name]}
         assert changed <= differing
         assert changed or truth == NOTHING
+        if truth == "mounting":
+            (name,) = changed
+            assert other[name] > 0.0
+            assert abs(np.log(other[name] / case[name])) > np.log(2.0)
+
+
+@pytest.mark.long
+def test_a_bushing_that_has_come_loose_is_named(monkeypatch):
+    """Zero is a state of a stiffness, not the end of what is sought."""
+    cause = SIZED_CAUSES["tilt_stiffness"]
+    monkeypatch.setattr(causes, "SIZED_CAUSES", {"tilt_stiffness": cause})
+    monkeypatch.setattr(causes, "GROUPS", {"tilt_stiffness": causes.GROUPS["tilt_stiffness"]})
+    rng = np.random.default_rng(5)
+    (data, effects), _ = drawn_pair(NOTHING, rng)
+    data = replace(data, mounting=replace(data.mounting, axial_stiffness=2e7, tilt_stiffness=7e5))
+    loose = replace(data, mounting=replace(data.mounting, tilt_stiffness=0.0))
+    body = default_stage_body(PAPER_STIFFNESS, 0.06)
+    case, other = (
+        PredictedStage(body, one, effects, ReadingEffects(), 2.3, rest_angle=0.0)
+        for one in (data, loose)
+    )
+    predicted, true = readings_at_rest(case), readings_at_rest(other)
+    assert size_of(true - predicted) > 2.0 * FLOOR
+    answer = answered(recorded_campaign("loose", predicted, true, rng), case, "mounting", 2.0)
+    assert answer.named == ("stage/tilt_stiffness",)
+    assert not answer.ties

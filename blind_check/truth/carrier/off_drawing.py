@@ -263,10 +263,15 @@ def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[C
         floor = float(np.exp(rng.uniform(*np.log(_PLAIN_NOISE))))
     as_drawn = rig.of_curve(drawn.curves[fit])
     signals = rig.of_curve(carrier.curves[fit])
+    causes = [
+        _differences(rig.of_curve(_curve_of_value(name, value, fit)), as_drawn)
+        for name, value in carrier.off.items()
+    ]
     for name in others:
         unit = drawn_values(name, rng, len(rig.records))
         size = _size(baseline.residuals(rig.read(name, unit)))
-        signals = _sums(signals, rig.read(name, scaled_values(unit, wanted * floor / size)))
+        causes.append(rig.read(name, scaled_values(unit, wanted * floor / size)))
+        signals = _sums(signals, causes[-1])
     effect = _differences(signals, as_drawn)
     free = rig.of_curve(drawn.curves[_FREE])
     family = rig.baseline(pin_fit=True)
@@ -285,6 +290,9 @@ def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[C
     rho = _size(family.held_out(_differences(without, effect))) / _size(family.held_out(without))
     gap = _size(baseline.residuals(effect))
     label = _label(plan, carrier, fit, (floor, gap, beyond, rho))
+    if len(causes) > 1:
+        alone = tuple(_size(baseline.residuals(cause)) / floor for cause in causes)
+        label = replace(label, own_gaps=alone)
     has_file = bool(rng.uniform() > _OWN_CURVES)
     campaign = _campaign(plan, rig, measured, (floor, share), has_file=has_file)
     if n_radial:
@@ -347,6 +355,15 @@ def _drawn_carrier(
         if change >= wanted * _LEAST_NOISE:
             break
     return carrier, fit, change
+
+
+def _curve_of_value(name: str, value: float, fit: str) -> FloatArray:
+    """Curve of a carrier with one value off, as far along from the drawing's as the nearest one."""
+    drawn, *others = made_carriers()
+    alone = [carrier for carrier in others if carrier.off.keys() == {name}]
+    nearest = min(alone, key=lambda carrier: abs(carrier.off[name] - value))
+    share = (value - DRAWN[name]) / (nearest.off[name] - DRAWN[name])
+    return drawn.curves[fit] + share * (nearest.curves[fit] - drawn.curves[fit])
 
 
 def _misread(

@@ -472,13 +472,24 @@ def carrier_class_answer(
     with_values = [tuple(sorted((*others, law))) for law in tried for others in ((), *laws[:1])]
     # What a tolerance allows no product knows: every cause of a body is fitted within its own.
     of_model = [law for law in candidates if _model_class(law) in shown]
+    classes_of_law = _classes_of_laws(classes_of_law, has_torques=not is_open)
     return replace(
         answer,
-        classes_of_law=_classes_of_laws(classes_of_law, has_torques=not is_open),
+        classes_of_law=classes_of_law,
         same_scores=True,
         law_sets=(*laws, *with_values),
         causes=_with_each(laws[:1], of_model),
+        alike=_alike(classes_of_law, candidates),
     )
+
+
+def _alike(classes_of_law: Mapping[str, Sequence[str]], candidates: Effects) -> tuple[Effects, ...]:
+    """Laws of each class of which the records cannot say what it follows."""
+    groups: dict[str, list[str]] = {}
+    for law, (first, *_) in classes_of_law.items():
+        if law in candidates and way_of(first) == UNDETERMINED:
+            groups.setdefault(first, []).append(law)
+    return tuple(map(tuple, groups.values()))
 
 
 def _with_each(nearest: Sequence[Effects], causes: Sequence[str]) -> tuple[Effects, ...]:

@@ -115,7 +115,7 @@ def _load_nodes(rig: CarrierRig, largest_load: float) -> _FloatArray:
 
 #: Load at which what a clearance leaves free is mostly used up; one far below every load of the
 #: records is a jump, whose place they do not show.
-_LIMITING_LOAD = EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True, is_unseen_below=True)
+_LIMITING_LOAD = EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True, may_reach_lower=True)
 _NTL_TILT = Effect(
     "ntl_tilt",
     equation="R sin(0 - v) (a_y F_y + a_z F_z) + R sin(pi/2 - v) (b_y F_y + b_z F_z)",

@@ -14,6 +14,7 @@ from carrierflex.blind_check.truth.carrier.off_drawing import (
     OFF_DRAWING,
     OTHERS,
     PIN_FIT,
+    _curve_of_value,
     made_carriers,
     model_case,
     series_at,
@@ -155,3 +156,25 @@ def test_folder_holds_the_drawing_its_tolerances_and_no_word_of_the_truth(tmp_pa
         text = (folder / "campaign.toml").read_text(encoding="utf-8")
         assert not any(effect in text for effect in label.effects)
         assert "model/" not in text
+
+
+def test_values_alone_add_up_to_the_carrier_that_has_both_off():
+    """To first order, at every pin fit: what a cause leaves alone is read from single carriers."""
+    drawn = made_carriers()[0].curves
+    for made in made_carriers():
+        if len(made.off) < 2:
+            continue
+        for fit in FITS:
+            change = made.curves[fit] - drawn[fit]
+            alone = [
+                _curve_of_value(name, value, fit) - drawn[fit] for name, value in made.off.items()
+            ]
+            size = sum(np.abs(each).max() for each in alone)
+            assert_allclose(sum(alone), change, atol=0.25 * size)
+
+
+def test_a_pin_modulus_leaves_nothing_alone_where_pins_pivot_freely():
+    pairs = [made for made in made_carriers() if len(made.off) == 2 and "pin_E" in made.off]
+    for made in pairs:
+        change = _curve_of_value("pin_E", made.off["pin_E"], "0") - made_carriers()[0].curves["0"]
+        assert np.abs(change).max() < 1e-6 * np.abs(made_carriers()[0].curves["0"]).max()
