@@ -294,15 +294,20 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
 
 
 def _aliases(judged: Verdict, selection: Selection) -> tuple[Effects, ...]:
-    """Named laws, each with those that take its place in a set that predicts as well."""
+    """Named laws, each with those that take its place in a set that predicts as well.
+
+    Where a set has several others, a law of the same class takes the place.
+    """
     if judged.verdict != ALIASED:
         return ()
+    classes = judged.answer.classes_of_law if judged.answer else {}
     groups: dict[str, list[str]] = {}
     for rival in selection.rivals:
         replaced = [law for law in selection.accepted if law not in rival]
         others = [law for law in rival if law not in selection.accepted]
         for law in replaced:
-            groups.setdefault(law, [law]).extend(others)
+            same = [other for other in others if classes.get(other, ()) == classes.get(law)]
+            groups.setdefault(law, [law]).extend(same or others)
     return tuple(tuple(dict.fromkeys(members)) for members in groups.values())
 
 

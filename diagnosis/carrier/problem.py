@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from carrierflex.diagnosis.carrier.classes.answer import (
+    DERIVATIVE_STD,
     CarrierTable,
     carrier_class_answer,
     carrier_class_table,
@@ -91,10 +92,6 @@ _RADIAL_LOAD = 200e3
 _RIGID_FIT, _MESH_ERROR = 0.69, 0.06
 #: Standard deviation of an order of a computed curve, over the curve's RMS, where none is stated.
 _CURVES_STD = 0.01
-#: Standard deviation of a derivative of the curves, over its value: its mesh (5 % of the outer
-#: radius') and the change's own size (5 to 10 % at 8 %), against carriers of another finite element
-#: code (docs/validation.md).
-_DERIVATIVE_STD = 0.1
 #: Difference of loads, over the largest, that is the same condition.
 _AS_RECORDED = 0.05
 #: Steps of the fits that choose a channel or a threshold.
@@ -350,7 +347,7 @@ class CarrierProblem(ComparisonProblem):
     def model_moves(self, effects: Effects, theta: FloatArray) -> FloatArray:
         """What a first derivative misses of a change of the drawing, each by itself."""
         of_drawing = [bool(body_of_effect(p.effect)) for p in self.parameters(effects)]
-        return _DERIVATIVE_STD * np.diag(theta)[of_drawing]
+        return DERIVATIVE_STD * np.diag(theta)[of_drawing]
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from types import MappingProxyType
 
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import (
@@ -77,6 +78,7 @@ def decide_by_shape(
     as_good: _AsGood = _is_equal,
     chooses_anew: bool = False,
     most_classes: int = _MOST_CLASSES,
+    errors: Mapping[str, float] = MappingProxyType({}),
 ) -> Decision:
     """Name the classes that the held-out blocks show.
 
@@ -97,6 +99,8 @@ def decide_by_shape(
         any frequency that one sensor shows by itself.
     most_classes : int
         Classes of an answer at most.
+    errors : mapping of str to float
+        Error of the columns of a class over their size, where they are a derivative.
 
     Returns
     -------
@@ -119,7 +123,7 @@ def decide_by_shape(
     answer = simplest(scores, shares, answer, sizes, as_good)
     answer = _needed(scores, shares, answer, sizes, as_good)
     result = scores.of(answer)
-    ties = ties_of(scores, shares, answer, sizes)
+    ties = ties_of(scores, shares, answer, sizes, errors)
     return Decision(state_of(shares, result), answer, ties, result, best_pair)
 
 
@@ -251,12 +255,17 @@ def _needed(
 
 
 def ties_of(
-    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+    scores: ClassScores,
+    shares: Shares,
+    answer: Classes,
+    sizes: Mapping[str, int],
+    errors: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Classes, ...]:
     """Sets with one member of another shape that leave as much with no more columns.
 
     Of the ways to follow the loads of a shape the simplest is listed. What leaves a little more in
-    one condition after the other is no tie: of waves of which 96 % are alike 4 % tell.
+    one condition after the other is no tie: of waves of which 96 % are alike 4 % tell. Columns that
+    are wrong by a share e of their size may leave ``e^2`` of what they explain.
     """
     result = scores.of(answer)
     taken = {shape_of(name) for name in answer}
@@ -270,7 +279,12 @@ def ties_of(
             # A simpler way leaves more than its shape does: what would be equal to it alone is not.
             best = [scores.of(_in_best_way(scores, others, way, sizes)) for way in (name, member)]
             pairs = [(result, scores.of(rival)), (best[1], best[0])]
-            if all(shares.are_equal(*pair) for pair in pairs):
+            square, without = errors.get(name, 0.0) ** 2, scores.of(others).total
+            if all(
+                shares.are_equal(one, other)
+                or other.total - square * (without - other.total) <= one.total
+                for one, other in pairs
+            ):
                 ties.setdefault(tuple(sorted(map(shape_of, rival))), rival)
     return tuple(ties.values())
 

@@ -129,7 +129,8 @@ def _explained(diagnosis: Diagnosis) -> str:
         is_leading = answer is not None and answer.state == LEADING_CLASS
         return f"The {'larger part of the ' if is_leading else ''}gap is explained by {what}"
     groups = _alternatives(diagnosis)
-    several = ["one of several causes"] if any(len(group) > 1 for group in groups) else []
+    n_open = sum(len(group) > 1 for group in groups)
+    several = {0: [], 1: ["one of several causes"]}.get(n_open, ["causes, each one of several"])
     causes = listed([group[0] for group in groups if len(group) == 1] + several)
     if answer is not None and len(answer.ids) == 1 and answer.ids[0].startswith("model/"):
         body = answer.ids[0].partition("/")[2]
@@ -145,8 +146,8 @@ def _undecided(diagnosis: Diagnosis) -> str:
         return capitalised(diagnosis.reason)
     groups = [group for group in _alternatives(diagnosis, with_faults=True) if len(group) > 1]
     if verdict == ALIASED and groups:
-        texts = listed([f"one of {'; '.join(group)}" for group in groups])
-        return f"Cannot be distinguished in these records: {texts}"
+        texts = [f"one of {'; '.join(group)}" for group in groups]
+        return f"Cannot be distinguished in these records: {', and beside it '.join(texts)}"
     remains = far is not None and verdict in (NAMED_WITH_REMAINDER, CLASS_NAMED)
     if far is not None and remains and far.rho > _WORTH and far.floor_multiple > _ABOVE_NOISE:
         return f"Part of the gap ({percent(far.rho)} of its RMS) remains unexplained"

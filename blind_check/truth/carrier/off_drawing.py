@@ -50,7 +50,7 @@ OFF_DRAWING = "off_drawing"
 OTHERS = ("torque_tilt", "flange_warp", "ntl_tilt", "face_runout", "ring_pass")
 #: Key of a label: the fit of the pins, a value of no cause.
 PIN_FIT = "pins/fit"
-#: Key of a label: gap over the floor beyond every curve that the drawing allows.
+#: Key of a label: gap over the floor of the carrier beyond every curve that the drawing allows.
 BEYOND = "beyond_drawing"
 #: File of the drawing's curves in a campaign's folder.
 CURVES_FILE = "deflection_curves.csv"
@@ -275,7 +275,7 @@ def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[C
     effect = _differences(signals, as_drawn)
     free = rig.of_curve(drawn.curves[_FREE])
     family = rig.baseline(pin_fit=True)
-    beyond = _size(family.residuals(_differences(signals, free)))
+    beyond = _size(family.residuals(_differences(rig.of_curve(carrier.curves[fit]), free)))
     for name in _KNOWN:
         values = scaled_values(drawn_values(name, rng, len(rig.records)), rng.uniform(0.6, 1.5))
         signals = _sums(signals, rig.read(name, values))
