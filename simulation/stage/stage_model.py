@@ -242,13 +242,13 @@ def _split(layout: CoordinateLayout) -> NDArray[np.float64]:
 
 def _congruent(X: NDArray[np.float64], L: NDArray[np.float64]) -> NDArray[np.float64]:
     """``Lᵀ X L`` of a symmetric X; but for its first column L only selects."""
-    kept = L[:, 1:].argmax(axis=0)
+    rows = L[:, 1:].argmax(axis=0)
     r = L[:, 0]
     of_drive = X @ r
     Y = np.empty_like(X)
     Y[0, 0] = r @ of_drive
-    Y[0, 1:] = Y[1:, 0] = of_drive[kept]
-    Y[1:, 1:] = X[np.ix_(kept, kept)]
+    Y[0, 1:] = Y[1:, 0] = of_drive[rows]
+    Y[1:, 1:] = X[np.ix_(rows, rows)]
     return Y
 
 

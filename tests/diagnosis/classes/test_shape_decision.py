@@ -243,6 +243,22 @@ def test_of_several_classes_one_is_exchanged_in_a_tie():
     assert set(ties) == {("heat/one", "wear/one"), ("play/one", "tilt/one")}
 
 
+@pytest.mark.parametrize(
+    ("remaining", "error", "ties"),
+    [
+        (0.008, 0.1, (("wear/one",),)),
+        (0.012, 0.1, ()),
+        (0.008, 0.0, ()),
+        (0.03, 0.2, (("wear/one",),)),
+    ],
+)
+def test_columns_that_are_derivatives_may_leave_the_square_of_their_error(remaining, error, ties):
+    causes = {"tilt": 900.0}
+    classes = {"tilt/one": {"tilt": 0.0}, "wear/one": {"tilt": remaining}}
+    result = decided(causes, classes, errors={"wear/one": error})
+    assert (result.classes, result.ties) == (("tilt/one",), ties)
+
+
 def test_a_way_that_imitates_a_cause_gives_way_once_that_cause_has_a_class():
     """Alone ``tilt/both`` leaves least: it takes most of what ``wear`` makes too."""
     causes = {"tilt": 64.0, "wear": 32.0}

@@ -119,6 +119,27 @@ def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
 
 
 @pytest.mark.parametrize(
+    ("alike", "rivals"), [((), ()), ((("a", "b"),), (("a",),)), ((("a", "c"),), ())]
+)
+def test_laws_that_differ_in_what_they_follow_alone_count_as_the_simplest_of_them(
+    judged, alike, rivals
+):
+    """Where the records cannot say what a class follows, more parameters are no argument."""
+    fits = judged({**BASE, ("a",): 1.1, ("b",): 1.0})
+    score = fits.scores[("a",)]
+    more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
+    fits.scores[("a",)] = replace(score, fit=more)
+    library = dict(fits.problem.library)
+    card = library["a"]
+    second = replace(card.parameters[-1], name="y")
+    library["a"] = replace(card, parameters=(*card.parameters, second))
+    fits.problem = replace(fits.problem, library=library)
+    selection = selected(fits, [("a",), ("b",)], alike=alike)
+    assert selection.accepted == ("b",)
+    assert selection.rivals == rivals
+
+
+@pytest.mark.parametrize(
     ("aliases", "left_by_b", "rivals"),
     [
         ((), 1.1, ()),

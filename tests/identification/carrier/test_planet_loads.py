@@ -1,5 +1,7 @@
 """Planet loads from readings: the Gaussian closed form, errors of sensors, orders of a record."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -18,6 +20,7 @@ SENSORS = tuple(
     Sensor(f"s{angle}", AXIAL, np.deg2rad(angle), 0.412) for angle in (47, 137, 227, 317)
 )
 N_LATENT = 6
+SERIAL = SerialExecutor()
 
 
 class Linear:
@@ -39,14 +42,14 @@ class Linear:
         return [self(z) for z in Z]
 
 
-def estimated(forward, y, size=8e-6):
+def estimated(forward, y, size=8e-6, executor=SERIAL):
     return inferred_loads(
         forward,
         y.reshape(2, 4, 12),
         size**2 * np.eye(len(y)),
         n_draws=1600,
         rng=np.random.default_rng(3),
-        executor=SerialExecutor(),
+        executor=executor,
     )
 
 
@@ -64,6 +67,15 @@ def test_posterior_is_the_gaussian_one():
     assert_allclose(estimate.pins, mean, atol=1e-6 * std.max())
     assert estimate.misfit == pytest.approx(1.0, abs=0.2)
     assert estimate.pin_fit == pytest.approx(1.7e7)
+
+
+def test_the_answer_does_not_depend_on_where_stages_are_solved():
+    y = Linear(stiffening=10.0)(np.random.default_rng(4).standard_normal(N_LATENT))[0]
+    here = estimated(Linear(stiffening=10.0), y)
+    with ThreadPoolExecutor(3) as executor:
+        elsewhere = estimated(Linear(stiffening=10.0), y, executor=executor)
+    assert_allclose(elsewhere.pins, here.pins, rtol=1e-12)
+    assert_allclose(elsewhere.pins_std, here.pins_std, rtol=1e-12)
 
 
 def test_clearances_that_close_are_followed():
