@@ -169,12 +169,12 @@ def main(
             f"run {known}: known torque is {known_load[0]:g} N m; expected a positive one: choose "
             "another --known-run, or give --known-torque"
         )
-    prepared_folder(out)
     nominal, errors, estimates = measured.rig["nominal_torque"], ReadingErrors(), {}
     with (
-        stages.stage(f"loads of {len(turns)} runs, {draws} stages each"),
         work_executor(workers) as executor,
+        stages.stage(f"loads of {len(turns)} runs, {draws} stages each"),
     ):
+        prepared_folder(out)
         for number, (name, turn) in enumerate(turns.items()):
             pair = [turns[known]] if name == known else [turns[known], turn]
             readings = np.array([entry.readings for entry in pair])

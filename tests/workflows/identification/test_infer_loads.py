@@ -107,6 +107,7 @@ def test_what_cannot_be_inferred_is_refused(body_file, flat, tmp_path):
         assert not (tmp_path / "x").exists()
 
     refused("expected 600 or more", draws=10)
+    refused("--workers is 0; expected 1 or more", workers=0)
     refused("no such run; expected one of a", known_run="b")
     refused(r"known torque is -5 N m; expected a positive one", known_torque=-5.0)
 
