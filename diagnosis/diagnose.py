@@ -318,7 +318,9 @@ def _combinations(
     combinations = problem.combinations(fit.effects, fit.theta, fit.covariance)
     return {
         name: {
-            quantity: NamedValue(value, std, "1", (value - 1.96 * std, value + 1.96 * std))
+            quantity: NamedValue(
+                value, std, "1", (value - NORMAL_95 * std, value + NORMAL_95 * std)
+            )
             for quantity, (value, std) in of_class.items()
         }
         for name, of_class in combinations.items()

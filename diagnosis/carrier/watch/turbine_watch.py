@@ -21,6 +21,7 @@ from carrierflex.diagnosis.carrier.watch.change_test import (
     threshold_of,
 )
 from carrierflex.diagnosis.carrier.watch.rim_revolutions import Revolution, RimBaseline
+from carrierflex.identification.estimation.resampling import NORMAL_95
 
 FloatArray = NDArray[np.float64]
 
@@ -338,7 +339,7 @@ class TurbineWatch:
             since_time=float(times[0, 0]),
             change=what,
             size=size,
-            size_ci95=(max(size - 1.96 * std, 0.0), size + 1.96 * std),
+            size_ci95=(max(size - NORMAL_95 * std, 0.0), size + NORMAL_95 * std),
             floors=size / self.floor,
             channels=what.channels,
             regime=after,

@@ -29,6 +29,7 @@ from carrierflex.diagnosis.inference.planning.results import (
     VisibleSize,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 
 FloatArray = NDArray[np.float64]
@@ -185,9 +186,6 @@ _DEPENDENT = 1e-9
 #: Directions of a signature that the baseline leaves less of than this share of the clearest are
 #: not seen, and say nothing of what another cause makes of them.
 _UNSEEN = 1e-6
-#: Standard deviations that 97.5 % of a normal distribution lie above, as the diagnosis asks of the
-#: draws in which an effect must shrink the gap.
-_DEVIATIONS = 1.96
 #: Parts of the record of which one at a time is held out: as many as the conditions of a short
 #: campaign.
 _FOLDS = 4
@@ -470,8 +468,9 @@ def _visible_multiple(n_parameters: int) -> float:
     """Root n of the energy from which a cause of q amplitudes shrinks the held-out gap."""
     lost = n_parameters * _FOLDS / (_FOLDS - 1.0)
     # E² - (2 lost + 4 z²) E + lost² - 2 q z² = 0; the larger root has a positive gain.
-    half = lost + 2.0 * _DEVIATIONS**2
-    constant = lost**2 - 2.0 * n_parameters * _DEVIATIONS**2
+    # An effect must shrink the gap in 97.5 % of the draws of a diagnosis.
+    half = lost + 2.0 * NORMAL_95**2
+    constant = lost**2 - 2.0 * n_parameters * NORMAL_95**2
     return float(np.sqrt(half + np.sqrt(half**2 - constant)))
 
 
