@@ -95,7 +95,9 @@ def test_a_bushing_that_has_come_loose_is_named(monkeypatch):
     monkeypatch.setattr(causes, "GROUPS", {"tilt_stiffness": causes.GROUPS["tilt_stiffness"]})
     rng = np.random.default_rng(5)
     (data, effects), _ = drawn_pair(NOTHING, rng)
-    data = replace(data, mounting=replace(data.mounting, axial_stiffness=2e7, tilt_stiffness=7e5))
+    data = replace(
+        data, mounting=replace(data.mounting, x=0.45, axial_stiffness=14e6, tilt_stiffness=7e5)
+    )
     loose = replace(data, mounting=replace(data.mounting, tilt_stiffness=0.0))
     body = default_stage_body(PAPER_STIFFNESS, 0.06)
     case, other = (

@@ -257,7 +257,7 @@ def test_carriers_of_other_forms_are_judged_by_class_beside_plain_methods(tmp_pa
         assert not any(share > 0.0 for share in errors)
 
 
-@pytest.mark.long
+@pytest.mark.acceptance
 def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_path):
     options = {"keep": False, "quiet": True, "references": True}
     result = main(kind=("element",), cases=3, seed=11, out=tmp_path, **options)

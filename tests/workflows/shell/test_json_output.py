@@ -89,6 +89,12 @@ SLOW = {
     "papers table-5": {"papers table-5 --size 0.06 --duration 2.72 --only LC1 --out table_5": 0},
     "run": {"run --size 0.06 --mesh-sizes 0.07 --mesh-sizes 0.06 --out job": 0},
 }
+#: Of these, commands of three minutes each.
+SLOWEST = ("loads", "papers gap")
+
+
+def _slow_mark(name):
+    return pytest.mark.acceptance if name in SLOWEST else pytest.mark.long
 
 
 def checked(text):
@@ -153,8 +159,7 @@ def test_every_other_command_prints_what_the_schema_says(command, tmp_path):
     print_what_the_schema_says(command, LONG)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", SLOW)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=_slow_mark(name)) for name in SLOW])
 def test_a_command_of_minutes_prints_what_the_schema_says(command, name):
     print_what_the_schema_says(command, SLOW[name])
 
