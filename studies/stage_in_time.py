@@ -80,14 +80,13 @@ def record_in_time(model: StageModel, load: SteadyLoad, step: float, turns: floa
     q, v = inverse @ c, inverse @ rate
     real, imag = mesh_amplitudes(channels)
     orders = channels.mesh_teeth * np.arange(real.shape[1])
-    gaps = channels.gaps
 
     def contact(delta: Array, angle: float) -> tuple[Array, Array]:
         """Channel forces and their tangent, with the drive's torque by the teeth."""
         turned = mesh_stiffness_at(real, imag, channels.mesh_teeth * angle)
         force, tangent = channel_forces(channels, delta, angle, turned)
         slope = (orders * (-real * np.sin(orders * angle) - imag * np.cos(orders * angle))).sum(1)
-        penetration = np.maximum(delta[channels.meshes] - gaps, 0.0)
+        penetration = np.maximum(delta[channels.meshes] - channels.gaps, 0.0)
         force[0] = -0.5 * float(channels.of_flanks(slope) @ penetration**2)
         return force, tangent
 

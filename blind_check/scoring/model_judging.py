@@ -36,8 +36,15 @@ def gap_beyond_drawing(label: Label) -> float:
 def model_classes(verdict: Verdict, named: Sequence[str]) -> frozenset[str]:
     """Classes of the model that an answer names, by themselves or by their effects."""
     classes = {str(entry["id"]) for entry in verdict.document.get("classes") or ()}
-    of_effects = {class_of_value(name.partition("/")[2]) for name in named if is_of_model(name)}
-    return frozenset(name for name in (*classes, *of_effects) if name.startswith(_CLASS_OF_MODEL))
+    of_model = {name for name in classes if name.startswith(_CLASS_OF_MODEL)}
+    return frozenset(of_model | _classes_of(named))
+
+
+def _classes_of(effects: Sequence[str]) -> frozenset[str]:
+    """Classes of the dimensions and constants among some effects."""
+    return frozenset(
+        class_of_value(name.partition("/")[2]) for name in effects if is_of_model(name)
+    )
 
 
 def false_laws(label: Label, named: Sequence[str], aliases: Sequence[Sequence[str]]) -> list[str]:
@@ -69,7 +76,4 @@ def _visible_classes(label: Label) -> frozenset[str]:
     """Classes of the truth that an answer must name."""
     gaps = label.own_gaps or (label.gap_over_floor,) * len(label.effects)
     visible = [effect for effect, gap in zip(label.effects, gaps, strict=True) if gap >= MODEL_GAP]
-    of_model = {
-        class_of_value(effect.partition("/")[2]) for effect in visible if is_of_model(effect)
-    }
-    return frozenset(of_model if visible else label.classes)
+    return _classes_of(visible) if visible else frozenset(label.classes)

@@ -333,13 +333,10 @@ def _is_richer_alias(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
 
 def _size(fits: LawFits, laws: Effects, alike: Sequence[Effects]) -> tuple[int, int]:
     """Laws, and their parameters."""
-    n_parameters = {law: len(card.parameters) for law, card in fits.problem.cards.items()}
-    more = sum(
-        n_parameters[law] - min(n_parameters[other] for other in group)
-        for group in alike
-        for law in group
-        if law in laws
-    )
+    more = 0
+    for group in alike:
+        sizes = {law: len(fits.problem.cards[law].parameters) for law in group}
+        more += sum(sizes[law] - min(sizes.values()) for law in group if law in laws)
     return len(laws), len(fits.scores[laws].fit.parameters) - more
 
 

@@ -9,7 +9,6 @@ them gives mean and variance (Garcia-Fernandez et al. 2015, *IEEE Trans. Signal 
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -326,7 +325,10 @@ def inferred_loads(
         return _Drawn(*(np.array(column) for column in zip(*rows, strict=True)))
 
     answers: list[_Answer] = []
-    unstable: _UnstableError | None = None
+    failure = ValueError(
+        f"the drawn stages come nowhere near the readings in {_ENSEMBLES} attempts; expected "
+        "readings of the body's own stage: check sensors and --known-torque"
+    )
 
     def ensemble() -> None:
         drawn = solved(rng.standard_normal((n, forward.n_unknowns)))
@@ -345,22 +347,17 @@ def inferred_loads(
             answers.append(_Answer(mean, variance, misfits.min(), float(np.median(misfits))))
 
     for _ in range(_ENSEMBLES):
-        # Stages that run away leave a covariance without inverse.
         try:
-            with suppress(np.linalg.LinAlgError):
-                ensemble()
+            ensemble()
         except _UnstableError as error:
-            unstable = error
+            failure = error
+        except np.linalg.LinAlgError:
+            pass  # stages that run away leave a covariance without inverse
         best = min(answers, key=lambda answer: answer.median_misfit, default=None)
         if best is not None and best.misfit <= _GOOD_MISFIT:
             break
-    if best is None and unstable is not None:
-        raise unstable
     if best is None:
-        raise ValueError(
-            f"the drawn stages come nowhere near the readings in {_ENSEMBLES} attempts; expected "
-            "readings of the body's own stage: check sensors and --known-torque"
-        )
+        raise failure
     mean, std = best.mean, max(1.0, best.misfit) * np.sqrt(best.variance)
     n_head = len(HEAD)
     shape = (-1, len(PIN_LOADS), TURN_ANGLES)

@@ -235,8 +235,7 @@ def condensed_stage(
     )
     reference = np.concatenate([np.full(6, _REFERENCE), channels.reference[flanks]])
     means = np.array([mesh.mean for mesh in channels.stiffness])
-    gaps = [line.gap for line in channels.lines]
-    teeth = np.column_stack([channels.of_flanks(means), gaps])
+    teeth = np.column_stack([channels.of_flanks(means), channels.gaps])
     linear = linear_statics(plain)
     Z = linear.answer(B)
     angles = 2.0 * np.pi * np.arange(n_angles) / n_angles

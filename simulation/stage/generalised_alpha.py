@@ -193,8 +193,7 @@ class _Stepper:
         force[turning] = (
             tangent[turning, turning] @ delta[turning] + by_rate[turning, turning] @ rate[turning]
         )
-        gaps = channels.gaps
-        squares = np.maximum(delta[channels.meshes] - gaps, 0.0) ** 2
+        squares = np.maximum(delta[channels.meshes] - channels.gaps, 0.0) ** 2
         force[0] = -0.5 * channels.of_flanks((ahead - k) / _ANGLE_STEP) @ squares
         load, unused = np.zeros(4), np.zeros((4, 4))
         for b in range(len(channels.rollers.directions)):

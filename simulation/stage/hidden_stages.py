@@ -224,11 +224,12 @@ class Bodies:
     @cached_property
     def _corners(self) -> tuple[StageBody, StageBody, StageBody]:
         """Body of one elasticity and pin fit, of twice the elasticity, of twice the fit."""
-        return self._joined(1.0, 1.0), self._joined(2.0, 1.0), self._joined(1.0, 2.0)
+        fit = TABLE_4_STIFFNESS
+        return self._joined(fit, 1.0), self._joined(fit, 2.0), self._joined(2.0 * fit, 1.0)
 
-    def _joined(self, elasticity: float, fit: float) -> StageBody:
+    def _joined(self, pin_fit: float, elasticity: float) -> StageBody:
         stiff = replace(self.carrier, K=elasticity * self.carrier.K)
-        pinned = carrier_with_pins(stiff, self.pin, fit * TABLE_4_STIFFNESS)
+        pinned = carrier_with_pins(stiff, self.pin, pin_fit)
         return joined_to_shaft(pinned, beam_shaft(ShaftData(), pinned.pilots["shaft_face"]))
 
 

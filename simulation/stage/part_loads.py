@@ -67,8 +67,8 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     delta = c @ channels.B - channels.free
     real, imag = mesh_amplitudes(channels)
     k = mesh_stiffness_over(real, imag, channels.mesh_teeth * c[:, 0])
-    gaps = channels.gaps
-    slices = channels.of_flanks(k) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
+    penetration = np.maximum(delta[:, channels.meshes] - channels.gaps, 0.0)
+    slices = channels.of_flanks(k) * penetration
     n_planets = model.layout.n_planets
     mesh = slices.reshape(len(c), 2, -1, 2 * n_planets).sum(axis=2).reshape(len(c), -1)
     force, moment = np.zeros((len(c), n_planets, 3)), np.zeros((len(c), n_planets, 3))

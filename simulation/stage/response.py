@@ -303,8 +303,7 @@ def stored_energy(
     linear = channels.reference[: channels.housing.start]
     energy -= 0.5 * (linear * delta[:, : channels.housing.start] ** 2).sum(axis=1)
     real, imag = mesh_amplitudes(channels)
-    gaps = channels.gaps
-    penetration = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
+    penetration = np.maximum(delta[:, channels.meshes] - channels.gaps, 0.0)
     k = mesh_stiffness_over(real, imag, channels.mesh_teeth * delta[:, 0])
     energy += 0.5 * (channels.of_flanks(k) * penetration**2).sum(axis=1)
     for i, clearance in enumerate(channels.clearance):

@@ -262,7 +262,7 @@ def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[C
         carrier, fit = drawn, str(rng.choice(FITS))
         floor = float(np.exp(rng.uniform(*np.log(_PLAIN_NOISE))))
     as_drawn = rig.of_curve(drawn.curves[fit])
-    signals = rig.of_curve(carrier.curves[fit])
+    made = signals = rig.of_curve(carrier.curves[fit])
     causes = [
         _differences(rig.of_curve(_curve_of_value(name, value, fit)), as_drawn)
         for name, value in carrier.off.items()
@@ -275,7 +275,7 @@ def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[C
     effect = _differences(signals, as_drawn)
     free = rig.of_curve(drawn.curves[_FREE])
     family = rig.baseline(pin_fit=True)
-    beyond = _size(family.residuals(_differences(rig.of_curve(carrier.curves[fit]), free)))
+    beyond = _size(family.residuals(_differences(made, free)))
     for name in _KNOWN:
         values = scaled_values(drawn_values(name, rng, len(rig.records)), rng.uniform(0.6, 1.5))
         signals = _sums(signals, rig.read(name, values))
