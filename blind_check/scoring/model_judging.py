@@ -6,9 +6,9 @@ among the aliases.
 
 right
     The truth's classes of the model are named, or none where the carrier is as drawn, and no law
-    beside them that is not acting. Of several causes a class need not be named whose values leave
-    less than two floors alone, where another leaves more. A value whose gap a pin fit of the
-    drawing takes is counted apart by :func:`gap_beyond_drawing`.
+    beside them that is not acting. Where several causes act, a class whose values leave less than
+    two floors by themselves need not be named if another leaves more. A value whose gap a pin fit
+    of the drawing takes is counted apart by :func:`gap_beyond_drawing`.
 """
 
 from collections.abc import Sequence

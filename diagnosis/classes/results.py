@@ -153,8 +153,8 @@ class ClassAnswer:
     causes : tuple of tuple of str
         Further sets, one for each cause of a body that differs from its drawing.
     alike : tuple of tuple of str
-        Laws of one class each that differ in what they follow alone, where the records cannot say
-        what a class follows.
+        Groups of laws of one class that differ only in what they follow, where the records cannot
+        say what a class follows.
     """
 
     state: str

@@ -267,7 +267,7 @@ def selected(
     """Fit sets of laws and accept the smallest supported one that predicts as well as the best.
 
     No set with a law of `absent` is supported: declared errors and priors explain its values. Laws
-    of one group of `alike` differ in what they follow alone, which these records cannot say: one
+    of one group of `alike` differ only in what they follow, which these records cannot say: one
     counts no more parameters than another.
     """
     fits.score(())

@@ -130,7 +130,7 @@ def _explained(diagnosis: Diagnosis) -> str:
         return f"The {'larger part of the ' if is_leading else ''}gap is explained by {what}"
     groups = _alternatives(diagnosis)
     n_open = sum(len(group) > 1 for group in groups)
-    several = "one of several causes" if n_open == 1 else "causes, each one of several"
+    several = "one of several causes" if n_open == 1 else "several causes, each with alternatives"
     sure = [group[0] for group in groups if len(group) == 1]
     causes = listed([*sure, several] if n_open else sure)
     if answer is not None and len(answer.ids) == 1 and answer.ids[0].startswith("model/"):

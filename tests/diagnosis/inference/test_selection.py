@@ -121,7 +121,7 @@ def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
 @pytest.mark.parametrize(
     ("alike", "rivals"), [((), ()), ((("a", "b"),), (("a",),)), ((("b", "c"),), ())]
 )
-def test_laws_that_differ_in_what_they_follow_alone_count_as_the_simplest_of_them(
+def test_laws_that_differ_only_in_what_they_follow_count_as_the_simplest_of_them(
     judged, alike, rivals
 ):
     """Where the records cannot say what a class follows, more parameters are no argument."""

@@ -472,6 +472,13 @@ def test_the_headline_names_the_fault_first_and_every_alternative():
         "The gap is explained by one of several causes",
         "Cannot be distinguished in these records: one of tilt; offset",
     )
+    two = (("tilt", "offset"), ("saddle", "waves"))
+    which = replace(tied.attribution, effects=("tilt", "saddle"), aliases=two)
+    assert headlines(replace(tied, attribution=which)) == (
+        "The gap is explained by several causes, each with alternatives",
+        "Cannot be distinguished in these records: one of tilt; offset, and beside it one of "
+        "saddle; waves",
+    )
 
 
 def test_a_fault_beside_the_named_law_is_a_finding_and_beside_one_of_several_an_alternative():
