@@ -46,6 +46,7 @@ from carrierflex.diagnosis.wiring.refits import (
     FILTERED_CHANNEL,
     LONE_CHANNEL,
     NEARLY_ALL,
+    RECTIFIED,
     RUN,
     RUN_VARIATION,
     SMALLEST_DRIFT,
@@ -60,6 +61,10 @@ from carrierflex.diagnosis.wiring.refits import (
     exchanged_runs,
     refitted_clock,
     without_delay,
+)
+from carrierflex.diagnosis.wiring.spoilt_readings import (
+    jittered_samples,
+    noisy_load,
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
@@ -100,6 +105,8 @@ _CHANNELS = (CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO)
 _MAP = "_map"
 #: What may be the same as any cause that acts in some runs, or grows with them.
 _BY_RUN = (RUN, RUN_VARIATION)
+#: Checks of the records that explain any gap, and their faults.
+_OF_RECORDS = (("unit", UNIT), ("rectified", RECTIFIED))
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
 
@@ -205,7 +212,11 @@ def _lone_and_load_rivals(
     line = sample_of(campaign.runs[0].file, 0)
     yield from filtered_signals(wiring.linear(theta), campaign, wiring.refitted, gap)
     yield from drifting_zeros(wiring.linear(theta), campaign, wiring.refitted, gap)
-    faults = [*(load_faults(campaign) if wiring.has_cheap_refits else ()), *held_inputs(campaign)]
+    yield from jittered_samples(wiring.linear(theta), campaign, gap)
+    yield from noisy_load(wiring.linear(theta), campaign, gap)
+    faults = [*held_inputs(campaign)]
+    if wiring.has_cheap_refits:
+        faults += load_faults(campaign)
     for fault in faults:
         square = wiring.refitted(fault.corrected)
         yield WiringRival(fault.id, fault.about, fault.text, square, line)
@@ -269,15 +280,15 @@ def with_findings(
         rival.id: f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
         for rival, share in rivals
     }
+    texts = {warning.check: warning.text for warning in records}
+    if diagnosis.verdict != AT_NOISE_FLOOR:
+        as_good |= {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
     if not is_named:
         reason = _wiring_first(as_good, diagnosis.reason)
         # What a corrected record explains is no noise.
         verdict = NONE_OF_THESE if as_good else diagnosis.verdict
         reason_id = next(iter(as_good), diagnosis.reason_id)
         return replace(diagnosis, verdict=verdict, reason_id=reason_id, reason=reason)
-    texts = {warning.check: warning.text for warning in records}
-    if "unit" in texts:
-        as_good[UNIT] = texts["unit"]
     which = diagnosis.attribution
     # Of a fault beside a law the other laws that are named are the alternative.
     shared = set(rivals[0][0].laws) if rivals else set()

@@ -85,14 +85,15 @@ def _of_loads() -> Iterator[Fault]:
     yield Fault("load late and filtered", "0.3 s", _each(_load_lags), (*_FILTER, *_LOAD))
     yield Fault("zero of the load", "5 %", _each(_load_moved), _LOAD)
     yield Fault("load quantised", "5 %", _each(_load_coarse), _LOAD)
-    yield Fault("load noisy", "5 %", _each(_load_noisy), _LOAD)
+    yield Fault("load noisy", "5 %", _each(_load_noisy), (*_LOAD, "wiring/load_noise"))
     yield Fault("load 10 % up in one run", "10 %", _first(_load_larger), (*_LOAD, *_RUN))
     yield Fault("gain of the load drifts", "10 %", _each(_load_drifts), (*_LOAD, *_RUN))
 
 
 def _of_channels() -> Iterator[Fault]:
     """Errors of channels and of their samples."""
-    yield Fault("sampling jitter", "half a step", _each(_jittered), (*_CLOCK, "uneven_steps"))
+    jitter = (*_CLOCK, "uneven_steps", "wiring/jitter")
+    yield Fault("sampling jitter", "half a step", _each(_jittered), jitter)
     yield Fault("resampled by a spline", "0.45", _each(_resampled), ("declared_noise",))
     yield Fault("soft saturation", "1.2", _saturated, (*_CHANNEL, "clipping"))
     yield Fault("channels detrended", "-", _each(_detrended), ("wiring/ac_coupled", *_DRIFT))
@@ -163,7 +164,8 @@ def _of_element() -> Iterator[Fault]:
     yield Fault("play of the sensor", "4 floors", _each(_sensor_with_play), ("stuck", "repeated"))
     yield Fault("linear drift", "15 floors", _each(_linear_drift), _DRIFT)
     yield Fault("mass in grams", "1000", partial(_rig, key="mass", factor=1e3), (*_RIG, "refused"))
-    yield Fault("absolute value logged", "-", _each(_rectified), (*_CHANNEL, "wiring/torque_sign"))
+    rectified = (*_CHANNEL, "wiring/torque_sign", "rectified")
+    yield Fault("absolute value logged", "-", _each(_rectified), rectified)
 
 
 def _each(change: _RunChange) -> Callable[[Campaign, np.random.Generator], Campaign]:

@@ -43,16 +43,16 @@ _Change = Callable[[Run], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
-class LoadFault:
-    """A fault of inputs, put right."""
+class CorrectedCampaign:
+    """A campaign in which a fault of inputs or channels is put right."""
 
     id: str
-    about: Annotated[str, "Inputs"]
+    about: Annotated[str, "Inputs or channels"]
     text: Annotated[str, "What is corrected"]
     corrected: Campaign
 
 
-def load_faults(campaign: Campaign, run: str = "") -> Iterator[LoadFault]:
+def load_faults(campaign: Campaign, run: str = "") -> Iterator[CorrectedCampaign]:
     """Signs and axes of the loads put right, in one run or in all.
 
     Parameters
@@ -80,13 +80,13 @@ def load_faults(campaign: Campaign, run: str = "") -> Iterator[LoadFault]:
         yield _fault(campaign, run, ANGLE_DIRECTION, text, {_ANGLE: (_ANGLE, -1.0)})
 
 
-def held_inputs(campaign: Campaign) -> Iterator[LoadFault]:
+def held_inputs(campaign: Campaign) -> Iterator[CorrectedCampaign]:
     """Inputs that are held from one reading to the next, in straight lines between the readings."""
     for name in campaign.contract.inputs:
         if name != _ANGLE and _is_held(campaign, name):
             runs = tuple(_between_readings(one, name) for one in campaign.runs)
             text = f"{name} in straight lines between its readings, not held from one to the next,"
-            yield LoadFault(HELD_INPUT, name, text, replace(campaign, runs=runs))
+            yield CorrectedCampaign(HELD_INPUT, name, text, replace(campaign, runs=runs))
 
 
 def sized_faults(
@@ -209,14 +209,14 @@ def _least(
 
 def _fault(
     campaign: Campaign, run: str, id: str, text: str, sources: Mapping[str, tuple[str, float]]
-) -> LoadFault:
+) -> CorrectedCampaign:
     """Fault whose inputs are others of the same run, with a factor."""
 
     def taken(source: str, factor: float) -> _Change:
         return lambda of_run: factor * of_run.inputs[source]
 
     changes = {name: taken(source, factor) for name, (source, factor) in sources.items()}
-    return LoadFault(id, ", ".join(sources), text, _with_inputs(campaign, run, changes))
+    return CorrectedCampaign(id, ", ".join(sources), text, _with_inputs(campaign, run, changes))
 
 
 def _with_inputs(campaign: Campaign, name: str, changes: Mapping[str, _Change]) -> Campaign:

@@ -39,6 +39,10 @@ ENCODER = "wiring/encoder"
 HELD_INPUT = "wiring/held_input"
 #: Zeros of channels that drift over every run.
 DRIFT = "wiring/drift"
+#: Readings spoilt sample by sample.
+RECTIFIED = "wiring/rectified"
+JITTER = "wiring/jitter"
+LOAD_NOISE = "wiring/load_noise"
 #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
 CHANNEL = "wiring/channel"
 POLARITY = "wiring/polarity"

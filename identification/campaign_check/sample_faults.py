@@ -1,4 +1,7 @@
-"""Samples that no sensor gives: clipped, stuck, repeated, zeroed, far outside, on a coarse grid."""
+"""Samples that no sensor gives: clipped, stuck, repeated, zeroed, far outside, on a coarse grid.
+
+And signals without their sign, which meet zero with a bend.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -33,6 +36,10 @@ _COARSE = 1.5
 #: A distance below this share of the signal's range is no outlier; of an element driven by its
 #: displacement the second one counts.
 _OF_RANGE, _OF_RANGE_DRIVEN = 0.03, 0.5
+#: Value over the RMS below which a signal is near zero, how often it must come there, and the share
+#: of these samples that are ten times nearer: a tenth of them where it goes through zero, none
+#: where it turns before.
+_NEAR_ZERO, _FEWEST_MEETINGS, _NEARER = 0.2, 8, 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +75,8 @@ def sample_faults(campaign: Campaign) -> Iterator[CampaignWarning]:
     Yields
     ------
     CampaignWarning
-        Checks ``clipping``, ``stuck``, ``repeated``, ``zeros``, ``outliers``, ``quantised``.
+        Checks ``clipping``, ``stuck``, ``repeated``, ``zeros``, ``outliers``, ``quantised``,
+        ``rectified``.
     """
     checks: tuple[Callable[[_Signal], Iterator[CampaignWarning]], ...] = (
         _clipping,
@@ -76,6 +84,7 @@ def sample_faults(campaign: Campaign) -> Iterator[CampaignWarning]:
         _zeros,
         _outliers,
         _quantised,
+        _rectified,
     )
     for run in campaign.runs:
         moves, turns = moving(run), _turns(run)
@@ -234,4 +243,24 @@ def _quantised(signal: _Signal) -> Iterator[CampaignWarning]:
             f"values lie on a grid of {step:.3g} {signal.channel.unit}, {step / floor:.1f} "
             "times the noise floor",
             "take the amplifier's finer range, or declare a noise_std of at least 0.3 of the step",
+        )
+
+
+def _rectified(signal: _Signal) -> Iterator[CampaignWarning]:
+    """A signal of one sign that comes to zero again and again as one of two signs does."""
+    size = np.abs(signal.values[np.isfinite(signal.values)])
+    is_of_one_sign = np.nanmin(signal.values) >= 0.0 or np.nanmax(signal.values) <= 0.0
+    near = size < _NEAR_ZERO * float(np.sqrt(np.mean(size**2)))
+    meetings = int(np.count_nonzero(np.diff(near.astype(np.int64)) == 1))
+    if not is_of_one_sign or meetings < _FEWEST_MEETINGS:
+        return
+    nearer = np.count_nonzero(size < 0.1 * size[near].max())
+    if nearer > _NEARER * np.count_nonzero(near):
+        yield signal.warning(
+            "rectified",
+            0,
+            float(meetings),
+            f"{signal.channel.name} keeps one sign and comes to zero {meetings} times as a signal "
+            "does that changes its sign there",
+            "record it with its sign: an amplitude or absolute value does not tell the motion",
         )

@@ -1,0 +1,152 @@
+"""Readings spoilt sample by sample: without their sign, off their time, or noisy in the load.
+
+- A rectified signal is one-signed and meets zero with a bend; its sign is put back by the line
+  through its last values, ``x_k ~ 2 x_(k-n) - x_(k-2n)``.
+- Samples that are read off their time by tau leave ``r = tau dy/dt``, white, whose square grows
+  with the square of the slope: ``E r² = sigma² + sigma_tau² (dy/dt)²``.
+- Noise of the load that the machine does not feel is passed on by the prediction: its spectrum S,
+  seen above the drive's band, leaves ``|H|² S`` of the signal, with H from prediction and load.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
+from carrierflex.diagnosis.wiring.load_faults import CorrectedCampaign
+from carrierflex.diagnosis.wiring.refits import (
+    JITTER,
+    LOAD_NOISE,
+    NEARLY_ALL,
+    GapSquare,
+    WiringRival,
+)
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import mean_step
+from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+
+ComplexArray = NDArray[np.complex128]
+
+#: Phase [rad] of a signal's mean frequency over which a parabola follows it.
+_PHASE = 0.5
+#: Value over the RMS of a signal, and of its steps, below which it meets zero; how often it must.
+_NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS = 0.1, 0.7, 4
+#: Lags at which the signs of two runs are compared.
+_LAGS = 50
+#: Correlation from sample to sample up to which a residual is white.
+_WHITE = 0.3
+#: Time over the step up to which samples are off.
+_MOST_STEPS = 1.0
+#: Share of the lines, the highest, in which noise of a load is measured.
+_ABOVE_BAND = 0.25
+#: Noise of a load over its RMS from which it is one.
+_LEAST_NOISE = 0.01
+#: Share of a line's square that is noise from which the line is one of noise.
+_IS_NOISE = 0.25
+#: Share of what is predicted on such lines that the signal does not follow, noise and no load, and
+#: that over its standard deviation.
+_UNFOLLOWED, _SURE = 0.1, 2.0
+#: Predicted over observed mean square of a few narrow lines: noise seen through a resonance.
+_AS_PREDICTED = (0.7, 1.4)
+
+
+def jittered_samples(
+    records: Iterable[LinearRecord], campaign: Campaign, gap: GapSquare
+) -> Iterator[WiringRival]:
+    """Samples read off their time, where the square of the gap follows that of the slope.
+
+    Parameters
+    ----------
+    records : iterable of LinearRecord
+        Runs beside their prediction.
+    campaign : Campaign
+        The campaign.
+    gap : GapSquare
+        Mean squares of the gap and of the noise.
+
+    Yields
+    ------
+    WiringRival
+        None where the gap is not white, or is not nearly all of this form.
+    """
+    n_channels = len(campaign.channels)
+    squares: list[list[FloatArray]] = [[] for _ in range(n_channels)]
+    total = lagged = 0.0
+    for record in records:
+        known = np.isfinite(record.residual) & np.isfinite(record.slope)
+        residual = np.where(known, record.residual, 0.0)
+        total += float(np.sum(residual**2))
+        lagged += float(np.sum(residual[1:] * residual[:-1]))
+        for k, of_channel in enumerate(squares):
+            rows = np.array([residual[:, k], record.slope[:, k]])[:, known[:, k]]
+            of_channel.append(rows**2)
+    if not total > 0.0 or abs(lagged) > _WHITE * total:
+        return
+    r_square, s_square = np.concatenate(
+        [np.concatenate(of_channel, axis=1) for of_channel in squares], axis=1
+    )
+    # Each channel has a noise of its own.
+    spread = np.concatenate(
+        [rows[1] - rows[1].mean() for rows in (np.concatenate(one, axis=1) for one in squares)]
+    )
+    variance = float(spread @ r_square) / max(float(spread @ spread), np.finfo(float).tiny)
+    square = gap.before - variance * float(s_square.mean())
+    step = mean_step(campaign.runs[0].time)
+    if 0.0 < variance <= (_MOST_STEPS * step) ** 2 and square <= gap.remaining(NEARLY_ALL):
+        names = ", ".join(one.name for one in campaign.channels)
+        text = f"samples of {names} read up to {np.sqrt(3.0 * variance) / step:.2g} steps off time"
+        line = sample_of(campaign.runs[0].file, 0)
+        yield WiringRival(JITTER, names, text, max(square, gap.floor), line)
+
+
+def noisy_load(
+    records: Iterable[LinearRecord], campaign: Campaign, gap: GapSquare
+) -> Iterator[WiringRival]:
+    """Noise of the only load, where the prediction passes on as much of it as the gap is large.
+
+    The arguments are those of :func:`jittered_samples`. None where the machine follows what the
+    load has above its band: that is no noise.
+    """
+    names = list(campaign.contract.inputs)
+    if len(names) != 1:
+        return
+    runs = {run.name: run for run in campaign.runs}
+    shares: list[float] = []
+    passed_on = n_samples = unfollowed = variance = above_band = 0.0
+    for record in records:
+        load = np.interp(record.time, runs[record.run].time, runs[record.run].inputs[names[0]])
+        power = np.abs(_spectrum(load)) ** 2
+        # The median of the square of a noisy line is ln 2 times its mean.
+        highest = power[int((1.0 - _ABOVE_BAND) * power.size) :]
+        noise = float(np.median(highest)) / np.log(2.0)
+        shares.append(noise / max(float(load.var()), np.finfo(float).tiny))
+        of_line = np.minimum(noise / np.maximum(power, np.finfo(float).tiny), 1.0)
+        is_noise = of_line > _IS_NOISE
+        known = np.isfinite(record.residual)
+        n_samples += known.size
+        for predicted, residual in zip(
+            record.predicted.T, np.where(known, record.residual, 0.0).T, strict=True
+        ):
+            P, R = _spectrum(predicted), _spectrum(residual)
+            passed_on += 2.0 * float(of_line @ np.abs(P) ** 2)
+            unfollowed -= float(np.sum((R * P.conj()).real[is_noise]))
+            variance += 0.5 * float(np.sum(np.abs(R[is_noise] * P[is_noise]) ** 2))
+            above_band += float(np.sum(np.abs(P[is_noise]) ** 2))
+    if not shares or np.sqrt(np.mean(shares)) < _LEAST_NOISE:
+        return
+    square = passed_on / n_samples
+    low, high = _AS_PREDICTED
+    is_as_large = low <= square / (gap.before - gap.floor) <= high
+    if is_as_large and unfollowed > max(_UNFOLLOWED * above_band, _SURE * np.sqrt(variance)):
+        text = f"noise of {np.sqrt(np.mean(shares)):.0%} in the readings of {names[0]}"
+        remaining = max(gap.before - square, gap.floor)
+        yield WiringRival(LOAD_NOISE, names[0], text, remaining, key_of("[inputs]", names[0]))
+
+
+def _spectrum(values: FloatArray) -> ComplexArray:
+    """Lines of a signal through a Hann window; twice the sum of their squares is its own."""
+    window = np.hanning(values.size)
+    return np.asarray(np.fft.rfft((values - values.mean()) * window)) / np.linalg.norm(window)
