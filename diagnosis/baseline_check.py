@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import median_filter
 
+from carrierflex.diagnosis.classes.results import MEASURED
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
@@ -34,6 +35,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
 )
 from carrierflex.diagnosis.wiring.load_faults import held_inputs, load_faults, sized_faults
 from carrierflex.diagnosis.wiring.lone_channels import (
+    drifting_gain,
     drifting_zeros,
     filtered_signals,
     lone_rivals,
@@ -76,9 +78,14 @@ from carrierflex.identification.campaign_check.campaign_warning import (
 )
 from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
 from carrierflex.simulation.carrier.effects.drawing import ALLOWED_BY_DRAWING
+from carrierflex.simulation.laws import Law
 
 #: Mean square of the gap over the floor from which wiring is looked at.
 _GAP = 1.2
+#: The same of what laws leave: beside them a fault is looked for that moves the signals by a floor.
+_GAP_BESIDE = 2.0
+#: Share of what shapes leave that a fault beside them explains: they were measured with it.
+_BESIDE_SHAPES = 0.7
 #: Share of the gap above the floor that a wiring must explain to be told.
 _TOLD = 0.5
 #: Share by which it may explain less than what is named and still be as good.
@@ -125,11 +132,13 @@ def checked_baseline(
     wiring: WiringChecks,
     fit: EffectFit | None = None,
     laws: Effects = (),
+    shapes: Sequence[Law] = (),
 ) -> BaselineCheck:
     """Fit the baseline, and again with the wiring put right where there is a gap.
 
     `fit` is that of the baseline, where a diagnosis made it already; `laws` are those that it fits
-    best: a fault beside one of them explains the gap too. Checks ``wiring``, ``clock``,
+    best, `shapes` what it measured of its classes in their place: a fault beside one of the laws,
+    or beside all shapes, explains the gap too. Checks ``wiring``, ``clock``,
     ``delay``, ``gain``, ``bound``, ``prior``, ``drawing``, ``declared_noise``, ``unchecked``, and
     ``outliers`` and ``tone`` beside the prediction.
     """
@@ -158,8 +167,13 @@ def checked_baseline(
         tried += exchanged_runs(records, campaign, wiring.refitted)
         tried += _lone_and_load_rivals(wiring, campaign, fit.theta, gap)
         if min((rival.mean_square for rival in tried), default=np.inf) > enough:
-            for law in laws:
-                tried += _beside_law(problem, campaign, wiring, law, floor)
+            with_shapes = problem.with_laws(shapes) if shapes else None
+            if with_shapes is not None:
+                names = tuple(shape.name for shape in shapes)
+                tried += _beside(with_shapes, campaign, wiring, names, floor, shapes)
+            else:
+                for law in laws:
+                    tried += _beside(problem, campaign, wiring, (law,), floor)
         warnings += _residual_findings(records, campaign, floor)
         warnings += _late_by_steps(late, campaign, before, floor)
     # The better of two looks at one run.
@@ -186,19 +200,24 @@ def checked_baseline(
     return BaselineCheck(tuple(warnings), rivals)
 
 
-def _beside_law(
-    problem: ComparisonProblem, campaign: Campaign, wiring: WiringChecks, law: str, floor: float
+def _beside(
+    problem: ComparisonProblem,
+    campaign: Campaign,
+    wiring: WiringChecks,
+    laws: Effects,
+    floor: float,
+    shapes: Sequence[Law] = (),
 ) -> Iterator[WiringRival]:
-    """Lone channels, runs and faults of loads beside a law; none where the law leaves no gap."""
-    fit = fit_effects(problem, (law,))
+    """Lone channels, runs and faults of loads beside laws; none where they leave no gap."""
+    fit = fit_effects(problem, laws)
     before = mean_square_left(problem, fit)
-    if not _GAP * floor < before < np.inf:
+    if not _GAP_BESIDE * floor < before < np.inf:
         return
-    gap = GapSquare(before, floor)
-    checks = wiring.with_laws(fit.effects, fit.known)
+    gap = GapSquare(before, floor, _BESIDE_SHAPES if shapes else NEARLY_ALL)
+    checks = wiring.with_laws(fit.effects, fit.known, shapes)
     for rival in _lone_and_load_rivals(checks, campaign, fit.theta, gap):
-        if rival.mean_square <= gap.remaining(NEARLY_ALL):
-            yield replace(rival, laws=(law,))
+        if rival.mean_square <= gap.enough:
+            yield replace(rival, laws=laws)
 
 
 def _lone_and_load_rivals(
@@ -212,6 +231,7 @@ def _lone_and_load_rivals(
     line = sample_of(campaign.runs[0].file, 0)
     yield from filtered_signals(wiring.linear(theta), campaign, wiring.refitted, gap)
     yield from drifting_zeros(wiring.linear(theta), campaign, wiring.refitted, gap)
+    yield from drifting_gain(wiring.linear(theta), campaign, wiring.refitted, gap)
     yield from jittered_samples(wiring.linear(theta), campaign, gap)
     yield from noisy_load(wiring.linear(theta), campaign, gap)
     faults = [*held_inputs(campaign)]
@@ -222,7 +242,7 @@ def _lone_and_load_rivals(
         yield WiringRival(fault.id, fault.about, fault.text, square, line)
     if wiring.has_cheap_refits:
         sized = sized_faults(campaign, wiring.refitted)
-        yield from (rival for rival in sized if rival.mean_square <= gap.remaining(NEARLY_ALL))
+        yield from (rival for rival in sized if rival.mean_square <= gap.enough)
 
 
 def _drifting(
@@ -292,7 +312,7 @@ def with_findings(
     which = diagnosis.attribution
     # Of a fault beside a law the other laws that are named are the alternative.
     shared = set(rivals[0][0].laws) if rivals else set()
-    others = [name for name in which.effects or _class_ids(diagnosis) if name not in shared]
+    others = [name for name, law in _named(diagnosis).items() if law not in shared]
     aliases = [(*others, *as_good)] if as_good else []
     delays = _named_delays(diagnosis)
     if delays and "clock_shift" in texts:
@@ -311,8 +331,14 @@ def with_findings(
 
 def _is_beside(rival: WiringRival, diagnosis: Diagnosis) -> bool:
     """Whether a fault adds to all that is named: a finding, and no alternative."""
-    named = diagnosis.attribution.effects
-    return bool(named) and set(named) <= set(rival.laws)
+    named = _named(diagnosis)
+    return bool(named) and set(named.values()) <= set(rival.laws)
+
+
+def _named(diagnosis: Diagnosis) -> dict[str, str]:
+    """Laws that are named, or else classes, with the law of the simulator that each is."""
+    laws = diagnosis.attribution.effects
+    return {law: law for law in laws} or {name: MEASURED + name for name in _class_ids(diagnosis)}
 
 
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:

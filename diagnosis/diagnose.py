@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.classes.shapes import SIZE
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.problem import Effects
@@ -198,16 +198,11 @@ def _may_be_absent(published: PublishedValues, law: str) -> bool:
 def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | Rejection | None:
     """How far the measured shapes of an answer shrink the gap in the simulator."""
     fits.note("measured shapes")
-    shapes = {
-        finding.id: replace(finding.measured_law, name=f"measured {finding.id}")
-        for finding in answer.classes
-        if finding.measured_law is not None
-    }
     effects = tuple(
-        shapes[finding.id].name if finding.id in shapes else finding.law
+        MEASURED + finding.id if finding.measured_law is not None else finding.law
         for finding in answer.classes
     )
-    problem = fits.problem.with_laws(tuple(shapes.values())) if shapes else None
+    problem = fits.problem.with_laws(answer.shapes) if answer.shapes else None
     if problem is None or not set(effects) <= problem.cards.keys():
         return None
     baseline: dict[Effects, HeldOut] = {(): fits.score(())}

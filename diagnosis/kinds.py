@@ -188,9 +188,11 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
     if isinstance(problem, CarrierProblem):
         carrier = problem
 
-        def with_laws(laws: Effects, values: Mapping[tuple[str, str], float]) -> WiringChecks:
+        def with_laws(
+            laws: Effects, values: Mapping[tuple[str, str], float], shapes: Sequence[Law]
+        ) -> WiringChecks:
             """Checks with laws beside the baseline; none of a law that adds no signal."""
-            if any(carrier.model.effects[law].pattern is None for law in laws):
+            if shapes or any(carrier.model.effects[law].pattern is None for law in laws):
                 return WiringChecks.none()
             return replace(
                 WiringChecks.none(),

@@ -392,8 +392,12 @@ def _of_class(
     else:
         of_class = _class_reduction(answer, reduction)
     if isinstance(by_shapes, Rejection):
-        unsupported = [replace(finding, measured_law=None) for finding in answer.classes]
-        answer = replace(answer, classes=tuple(unsupported))
+        without_laws = [replace(finding, measured_law=None) for finding in answer.classes]
+        answer = replace(
+            answer,
+            classes=tuple(without_laws),
+            unsupported={finding.id: finding.measured_law for finding in answer.classes},
+        )
     share = min(answer.share, 1.0)
     text = (
         f"{_listed(answer.ids)} explains {share:.1%} of the gap above the floor (mean square) on "

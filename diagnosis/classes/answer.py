@@ -209,6 +209,7 @@ def answer_of(
         classes_of_law=_classes_of_law(table),
         note=note,
         best=() if is_class else decision.classes,
+        unsupported={} if is_class else {one.id: one.measured_law for one in findings},
     )
 
 

@@ -1,7 +1,7 @@
 """What the comparison of classes says: the class of the missing effect, and the law in it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.laws import Law
@@ -79,6 +79,10 @@ class MeasuredShape:
     name: str = "measured"
 
 
+#: Begins the name of a measured shape of a class among the laws of the simulator.
+MEASURED = "measured "
+
+
 @dataclass(frozen=True, eq=False)
 class ClassFinding:
     """One class of the answer, and the law in it.
@@ -142,6 +146,8 @@ class ClassAnswer:
         What the records cannot say, as a sentence; empty where nothing.
     best : tuple of str
         Classes that explain the share, where none is named; else empty.
+    unsupported : mapping of str to Law
+        Measured shapes of these classes, or of named ones that held-out records do not support.
     experiment : str
         What to record so that the class shows, where these records hold causes only mixed; empty
         where nothing is asked.
@@ -169,6 +175,7 @@ class ClassAnswer:
     classes_of_law: Mapping[str, tuple[str, ...]]
     note: str = ""
     best: tuple[str, ...] = ()
+    unsupported: Mapping[str, Law | None] = field(default_factory=dict)
     experiment: str = ""
     same_scores: bool = False
     law_sets: tuple[tuple[str, ...], ...] = ()
@@ -179,6 +186,16 @@ class ClassAnswer:
     def ids(self) -> tuple[str, ...]:
         """Classes of the answer."""
         return tuple(finding.id for finding in self.classes)
+
+    @property
+    def shapes(self) -> tuple[Law, ...]:
+        """Measured shapes of the classes as laws, supported or not."""
+        supported = {one.id: one.measured_law for one in self.classes if one.measured_law}
+        return tuple(
+            replace(law, name=MEASURED + name)
+            for name, law in {**self.unsupported, **supported}.items()
+            if law is not None
+        )
 
     @property
     def beyond_share(self) -> float:

@@ -302,9 +302,9 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         if campaign.baseline.source != "model":
             return super().wiring(campaign)
 
-        def refitted(other: Campaign, laws: Effects = ()) -> float:
+        def refitted(other: Campaign, laws: Effects = (), shapes: Sequence[Law] = ()) -> float:
             """Mean square that the baseline, and laws, leave once fitted to a campaign."""
-            return mean_square_of(_with_library(element_problem(other), laws), laws)
+            return mean_square_of(_with_library(element_problem(other, shapes), laws), laws)
 
         return WiringChecks(
             lambda: element_rivals(campaign, refitted),
@@ -312,8 +312,8 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
             refitted,
             self.linear_records,
             lambda: element_clocks(self.records, by_force=self.model.by_force),
-            with_laws=lambda laws, values: self.wiring_beside(
-                laws, lambda other: refitted(other, laws)
+            with_laws=lambda laws, values, shapes: self.wiring_beside(
+                laws, shapes, lambda other: refitted(other, laws, shapes)
             ),
         )
 

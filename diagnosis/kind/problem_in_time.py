@@ -432,14 +432,16 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
                 columns.reshape(*columns.shape[:2], -1),
             )
 
-    def wiring_beside(self, laws: Effects, refitted: Callable[[Campaign], float]) -> WiringChecks:
+    def wiring_beside(
+        self, laws: Effects, shapes: Sequence[Law], refitted: Callable[[Campaign], float]
+    ) -> WiringChecks:
         """What can be tried with laws in the model; a law of a file is in no other campaign's."""
         if set(laws) & set(self.brought):
             return WiringChecks.none()
         return replace(
             WiringChecks.none(),
             refitted=refitted,
-            linear=lambda theta: self.linear_records(theta, laws),
+            linear=lambda theta: self.with_laws(shapes).linear_records(theta, laws),
         )
 
     def residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:

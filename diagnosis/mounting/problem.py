@@ -216,8 +216,8 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             self.predictions,
             lambda other: mean_square_of(mounting_problem(other)),
             self.linear_records,
-            with_laws=lambda laws, values: self.wiring_beside(
-                laws, lambda other: mean_square_of(mounting_problem(other), laws)
+            with_laws=lambda laws, values, shapes: self.wiring_beside(
+                laws, shapes, lambda other: mean_square_of(mounting_problem(other, shapes), laws)
             ),
         )
 

@@ -40,7 +40,6 @@ from carrierflex.diagnosis.wiring.refits import (
     FILTERED_CHANNEL,
     INPUT_GAIN,
     LOADS,
-    NEARLY_ALL,
     POLARITY,
     RUN,
     RUN_VARIATION,
@@ -176,7 +175,7 @@ def lone_rivals(
     sums = _sums(linear())
     if sums is None:
         return
-    screened, enough = gap.remaining(_SCREENED), gap.remaining(NEARLY_ALL)
+    screened, enough = gap.remaining(_SCREENED), gap.enough
     n_runs, n_channels = sums.counts.shape
     if n_channels >= _FEWEST_CHANNELS:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
@@ -251,7 +250,7 @@ def filtered_signals(
         return
     (time, of_filter), of_mean = fitted(_low_pass, time), refit(_mean, n)
     square = min(of_filter, of_mean)
-    if not square <= gap.remaining(NEARLY_ALL):
+    if not square <= gap.enough:
         return
     _, of_delay = fitted(_delay, min(times, key=partial(residual_of, _delay)))
     if _SIMPLER * square < of_delay:
@@ -272,8 +271,7 @@ def drifting_zeros(
     The arguments are those of :func:`filtered_signals`. None where an input is an angle, whose
     kinds have drifts in their library, or where a load grows with time as a drift does.
     """
-    inputs = {name for run in campaign.runs for name in run.inputs}
-    if not inputs or "carrier_angle" in inputs or _loads_grow(campaign):
+    if not _has_steady_loads(campaign):
         return
     runs = {run.name: run for run in campaign.runs}
     sums = _sums(_with_ramps(record, runs[record.run]) for record in records)
@@ -291,10 +289,47 @@ def drifting_zeros(
 
     pairs = zip(campaign.runs, slopes, strict=True)
     square = refitted(replace(campaign, runs=tuple(level(*pair) for pair in pairs)))
-    if square <= gap.remaining(NEARLY_ALL):
+    if square <= gap.enough:
         about = ", ".join(names)
         text = f"the zero of {about} drifting over every run taken out"
         yield WiringRival(DRIFT, about, text, square, key_of("[[channels]]", names[0]))
+
+
+def drifting_gain(
+    records: Iterable[LinearRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+    gap: GapSquare,
+) -> Iterator[WiringRival]:
+    """Gain of the only load that grows over every run, the same in all.
+
+    What a linear machine answers grows with it, ``r = c t x``. The arguments are those of
+    :func:`drifting_zeros`.
+    """
+    names = list(campaign.contract.inputs)
+    if len(names) != 1 or not _has_steady_loads(campaign):
+        return
+    runs = {run.name: run for run in campaign.runs}
+    sums = _sums(_with_growth(record, runs[record.run]) for record in records)
+    if sums is None or sums.mean_square > gap.remaining(_SCREENED):
+        return
+    growth = float(sums.steps[0, sums.n_of_run])
+
+    def level(run: Run) -> Run:
+        load = run.inputs[names[0]] * (1.0 + growth * _along(run, run.time))
+        return replace(run, inputs={**run.inputs, names[0]: load})
+
+    square = refitted(replace(campaign, runs=tuple(map(level, campaign.runs))))
+    if square <= gap.enough:
+        text = f"the gain of {names[0]} drifting by {-growth:.1%} over every run taken out"
+        yield WiringRival(INPUT_GAIN, names[0], text, square, key_of("[inputs]", names[0]))
+
+
+def _with_growth(record: LinearRecord, run: Run) -> LinearRecord:
+    """Record whose first column of all runs is the prediction that grows over the run."""
+    growing = record.predicted * _along(run, record.time)[:, None]
+    columns = np.insert(record.columns, record.n_of_run, growing, axis=0)
+    return replace(record, columns=columns)
 
 
 def _with_ramps(record: LinearRecord, run: Run) -> LinearRecord:
@@ -310,9 +345,12 @@ def _along(run: Run, time: FloatArray) -> FloatArray:
     return np.asarray((time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5)
 
 
-def _loads_grow(campaign: Campaign) -> bool:
-    """Whether a load grows, or falls, with time in any run."""
-    return any(
+def _has_steady_loads(campaign: Campaign) -> bool:
+    """Whether there are loads, no angle, and none grows or falls with time in any run."""
+    inputs = {name for run in campaign.runs for name in run.inputs}
+    if not inputs or "carrier_angle" in inputs:
+        return False
+    return not any(
         abs(float(np.corrcoef(load, run.time)[0, 1])) > _GROWS_WITH_TIME
         for run in campaign.runs
         for load in run.inputs.values()
@@ -422,7 +460,7 @@ def _run_rival(
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = refitted(fault.corrected)
-        if square <= gap.remaining(NEARLY_ALL):
+        if square <= gap.enough:
             return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
     text = f"run {record.run} left out, which is at odds with all others,"
     return WiringRival(RUN, record.run, text, without, line)

@@ -22,6 +22,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+from carrierflex.simulation.laws import Law
 from carrierflex.simulation.sensing import at_other_times
 
 TORQUE_SIGN = "wiring/torque_sign"
@@ -78,6 +79,14 @@ class GapSquare:
 
     before: float
     floor: float
+    nearly_all: Annotated[
+        float, "Share that a fault must explain whose size is fitted, or that leaves records out"
+    ] = NEARLY_ALL
+
+    @property
+    def enough(self) -> float:
+        """Mean square that is left where nearly all of the gap is explained."""
+        return self.remaining(self.nearly_all)
 
     def remaining(self, share: float) -> float:
         """Mean square that is left where a share of the gap above the floor is explained."""
@@ -145,10 +154,10 @@ class WiringChecks:
         "where the records show it without a fit; none elsewhere",
     ] = lambda: ()
     with_laws: Annotated[
-        "Callable[[Effects, Mapping[tuple[str, str], float]], WiringChecks]",
-        "``(laws, values) -> checks`` whose refits and records hold laws too; values of their fit "
-        "by effect and name",
-    ] = lambda laws, values: WiringChecks.none()
+        "Callable[[Effects, Mapping[tuple[str, str], float], Sequence[Law]], WiringChecks]",
+        "``(laws, values, shapes) -> checks`` whose refits and records hold laws too; values of "
+        "their fit by effect and name, and those of them that are measured shapes",
+    ] = lambda laws, values, shapes: WiringChecks.none()
     has_cheap_refits: Annotated[
         bool, "Whether a refit is a matter of milliseconds, so that every fault of a load is tried"
     ] = False

@@ -19,7 +19,6 @@ from carrierflex.diagnosis.wiring.load_faults import CorrectedCampaign
 from carrierflex.diagnosis.wiring.refits import (
     JITTER,
     LOAD_NOISE,
-    NEARLY_ALL,
     GapSquare,
     WiringRival,
 )
@@ -38,6 +37,8 @@ _NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS = 0.1, 0.7, 4
 _LAGS = 50
 #: Correlation from sample to sample up to which a residual is white.
 _WHITE = 0.3
+#: Share of the samples that are the least steep, and range of a mean square over the expected one.
+_STEEP, _AS_EXPECTED = 0.8, (0.8, 1.25)
 #: Time over the step up to which samples are off.
 _MOST_STEPS = 1.0
 #: Share of the lines, the highest, in which noise of a load is measured.
@@ -93,13 +94,21 @@ def jittered_samples(
         [rows[1] - rows[1].mean() for rows in (np.concatenate(one, axis=1) for one in squares)]
     )
     variance = float(spread @ r_square) / max(float(spread @ spread), np.finfo(float).tiny)
-    square = gap.before - variance * float(s_square.mean())
+    steep = s_square > np.quantile(s_square, _STEEP)
+    of_steep = float(r_square[steep].mean() - gap.floor) / float(s_square[steep].mean())
+    explained = variance * float(s_square.mean())
     step = mean_step(campaign.runs[0].time)
-    if 0.0 < variance <= (_MOST_STEPS * step) ** 2 and square <= gap.remaining(NEARLY_ALL):
+    low, high = _AS_EXPECTED
+    if (
+        0.0 < variance <= (_MOST_STEPS * step) ** 2
+        and low <= explained / (gap.before - gap.floor) <= high
+        and low <= of_steep / variance <= high
+    ):
         names = ", ".join(one.name for one in campaign.channels)
-        text = f"samples of {names} read up to {np.sqrt(3.0 * variance) / step:.2g} steps off time"
-        line = sample_of(campaign.runs[0].file, 0)
-        yield WiringRival(JITTER, names, text, max(square, gap.floor), line)
+        off = np.sqrt(3.0 * variance) / step
+        text = f"samples of {names} read up to {off:.2g} steps off their time"
+        square = max(gap.before - explained, gap.floor)
+        yield WiringRival(JITTER, names, text, square, sample_of(campaign.runs[0].file, 0))
 
 
 def noisy_load(

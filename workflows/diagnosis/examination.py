@@ -31,10 +31,15 @@ class ExaminedCampaign:
     problem: Annotated[ComparisonProblem, "Records, simulator and library"]
     floor_is_measured: Annotated[bool, "Whether the noise floor was declared or comes from repeats"]
 
-    def baseline(self, fit: EffectFit | None = None, laws: Effects = ()) -> BaselineCheck:
-        """Findings with the baseline; its `fit`, and `laws` that a diagnosis holds likely."""
+    def baseline(
+        self, fit: EffectFit | None = None, laws: Effects = (), shapes: Sequence[Law] = ()
+    ) -> BaselineCheck:
+        """Findings with the baseline; its `fit`, and `laws` that a diagnosis holds likely.
+
+        `shapes` are the measured ones of its classes, which take the place of laws.
+        """
         wiring = wiring_of(self.problem, self.distinct)
-        return checked_baseline(self.problem, self.distinct, wiring, fit, laws)
+        return checked_baseline(self.problem, self.distinct, wiring, fit, laws, shapes)
 
     def diagnosis(
         self,
@@ -60,7 +65,9 @@ class ExaminedCampaign:
         )
         # The nearest law of a class may be one that no simulator has.
         laws = tuple(law for law in diagnosis.likely_laws if law in self.problem.cards)
-        baseline = self.baseline(diagnosis.baseline, laws)
+        shapes = diagnosis.classes.shapes if diagnosis.classes else ()
+        is_named = bool(diagnosis.attribution.effects)
+        baseline = self.baseline(diagnosis.baseline, laws, () if is_named else shapes)
         return with_findings(diagnosis, (*self.warnings, *findings), baseline)
 
 
