@@ -10,13 +10,11 @@ from dataclasses import dataclass, replace
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, CasePlan, Label
 from carrierflex.blind_check.truth.campaigns import case_campaign
-from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.carrier.problem import flexibility
-from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.records_check import records_findings
+from carrierflex.workflows.diagnosis.examination import examined
 from studies.fault_outcomes import Curves
 
 WITHOUT_EFFECT = "nothing missing"
@@ -87,9 +85,7 @@ def clean_cases(seed: int) -> Iterator[CleanCase]:
 
 
 def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
-    """Check one campaign.
-
-    The diagnosis is made only where a finding could change its verdict.
+    """Diagnose one campaign.
 
     Parameters
     ----------
@@ -101,20 +97,15 @@ def clean_outcome(case: CleanCase, curves: Curves) -> CleanOutcome:
     campaign, label = case_campaign(case.plan)
     if case.sort == BESIDE_COLUMNS:
         campaign = beside_columns(campaign, curves)
-    records = records_findings(campaign, curves)
-    problem, floor_is_measured = problem_of(campaign, curves)
-    checked = checked_baseline(problem, campaign, wiring_of(problem, campaign))
+    examination = examined(campaign, curves)
+    before = examination.compared()
+    after = examination.checked(before)
     change, is_tie = "", False
-    if checked.rivals or any(finding.check == "unit" for finding in records):
-        before = diagnose(
-            problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
-        )
-        after = with_findings(before, records, checked)
-        if after.verdict != before.verdict:
-            change = f"{before.verdict} -> {after.verdict}"
-            truth = set(case.plan.effects)
-            is_tie = any(truth <= set(tied) for tied in after.attribution.aliases)
-    findings = {finding.check for finding in (*records, *checked.warnings)}
+    if after.verdict != before.verdict:
+        change = f"{before.verdict} -> {after.verdict}"
+        truth = set(case.plan.effects)
+        is_tie = any(truth <= set(tied) for tied in after.attribution.aliases)
+    findings = {finding.id or finding.check for finding in after.warnings}
     if _flexibility(label) > 1.0:
         findings.discard("drawing")  # true: its sizes are beyond what the drawing allows
     ordered = tuple(sorted(findings))

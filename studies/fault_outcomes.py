@@ -17,16 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
-from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.results import CLASS_NAMED
-from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
+from carrierflex.workflows.diagnosis.examination import examined
 from studies.fault_table import Fault
 
 DETECTED = "detected"
@@ -165,31 +162,22 @@ def _records_checks(campaign: Campaign, curves: Curves) -> set[str]:
 
 def _baseline_checks(campaign: Campaign, curves: Curves) -> set[str]:
     """Checks of the fitted baseline that tell something."""
-    distinct = without_copies(campaign, copied_runs(campaign))
-    problem, _ = problem_of(distinct, curves)
-    checked = checked_baseline(problem, distinct, wiring_of(problem, distinct))
+    checked = examined(campaign, curves).baseline()
     return {finding.id or finding.check for finding in checked.warnings}
 
 
 def _answer(campaign: Campaign, curves: Curves) -> _Answer:
     """Diagnosis as the command makes it."""
-    distinct = without_copies(campaign, copied_runs(campaign))
-    problem, floor_is_measured = problem_of(distinct, curves)
-    diagnosis = diagnose(
-        problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
-    )
-    fit = diagnosis.baseline or fit_effects(problem, ())
-    checked = checked_baseline(problem, distinct, wiring_of(problem, distinct), fit)
+    examination = examined(campaign, curves)
+    diagnosis = examination.diagnosis()
+    fit = diagnosis.baseline or fit_effects(examination.problem, ())
     square = fit.sums.square
     size = sum(
         float(np.nansum((values - np.nanmean(values)) ** 2))
-        for run in distinct.runs
+        for run in examination.distinct.runs
         for values in run.signals.values()
     )
-    return _Answer(
-        with_findings(diagnosis, records_findings(campaign, curves), checked),
-        square.reshape(len(square), -1).sum(axis=1) / size,
-    )
+    return _Answer(diagnosis, square.reshape(len(square), -1).sum(axis=1) / size)
 
 
 def _verdict_change(before: Diagnosis, after: Diagnosis) -> Iterator[str]:

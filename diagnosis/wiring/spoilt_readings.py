@@ -8,14 +8,12 @@
   seen above the drive's band, leaves ``|H|² S`` of the signal, with H from prediction and load.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
-from carrierflex.diagnosis.wiring.load_faults import CorrectedCampaign
 from carrierflex.diagnosis.wiring.refits import (
     JITTER,
     LOAD_NOISE,
@@ -23,7 +21,6 @@ from carrierflex.diagnosis.wiring.refits import (
     WiringRival,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
 

@@ -36,10 +36,12 @@ _COARSE = 1.5
 #: A distance below this share of the signal's range is no outlier; of an element driven by its
 #: displacement the second one counts.
 _OF_RANGE, _OF_RANGE_DRIVEN = 0.03, 0.5
-#: Value over the RMS below which a signal is near zero, how often it must come there, and the share
-#: of these samples that are ten times nearer: a tenth of them where it goes through zero, none
-#: where it turns before.
-_NEAR_ZERO, _FEWEST_MEETINGS, _NEARER = 0.2, 8, 0.03
+#: Value over the RMS of a signal, and of its steps, below which it is near zero, how often it must
+#: come there, and the share of these times at which it must bend.
+_NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS, _LEAST_BENDS = 0.1, 0.7, 8, 0.5
+#: Phase [rad] of a signal's mean frequency over which a parabola follows it, and the most that it
+#: leaves of a signal with its sign over what it leaves of one without.
+_PHASE, _FAR_LESS = 0.5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,20 +249,35 @@ def _quantised(signal: _Signal) -> Iterator[CampaignWarning]:
 
 
 def _rectified(signal: _Signal) -> Iterator[CampaignWarning]:
-    """A signal of one sign that comes to zero again and again as one of two signs does."""
+    """A signal of one sign that meets zero again and again with a bend, not with a turn."""
     size = np.abs(signal.values[np.isfinite(signal.values)])
-    is_of_one_sign = np.nanmin(signal.values) >= 0.0 or np.nanmax(signal.values) <= 0.0
-    near = size < _NEAR_ZERO * float(np.sqrt(np.mean(size**2)))
-    meetings = int(np.count_nonzero(np.diff(near.astype(np.int64)) == 1))
-    if not is_of_one_sign or meetings < _FEWEST_MEETINGS:
+    if not (np.nanmin(signal.values) >= 0.0 or np.nanmax(signal.values) <= 0.0):
         return
-    nearer = np.count_nonzero(size < 0.1 * size[near].max())
-    if nearer > _NEARER * np.count_nonzero(near):
+    rms = float(np.sqrt(np.mean(size**2)))
+    step = float(np.sqrt(np.mean(np.diff(size) ** 2)))
+    near = size < max(_NEAR_ZERO * rms, _OF_STEP * step)
+    inner = [(a, b) for a, b in stretches(near) if a > 0 and b < size.size]
+    half = max(2, round(_PHASE * rms / max(step, np.finfo(float).tiny)))
+    bends = sum(_is_bent(size, a + int(np.argmin(size[a:b])), half) for a, b in inner)
+    if len(inner) >= _FEWEST_MEETINGS and bends > _LEAST_BENDS * len(inner):
         yield signal.warning(
             "rectified",
             0,
-            float(meetings),
-            f"{signal.channel.name} keeps one sign and comes to zero {meetings} times as a signal "
-            "does that changes its sign there",
+            float(len(inner)),
+            f"{signal.channel.name} keeps one sign and comes to zero {len(inner)} times as a "
+            "signal does that changes its sign there",
             "record it with its sign: an amplitude or absolute value does not tell the motion",
         )
+
+
+def _is_bent(size: FloatArray, zero: int, half: int) -> bool:
+    """Whether a parabola fits a signal far better that changes its sign at a sample near zero."""
+    window = np.arange(max(zero - half, 0), min(zero + half + 1, size.size))
+    parabola = np.vander((window - zero) / half, 3)
+    turning = size[window]
+    crossing = np.where(window < zero, -turning, turning)
+    remaining = [
+        target - parabola @ np.linalg.lstsq(parabola, target, rcond=None)[0]
+        for target in (crossing, turning)
+    ]
+    return bool(np.sum(remaining[0] ** 2) < _FAR_LESS * np.sum(remaining[1] ** 2))

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.identification.campaign.declarations import Baseline
 from studies import fault_outcomes as study
 from studies.clean_campaigns import SORTS, clean_cases, clean_outcome
-from studies.fault_answers import ANOTHER, PHYSICS, REPORTED, SILENT, answer_of
+from studies.fault_answers import ANOTHER, PHYSICS, REPORTED, SILENT, answer_of, fault_answers
 from studies.fault_outcomes import (
     DETECTED,
     EQUIVALENT,
@@ -180,7 +182,7 @@ def test_a_softer_axial_bushing_ties_with_the_load_across_it():
     )
     outcome = clean_outcome(case, None)
     assert outcome.change == "named -> aliased"
-    assert outcome.findings == ("wiring",)
+    assert outcome.findings == ("wiring/input_gain",)
     assert outcome.is_tie
 
 
@@ -226,3 +228,16 @@ def test_records_that_the_baseline_fits_as_well_or_better_are_another_machines(m
         study._Answer(answer(120.0), np.ones(24) + more),
     )
     assert (outcome, by) == (expected, {"baseline.C1 by 80.0"})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["load 10 % up in one run", "linear drift"])
+def test_an_error_beside_a_class_is_told_and_the_class_stays(name):
+    """A damping that follows the place, as no law of the library does."""
+    plans = case_plans("element", 120, 310)
+    damped = [plan for plan in plans if plan.effects == ("exponential_coupling",)]
+    clean, label = case_campaign(next(plan for plan in damped if plan.ratio > 20.0))
+    (fault,) = [one for one in practice_faults("element", None) if one.name == name]
+    (outcome,) = fault_answers(clean, label, [fault], 310, None)
+    assert outcome.outcome == REPORTED
+    assert any("coupled_damping" in words for words in outcome.by)

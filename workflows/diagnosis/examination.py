@@ -54,7 +54,18 @@ class ExaminedCampaign:
         `findings` are told with those of the records and of the baseline, `note` hears of the
         progress, `executor` fits sets of effects elsewhere, and `seed` is that of the bootstrap.
         """
-        diagnosis = diagnose(
+        compared = self.compared(note=note, executor=executor, seed=seed)
+        return self.checked(compared, findings)
+
+    def compared(
+        self,
+        *,
+        note: Callable[[str], None] = lambda text: None,
+        executor: Executor | None = None,
+        seed: int = 0,
+    ) -> Diagnosis:
+        """Diagnosis of the records as they stand; the options are those of :meth:`diagnosis`."""
+        return diagnose(
             self.problem,
             campaign=self.distinct.name,
             kind=self.distinct.kind,
@@ -63,12 +74,15 @@ class ExaminedCampaign:
             note=note,
             executor=executor,
         )
+
+    def checked(self, compared: Diagnosis, findings: Sequence[CampaignWarning] = ()) -> Diagnosis:
+        """A diagnosis of these records with what does not look right in them."""
         # The nearest law of a class may be one that no simulator has.
-        laws = tuple(law for law in diagnosis.likely_laws if law in self.problem.cards)
-        shapes = diagnosis.classes.shapes if diagnosis.classes else ()
-        is_named = bool(diagnosis.attribution.effects)
-        baseline = self.baseline(diagnosis.baseline, laws, () if is_named else shapes)
-        return with_findings(diagnosis, (*self.warnings, *findings), baseline)
+        laws = tuple(law for law in compared.likely_laws if law in self.problem.cards)
+        answer = None if compared.attribution.effects else compared.classes
+        shapes = answer.shapes if answer else ()
+        baseline = self.baseline(compared.baseline, laws, shapes)
+        return with_findings(compared, (*self.warnings, *findings), baseline)
 
 
 def examined(

@@ -115,6 +115,23 @@ def test_clipping_at_70_per_cent_of_the_range_is_found(kind):
     assert ("clipping", name) in checks(changed(faultless(kind), name, clipped))
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_signal_without_its_sign_is_found(sign):
+    campaign = changed(faultless("element"), "q", lambda values: sign * np.abs(values))
+    assert ("rectified", "q") in checks(campaign)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("least", [0.0, 0.05])
+def test_a_signal_that_turns_before_zero_has_its_sign(kind, least):
+    """Its smallest value is at, or near, zero: a gap that never closes."""
+    name = CHANNEL[kind]
+    campaign = changed(
+        faultless(kind), name, lambda values: values - values.min() + least * np.std(values)
+    )
+    assert ("rectified", name) not in checks(campaign)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_stuck_stretch_and_repeated_samples_are_found(kind):
     name = CHANNEL[kind]

@@ -1,0 +1,91 @@
+"""Readings off their time, a load with noise or with a gain that drifts: named, and told apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from carrierflex.workflows.diagnosis.examination import examined
+
+from ..element.element_campaigns import STEP, force_campaign, no_law
+
+NOISE = 2e-6
+#: Above the band of the drive (31 Hz) the sampling leaves two thirds of the lines.
+JITTER, LOAD_NOISE, GROWTH = "wiring/jitter", "wiring/load_noise", "wiring/input_gain"
+
+
+def rivals(change, law=no_law):
+    """Share of the gap that every fault explains, and its text, by id; `change` alters a run."""
+    clean = force_campaign(law, noise=0.0)
+    rng = np.random.default_rng(5)
+
+    def changed(run):
+        load, q = change(run.inputs["force"], run.signals["q"], run.time, rng)
+        q = q + NOISE * rng.standard_normal(q.size)
+        return replace(run, inputs={"force": load}, signals={"q": q})
+
+    channels = (replace(clean.channels[0], noise_std=NOISE),)
+    campaign = replace(clean, channels=channels, runs=tuple(map(changed, clean.runs)))
+    check = examined(campaign, None).baseline()
+    return {rival.id: (share, rival.text) for rival, share in check.rivals}
+
+
+def off_time(load, q, time, rng):
+    """Samples up to half a step before or after their time."""
+    at = time + STEP * rng.uniform(-0.5, 0.5, time.size)
+    return load, CubicSpline(time, q)(np.clip(at, 0.0, time[-1]))
+
+
+def late(load, q, time, rng):
+    """All samples 0.3 steps late: the error follows the slope as well, and is not white."""
+    return load, CubicSpline(time, q)(np.maximum(time - 0.3 * STEP, 0.0))
+
+
+def noisier(load, q, time, rng):
+    """Noise of the signal that is three times the declared one and follows no slope."""
+    return load, q + 3.0 * NOISE * rng.standard_normal(q.size)
+
+
+def load_read_with_noise(load, q, time, rng):
+    return load + 0.1 * np.abs(load).max() * rng.standard_normal(load.size), q
+
+
+def load_that_grows(load, q, time, rng):
+    """A gain of the load's reading that rises by 8 % over the run."""
+    return load * (1.0 + 0.08 * (time / time[-1] - 0.5)), q
+
+
+def cubic(q, v):
+    return 3e8 * q**3
+
+
+def test_samples_off_their_time_are_told_with_their_size():
+    share, text = rivals(off_time)[JITTER]
+    assert share > 0.9
+    assert float(text.split(" up to ")[1].split(" steps")[0]) == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("change", "law"), [(late, no_law), (noisier, no_law), (lambda load, q, *_: (load, q), cubic)]
+)
+def test_a_delay_noise_and_a_law_are_no_jitter(change, law):
+    assert JITTER not in rivals(change, law)
+
+
+def test_noise_of_a_load_that_the_machine_does_not_feel_is_told():
+    share, text = rivals(load_read_with_noise)[LOAD_NOISE]
+    assert share > 0.7
+    assert "readings of force" in text
+
+
+def test_a_gain_of_the_load_that_drifts_is_told_with_its_size():
+    share, text = rivals(load_that_grows)[GROWTH]
+    assert share > 0.9
+    assert float(text.split(" by ")[1].split("%")[0]) == pytest.approx(8.0, abs=0.5)
+
+
+@pytest.mark.parametrize("law", [no_law, cubic])
+def test_a_load_as_it_was_has_neither_noise_nor_a_drifting_gain(law):
+    told = rivals(lambda load, q, *_: (load, q), law)
+    assert not {LOAD_NOISE, GROWTH} & set(told)
