@@ -4,7 +4,7 @@ Where an error of wiring or sign explains as much of the gap as a named effect, 
 "aliased" and says so: the wiring is checked first.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +29,7 @@ from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.linear_records import (
     FloatArray,
+    LinearRecord,
     drifting_runs,
     late_signals,
     off_gains,
@@ -102,6 +103,8 @@ _OF_CALIBRATION = 3.0
 _ON_BOUND = 1e-6
 #: Standard deviations of a declared value from which the records contradict it.
 _CONTRADICTS = 3.0
+#: Samples of all channels up to which records with all their columns are held: 80 MB.
+_MOST_HELD = 500_000
 #: Check of a wiring that explains the gap.
 _WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.
@@ -227,13 +230,13 @@ def _lone_and_load_rivals(
 
     A size that is fitted takes something of every gap: it must explain nearly all.
     """
-    yield from lone_rivals(lambda: wiring.linear(theta), campaign, wiring.refitted, gap)
+    linear = _linear_records(wiring, campaign, theta)
+    yield from lone_rivals(linear, campaign, wiring.refitted, gap)
+    for faults_of in (filtered_signals, drifting_zeros, drifting_gain):
+        yield from faults_of(linear(), campaign, wiring.refitted, gap)
+    yield from jittered_samples(linear(), campaign, gap)
+    yield from noisy_load(linear(), campaign, gap)
     line = sample_of(campaign.runs[0].file, 0)
-    yield from filtered_signals(wiring.linear(theta), campaign, wiring.refitted, gap)
-    yield from drifting_zeros(wiring.linear(theta), campaign, wiring.refitted, gap)
-    yield from drifting_gain(wiring.linear(theta), campaign, wiring.refitted, gap)
-    yield from jittered_samples(wiring.linear(theta), campaign, gap)
-    yield from noisy_load(wiring.linear(theta), campaign, gap)
     faults = [*held_inputs(campaign)]
     if wiring.has_cheap_refits:
         faults += load_faults(campaign)
@@ -243,6 +246,17 @@ def _lone_and_load_rivals(
     if wiring.has_cheap_refits:
         sized = sized_faults(campaign, wiring.refitted)
         yield from (rival for rival in sized if rival.mean_square <= gap.enough)
+
+
+def _linear_records(
+    wiring: WiringChecks, campaign: Campaign, theta: FloatArray
+) -> Callable[[], Iterable[LinearRecord]]:
+    """Runs beside their linear model: held where they are few, else made anew at every call."""
+    n_samples = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
+    if n_samples > _MOST_HELD:
+        return lambda: wiring.linear(theta)
+    records = tuple(wiring.linear(theta))
+    return lambda: records
 
 
 def _drifting(
