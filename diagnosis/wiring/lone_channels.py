@@ -40,6 +40,7 @@ from carrierflex.diagnosis.wiring.refits import (
     FILTERED_CHANNEL,
     INPUT_GAIN,
     LOADS,
+    NEARLY_ALL,
     POLARITY,
     RUN,
     RUN_VARIATION,
@@ -197,7 +198,8 @@ def lone_rivals(
     if n_runs >= _FEWEST_VARYING and _loads_vary(campaign) and sums.of_each_run <= screened:
         squares = [refitted(replace(campaign, runs=(run,))) for run in campaign.runs]
         square = float(np.average(squares, weights=sums.counts.sum(axis=1)))
-        if square <= enough:
+        # Values by run take more of any gap than one fault does.
+        if square <= gap.remaining(NEARLY_ALL):
             names = ", ".join(run.name for run in campaign.runs)
             text = "values of its own for every run (temperature, adjustment, wear)"
             yield WiringRival(RUN_VARIATION, names, text, square, key_of("[[runs]]", "name"))
