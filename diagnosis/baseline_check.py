@@ -117,6 +117,8 @@ _MAP = "_map"
 _BY_RUN = (RUN, RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults.
 _OF_RECORDS = (("unit", UNIT), ("rectified", RECTIFIED))
+#: What is at fault in a way that no kind of fault explains.
+_OF_NO_KIND = (CHANNEL, *_BY_RUN)
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
 
@@ -293,10 +295,14 @@ def with_findings(
             or (warning.id == RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
         ),
     )
-    # All others stay in their order.
+    # Of faults that explain as much the kind comes first; all others stay in their order.
     ranked = sorted(
         (*records, *baseline.warnings),
-        key=lambda warning: -warning.figure if warning.check == _WIRING else 0.0,
+        key=lambda warning: (
+            _AS_GOOD * (warning.id in _OF_NO_KIND) - warning.figure
+            if warning.check == _WIRING
+            else 0.0
+        ),
     )
     diagnosis = replace(diagnosis, warnings=tuple(ranked))
     reduction = diagnosis.reduction
@@ -305,15 +311,17 @@ def with_findings(
     is_open = is_open or diagnosis.reason_id == FLOOR_UNKNOWN
     if reduction is None or not (is_named or is_open):
         return diagnosis
+    likely = sorted(baseline.rivals, key=_most_likely)
     rivals = [
         (rival, share)
-        for rival, share in sorted(baseline.rivals, key=_most_likely)
+        for rival, share in likely
         if share >= _least_share(rival.id, diagnosis) and not _is_beside(rival, diagnosis)
     ]
-    as_good = {
-        rival.id: f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
-        for rival, share in rivals
-    }
+    as_good = {rival.id: _explains(rival, share) for rival, share in rivals}
+    beside = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
+    if beside and beside[0][1] > min(reduction.phi, 1.0) + _AS_GOOD:
+        reason = f"{diagnosis.reason}; {_explains(*beside[0])}"
+        diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
     if diagnosis.verdict != AT_NOISE_FLOOR:
         as_good |= {fault: texts[check] for check, fault in _OF_RECORDS if check in texts}
@@ -343,6 +351,11 @@ def with_findings(
     )
 
 
+def _explains(rival: WiringRival, share: float) -> str:
+    """What a fault explains, in words."""
+    return f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap"
+
+
 def _is_beside(rival: WiringRival, diagnosis: Diagnosis) -> bool:
     """Whether a fault adds to all that is named: a finding, and no alternative."""
     named = _named(diagnosis)
@@ -357,7 +370,7 @@ def _named(diagnosis: Diagnosis) -> dict[str, str]:
 
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
     """Order of rivals with their shares: kinds of faults first, the largest share first."""
-    return rival[0].id in (CHANNEL, *_BY_RUN), -rival[1]
+    return rival[0].id in _OF_NO_KIND, -rival[1]
 
 
 def _least_share(fault: str, diagnosis: Diagnosis) -> float:
@@ -420,8 +433,7 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
     return CampaignWarning(
         _WIRING,
         rival.about,
-        f"with {rival.text} {rival.model} explains {min(share, 1.0):.0%} of the gap above the "
-        "floor",
+        f"{_explains(rival, share)} above the floor",
         f"check the wiring first ({rival.id.removeprefix('wiring/').replace('_', ' ')})",
         share,
         rival.line,
