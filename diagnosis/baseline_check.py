@@ -40,6 +40,7 @@ from carrierflex.diagnosis.wiring.lone_channels import (
     drifting_zeros,
     filtered_signals,
     lone_rivals,
+    saturating_channel,
 )
 from carrierflex.diagnosis.wiring.refits import (
     CHANNEL,
@@ -234,7 +235,7 @@ def _lone_and_load_rivals(
     """
     linear = _linear_records(wiring, campaign, theta)
     yield from lone_rivals(linear, campaign, wiring.refitted, gap)
-    for faults_of in (filtered_signals, drifting_zeros, drifting_gain):
+    for faults_of in (filtered_signals, drifting_zeros, drifting_gain, saturating_channel):
         yield from faults_of(linear(), campaign, wiring.refitted, gap)
     yield from jittered_samples(linear(), campaign, gap)
     yield from noisy_load(linear(), campaign, gap)

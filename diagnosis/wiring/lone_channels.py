@@ -82,6 +82,8 @@ _FILTERS = range(0, 14)
 #: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
 _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
 _MOST_REFITS = 10
+#: Where a channel saturates, over its largest reading, at least.
+_BEYOND = 1.001
 #: Correlation of a load with time from which a drift follows that load as well.
 _GROWS_WITH_TIME = 0.3
 
@@ -312,7 +314,10 @@ def drifting_gain(
     if len(names) != 1 or not _has_steady_loads(campaign):
         return
     runs = {run.name: run for run in campaign.runs}
-    sums = _sums(_with_growth(record, runs[record.run]) for record in records)
+    sums = _sums(
+        _with_column(record, record.predicted * _along(runs[record.run], record.time)[:, None])
+        for record in records
+    )
     if sums is None or sums.mean_square > gap.remaining(_SCREENED):
         return
     growth = float(sums.steps[0, sums.n_of_run])
@@ -327,11 +332,53 @@ def drifting_gain(
         yield WiringRival(INPUT_GAIN, names[0], text, square, key_of("[inputs]", names[0]))
 
 
-def _with_growth(record: LinearRecord, run: Run) -> LinearRecord:
-    """Record whose first column of all runs is the prediction that grows over the run."""
-    growing = record.predicted * _along(run, record.time)[:, None]
-    columns = np.insert(record.columns, record.n_of_run, growing, axis=0)
-    return replace(record, columns=columns)
+def saturating_channel(
+    records: Iterable[LinearRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
+    gap: GapSquare,
+) -> Iterator[WiringRival]:
+    """The only channel reading too little where it is large, ``y = e tanh(x / e)``.
+
+    Its first order ``r = -x³ / (3 e²)`` gives the end e to begin with, refits the one that leaves
+    least. The arguments are those of :func:`filtered_signals`.
+    """
+    if len(campaign.channels) != 1:
+        return
+    name = campaign.channels[0].name
+    sums = _sums(_with_column(record, record.predicted**3) for record in records)
+    if sums is None or sums.mean_square > gap.remaining(_SCREENED):
+        return
+    cubic = float(sums.steps[0, sums.n_of_run])
+    if cubic >= 0.0:
+        return
+    largest = max(float(np.nanmax(np.abs(run.signals[name]))) for run in campaign.runs)
+
+    def refit(end: float) -> float:
+        """Mean square of the refitted baseline where the channel ends there."""
+        runs = tuple(
+            replace(run, signals={name: end * np.arctanh(run.signals[name] / end)})
+            for run in campaign.runs
+        )
+        return refitted(replace(campaign, runs=runs))
+
+    first = max(1.0 / np.sqrt(-3.0 * cubic), _BEYOND * largest)
+    best = minimize_scalar(
+        refit,
+        bounds=(_BEYOND * largest, 2.0 * first),
+        method="bounded",
+        options={"maxiter": _MOST_REFITS, "xatol": 1e-3 * first},
+    )
+    if float(best.fun) <= gap.enough:
+        unit = campaign.channels[0].unit
+        text = f"the readings of {name} straightened, which saturate at {float(best.x):.3g} {unit},"
+        line = key_of("[[channels]]", name)
+        yield WiringRival(CURVED_CHANNEL, name, text, float(best.fun), line)
+
+
+def _with_column(record: LinearRecord, values: FloatArray) -> LinearRecord:
+    """Record whose first column of all runs are some values, shape (n, n_channels)."""
+    return replace(record, columns=np.insert(record.columns, record.n_of_run, values, axis=0))
 
 
 def _with_ramps(record: LinearRecord, run: Run) -> LinearRecord:
