@@ -1,4 +1,4 @@
-"""Readings off their time, a load with noise or with a gain that drifts: named, and told apart."""
+"""Readings off their time or saturating, a load with noise or drifting gain: named, told apart."""
 
 from dataclasses import replace
 
@@ -13,6 +13,7 @@ from ..element.element_campaigns import STEP, force_campaign, no_law
 NOISE = 2e-6
 #: Above the band of the drive (31 Hz) the sampling leaves two thirds of the lines.
 JITTER, LOAD_NOISE, GROWTH = "wiring/jitter", "wiring/load_noise", "wiring/input_gain"
+CURVED = "wiring/curved_channel"
 
 
 def rivals(change, law=no_law):
@@ -56,6 +57,12 @@ def load_that_grows(load, q, time, rng):
     return load * (1.0 + 0.08 * (time / time[-1] - 0.5)), q
 
 
+def saturating(load, q, time, rng):
+    """An amplifier that ends at 1.2 times the largest deflection."""
+    end = 1.2 * np.abs(force_campaign(no_law, noise=0.0).runs[-1].signals["q"]).max()
+    return load, end * np.tanh(q / end)
+
+
 def cubic(q, v):
     return 3e8 * q**3
 
@@ -85,7 +92,14 @@ def test_a_gain_of_the_load_that_drifts_is_told_with_its_size():
     assert float(text.split(" by ")[1].split("%")[0]) == pytest.approx(8.0, abs=0.5)
 
 
+def test_a_channel_that_saturates_is_told_with_its_end():
+    share, text = rivals(saturating)[CURVED]
+    assert share > 0.9
+    largest = np.abs(force_campaign(no_law, noise=0.0).runs[-1].signals["q"]).max()
+    assert float(text.split(" at ")[1].split(" m")[0]) == pytest.approx(1.2 * largest, rel=0.02)
+
+
 @pytest.mark.parametrize("law", [no_law, cubic])
 def test_a_load_as_it_was_has_neither_noise_nor_a_drifting_gain(law):
     told = rivals(lambda load, q, *_: (load, q), law)
-    assert not {LOAD_NOISE, GROWTH} & set(told)
+    assert not {LOAD_NOISE, GROWTH, CURVED} & set(told)
