@@ -66,10 +66,7 @@ from carrierflex.diagnosis.wiring.refits import (
     refitted_clock,
     without_delay,
 )
-from carrierflex.diagnosis.wiring.spoilt_readings import (
-    jittered_samples,
-    noisy_load,
-)
+from carrierflex.diagnosis.wiring.spoilt_readings import jittered_samples, noisy_load
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step

@@ -51,7 +51,7 @@ from carrierflex.diagnosis.wiring.refits import (
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
-from carrierflex.identification.campaign_check.campaign_warning import key_of
+from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
 from carrierflex.identification.estimation.scaled_least_squares import (
     normal_inverse,
     normal_solution,
@@ -329,7 +329,7 @@ def drifting_gain(
     square = refitted(replace(campaign, runs=tuple(map(level, campaign.runs))))
     if square <= gap.enough:
         text = f"the gain of {names[0]} drifting by {-growth:.1%} over every run taken out"
-        yield WiringRival(INPUT_GAIN, names[0], text, square, key_of("[inputs]", names[0]))
+        yield WiringRival(INPUT_GAIN, names[0], text, square, sample_of(campaign.runs[0].file, 0))
 
 
 def saturating_channel(

@@ -1,7 +1,5 @@
-"""Readings spoilt sample by sample: without their sign, off their time, or noisy in the load.
+"""Readings spoilt sample by sample: off their time, or of a load with noise.
 
-- A rectified signal is one-signed and meets zero with a bend; its sign is put back by the line
-  through its last values, ``x_k ~ 2 x_(k-n) - x_(k-2n)``.
 - Samples that are read off their time by tau leave ``r = tau dy/dt``, white, whose square grows
   with the square of the slope: ``E r² = sigma² + sigma_tau² (dy/dt)²``.
 - Noise of the load that the machine does not feel is passed on by the prediction: its spectrum S,
@@ -14,24 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
-from carrierflex.diagnosis.wiring.refits import (
-    JITTER,
-    LOAD_NOISE,
-    GapSquare,
-    WiringRival,
-)
+from carrierflex.diagnosis.wiring.refits import JITTER, LOAD_NOISE, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
-from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 ComplexArray = NDArray[np.complex128]
 
-#: Phase [rad] of a signal's mean frequency over which a parabola follows it.
-_PHASE = 0.5
-#: Value over the RMS of a signal, and of its steps, below which it meets zero; how often it must.
-_NEAR_ZERO, _OF_STEP, _FEWEST_MEETINGS = 0.1, 0.7, 4
-#: Lags at which the signs of two runs are compared.
-_LAGS = 50
 #: Correlation from sample to sample up to which a residual is white.
 _WHITE = 0.3
 #: Share of the samples that are the least steep, and range of a mean square over the expected one.
@@ -70,26 +57,21 @@ def jittered_samples(
     WiringRival
         None where the gap is not white, or is not nearly all of this form.
     """
-    n_channels = len(campaign.channels)
-    squares: list[list[FloatArray]] = [[] for _ in range(n_channels)]
+    pairs: list[list[FloatArray]] = [[] for _ in campaign.channels]
     total = lagged = 0.0
     for record in records:
         known = np.isfinite(record.residual) & np.isfinite(record.slope)
         residual = np.where(known, record.residual, 0.0)
         total += float(np.sum(residual**2))
         lagged += float(np.sum(residual[1:] * residual[:-1]))
-        for k, of_channel in enumerate(squares):
-            rows = np.array([residual[:, k], record.slope[:, k]])[:, known[:, k]]
-            of_channel.append(rows**2)
+        for k, of_channel in enumerate(pairs):
+            of_channel.append(np.array([residual[:, k], record.slope[:, k]])[:, known[:, k]])
     if not total > 0.0 or abs(lagged) > _WHITE * total:
         return
-    r_square, s_square = np.concatenate(
-        [np.concatenate(of_channel, axis=1) for of_channel in squares], axis=1
-    )
+    squares = [np.concatenate(of_channel, axis=1) ** 2 for of_channel in pairs]
+    r_square, s_square = np.concatenate(squares, axis=1)
     # Each channel has a noise of its own.
-    spread = np.concatenate(
-        [rows[1] - rows[1].mean() for rows in (np.concatenate(one, axis=1) for one in squares)]
-    )
+    spread = np.concatenate([slope - slope.mean() for _, slope in squares])
     variance = float(spread @ r_square) / max(float(spread @ spread), np.finfo(float).tiny)
     steep = s_square > np.quantile(s_square, _STEEP)
     of_steep = float(r_square[steep].mean() - gap.floor) / float(s_square[steep].mean())
@@ -149,7 +131,9 @@ def noisy_load(
     if is_as_large and unfollowed > max(_UNFOLLOWED * above_band, _SURE * np.sqrt(variance)):
         text = f"noise of {np.sqrt(np.mean(shares)):.0%} in the readings of {names[0]}"
         remaining = max(gap.before - square, gap.floor)
-        yield WiringRival(LOAD_NOISE, names[0], text, remaining, key_of("[inputs]", names[0]))
+        yield WiringRival(
+            LOAD_NOISE, names[0], text, remaining, sample_of(campaign.runs[0].file, 0)
+        )
 
 
 def _spectrum(values: FloatArray) -> ComplexArray:
