@@ -170,7 +170,8 @@ def checked_baseline(
         tried += exchanged_runs(records, campaign, wiring.refitted)
         tried += _lone_and_load_rivals(wiring, campaign, fit.theta, gap)
         if min((rival.mean_square for rival in tried), default=np.inf) > enough:
-            with_shapes = problem.with_laws(shapes) if shapes else None
+            is_taken = bool(shapes) and wiring.takes_shapes
+            with_shapes = problem.with_laws(shapes) if is_taken else None
             if with_shapes is not None:
                 names = tuple(shape.name for shape in shapes)
                 tried += _beside(with_shapes, campaign, wiring, names, floor, shapes)

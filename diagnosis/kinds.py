@@ -192,7 +192,7 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             laws: Effects, values: Mapping[tuple[str, str], float], shapes: Sequence[Law]
         ) -> WiringChecks:
             """Checks with laws beside the baseline; none of a law that adds no signal."""
-            if shapes or any(carrier.model.effects[law].pattern is None for law in laws):
+            if any(carrier.model.effects[law].pattern is None for law in laws):
                 return WiringChecks.none()
             return replace(
                 WiringChecks.none(),
@@ -208,6 +208,7 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda theta: carrier_records(carrier),
             with_laws=with_laws,
             has_cheap_refits=True,
+            takes_shapes=False,
             unchecked=unchecked_records(carrier),
         )
     return problem.wiring(campaign)

@@ -161,6 +161,9 @@ class WiringChecks:
     has_cheap_refits: Annotated[
         bool, "Whether a refit is a matter of milliseconds, so that every fault of a load is tried"
     ] = False
+    takes_shapes: Annotated[
+        bool, "Whether `with_laws` takes measured shapes; else a fault is sought beside laws alone"
+    ] = True
     unchecked: Annotated[
         str,
         "Why `predictions` are empty though the baseline is the model's; empty where they are not",

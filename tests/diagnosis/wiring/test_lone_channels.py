@@ -109,6 +109,20 @@ def test_the_fault_of_a_lone_channel_is_named(fault, effect):
 
 
 @pytest.mark.long
+def test_a_carriers_fault_is_sought_beside_laws_where_its_class_has_a_shape():
+    """Refits of a carrier hold laws at their fitted shapes, and no measured one."""
+    plans = case_plans("carrier", 1260, 8)
+    plan = next(one for one in plans if one.effects == ("clearance_rocking",))
+    clean = case_campaign(plan)[0]
+    shapes = examined(clean, default_curves()).compared().classes.shapes
+    assert shapes
+    name = clean.channels[0].name
+    campaign = with_signal(clean, name, lambda run: -run.signals[name])
+    check = examined(campaign, default_curves()).baseline(None, plan.effects, shapes)
+    assert ("wiring/polarity", name) in [(rival.id, rival.about) for rival, _ in check.rivals]
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("effect", ["", "flange_warp", "ring_pass", "clearance_rocking"])
 def test_no_fault_is_named_of_a_campaign_without_one(effect):
     campaign = carrier(SINGLE if effect else NOTHING, effect)
