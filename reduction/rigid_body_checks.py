@@ -25,8 +25,9 @@ def geometric_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
     Modal coordinates do not take part.
     """
     R = np.zeros((model.n_coordinates, _SIX))
-    for name, point in model.pilots.items():
-        motion = rigid_body_modes(np.zeros((0, 3)), point[None], np.zeros(3))
+    points = np.reshape(list(model.pilots.values()), (-1, 3))
+    motions = rigid_body_modes(np.zeros((0, 3)), points, np.zeros(3)).reshape(-1, _SIX, _SIX)
+    for name, motion in zip(model.pilots, motions, strict=True):
         R[model.rows_of(name)] = motion[list(model.components_of(name))]
     return R
 

@@ -9,10 +9,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from carrierflex.geometry.parameters import GearData
-from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
+from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout, motion_at
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.gear_meshes import (
     FlankLine,
@@ -147,16 +146,17 @@ class Channels:
         """
         return slice(self.housing.start, self.housing.stop + 2 * len(self.unequal))
 
-    def turned(self, angle: float) -> NDArray[np.float64]:
-        """Matrix R that takes the motions of the turning channels to the fixed frame, shape (t, t).
+    def turned(self, angle: float | NDArray[np.float64]) -> NDArray[np.float64]:
+        """Matrix R that takes the motions of the turning channels to the fixed frame.
 
-        At a carrier angle [rad].
+        At carrier angles [rad] of any shape, shape (..., t, t).
         """
-        R = np.eye(len(self.K_fixed))
-        y = np.array([1, 4, *range(6, len(R), 2)])
-        R[y, y] = R[y + 1, y + 1] = np.cos(angle)
-        R[y + 1, y] = np.sin(angle)
-        R[y, y + 1] = -R[y + 1, y]
+        t = len(self.K_fixed)
+        R = np.broadcast_to(np.eye(t), (*np.shape(angle), t, t)).copy()
+        y = np.array([1, 4, *range(6, t, 2)])
+        R[..., y, y] = R[..., y + 1, y + 1] = np.cos(angle)[..., None]
+        R[..., y + 1, y] = np.sin(angle)[..., None]
+        R[..., y, y + 1] = -R[..., y + 1, y]
         return R
 
     @property
@@ -242,17 +242,19 @@ def stage_channels(
     # the angle.
     B[0] = 0.0
     B[0, ANGLE] = 1.0
-    pairs = fixed.values()
+    still = np.array([pair.stiffness for pair in fixed.values()]).reshape(-1, 2)
+    damping = np.array([pair.damping for pair in fixed.values()]).reshape(-1, 2)
+    mean = np.tile(still.mean(axis=1, keepdims=True), 2)
     return Channels(
         B,
         free,
         reference,
         lines,
         stiffness,
-        K_fixed=block_diag(mount[0], *(np.diag(pair.stiffness) for pair in pairs)),
-        C_fixed=block_diag(mount[1], *(np.diag(pair.damping) for pair in pairs)),
-        K_mean=block_diag(mean_mount[0], *(pair.stiffness.mean() * np.eye(2) for pair in pairs)),
-        C_mean=block_diag(mean_mount[1], *(np.zeros((2, 2)) for _ in pairs)),
+        K_fixed=_mount_and(mount[0], still),
+        C_fixed=_mount_and(mount[1], damping),
+        K_mean=_mount_and(mean_mount[0], mean),
+        C_mean=_mount_and(mean_mount[1], np.zeros_like(still)),
         clearance=np.array([springs[name].clearance for name in loose]),
         bearings=loose,
         unequal=tuple(fixed),
@@ -260,6 +262,15 @@ def stage_channels(
         splines=splines,
         mesh_teeth=layout.data.gear.ring_teeth,
     )
+
+
+def _mount_and(mount: NDArray[np.float64], pairs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrix of the mount (6, 6) and, on the diagonal, of pairs (p, 2)."""
+    values = pairs.ravel()
+    K = np.zeros((6 + len(values), 6 + len(values)))
+    K[:6, :6] = mount
+    K[np.arange(6, len(K)), np.arange(6, len(K))] = values
+    return K
 
 
 def _rollers(layout: CoordinateLayout, effects: StageEffects) -> RollerSet:
@@ -336,8 +347,8 @@ def _flank_lines(
 
 def _approach_row(layout: CoordinateLayout, line: FlankLine) -> NDArray[np.float64]:
     """Approach ``n · (u_mate - u_planet)`` at the pitch point, shape (n,)."""
-    mate, planet = (
-        layout.part_motion(line.mate, line.point),
-        layout.part_motion(f"planet_{line.planet}", line.point),
-    )
-    return line.normal @ (mate[:3] - planet[:3])
+    row = np.zeros(layout.n)
+    for part, sign in ((line.mate, 1.0), (f"planet_{line.planet}", -1.0)):
+        displacement = motion_at(line.point - layout.centre(part))[:3]
+        row[layout.rows[part]] = sign * line.normal @ displacement
+    return row

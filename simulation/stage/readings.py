@@ -9,7 +9,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.housing_and_face import (
@@ -118,20 +117,27 @@ def rim_reader(model: StageModel) -> RimReader:
     """
     body = model.layout.body
     tilt = body.misalignment_reading @ model.effects.misalignment
-    S = csr_array(model.L[: body.model.n_coordinates, 1:])
+    # But for its first column L selects: all coordinates of the body but one, which come first.
+    kept = model.L[: body.model.n_coordinates, 1:].any(axis=1)
     series_of = []
     for prefix in (RIM_AXIAL, RIM_RADIAL):
-        rows = [i for i, name in enumerate(body.model.sensor_names) if name.startswith(prefix)]
+        rows = _rows_named(body.model.sensor_names, prefix)
+        series = _series(body.model.sensor_rows[rows])[:, kept]
         # A turn about the axis moves no rim point axially or radially; rounding of it would grow
         # with the angle.
-        series = _series(body.model.sensor_rows[rows]) @ S
-        series_of.append((np.pad(series, ((0, 0), (1, 0))), _series(tilt[rows][:, None])[:, 0]))
+        columns = ((0, 0), (1, len(model.L) - 1 - series.shape[1]))
+        series_of.append((np.pad(series, columns), _series(tilt[rows][:, None])[:, 0]))
     (axial, axial_tilt), (radial, radial_tilt) = series_of
     size = np.abs(
         np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)
     ).max(axis=1)
     orders = np.flatnonzero(size > _NEGLIGIBLE * size.max())
     return RimReader(orders, axial[orders], radial[orders], axial_tilt[orders], radial_tilt[orders])
+
+
+@lru_cache(maxsize=4)
+def _rows_named(names: tuple[str, ...], prefix: str) -> list[int]:
+    return [i for i, name in enumerate(names) if name.startswith(prefix)]
 
 
 def _series(rows: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -108,7 +108,9 @@ def channel_forces(
         ``d lambda / d delta``.
     """
     force, tangent = np.zeros(len(delta)), np.zeros((len(delta), len(delta)))
-    _contact_forces(_contact(channels, angle, k), delta, force, tangent)
+    turning = _too_much(channels, angle)
+    of = _contact(channels, float(angle), channels.of_flanks(k), turning)
+    _contact_forces(of, delta, force, tangent)
     return force, tangent
 
 
@@ -126,18 +128,25 @@ class _Contact(NamedTuple):
     splines: NDArray[np.float64]
 
 
-def _contact(channels: Channels, angle: float, k: NDArray[np.float64]) -> _Contact:
-    R = channels.turned(angle)
+def _contact(
+    channels: Channels, angle: float, flanks: NDArray[np.float64], turning: NDArray[np.float64]
+) -> _Contact:
     return _Contact(
-        float(angle),
+        angle,
         channels.reference,
-        channels.of_flanks(k),
+        flanks,
         channels.gaps,
-        channels.K_mean - R.T @ channels.K_fixed @ R,
+        turning,
         channels.clearance,
         channels.rollers,
         channels.splines,
     )
+
+
+def _too_much(channels: Channels, angle: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Stiffness that the linear part has too much at carrier angles [rad], shape (..., t, t)."""
+    R = channels.turned(angle)
+    return np.asarray(channels.K_mean - R.swapaxes(-1, -2) @ channels.K_fixed @ R)
 
 
 @numba.njit(cache=True)
@@ -418,15 +427,15 @@ def static_turn(
     Y = linear.answer(F.T).T
     free = Y @ B - channels.free
     size = np.abs(linear.scale * F).max(axis=1)
+    mean, turning = frozen_stiffness(channels, None), _too_much(channels, angles)
     for i, angle in enumerate(angles):
-        k = frozen_stiffness(channels, None if mean_stiffness else angle)
+        k = mean if mean_stiffness else frozen_stiffness(channels, angle)
         lambda_ = np.zeros(len(W))
         if starts is not None:
             near = B.T @ starts[i, 1:] - channels.free
             lambda_ = channel_forces(channels, near, angle, k)[0]
-        residual = _settled(
-            _contact(channels, angle, k), free[i], W, rows, closed, _CONVERGED * size[i], lambda_
-        )
+        of = _contact(channels, float(angle), channels.of_flanks(k), turning[i])
+        residual = _settled(of, free[i], W, rows, closed, _CONVERGED * size[i], lambda_)
         if residual > _CONVERGED * size[i]:
             raise NotConvergedError(
                 f"contact at rest leaves a residual of {residual / size[i]:.1e} after "
