@@ -13,7 +13,7 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import MEASURED, ClassAnswer
 from carrierflex.diagnosis.classes.shapes import SIZE
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
-from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.gap.findings import GapDetail, cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
@@ -138,7 +138,10 @@ def diagnose(
         attribution=Attribution(
             effects=judged.effects,
             aliases=aliases,
-            parameters={**published.parameters, **_combinations(problem, after)},
+            parameters={
+                **published.parameters,
+                **_combinations(problem, after, published.covariance),
+            },
             alternatives=_alternatives(fits, selection, judged, floor_ratio),
             ranking=selection.ranking,
             discriminating_experiment=trial or judged.experiment or _between(problem, judged),
@@ -307,10 +310,10 @@ def _aliases(judged: Verdict, selection: Selection) -> tuple[Effects, ...]:
 
 
 def _combinations(
-    problem: ComparisonProblem, fit: EffectFit
+    problem: ComparisonProblem, fit: EffectFit, covariance: FloatArray
 ) -> Mapping[str, Mapping[str, NamedValue]]:
     """What the records see of causes together, with intervals."""
-    combinations = problem.combinations(fit.effects, fit.theta, fit.covariance)
+    combinations = problem.combinations(fit.effects, fit.theta, covariance)
     return {
         name: {
             quantity: NamedValue(

@@ -19,7 +19,7 @@ References
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,6 +161,7 @@ class PublishedValues:
     """Parameters of a fit and what is said of them."""
 
     parameters: Mapping[str, Mapping[str, NamedValue]]  # Values by effect and name
+    covariance: FloatArray  # Of the parameters by all sources but gains of the loads, shape (p, p)
     gains: str  # What the intervals hold of the gains and delays of the signals
     undetermined: tuple[str, ...]  # What the records do not determine
 
@@ -178,24 +179,41 @@ def published_values(
         rows = np.array(misreading.sources)
         moves = {name: of_errors[rows == name] for name in dict.fromkeys(misreading.sources)}
         moves |= {"prior": _prior_moves(fit), "model": of_model}
-        values = _named_values(fit, few_blocks=True, moves=moves)
+        by_source = _scatter(fit, few_blocks=True)
+        by_source |= {name: rows.T @ rows for name, rows in moves.items()}
         included = (errors_words(misreading.errors), misreading.curves)
-        return PublishedValues(values, "; ".join(text for text in included if text), ())
+        return _published(fit, by_source, "; ".join(text for text in included if text))
+    by_source = _scatter(fit, few_blocks=gains is not None)
     shift = problem.discrepancy_shift(fit.effects, fit.theta)
     if shift is None:
-        return PublishedValues(_named_values(fit, few_blocks=gains is not None), words, ())
+        return _published(fit, by_source, words)
     systematics = _Systematics(
         shift=shift,
         hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum()),
         signal_square=problem.signal_square,
     )
-    values = _named_values(fit, few_blocks=gains is not None, systematics=systematics)
+    # The sandwich is zero along a direction that the records do not determine.
+    by_source[UNKNOWN_FORM] = np.diag(_systematic_variance(fit, systematics))
+    variance = sum(np.diag(one) for one in by_source.values())
+    unknown = _undetermined(fit, np.asarray(variance), systematics)
+    for covariance in by_source.values():
+        covariance[unknown], covariance[:, unknown] = np.nan, np.nan
     delay = problem.delay_words(fit.theta)
-    return PublishedValues(
-        values,
-        "; ".join(text for text in (words, delay) if text),
-        tuple(_undetermined_words(fit, values, systematics, problem.has_one_frequency)),
-    )
+    published = _published(fit, by_source, "; ".join(text for text in (words, delay) if text))
+    values = published.parameters
+    missing = _undetermined_words(fit, values, systematics, problem.has_one_frequency)
+    return replace(published, undetermined=tuple(missing))
+
+
+def _scatter(fit: EffectFit, *, few_blocks: bool) -> dict[str, FloatArray]:
+    """Covariance of the parameters by the scatter of the records."""
+    factor = _small_sample_factor(fit) if few_blocks else 1.0
+    return {NOISE: factor**2 * fit.covariance}
+
+
+def _published(fit: EffectFit, by_source: Mapping[str, FloatArray], gains: str) -> PublishedValues:
+    values, covariance = _named_values(fit, by_source), sum(by_source.values())
+    return PublishedValues(values, np.asarray(covariance), gains, ())
 
 
 def _undetermined_words(
@@ -258,29 +276,14 @@ def _with_half(known: _KnownCombination) -> str:
 
 
 def _named_values(
-    fit: EffectFit,
-    *,
-    few_blocks: bool = False,
-    systematics: _Systematics | None = None,
-    moves: Mapping[str, FloatArray] | None = None,
+    fit: EffectFit, by_source: Mapping[str, FloatArray]
 ) -> dict[str, dict[str, NamedValue]]:
-    """Values of a fit by effect and name, each with its 95 % interval.
+    """Values of a fit by effect and name, each with the 95 % interval of covariances by source.
 
     Two components ``(a, b)`` of a vector appear as its size and its angle ``atan2(b, a)`` [rad],
     errors by the delta method. Amplitudes that move no sample are left out: their intervals would
     be rounding. The interval is not a number where the records do not determine the parameter.
     """
-    factor = _small_sample_factor(fit) if few_blocks else 1.0
-    by_source = {NOISE: factor**2 * fit.covariance}
-    by_source |= {name: rows.T @ rows for name, rows in (moves or {}).items()}
-    unknown = np.zeros(fit.theta.size, dtype=bool)
-    if systematics is not None:
-        # The sandwich is zero along a direction that the records do not determine.
-        by_source[UNKNOWN_FORM] = np.diag(_systematic_variance(fit, systematics))
-        variance = sum(np.diag(one) for one in by_source.values())
-        unknown = _undetermined(fit, np.asarray(variance), systematics)
-    for covariance in by_source.values():
-        covariance[unknown], covariance[:, unknown] = np.nan, np.nan
     numbers = {parameter_key(parameter): k for k, parameter in enumerate(fit.parameters)}
     values: dict[str, dict[str, NamedValue]] = {}
     for k, parameter in enumerate(fit.parameters):

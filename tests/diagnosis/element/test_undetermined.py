@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.element.laws import _force_derivatives, _shapes_of, law_columns
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.inference.named_values import _named_values, published_values
+from carrierflex.diagnosis.inference.named_values import _named_values, _scatter, published_values
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
@@ -94,7 +94,7 @@ def test_many_frequencies_determine_mass_and_stiffness_as_before(by_force):
     problem = element_problem(campaign)
     fit = fit_effects(problem, ())
     values = published_values(problem, fit, floor_ratio=FLOOR_RATIO)
-    before = _named_values(fit, few_blocks=True)["baseline"]["K1"]
+    before = _named_values(fit, _scatter(fit, few_blocks=True))["baseline"]["K1"]
     # A cause below the floor is small beside gains of 1 %.
     assert_allclose(values.parameters["baseline"]["K1"].std, before.std, rtol=0.03)
     assert values.undetermined == ()
@@ -158,7 +158,8 @@ def test_intervals_hold_the_truth_beside_a_hidden_second_cause():
             problem = element_problem(campaign)
             fit = fit_effects(problem, ("cubic_stiffness",))
             aware = published_values(problem, fit, floor_ratio=FLOOR_RATIO).parameters
-            for name, values in (("blind", _named_values(fit, few_blocks=True)), ("aware", aware)):
+            blind = _named_values(fit, _scatter(fit, few_blocks=True))
+            for name, values in (("blind", blind), ("aware", aware)):
                 for effect, symbol, truth in (
                     ("baseline", "K1", STIFFNESS),
                     ("cubic_stiffness", "K3", CUBIC),

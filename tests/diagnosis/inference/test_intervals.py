@@ -15,6 +15,7 @@ from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
 from carrierflex.diagnosis.inference.named_values import (
     _named_values,
+    _scatter,
     _small_sample_factor,
 )
 from carrierflex.identification.campaign.declarations import InputSignal
@@ -70,7 +71,7 @@ def test_blocks_cover_where_white_noise_and_normal_quantiles_do_not():
         variance = fit.cost / (N_BLOCKS * N_SAMPLES - N_PARAMETERS)
         hits["white"].append(error < 1.96 * np.sqrt(variance * np.diag(inverse)))
         for name, few in (("normal", False), ("student", True)):
-            values = _named_values(fit, few_blocks=few)["baseline"]
+            values = _named_values(fit, _scatter(fit, few_blocks=few))["baseline"]
             hits[name].append(
                 [
                     values[f"x{k}"].ci95[0] < TRUTH[k] < values[f"x{k}"].ci95[1]
@@ -88,10 +89,12 @@ def test_blocks_cover_where_white_noise_and_normal_quantiles_do_not():
 
 def test_small_sample_factor_counts_the_parameters_that_moved():
     fit = _linear_fit(np.random.default_rng(3))
-    plain = _named_values(fit)["baseline"]["x0"].std
+    plain = _named_values(fit, _scatter(fit, few_blocks=False))["baseline"]["x0"].std
 
     def factor(changed):
-        return _named_values(changed, few_blocks=True)["baseline"]["x0"].std / plain
+        return (
+            _named_values(changed, _scatter(changed, few_blocks=True))["baseline"]["x0"].std / plain
+        )
 
     assert_allclose(factor(fit), student_t.ppf(0.975, 6) / NORMAL_95 * np.sqrt(9 / 6))
     on_bound = replace(fit, at_bound=np.array([False, True, False, False]))
@@ -132,7 +135,7 @@ def test_no_interval_where_blocks_are_no_more_than_parameters():
             *(own[:4] for own in (fit.sums.matrix, fit.sums.right_side, fit.sums.square))
         ),
     )
-    value = _named_values(few, few_blocks=True)["baseline"]["x0"]
+    value = _named_values(few, _scatter(few, few_blocks=True))["baseline"]["x0"]
     assert np.isnan([value.std, *value.ci95]).all()
 
 
@@ -163,10 +166,10 @@ def test_declared_gains_hold_what_misread_signals_shift(force, deflection):
     wrong = _misread(right, force, deflection)
     declared = _declared(wrong, 0.01, 0.03)
     fits = [
-        _named_values(fit_effects(element_problem(own), ("cubic_stiffness",)), few_blocks=True)
-        for own in (right, wrong, declared)
+        fit_effects(element_problem(own), ("cubic_stiffness",)) for own in (right, wrong, declared)
     ]
-    exact, blind, aware = [fit["cubic_stiffness"]["K3"] for fit in fits]
+    values = [_named_values(fit, _scatter(fit, few_blocks=True)) for fit in fits]
+    exact, blind, aware = [value["cubic_stiffness"]["K3"] for value in values]
     # K3 q^3 scales as force over the third power of deflection, exactly.
     assert_allclose(blind.value, exact.value * force / deflection**3, rtol=1e-4)
     assert not blind.ci95[0] < CUBIC < blind.ci95[1]
@@ -174,7 +177,7 @@ def test_declared_gains_hold_what_misread_signals_shift(force, deflection):
     gain = np.hypot(1 * 0.01, 3 * 0.03)
     assert_allclose(aware.std**2, blind.std**2 + (gain * aware.value) ** 2, rtol=1e-6)
     for name, truth in (("K1", STIFFNESS), ("C1", DAMPING)):
-        base, plain = fits[2]["baseline"][name], fits[1]["baseline"][name]
+        base, plain = values[2]["baseline"][name], values[1]["baseline"][name]
         part = np.hypot(0.01, 0.03) * base.value
         assert_allclose(base.std**2, plain.std**2 + part**2, rtol=1e-6)
         assert base.ci95[0] < truth < base.ci95[1]
