@@ -55,11 +55,8 @@ def work_executor(workers: int = 1, scheduler: str | None = None) -> Iterator[Ex
     ImportError
         Where a scheduler is asked for and Dask is not installed.
     """
-    if workers < 1:
-        raise ValueError(f"--workers is {workers}; expected 1 or more")
+    check_workers(workers, scheduler)
     if scheduler is not None:
-        if workers != 1:
-            raise ValueError("--workers and --scheduler are both given; expected one of them")
         with _dask_executor(scheduler) as executor:
             yield executor
         return
@@ -68,6 +65,20 @@ def work_executor(workers: int = 1, scheduler: str | None = None) -> Iterator[Ex
         return
     with other_processes(workers) as executor:
         yield executor
+
+
+def check_workers(workers: int, scheduler: str | None = None) -> None:
+    """Refuse what :func:`work_executor` refuses, before anything is computed or written.
+
+    Raises
+    ------
+    ValueError
+        As there.
+    """
+    if workers < 1:
+        raise ValueError(f"--workers is {workers}; expected 1 or more")
+    if scheduler is not None and workers != 1:
+        raise ValueError("--workers and --scheduler are both given; expected one of them")
 
 
 class _Processes(ProcessPoolExecutor):

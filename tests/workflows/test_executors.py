@@ -48,6 +48,23 @@ def test_bad_choices_are_refused():
         pass
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "identify campaign --model linear_bushing",
+        "papers gap",
+        "blind-check",
+        "batch campaigns",
+        "diagnose campaign",
+    ],
+)
+def test_no_worker_is_refused_before_anything_is_computed_or_written(words, command, tmp_path):
+    ended = command(*words.split(), "--out", "out", "--workers", "0")
+    assert ended.returncode == 2
+    assert ended.stderr == "carrierflex: --workers is 0; expected 1 or more\n"
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_process_that_waits_for_a_call_ends_without_a_word(capfd):
     with other_processes(1) as executor:
         waiting = executor.submit(os.getpid).result()

@@ -22,7 +22,7 @@ from rich.console import Console
 from carrierflex.blind_check.labels import FAMILIES, KINDS, CasePlan, Label
 from carrierflex.files.versions import software_name
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.workflows.executors import other_processes, work_executor
+from carrierflex.workflows.executors import check_workers, other_processes, work_executor
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
 
@@ -128,6 +128,7 @@ def main(
     OSError
         Where `out` cannot be written.
     """
+    check_workers(workers, scheduler)
     if score is not None and sealed_campaigns is not None:
         raise ValueError("--score and --sealed-campaigns are given; expected one of them")
     if score is not None:

@@ -29,7 +29,7 @@ from carrierflex.identification.campaign.document_files import read_campaign_hea
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 from carrierflex.workflows.diagnosis.diagnose_campaign import REPORT_FILE, marks_of_diagnosis
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
-from carrierflex.workflows.executors import other_processes, work_executor
+from carrierflex.workflows.executors import check_workers, other_processes, work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_table
 from carrierflex.workflows.progress import Stages
 
@@ -174,6 +174,7 @@ def main(
     OSError
         Where `out` cannot be written, or holds files of this name that are no results of batch.
     """
+    check_workers(workers, scheduler)
     if seed < 0:
         raise ValueError(f"--seed is {seed}; expected a whole number >= 0")
     from carrierflex.simulation.law_files import read_law

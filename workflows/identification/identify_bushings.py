@@ -40,7 +40,7 @@ from carrierflex.identification.mounting.bushing_models import (
     mounting_residuals,
 )
 from carrierflex.identification.view import bushing_signals_figure, profile_figure
-from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.executors import check_workers, work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.progress import Stages
 from carrierflex.workflows.simulation.housing_motion import measured_motion, write_housing_motion
@@ -92,6 +92,7 @@ def identify(
     OSError
         Where `out` cannot be written or no scheduler answers.
     """
+    check_workers(options.workers, options.scheduler)
     last = next(entry for entry in BUSHING_MODELS if entry.name == model)
     stages = Stages(3 + options.compare_complex, options.quiet)
     with stages.stage(f"reading {campaign}"):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from carrierflex.files.json_files import save_json, save_text
 from carrierflex.files.versions import versions
-from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.executors import check_workers, work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_figure
 from carrierflex.workflows.papers.gap_rows import PapersGap
 from carrierflex.workflows.progress import Stages
@@ -104,6 +104,7 @@ def main(
     ValueError
         Where there are no starts, or a file under ``runs`` was made with other options.
     """
+    check_workers(workers)
     has_dynesty = find_spec("dynesty") is not None
     if starts < 1:
         raise ValueError(f"--starts is {starts}; expected 1 or more")

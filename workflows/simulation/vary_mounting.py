@@ -23,7 +23,7 @@ from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.simulation.mounting.time_integration import DivergedError
-from carrierflex.workflows.executors import work_executor
+from carrierflex.workflows.executors import check_workers, work_executor
 from carrierflex.workflows.outputs import prepared_folder, save_table
 from carrierflex.workflows.progress import Stages
 
@@ -72,6 +72,7 @@ def main(
     ValueError
         Where the case, the table or a set is refused; before anything runs.
     """
+    check_workers(workers, scheduler)
     what = read_mounting_case(case)
     refuse_long_runs(what, str(case))
     names, sets = _read(variants)
