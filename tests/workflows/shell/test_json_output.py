@@ -52,23 +52,32 @@ LONG = {
     "import campaign/LC1.csv --map map.toml --out measured": 2,
     "identify campaign --model m1 --out identification": 0,
     "plan campaign --out plan": 0,
-    "study couplings --size 0.1 --out couplings": 0,
-    "study torsion --size 0.1 --out torsion": 0,
     "fmu --out mounting.fmu": 0,
     "simulate mounting_2011 --out housing": 0,
-    "diagnose campaign --out gap": 0,
-    "calibrate campaign --out calibration": 0,
-    "report gap --out gap.html": 0,
-    "compare gap gap": 0,
-    "compare gap gap --out change": 0,
     "papers printed-tables --out printed_tables": 0,
-    "batch campaign --out fleet --no-report": 0,
-    "watch campaign --baseline gap --out watch --once": 0,
-    "blind-check --kind element --cases 2 --no-keep --out check": 0,
 }
-#: Lines of minutes, on coarse meshes and short records. Those of a
+#: Lines of a minute and more, on coarse meshes and short records. Those of a
 #: command that reads what others write follow theirs.
 SLOW = {
+    "diagnose": {
+        "simulate carrier_lc1_to_lc4 --out campaign": 0,
+        "diagnose campaign --out gap": 0,
+        "report gap --out gap.html": 0,
+        "compare gap gap": 0,
+        "compare gap gap --out change": 0,
+        "watch campaign --baseline gap --out watch --once": 0,
+    },
+    "calibrate": {
+        "simulate carrier_lc1_to_lc4 --out campaign": 0,
+        "calibrate campaign --out calibration": 0,
+    },
+    "batch": {
+        "simulate carrier_lc1_to_lc4 --out campaign": 0,
+        "batch campaign --out fleet --no-report": 0,
+    },
+    "blind-check": {"blind-check --kind element --cases 2 --no-keep --out check": 0},
+    "study couplings": {"study couplings --size 0.1 --out couplings": 0},
+    "study torsion": {"study torsion --size 0.1 --out torsion": 0},
     "study pin-fit": {"study pin-fit --size 0.06 --points-per-decade 1 --out fit": 0},
     "study sensitivities": {"study sensitivities --size 0.1 --modes 4 --out sensitivities": 0},
     "loads": {
@@ -154,13 +163,14 @@ def test_another_key_value_or_result_breaks_the_schema(command, change):
 def test_every_other_command_prints_what_the_schema_says(command, tmp_path):
     write_copied_record(tmp_path / "copied")
     command("new-campaign", "--kind", "carrier", "--from", "copied/LC1.csv", "--out", "map.toml")
-    tried = {command_in(line.split()) for line in (*QUICK, *LONG)}
-    assert (tried & set(COMMANDS)) | set(SLOW) == set(COMMANDS), "a command is tried by no line"
+    lines = {**QUICK, **LONG}.keys() | {line for group in SLOW.values() for line in group}
+    tried = {command_in(line.split()) for line in lines}
+    assert tried >= set(COMMANDS), "a command is tried by no line"
     print_what_the_schema_says(command, LONG)
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=_slow_mark(name)) for name in SLOW])
-def test_a_command_of_minutes_prints_what_the_schema_says(command, name):
+def test_a_slow_command_prints_what_the_schema_says(command, name):
     print_what_the_schema_says(command, SLOW[name])
 
 
