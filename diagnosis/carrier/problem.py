@@ -579,7 +579,7 @@ def _by_drawing(
         if STIFF_PINS.id in campaign.baseline.effects:
             contained.append(bond_effect(curves))
             fixed[f"{BOND}.b"] = KnownValue(0.5, 0.5)
-    causes = drawing_effects(curves, tolerances)
+    causes = drawing_effects(curves, tolerances, n_planets)
     for effect in (contained[0], *causes):
         for parameter in effect.parameters:
             fixed[f"{effect.id}.{parameter.name}"] = KnownValue(0.0, parameter.scale)

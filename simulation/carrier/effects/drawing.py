@@ -107,9 +107,12 @@ def curve_error_effect(
 
 
 def drawing_effects(
-    curves: Mapping[str, DeflectionCurve], tolerances: Mapping[str, float]
+    curves: Mapping[str, DeflectionCurve], tolerances: Mapping[str, float], n_planets: int
 ) -> tuple[Effect, ...]:
     """Every cause with a tolerance as an effect; its change is the only parameter.
+
+    It acts at the orders whose errors are parameters: a derivative is least certain at the highest,
+    where a quiet sensor would still see it and no error of the curve would stand beside it.
 
     Parameters
     ----------
@@ -117,13 +120,29 @@ def drawing_effects(
         Derivatives of the drawing's curves (:mod:`carrierflex.fe.curve_files`).
     tolerances : mapping of str to float
         Standard deviation of each cause from its drawing, in its unit.
+    n_planets : int
+        Planets.
 
     Returns
     -------
     tuple of Effect
         The second row of signals is that of a rigid fit, to be weighed by ``w``.
     """
-    return tuple(_of_cause(name, curves, std) for name, std in tolerances.items())
+    highest = n_planets * max(_MULTIPLES)
+    of_orders = {
+        name: replace(
+            curve, axial=_up_to(highest, curve.axial), radial=_up_to(highest, curve.radial)
+        )
+        for name, curve in curves.items()
+    }
+    return tuple(_of_cause(name, of_orders, std) for name, std in tolerances.items())
+
+
+def _up_to(order: int, samples: FloatArray) -> FloatArray:
+    """Equally spaced samples of a turn without the orders above one."""
+    amplitudes = np.fft.rfft(samples)
+    amplitudes[order + 1 :] = 0.0
+    return np.asarray(np.fft.irfft(amplitudes, samples.size))
 
 
 def _of_cause(name: str, curves: Mapping[str, DeflectionCurve], std: float) -> Effect:

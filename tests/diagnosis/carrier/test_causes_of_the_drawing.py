@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.carrier.problem import carrier_problem
@@ -21,6 +22,8 @@ from carrierflex.fe.deflection_curves import order_amplitudes, resampled
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.carrier.effects.drawing import drawing_effects
+from carrierflex.simulation.carrier.rim import CarrierRig, RimSensor, inputs_of_columns
 from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
 
 RADIUS, NOMINAL, FLOOR = 0.412, 360e3, 2e-6
@@ -169,6 +172,24 @@ def test_a_dimension_off_the_drawing_is_told_with_its_size(cause, change, w):
     (fitted,) = answer.attribution.effects
     size = answer.attribution.parameters[fitted]["change"]
     assert seen.std / abs(seen.value) == pytest.approx(size.std / abs(size.value), rel=1e-6)
+
+
+def test_a_dimension_acts_at_the_orders_whose_errors_are_parameters():
+    """Orders 3 to 15 as derived; above, where a derivative is least certain, it tells nothing."""
+    cause, n = "planet_clearance_radius", 360
+    (effect,) = drawing_effects(CURVES, {cause: 0.01}, n_planets=3)
+    theta = 2.0 * np.pi * np.arange(n) / n
+    inputs = inputs_of_columns(
+        {"time": theta, "carrier_angle": -theta, "torque": 1e3 + 0.0 * theta}
+    )
+    rig = CarrierRig(1.0, 3, np.nan, {})
+    read = effect.pattern(RimSensor(0.0, RADIUS, is_axial=True), inputs, rig)
+    for row, name in zip(read, ("delta_f", PIN_FIT), strict=True):
+        derivative = order_amplitudes(resampled(CURVES[f"{name}/{cause}"], n).axial)
+        orders = order_amplitudes(row)
+        assert np.abs(derivative[18::3]).max() > 1e-3 * np.abs(derivative).max()
+        assert_allclose(orders[:16], derivative[:16], atol=1e-3 * np.abs(derivative).max())
+        assert np.abs(orders[16:]).max() < 1e-3 * np.abs(derivative[18::3]).max()
 
 
 @pytest.mark.long
