@@ -95,18 +95,26 @@ class EffectFit:
         }
 
     @property
+    def is_free(self) -> BoolArray:
+        """Whether a parameter is fitted, shape (p,); else its value is held."""
+        return np.array([parameter.lower < parameter.upper for parameter in self.parameters])
+
+    @property
     def covariance(self) -> FloatArray:
         """Covariance of the parameters with blocks as independent draws (sandwich), shape (p, p).
 
-        Not a number where neither the records nor a prior see a parameter.
+        Zero of values that are held; not a number where neither the records nor a prior see a
+        parameter.
         """
+        free = np.ix_(self.is_free, self.is_free)
         matrix = self.sums.total_matrix() + np.diag(self.prior.weight)
-        inverse = normal_inverse(matrix)
+        inverse = np.zeros_like(matrix)
+        inverse[free] = normal_inverse(matrix[free])
         scores = self.sums.full_right_side()
         scores = scores - scores.mean(axis=0)
         segments = max(len(scores), 2)
         covariance = inverse @ (scores.T @ scores) @ inverse * segments / (segments - 1.0)
-        unseen = np.diag(matrix) <= 0.0
+        unseen = self.is_free & (np.diag(matrix) <= 0.0)
         covariance[unseen], covariance[:, unseen] = np.nan, np.nan
         return covariance
 

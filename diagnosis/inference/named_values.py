@@ -64,7 +64,7 @@ def _small_sample_factor(fit: EffectFit) -> float:
     """
     of_one_block = np.array([parameter.run is not None for parameter in fit.parameters], dtype=bool)
     of_one_block &= fit.sums.n_segments_of_each() < 2
-    n_free = int((_is_free(fit) & ~fit.at_bound & ~of_one_block).sum())
+    n_free = int((fit.is_free & ~fit.at_bound & ~of_one_block).sum())
     n_blocks = len(fit.sums.square)
     degrees = n_blocks - max(n_free, 1)
     if degrees < 1:
@@ -75,7 +75,7 @@ def _small_sample_factor(fit: EffectFit) -> float:
 def _systematic_variance(fit: EffectFit, systematics: _Systematics) -> FloatArray:
     """Variance of each parameter by what is neither noise nor gain, shape (p,)."""
     moved = np.zeros(fit.theta.size)
-    free = np.flatnonzero(_is_free(fit))
+    free = np.flatnonzero(fit.is_free)
     if free.size:
         moved[free] = systematics.hidden_square * _largest_move(fit, free)
     return np.asarray(systematics.shift**2 + moved / NORMAL_95**2)
@@ -87,7 +87,7 @@ def _misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
     The errors are independent: the covariance of the parameters is ``sum_e d_e d_e.T``. A fixed
     parameter, or one on a bound, does not move.
     """
-    free = np.flatnonzero(_is_free(fit) & ~fit.at_bound)
+    free = np.flatnonzero(fit.is_free & ~fit.at_bound)
     matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
     moves = np.zeros(scores.shape)
     moves[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
@@ -107,7 +107,7 @@ def _undetermined(fit: EffectFit, variance: FloatArray, systematics: _Systematic
     half = NORMAL_95 * np.sqrt(variance)
     made = half**2 * np.diag(fit.sums.total_matrix())
     is_as_large = made >= systematics.signal_square
-    return np.asarray(_is_free(fit) & (half >= np.abs(fit.theta)) & is_as_large)
+    return np.asarray(fit.is_free & (half >= np.abs(fit.theta)) & is_as_large)
 
 
 def _known_combination(
@@ -119,7 +119,7 @@ def _known_combination(
     again: its error is that of the first beside a second that is known.
     """
     first, second = which
-    others = np.flatnonzero(_is_free(fit))
+    others = np.flatnonzero(fit.is_free)
     others = others[others != second]
     row = int(np.flatnonzero(others == first)[0])
     matrix = fit.sums.total_matrix()
@@ -149,11 +149,6 @@ def _largest_move(fit: EffectFit, which: NDArray[np.int64]) -> FloatArray:
     weight = fit.prior.weight[which]
     inverse = full_inverse(fit.sums.total_matrix()[np.ix_(which, which)] + np.diag(weight))
     return np.asarray(np.maximum(np.diag(inverse) - inverse**2 @ weight, 0.0))
-
-
-def _is_free(fit: EffectFit) -> BoolArray:
-    """Which parameters are fitted."""
-    return np.array([parameter.lower < parameter.upper for parameter in fit.parameters], dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,9 +17,10 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     OTHERWISE,
 )
-from carrierflex.diagnosis.report.words import capitalised, listed, percent, sized
+from carrierflex.diagnosis.report.words import capitalised, listed, percent, shown_unit, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import RUN_VARIATION
+from carrierflex.identification.estimation.resampling import NORMAL_95
 
 #: Shares below this would be rounded to nothing.
 _LEAST_SHOWN = 0.005
@@ -156,18 +157,17 @@ def _undecided(diagnosis: Diagnosis) -> str:
 
 
 def _with_change(diagnosis: Diagnosis, effect: str) -> str:
-    """Effect in words, with its size where it is a dimension: ``outer radius, -13 ± 2 mm``."""
+    """Effect in words, with size and 95 % interval of a dimension: ``outer radius -13 ± 2 mm``."""
     which = diagnosis.attribution
     change = {**which.alternatives, **which.parameters}.get(effect, {}).get("change")
     if change is None:
         return plain_name(effect)
-    name = plain_name(effect)
-    if change.unit == "m":
-        name = name.removesuffix(" of the carrier")
-        return f"{name} {1e3 * change.value:+.1f} ± {1e3 * change.std:.1f} mm"
-    if change.unit == "Pa":
-        return f"{name} {1e-9 * change.value:+.1f} ± {1e-9 * change.std:.1f} GPa"
-    return f"{name} {change.value:+.3f} ± {change.std:.3f}"
+    name, (factor, unit) = plain_name(effect), shown_unit("change", change.unit)
+    name = name.removesuffix(" of the carrier") if change.unit == "m" else name
+    value, half = (factor * one for one in (change.value, NORMAL_95 * change.std))
+    if unit in ("mm", "GPa"):
+        return f"{name} {value:+.1f} ± {half:.1f} {unit}"
+    return f"{name} {value:+.3f} ± {half:.3f}"
 
 
 def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[list[str]]:

@@ -19,6 +19,7 @@ from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.words import ratio, sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign_check.probe_angles import ProbeAngle
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.workflows.diagnosis.record_difference import RecordDifference
 from carrierflex.workflows.diagnosis.score_page import score_sections
 from carrierflex.workflows.screen.fleet_tables import difference_table
@@ -72,7 +73,10 @@ def _probe_table(probes: Sequence[ProbeAngle]) -> RenderableType:
 def _value_text(named: NamedValue) -> str:
     if not np.isfinite(named.std):
         return "not determined by these records"
-    return f"{named.value:.5g} ± {named.std:.1g} {named.unit}"
+    unit = "" if named.unit == "1" else f" {named.unit}"
+    if named.std == 0.0:
+        return f"{named.value:.5g}{unit}, held"
+    return f"{named.value:.5g} ± {NORMAL_95 * named.std:.2g}{unit}"
 
 
 def _reduction_rows(reduction: GapReduction, unit: str) -> list[tuple[str, str]]:
@@ -109,7 +113,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     if which.discriminating_experiment:
         rows.append(("discriminating experiment", which.discriminating_experiment))
     rows += [("check " + warning.about, warning.text) for warning in diagnosis.warnings]
-    table = titled_table("diagnosis", "quantity", "value", rows=rows)
+    table = titled_table("diagnosis", "quantity", "value ± 95 %", rows=rows)
     table.columns[1].justify = "left"
     return table
 
@@ -158,7 +162,7 @@ def calibration_table(calibration: "Calibration") -> RenderableType:
             )
             for one in calibration.linear.orders
         ]
-    table = titled_table("calibration", "quantity", "value", rows=rows)
+    table = titled_table("calibration", "quantity", "value ± 95 %", rows=rows)
     table.columns[1].justify = "left"
     table.columns[1].overflow = "fold"
     return Group(calibration.text, "", table)

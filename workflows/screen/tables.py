@@ -15,6 +15,7 @@ from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposa
 from carrierflex.geometry.quality import MeshQuality
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
 from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
+from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.mounting.bushing_models import AXIAL
 from carrierflex.reduction.certificate import Certificate
 from carrierflex.reduction.interface_mass import (
@@ -338,7 +339,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
     shown: list[RenderableType] = []
     for group, estimates in identified.estimates.items():
         rows = benchmark_rows(estimates, identified)
-        title = f"bushing models {group}".strip()
+        title = f"bushing models {group}".strip() + ", values ± 95 %"
         table = _table(title, "", *(row["model"] for row in rows))
         table.add_row("parameters", *(str(row["n_parameters"]) for row in rows))
         table.add_row("one simulation, s", *(f"{row['simulation_seconds']:.3g}" for row in rows))
@@ -349,7 +350,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
         # C1 is a linear damper of the linear bushing, and one of the deflection's square of others.
         shown_of_row = [
             {
-                f"{name}, {p['unit']}": f"{p['value']:.4g} +- {p['std']:.1g}"
+                f"{name}, {p['unit']}": f"{p['value']:.4g} ± {NORMAL_95 * p['std']:.2g}"
                 for name, p in row["parameters"].items()
             }
             for row in rows

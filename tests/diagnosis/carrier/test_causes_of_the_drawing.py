@@ -16,7 +16,8 @@ from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.separating_trial import _separation
 from carrierflex.diagnosis.kinds import wiring_of
-from carrierflex.diagnosis.report.verdict_words import verdict_heading
+from carrierflex.diagnosis.report.verdict_words import headlines, verdict_heading
+from carrierflex.diagnosis.report.words import named_rows
 from carrierflex.fe.curve_files import PIN_FIT
 from carrierflex.fe.deflection_curves import order_amplitudes, resampled
 from carrierflex.identification.campaign.campaign import Campaign
@@ -25,6 +26,7 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.carrier.effects.drawing import drawing_effects
 from carrierflex.simulation.carrier.rim import CarrierRig, RimSensor, inputs_of_columns
 from carrierflex.workflows.fe.default_curves import default_curves, with_derivatives
+from carrierflex.workflows.screen.diagnosis_tables import _value_text
 
 RADIUS, NOMINAL, FLOOR = 0.412, 360e3, 2e-6
 SENSORS = (47, 137, 227, 317)
@@ -162,6 +164,12 @@ def test_a_dimension_off_the_drawing_is_told_with_its_size(cause, change, w):
     assert abs(result.value - change) < 2.5 * result.std
     assert result.std > 0.1 * abs(result.value)
     assert verdict_heading(answer).startswith("The carrier differs from its drawing")
+    # Sentence, table of the page and table on the screen give one interval.
+    half = 0.5 * np.ptp(result.ci95)
+    assert f"{1e3 * result.value:+.1f} ± {1e3 * half:.1f} mm" in " ".join(headlines(answer))
+    (row,) = named_rows(answer, f"geometry/{cause}")
+    assert (row.unit, row.error) == ("mm", pytest.approx(1e3 * half))
+    assert _value_text(result) == f"{result.value:.5g} ± {half:.2g} m"
     # What is seen whatever the dimension: by how much orders of the rim's curve are off.
     drawn, true = curve_of(w, {}), curve_of(w, {cause: change})
     size = [-order_amplitudes(one.axial).imag[3] for one in (drawn, true)]

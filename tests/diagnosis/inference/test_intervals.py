@@ -89,12 +89,13 @@ def test_blocks_cover_where_white_noise_and_normal_quantiles_do_not():
 
 def test_small_sample_factor_counts_the_parameters_that_moved():
     fit = _linear_fit(np.random.default_rng(3))
-    plain = _named_values(fit, _scatter(fit, few_blocks=False))["baseline"]["x0"].std
 
     def factor(changed):
-        return (
-            _named_values(changed, _scatter(changed, few_blocks=True))["baseline"]["x0"].std / plain
+        plain, few = (
+            _named_values(changed, _scatter(changed, few_blocks=few))["baseline"]["x0"].std
+            for few in (False, True)
         )
+        return few / plain
 
     assert_allclose(factor(fit), student_t.ppf(0.975, 6) / NORMAL_95 * np.sqrt(9 / 6))
     on_bound = replace(fit, at_bound=np.array([False, True, False, False]))
@@ -102,6 +103,21 @@ def test_small_sample_factor_counts_the_parameters_that_moved():
     held = replace(fit.parameters[3], lower=1.0, upper=1.0)
     with_held = replace(fit, parameters=(*fit.parameters[:3], held))
     assert_allclose(factor(with_held), student_t.ppf(0.975, 7) / NORMAL_95 * np.sqrt(9 / 7))
+
+
+def test_a_value_that_is_held_is_no_unknown_of_the_covariance():
+    fit = _linear_fit(np.random.default_rng(3))
+    held = replace(fit.parameters[3], lower=1.0, upper=1.0)
+    covariance = replace(fit, parameters=(*fit.parameters[:3], held)).covariance
+    without = replace(
+        fit,
+        parameters=fit.parameters[:3],
+        theta=fit.theta[:3],
+        sums=SegmentSums(fit.sums.matrix[:, :3, :3], fit.sums.right_side[:, :3], fit.sums.square),
+        prior=Prior.none(3),
+    )
+    assert_allclose(covariance[:3, :3], without.covariance, rtol=1e-9)
+    assert not covariance[3].any()
 
 
 def test_parameters_of_runs_of_one_block_take_no_degree_of_freedom_of_the_others():
