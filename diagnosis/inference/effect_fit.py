@@ -97,7 +97,7 @@ class EffectFit:
     @property
     def is_free(self) -> BoolArray:
         """Whether a parameter is fitted, shape (p,); else its value is held."""
-        return np.array([parameter.lower < parameter.upper for parameter in self.parameters])
+        return np.array([one.lower < one.upper for one in self.parameters], dtype=bool)
 
     @property
     def covariance(self) -> FloatArray:
