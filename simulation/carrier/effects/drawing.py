@@ -12,6 +12,7 @@ computed curve has, in its RMS R; the radial curve has errors of its own, r_n.
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,8 @@ ALLOWED_BY_DRAWING = (PIN_FIT, BOND, CURVE_ERROR)
 _MULTIPLES = (1, 2, 3, 4, 5)
 #: Standard deviations within which a change lies, and an error of the curve: beyond, it is a cause.
 _FARTHEST, _MOST_ERROR = 3.0, 2.0
+#: Cosines of a curve over its sines that the mesh of a carrier with mirror planes leaves at most.
+_ROUNDING = 0.03
 FloatArray = NDArray[np.float64]
 
 
@@ -112,7 +115,9 @@ def drawing_effects(
     """Every cause with a tolerance as an effect; its change is the only parameter.
 
     It acts at the orders whose errors are parameters: a derivative is least certain at the highest,
-    where a quiet sensor would still see it and no error of the curve would stand beside it.
+    where a quiet sensor would still see it and no error of the curve would stand beside it. Of a
+    carrier with mirror planes the cosines of a derivative are rounding of its mesh, and left out:
+    several causes together would make any wave of them.
 
     Parameters
     ----------
@@ -128,20 +133,27 @@ def drawing_effects(
     tuple of Effect
         The second row of signals is that of a rigid fit, to be weighed by ``w``.
     """
-    highest = n_planets * max(_MULTIPLES)
+    has_mirrors = _has_mirrors(curves["delta_f"].axial)
+    kept = partial(_kept_waves, highest=n_planets * max(_MULTIPLES), sines_alone=has_mirrors)
     of_orders = {
-        name: replace(
-            curve, axial=_up_to(highest, curve.axial), radial=_up_to(highest, curve.radial)
-        )
+        name: replace(curve, axial=kept(curve.axial), radial=kept(curve.radial))
         for name, curve in curves.items()
     }
     return tuple(_of_cause(name, of_orders, std) for name, std in tolerances.items())
 
 
-def _up_to(order: int, samples: FloatArray) -> FloatArray:
-    """Equally spaced samples of a turn without the orders above one."""
+def _has_mirrors(samples: FloatArray) -> bool:
+    """Whether a turn of a curve under torque is odd about a pin."""
+    waves = np.fft.rfft(samples)[1:]
+    return bool(np.linalg.norm(waves.real) < _ROUNDING * np.linalg.norm(waves.imag))
+
+
+def _kept_waves(samples: FloatArray, *, highest: int, sines_alone: bool) -> FloatArray:
+    """Equally spaced samples of a turn without the orders above one, or without their cosines."""
     amplitudes = np.fft.rfft(samples)
-    amplitudes[order + 1 :] = 0.0
+    amplitudes[highest + 1 :] = 0.0
+    if sines_alone:
+        amplitudes.real = 0.0
     return np.asarray(np.fft.irfft(amplitudes, samples.size))
 
 

@@ -196,8 +196,18 @@ def test_a_dimension_acts_at_the_orders_whose_errors_are_parameters():
         derivative = order_amplitudes(resampled(CURVES[f"{name}/{cause}"], n).axial)
         orders = order_amplitudes(row)
         assert np.abs(derivative[18::3]).max() > 1e-3 * np.abs(derivative).max()
-        assert_allclose(orders[:16], derivative[:16], atol=1e-3 * np.abs(derivative).max())
+        # Cosines are rounding of the mesh, as long as the drawn curve has mirror planes.
+        assert_allclose(
+            orders[:16].imag, derivative[:16].imag, atol=1e-9 * np.abs(derivative).max()
+        )
+        assert np.abs(orders.real).max() < 1e-9 * np.abs(derivative).max()
         assert np.abs(orders[16:]).max() < 1e-3 * np.abs(derivative[18::3]).max()
+    free = CURVES["delta_f"]
+    skew = replace(free, axial=free.axial + 0.1 * free.rms * np.cos(3.0 * free.angle))
+    (effect,) = drawing_effects({**CURVES, "delta_f": skew}, {cause: 0.01}, n_planets=3)
+    row = effect.pattern(RimSensor(0.0, RADIUS, is_axial=True), inputs, rig)[0]
+    derivative = order_amplitudes(resampled(CURVES[f"delta_f/{cause}"], n).axial)
+    assert order_amplitudes(row).real[3] == pytest.approx(derivative.real[3], rel=1e-6)
 
 
 @pytest.mark.long
