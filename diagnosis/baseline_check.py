@@ -577,7 +577,7 @@ def _off_priors(fit: EffectFit, campaign: Campaign) -> Iterator[CampaignWarning]
 
 def _is_at_bound(fit: EffectFit, k: int) -> bool:
     parameter, value = fit.parameters[k], float(fit.theta[k])
-    if parameter.lower >= parameter.upper:
+    if not parameter.is_free:
         return False
     near = _ON_BOUND * parameter.scale
     return value <= parameter.lower + near or value >= parameter.upper - near

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from carrierflex.blind_check.labels import MODEL, CasePlan
 from carrierflex.blind_check.truth.carrier.off_drawing import (
     CURVES_FILE,
+    MEMORY,
     OFF_DRAWING,
     model_case,
     write_drawn_curves,
@@ -40,15 +41,17 @@ from carrierflex.diagnosis.inference.planning.results import (
     Costs,
     RigLimits,
 )
+from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.fe.curve_files import PIN_FIT, axial_of_fit
 from carrierflex.fe.deflection_curves import DeflectionCurve, amplitudes_along
 from carrierflex.files.json_files import save_json
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
+from carrierflex.identification.campaign.declarations import CURVES, TOLERANCES
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.estimation.single_thread import single_threaded
-from carrierflex.simulation.carrier.effects.drawing import body_of_effect
+from carrierflex.simulation.carrier.effects.drawing import MULTIPLES, body_of_effect
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 from carrierflex.workflows.diagnosis.diagnose_campaign import curves_of_rig
 from carrierflex.workflows.outputs import prepared_folder
@@ -59,8 +62,6 @@ from studies.case_files import seeded_cases, write_table
 _LEAST_GAP, _LARGEST_GAP = 4.0, 40.0
 #: Angles of a curve [rad].
 _GRID = 2.0 * np.pi * np.arange(720) / 720
-#: Coefficient of the noise of the family's cases.
-_MEMORY = 0.5
 #: Interval of a combination over the bound, in a good answer.
 _MOST_WIDTH = 3.0
 #: Radial sensors of both halves of a case.
@@ -136,15 +137,6 @@ def answered(campaign: Campaign, truth: str, change: float, gap: float) -> TiedA
     values = {**which.alternatives, **which.parameters}
     value = values.get(truth, {}).get("change")
     n_radial = sum(channel.quantity == RADIAL for channel in campaign.channels)
-    width, is_change_inside = None, None
-    changes = which.parameters.get(f"model/{body_of_effect(truth)}")
-    if changes is not None:
-        order, larger = max(changes.items(), key=lambda item: abs(item[1].value))
-        rig, w = alone.model.source.rig.curves, which.parameters[PIN_FIT]["w"].value
-        by_value = _by_value(rig, truth, w, int(order.removeprefix("order_")))
-        least = NORMAL_95 * abs(by_value) * least_std(campaign, rig, truth, w=w, change=change)
-        width = float(larger.ci95[1] - larger.value) / least
-        is_change_inside = bool(larger.ci95[0] <= by_value * change <= larger.ci95[1])
     return TiedAnswer(
         truth,
         gap,
@@ -154,9 +146,26 @@ def answered(campaign: Campaign, truth: str, change: float, gap: float) -> TiedA
         tuple(named),
         None if value is None else value.value / change,
         None if value is None else bool(value.ci95[0] <= change <= value.ci95[1]),
-        width,
-        is_change_inside,
+        *_against_bound(which.parameters, alone, truth, change),
     )
+
+
+def _against_bound(
+    parameters: Mapping[str, Mapping[str, NamedValue]],
+    problem: CarrierProblem,
+    truth: str,
+    change: float,
+) -> tuple[float | None, bool | None]:
+    """Interval of the largest order's change over the bound, and whether it holds the true one."""
+    changes = parameters.get(f"model/{body_of_effect(truth)}")
+    if changes is None:
+        return None, None
+    order, larger = max(changes.items(), key=lambda item: abs(item[1].value))
+    curves, w = problem.model.source.rig.curves, parameters[PIN_FIT]["w"].value
+    by_value = _by_value(curves, truth, w, int(order.removeprefix("order_")))
+    least = abs(by_value) * least_std(problem.campaign, curves, truth, w=w, change=change)
+    low, high = larger.ci95
+    return 0.5 * (high - low) / (NORMAL_95 * least), low <= by_value * change <= high
 
 
 def _by_value(curves: Mapping[str, DeflectionCurve], truth: str, w: float, order: int) -> float:
@@ -194,10 +203,10 @@ def least_std(
     change : float
         The value less that of the drawing.
     """
-    tolerances, cause = campaign.rig["tolerances"], truth.partition("/")[2]
+    tolerances, cause = campaign.rig[TOLERANCES], truth.partition("/")[2]
     channels = [channel for channel in campaign.channels if channel.quantity == AXIAL]
     size = np.sqrt(np.mean(curves["delta_f"].axial ** 2))
-    orders = int(campaign.rig["n_planets"]) * np.arange(1, 6)
+    orders = int(campaign.rig["n_planets"]) * np.array(MULTIPLES)
     waves = [size * np.sin(n * _GRID) for n in orders]
 
     def curve_at(w: float, change: float) -> NDArray[np.float64]:
@@ -212,7 +221,7 @@ def least_std(
     # The torque's gain reads as the curve itself.
     of_curve = np.array([of_value, by_fit, *waves, made])
     slope = np.gradient(np.append(made, made[0]), _GRID[1])[:-1]
-    stds = [tolerances[cause], 0.5, *[tolerances["curves"]] * len(waves)]
+    stds = [tolerances[cause], 0.5, *[tolerances[CURVES]] * len(waves)]
     stds += [campaign.inputs[0].gain_std]
     # Tilts and offsets have no prior.
     stds += [np.inf] * (4 + len(campaign.runs))
@@ -231,7 +240,7 @@ def least_std(
             rows = [*map(read, of_curve), *tilts, *(value * still for value in offset), *sensors]
             J = np.array(rows).T / noise
             # Noise of an AR(1) process is white after its filter.
-            white = (J[1:] - _MEMORY * J[:-1]) / np.sqrt(1.0 - _MEMORY**2)
+            white = (J[1:] - MEMORY * J[:-1]) / np.sqrt(1.0 - MEMORY**2)
             information += white.T @ white
     return float(np.sqrt(np.linalg.inv(information)[0, 0]))
 

@@ -109,7 +109,7 @@ class CarrierReading:
 
     def _words_of_curves(self) -> str:
         """Whether intervals hold the error of the curves' size; empty where none is fitted."""
-        free = [p for p in self.model.parameters(self.effects, self.choice) if p.lower < p.upper]
+        free = [p for p in self.model.parameters(self.effects, self.choice) if p.is_free]
         curves = self.model.source.rig.curves
         sizes = [p for p in free if p.effect in _SIZES_OF_CURVES]
         errors = {p.name: curves[_SIZES_OF_CURVES[p.effect]].mesh_error for p in sizes}

@@ -513,7 +513,7 @@ def expected_values(parameters: Sequence[Parameter], base: FloatArray) -> FloatA
 def is_held(parameter: Parameter, value: float) -> bool:
     """Whether the table holds a parameter of the baseline."""
     at_bound = parameter.effect in ALLOWED_BY_DRAWING and not 0.0 < value < 1.0
-    return at_bound or parameter.effect == CURVE_ERROR or parameter.lower == parameter.upper
+    return at_bound or parameter.effect == CURVE_ERROR or not parameter.is_free
 
 
 def contained_channels(model: CarrierModel) -> dict[str, int]:

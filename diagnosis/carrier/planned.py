@@ -302,7 +302,7 @@ def carrier_planned_table(
     size = np.concatenate([[1.0], [unknown.scale for unknown in unknowns], sizes])
     size = np.concatenate([size, np.ones(n_columns - rows.size)])
     precision = [
-        np.inf if unknown.lower == unknown.upper else (unknown.scale / unknown.prior_std) ** 2
+        (unknown.scale / unknown.prior_std) ** 2 if unknown.is_free else np.inf
         for unknown in unknowns
     ]
     bound = np.full(n_columns, np.inf)

@@ -118,7 +118,7 @@ class _LinearBaseline:
             for run in runs if effect.per_run else (None,):
                 for parameter in effect.parameters[: _n_columns(effect)]:
                     unknown = known[effect.id, parameter.name, run]
-                    room = _ROOM * unknown.scale if unknown.lower >= unknown.upper else 0.0
+                    room = 0.0 if unknown.is_free else _ROOM * unknown.scale
                     limits.append((unknown.lower - room, unknown.upper + room))
         lower, upper = np.array(limits).T
         return lower, upper

@@ -54,6 +54,11 @@ class Parameter(FitParameter):
     def __post_init__(self) -> None:
         """No check of the bounds: those of a baseline's fixed value are equal."""
 
+    @property
+    def is_free(self) -> bool:
+        """Whether it is fitted; else its value is held."""
+        return self.lower < self.upper
+
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of parameters."""

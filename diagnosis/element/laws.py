@@ -292,7 +292,7 @@ def _force_derivatives(
     """Derivatives of the force by the parameters, as coefficients of the table's columns."""
     derivatives = np.zeros((len(table.scale), len(parameters)))
     for k, parameter in enumerate(parameters):
-        if parameter.run is not None or parameter.lower >= parameter.upper:
+        if parameter.run is not None or not parameter.is_free:
             continue
         step = _DIFFERENCE * max(abs(theta[k]), 0.01 * parameter.scale)
         ends = []

@@ -97,7 +97,7 @@ class EffectFit:
     @property
     def is_free(self) -> BoolArray:
         """Whether a parameter is fitted, shape (p,); else its value is held."""
-        return np.array([one.lower < one.upper for one in self.parameters], dtype=bool)
+        return np.array([parameter.is_free for parameter in self.parameters], dtype=bool)
 
     @property
     def covariance(self) -> FloatArray:
@@ -106,7 +106,8 @@ class EffectFit:
         Zero of values that are held; not a number where neither the records nor a prior see a
         parameter.
         """
-        free = np.ix_(self.is_free, self.is_free)
+        is_free = self.is_free
+        free = np.ix_(is_free, is_free)
         matrix = self.sums.total_matrix() + np.diag(self.prior.weight)
         inverse = np.zeros_like(matrix)
         inverse[free] = normal_inverse(matrix[free])
@@ -114,7 +115,7 @@ class EffectFit:
         scores = scores - scores.mean(axis=0)
         segments = max(len(scores), 2)
         covariance = inverse @ (scores.T @ scores) @ inverse * segments / (segments - 1.0)
-        unseen = self.is_free & (np.diag(matrix) <= 0.0)
+        unseen = is_free & (np.diag(matrix) <= 0.0)
         covariance[unseen], covariance[:, unseen] = np.nan, np.nan
         return covariance
 

@@ -222,7 +222,7 @@ def _undetermined_words(
     free = {
         key: k
         for k, (key, parameter) in enumerate(zip(keys, fit.parameters, strict=True))
-        if parameter.lower < parameter.upper
+        if parameter.is_free
     }
     unknown = [key for key in free if np.isnan(values.get(key[0], {}).get(key[1], _SOME).std)]
     stiffness, mass = (BASELINE, "K1"), (BASELINE, "m")
@@ -309,7 +309,7 @@ def _named_values(
 
 def _gain_std(parameter: Parameter) -> float:
     """Relative error by the gains; none where the value is held."""
-    return parameter.gain_std if parameter.lower < parameter.upper else 0.0
+    return parameter.gain_std if parameter.is_free else 0.0
 
 
 def _named(value: float, variances: Mapping[str, float], unit: str, gain_std: float) -> NamedValue:

@@ -17,10 +17,16 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     OTHERWISE,
 )
-from carrierflex.diagnosis.report.words import capitalised, listed, percent, shown_unit, sized
+from carrierflex.diagnosis.report.words import (
+    CHANGE,
+    capitalised,
+    listed,
+    named_rows,
+    percent,
+    sized,
+)
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.refits import RUN_VARIATION
-from carrierflex.identification.estimation.resampling import NORMAL_95
 
 #: Shares below this would be rounded to nothing.
 _LEAST_SHOWN = 0.005
@@ -158,16 +164,15 @@ def _undecided(diagnosis: Diagnosis) -> str:
 
 def _with_change(diagnosis: Diagnosis, effect: str) -> str:
     """Effect in words, with size and 95 % interval of a dimension: ``outer radius -13 ± 2 mm``."""
-    which = diagnosis.attribution
-    change = {**which.alternatives, **which.parameters}.get(effect, {}).get("change")
-    if change is None:
-        return plain_name(effect)
-    name, (factor, unit) = plain_name(effect), shown_unit("change", change.unit)
-    name = name.removesuffix(" of the carrier") if change.unit == "m" else name
-    value, half = (factor * one for one in (change.value, NORMAL_95 * change.std))
-    if unit in ("mm", "GPa"):
-        return f"{name} {value:+.1f} ± {half:.1f} {unit}"
-    return f"{name} {value:+.3f} ± {half:.3f}"
+    name = plain_name(effect)
+    row = next((row for row in named_rows(diagnosis, effect) if row.name == CHANGE), None)
+    if row is None:
+        return name
+    if row.unit == "mm":
+        name = name.removesuffix(" of the carrier")
+    if row.unit in ("mm", "GPa"):
+        return f"{name} {row.value:+.1f} ± {row.error:.1f} {row.unit}"
+    return f"{name} {row.value:+.3f} ± {row.error:.3f}"
 
 
 def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[list[str]]:

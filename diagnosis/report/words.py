@@ -48,7 +48,7 @@ _SHOWN = {
     "rad": (1e3, "mrad"),
 }
 #: Parameter of a dimension off its drawing, which a drawing gives in mm.
-_CHANGE = "change"
+CHANGE = "change"
 #: Directions, which are told in degrees; other angles are small.
 _DIRECTIONS = ("theta", "angle", "dv")
 _AXES = {"y": "sideways", "z": "vertical"}
@@ -157,7 +157,7 @@ def shown_unit(name: str, unit: str) -> tuple[float, str]:
     """Factor to the unit that an engineer uses for a parameter, and that unit."""
     if unit == "rad" and name.startswith(_DIRECTIONS):
         return 180.0 / math.pi, "deg"
-    if unit == "m" and name == _CHANGE:
+    if unit == "m" and name == CHANGE:
         return 1e3, "mm"
     return _SHOWN.get(unit, (1.0, unit))
 

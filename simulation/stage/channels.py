@@ -269,7 +269,7 @@ def _mount_and(mount: NDArray[np.float64], pairs: NDArray[np.float64]) -> NDArra
     values = pairs.ravel()
     K = np.zeros((6 + len(values), 6 + len(values)))
     K[:6, :6] = mount
-    K[np.arange(6, len(K)), np.arange(6, len(K))] = values
+    K[6:, 6:] = np.diag(values)
     return K
 
 

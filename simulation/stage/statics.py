@@ -109,7 +109,7 @@ def channel_forces(
     """
     force, tangent = np.zeros(len(delta)), np.zeros((len(delta), len(delta)))
     turning = _too_much(channels, angle)
-    of = _contact(channels, float(angle), channels.of_flanks(k), turning)
+    of = _contact(channels, angle, k, turning)
     _contact_forces(of, delta, force, tangent)
     return force, tangent
 
@@ -129,12 +129,12 @@ class _Contact(NamedTuple):
 
 
 def _contact(
-    channels: Channels, angle: float, flanks: NDArray[np.float64], turning: NDArray[np.float64]
+    channels: Channels, angle: float, k: NDArray[np.float64], turning: NDArray[np.float64]
 ) -> _Contact:
     return _Contact(
-        angle,
+        float(angle),
         channels.reference,
-        flanks,
+        channels.of_flanks(k),
         channels.gaps,
         turning,
         channels.clearance,
@@ -434,7 +434,7 @@ def static_turn(
         if starts is not None:
             near = B.T @ starts[i, 1:] - channels.free
             lambda_ = channel_forces(channels, near, angle, k)[0]
-        of = _contact(channels, float(angle), channels.of_flanks(k), turning[i])
+        of = _contact(channels, angle, k, turning[i])
         residual = _settled(of, free[i], W, rows, closed, _CONVERGED * size[i], lambda_)
         if residual > _CONVERGED * size[i]:
             raise NotConvergedError(

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.text import Text
 
@@ -15,7 +16,6 @@ from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposa
 from carrierflex.geometry.quality import MeshQuality
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
 from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
-from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.identification.mounting.bushing_models import AXIAL
 from carrierflex.reduction.certificate import Certificate
 from carrierflex.reduction.interface_mass import (
@@ -332,6 +332,11 @@ def _warning_lines(identified: "Identification | BushingIdentification") -> list
     ]
 
 
+def _half(value: float, ci95: NDArray[np.float64]) -> float:
+    """Half width of an interval about a value, one end of which a bound may cut."""
+    return float(np.abs(ci95 - value).max())
+
+
 def _bushing_table(identified: "BushingIdentification") -> RenderableType:
     """Tables 2 and 3 of the 2011 paper, with what each fit cost in model runs."""
     from carrierflex.workflows.identification.identify_bushings import benchmark_rows
@@ -350,7 +355,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
         # C1 is a linear damper of the linear bushing, and one of the deflection's square of others.
         shown_of_row = [
             {
-                f"{name}, {p['unit']}": f"{p['value']:.4g} ± {NORMAL_95 * p['std']:.2g}"
+                f"{name}, {p['unit']}": f"{p['value']:.4g} ± {_half(p['value'], p['ci95']):.2g}"
                 for name, p in row["parameters"].items()
             }
             for row in rows

@@ -71,7 +71,9 @@ _LAYOUTS = (
 )
 _TORQUES = (1.0, 0.5, 0.75, 0.25)
 _FEWEST_RUNS, _MOST_RUNS = 2, 8
-_LARGEST_LOAD, _SECONDS, _MEMORY = 2e5, 48.0, 0.5
+_LARGEST_LOAD, _SECONDS = 2e5, 48.0
+#: Coefficient of the noise.
+MEMORY = 0.5
 #: Noise [m]: least and most; of a case with nothing off.
 _LEAST_NOISE, _MOST_NOISE, _PLAIN_NOISE = 0.3e-6, 20e-6, (1e-6, 5e-6)
 #: Carriers that are drawn until one leaves the wanted gap.
@@ -283,7 +285,7 @@ def model_case(plan: CasePlan, repeat: int = 0, *, n_radial: int = 0) -> tuple[C
     measured, share = _misread(rig, signals, carrier.curves[fit], most, rng)
     noise_generator = noise_rng(plan, repeat)
     measured = [
-        signal + floor * coloured_noise(noise_generator, signal.shape, memory=_MEMORY)
+        signal + floor * coloured_noise(noise_generator, signal.shape, memory=MEMORY)
         for signal in measured
     ]
     without = _differences(measured, free)
@@ -319,7 +321,7 @@ def _with_radial_sensors(
     )
     runs = []
     for run, curve in zip(campaign.runs, rig.of_curve(series), strict=True):
-        noise = floor * coloured_noise(rng, curve[:n].shape, memory=_MEMORY)
+        noise = floor * coloured_noise(rng, curve[:n].shape, memory=MEMORY)
         read = zip(channels, gain * curve[:n] + noise, strict=True)
         signals = {channel.name: values for channel, values in read}
         runs.append(replace(run, signals={**run.signals, **signals}))

@@ -30,7 +30,7 @@ BOND = "pin_bond"
 #: What a drawing leaves open: its bounds are the drawing's own.
 ALLOWED_BY_DRAWING = (PIN_FIT, BOND, CURVE_ERROR)
 #: Multiples of the number of planets whose order of a computed curve may be off.
-_MULTIPLES = (1, 2, 3, 4, 5)
+MULTIPLES = (1, 2, 3, 4, 5)
 #: Standard deviations within which a change lies, and an error of the curve: beyond, it is a cause.
 _FARTHEST, _MOST_ERROR = 3.0, 2.0
 #: Cosines of a curve over its sines that the mesh of a carrier with mirror planes leaves at most.
@@ -89,7 +89,7 @@ def curve_error_effect(
 
     The radial curve has errors of its own, which are parameters where `radial` sensors read it.
     """
-    orders = [n_planets * k for k in _MULTIPLES]
+    orders = [n_planets * k for k in MULTIPLES]
     waves = [np.sin(n * flexible.angle) for n in orders]
     still = np.zeros_like(flexible.angle)
     size = float(np.sqrt(np.mean(flexible.radial**2)))
@@ -122,7 +122,7 @@ def drawing_effects(
     Parameters
     ----------
     curves : mapping of str to DeflectionCurve
-        Derivatives of the drawing's curves (:mod:`carrierflex.fe.curve_files`).
+        The drawing's curve ``delta_f``, and derivatives (:mod:`carrierflex.fe.curve_files`).
     tolerances : mapping of str to float
         Standard deviation of each cause from its drawing, in its unit.
     n_planets : int
@@ -134,12 +134,13 @@ def drawing_effects(
         The second row of signals is that of a rigid fit, to be weighed by ``w``.
     """
     has_mirrors = _has_mirrors(curves["delta_f"].axial)
-    kept = partial(_kept_waves, highest=n_planets * max(_MULTIPLES), sines_alone=has_mirrors)
-    of_orders = {
+    kept = partial(_kept_waves, highest=n_planets * max(MULTIPLES), sines_alone=has_mirrors)
+    derivatives = {
         name: replace(curve, axial=kept(curve.axial), radial=kept(curve.radial))
         for name, curve in curves.items()
+        if "/" in name
     }
-    return tuple(_of_cause(name, of_orders, std) for name, std in tolerances.items())
+    return tuple(_of_cause(name, derivatives, std) for name, std in tolerances.items())
 
 
 def _has_mirrors(samples: FloatArray) -> bool:
@@ -157,7 +158,7 @@ def _kept_waves(samples: FloatArray, *, highest: int, sines_alone: bool) -> Floa
     return np.asarray(np.fft.irfft(amplitudes, samples.size))
 
 
-def _of_cause(name: str, curves: Mapping[str, DeflectionCurve], std: float) -> Effect:
+def _of_cause(name: str, derivatives: Mapping[str, DeflectionCurve], std: float) -> Effect:
     farthest = _FARTHEST * std
     unit = MATERIAL_CAUSES[name][2] if name in MATERIAL_CAUSES else "m"
     return Effect(
@@ -165,7 +166,7 @@ def _of_cause(name: str, curves: Mapping[str, DeflectionCurve], std: float) -> E
         equation="change (d delta_f/dp + w d d/dp)(v - theta) T/T_unit",
         parameters=(EffectParameter("change", unit, -farthest, farthest, std),),
         signature="orders 3, 6 and 9 fixed to the carrier, in phase with its pins, as the torque",
-        pattern=_rows(curves[f"delta_f/{name}"], curves[f"{PIN_FIT}/{name}"]),
+        pattern=_rows(derivatives[f"delta_f/{name}"], derivatives[f"{PIN_FIT}/{name}"]),
         weighed_by=PIN_FIT,
         discriminating_experiment="measure the dimension, or add a radial sensor at the rim",
     )

@@ -66,6 +66,10 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
     assert "K5, N/m^5" in text
     assert "C1, N s/m " in text
     assert "C1, N s/m^3" in text
+    # The screen gives the interval of the file, also where a bound cuts one of its ends.
+    K1, C1 = (document["shared"][name] for name in ("K1", "C1"))
+    assert f"{K1['value']:.4g} ± {K1['ci95'][1] - K1['value']:.2g}" in text
+    assert f"{C1['value']:.4g} ± {C1['ci95'][1] - C1['value']:.2g}" in text
 
 
 def test_a_model_that_does_not_describe_the_records_says_so_and_what_zero_means(folder, tmp_path):
