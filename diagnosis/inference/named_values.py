@@ -85,9 +85,9 @@ def _misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
     """Moves ``d_e = (J.T J + W)^-1 J.T (r_e - r)`` by E declared errors, shape (E, p).
 
     The errors are independent: the covariance of the parameters is ``sum_e d_e d_e.T``. A fixed
-    parameter, or one on a bound, does not move.
+    parameter, or one on a bound that is not the end of its prior's range, does not move.
     """
-    free = np.flatnonzero(fit.is_free & ~fit.at_bound)
+    free = np.flatnonzero(fit.is_free & (~fit.at_bound | (fit.prior.weight > 0.0)))
     matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
     moves = np.zeros(scores.shape)
     moves[:, free] = scores[:, free] @ normal_inverse(matrix[np.ix_(free, free)])
@@ -95,11 +95,16 @@ def _misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
 
 
 def _prior_moves(fit: EffectFit) -> FloatArray:
-    """Move of the parameters by their priors, ``(J.T J + W)^-1 W (mu - theta)``, shape (1, p).
+    """Moves ``(J.T J + W)^-1 W e_k`` by the K priors, each as far off as it may be, shape (K, p).
 
-    Prior and records may contradict each other: how far one draws the other is an error too.
+    That is its standard deviation, or how far the records draw from it where that is more.
     """
-    return _misread_moves(fit, fit.prior.slope(fit.theta)[None])
+    std = np.array([parameter.prior_std for parameter in fit.parameters])
+    std[np.isinf(std)] = 0.0
+    known = np.flatnonzero(fit.prior.weight > 0.0)
+    drawn = fit.prior.mean - fit.theta
+    off = np.where(np.abs(drawn) > std, drawn, std)
+    return _misread_moves(fit, np.diag(fit.prior.weight * off)[known])
 
 
 def _undetermined(fit: EffectFit, variance: FloatArray, systematics: _Systematics) -> BoolArray:

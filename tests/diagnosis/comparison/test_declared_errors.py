@@ -97,6 +97,24 @@ def test_a_prior_that_the_records_contradict_is_an_error_as_large_as_its_pull():
     )
 
 
+@pytest.mark.parametrize("at_bound", [False, True])
+def test_what_a_prior_alone_tells_apart_is_as_uncertain_as_the_prior(at_bound):
+    """Also where the fit meets the end of the prior's range, which is no physical bound."""
+    columns = np.random.default_rng(4).standard_normal((1, 300, 1)) * np.ones(2)
+    fit = _linear_fit(columns + 1e-9 * np.arange(2), 5.0 * columns[..., 0])
+    square = fit.sums.total_matrix()[0, 0]
+    prior = Prior(np.array([0.0, 1e-6 * square]), np.zeros(2), np.ones(2, dtype=bool))
+    known = replace(fit.parameters[1], prior_std=2.0)
+    drawn = replace(
+        fit,
+        parameters=(fit.parameters[0], known),
+        theta=np.array([5.0, 0.0]),
+        prior=prior,
+        at_bound=np.array([False, at_bound]),
+    )
+    assert_allclose(_prior_moves(drawn), [[-2.0, 2.0]], rtol=1e-3)
+
+
 @pytest.mark.parametrize(("force", "deflection"), [(1e-3, 0.0), (0.0, 1e-3)])
 def test_powers_of_an_element_are_the_case_of_one_channel(force, deflection):
     campaign = displacement_campaign(lambda q, v: 5e8 * q**3, n=1500)
