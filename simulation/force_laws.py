@@ -5,7 +5,7 @@ floats. It is the internal force, positive against a positive deflection; the bo
 negative (see :mod:`carrierflex.simulation.mounting.bushings`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -85,7 +85,7 @@ def force_slopes(force: Force, u: float, v: float, parameters: Array) -> tuple[f
     return over_u, over_v
 
 
-def sum_of_laws(laws: tuple[ForceLaw, ...]) -> ForceLaw | None:
+def sum_of_laws(laws: Sequence[ForceLaw]) -> ForceLaw | None:
     """Sum of several laws, its parameters those of each in turn; None for no law."""
     if not laws:
         return None

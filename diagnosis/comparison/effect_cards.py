@@ -158,18 +158,13 @@ def force_library(
     """
     cards = effect_library(kind, brought)
     users = {card.id for card in users_cards(cards, brought)}
-    given = [card for card in cards.values() if card.law is not None or card.id in users]
-    return cards, compiled_laws(given)
-
-
-def compiled_laws(cards: Iterable[EffectCard]) -> dict[str, Force]:
-    """Compiled force of every card that has one, by id."""
     laws: dict[str, Force] = {}
-    for card in cards:
-        check_is_function(card, _FORCE_LAW)
-        _try_force(card)
-        laws[card.id] = _compiled(card)
-    return laws
+    for card in cards.values():
+        if card.law is not None or card.id in users:
+            check_is_function(card, _FORCE_LAW)
+            _try_force(card)
+            laws[card.id] = _compiled(card)
+    return cards, laws
 
 
 def refusal(card: EffectCard, problem: str, expected: str) -> ValueError:

@@ -16,7 +16,7 @@ from carrierflex.simulation.element.kernels import element_values, no_law, resto
 from carrierflex.simulation.element.law_forces import ElementLaw
 from carrierflex.simulation.element.memory_kernels import forces_along
 from carrierflex.simulation.element.memory_laws import NO_PARTS, MemoryParts, flat_parts
-from carrierflex.simulation.force_laws import Force
+from carrierflex.simulation.force_laws import ForceLaw
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -113,9 +113,9 @@ def law_columns(model: ElementModel, run: ForceRecord, law: str, size: MotionSiz
     if _has_memory(law, model.measured):
         parts = model.measured[law].parts
         force = _memory_force(parts, run)
-        if law in model.laws:
-            force = force + _force_along(model.laws[law], run)
-            force = force + _friction(parts, run, size)
+        table = model.measured[law].force
+        if table is not None:
+            force = force + _force_along(table, run) + _friction(parts, run, size)
         return force[None, None]
     if law == "sensor_delay":
         sign = 1.0 if model.by_force else -1.0
@@ -210,7 +210,7 @@ def _friction(parts: MemoryParts, run: ForceRecord, size: MotionSize) -> FloatAr
     return np.asarray(np.interp(run.x, nodes, levels) * _sign(run.v, size))
 
 
-def _force_along(force: Force, run: ForceRecord) -> FloatArray:
+def _force_along(law: ForceLaw, run: ForceRecord) -> FloatArray:
     """Force of a law of size one along the motion of a run, shape (n,)."""
     none = np.empty(0)
     # The kernel of the displacement drive, with no element but this law.
@@ -221,9 +221,9 @@ def _force_along(force: Force, run: ForceRecord) -> FloatArray:
             np.zeros(run.x.size),
             element_values({}),
             np.ones(2),
-            force,
+            law.force,
             no_law,
-            np.ones(1),
+            law.parameters,
             none,
         )
     )

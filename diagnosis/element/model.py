@@ -229,6 +229,7 @@ class ElementModel(ModelInTime):
         """Values of a parameter set, sorted by what takes them."""
         simulated: dict[str, float] = {"m": self.mass or 0.0}
         of_laws: dict[str, list[float]] = {}
+        laws: list[ForceLaw] = []
         delay = 0.0
         states: dict[str, list[float]] = {}
         sizes: list[tuple[MemoryParts, float]] = []
@@ -239,25 +240,24 @@ class ElementModel(ModelInTime):
                 continue
             if effect in self.measured:
                 sizes.append((self.measured[effect].parts, float(value)))
-            if effect in self.laws:
-                of_laws.setdefault(effect, []).append(float(value))
+                laws += filter(None, [self.measured[effect].of_size(float(value))])
                 for name, level in self._friction_of(effect, float(value)).items():
                     simulated[name] = simulated.get(name, 0.0) + level
-            elif effect in self.measured:
-                continue
+            elif effect in self.laws:
+                of_laws.setdefault(effect, []).append(float(value))
             elif is_delay(effect):
                 delay += float(value)
             else:
                 for name in _simulated_names(effect, parameter.name):
                     simulated[name] = simulated.get(name, 0.0) + float(value)
-        laws = tuple(ForceLaw(self.laws[name], np.array(p)) for name, p in of_laws.items())
+        laws += [ForceLaw(self.laws[name], np.array(p)) for name, p in of_laws.items()]
         # The motion takes two laws: the first, and the sum of all others.
         two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
         return _Values(_flat(simulated, sizes), delay, two_laws, states)
 
     def _friction_of(self, effect: str, size: float) -> dict[str, float]:
-        """Dry friction of a law by name in the flat array."""
-        levels = self.measured[effect].friction if effect in self.measured else (0.0, 0.0)
+        """Dry friction of a measured law by name in the flat array."""
+        levels = self.measured[effect].friction
         return {"F_plus": size * levels[0], "F_minus": size * levels[1]} if any(levels) else {}
 
     def signature(
@@ -265,18 +265,20 @@ class ElementModel(ModelInTime):
     ) -> FloatArray:
         """Force of one effect alone along the measured motion, in the usable band, shape (n,)."""
         simulated: dict[str, float] = {}
-        law = _NO_LAW
+        law: ForceLaw | None = None
         sizes: list[tuple[MemoryParts, float]] = []
         if effect in self.measured:
-            sizes.append((self.measured[effect].parts, next(iter(values.values()))))
-        if effect in self.laws:
+            size = next(iter(values.values()))
+            sizes.append((self.measured[effect].parts, size))
+            law = self.measured[effect].of_size(size)
+            simulated |= self._friction_of(effect, size)
+        elif effect in self.laws:
             parameters = [values[p.name] for p in self.cards[effect].parameters]
             law = ForceLaw(self.laws[effect], np.array(parameters))
-            simulated |= self._friction_of(effect, parameters[0])
-        elif effect not in self.measured:
+        else:
             for name, value in values.items():
                 simulated |= dict.fromkeys(_simulated_names(effect, name), value)
-        force = self._force(record, _flat(simulated, sizes), law, _NO_LAW)
+        force = self._force(record, _flat(simulated, sizes), law or _NO_LAW, _NO_LAW)
         return band_limited(force, record.step, record.cutoff_hz)
 
 

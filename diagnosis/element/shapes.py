@@ -56,7 +56,7 @@ from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.table import ElementTable
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
-from carrierflex.simulation.element.law_forces import element_law, law_of_effect
+from carrierflex.simulation.element.law_forces import law_of_effect
 from carrierflex.simulation.element.memory_laws import NO_PARTS, STIFFNESS, MemoryParts, law_parts
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
@@ -500,7 +500,6 @@ def law_cards(laws: Sequence[Law], units: tuple[str, str]) -> tuple[EffectCard, 
             f"size x {_EQUATIONS[law.effect_class]} as it was measured",
             (SIZE,),
             "that of its shape",
-            law=element_law(law).force,
         )
         for law in laws
     )

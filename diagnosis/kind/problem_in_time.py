@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, compiled_laws
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.problem import (
@@ -350,13 +350,11 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         """Problem with measured laws among its cards."""
         model = self.model
         cards = {card.id: card for card in self.cards_of(laws)}
-        forces = [card for card in cards.values() if card.law is not None]
         return replace(
             self,
             model=replace(
                 model,
                 cards={**model.cards, **cards},
-                laws={**model.laws, **compiled_laws(forces)},
                 measured={**model.measured, **{law.name: self.simulated(law) for law in laws}},
             ),
         )

@@ -9,15 +9,16 @@ stands beside both; so do stops, branches and loops
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from carrierflex.simulation.element.kernels import element_values, no_law, restoring_force
 from carrierflex.simulation.element.memory_laws import MemoryParts, memory_parts
 from carrierflex.simulation.force_effect import ForceEffect
+from carrierflex.simulation.force_laws import LAW_SIGNATURE, ForceLaw
 from carrierflex.simulation.laws import (
     COUPLED_DAMPING,
     DISSIPATION,
@@ -35,9 +36,6 @@ from carrierflex.simulation.laws import (
     end_slopes,
 )
 
-if TYPE_CHECKING:
-    from carrierflex.simulation.force_laws import Force
-
 Array = NDArray[np.float64]
 _NO_VALUES = np.empty(0)
 #: Speed of rest, over which no law but dry friction changes.
@@ -52,9 +50,9 @@ class ElementLaw:
     ----------
     effect_class : str
         Class of the effect.
-    force : callable or None
-        ``(deflection, speed, (size,)) -> force`` that numba can compile, without dry friction;
-        None of a law without table.
+    force : ForceLaw or None
+        Force of size one, which is its first parameter, without dry friction; None of a law without
+        table.
     friction : tuple of float
         Dry friction at positive and at negative speed.
     parts : MemoryParts
@@ -62,9 +60,17 @@ class ElementLaw:
     """
 
     effect_class: str
-    force: "Force | None"
+    force: ForceLaw | None
     friction: tuple[float, float]
     parts: MemoryParts
+
+    def of_size(self, size: float) -> ForceLaw | None:
+        """Force of another size; None of a law without table."""
+        if self.force is None:
+            return None
+        parameters = self.force.parameters.copy()
+        parameters[0] = size
+        return replace(self.force, parameters=parameters)
 
 
 def element_law(law: Law) -> ElementLaw:
@@ -76,8 +82,8 @@ def element_law(law: Law) -> ElementLaw:
         Measured law of kind element.
     """
     forces = [
-        *(table_force(table, law.effect_class) for table in law.of(Table)),
-        *(surface_force(surface) for surface in law.of(Surface)),
+        *(_table_force(table, law.effect_class) for table in law.of(Table)),
+        *(_surface_force(surface) for surface in law.of(Surface)),
     ]
     friction = [(one.plus, one.minus) for one in law.of(Friction) if not one.x.size]
     return ElementLaw(
@@ -146,73 +152,73 @@ def law_of_effect(
     return Law("", ELEMENT, effect_class, units, parts)
 
 
-def table_force(table: Table, effect_class: str) -> "Force":
-    """Force of a table as a plain function that numba can compile.
-
-    Parameters
-    ----------
-    table : Table
-        Points.
-    effect_class : str
-        Whether they are f(q), g(v) or h(q) of h(q) v.
-
-    Returns
-    -------
-    callable
-        ``(deflection, speed, (size,)) -> force``.
-    """
-    x, y = np.ascontiguousarray(table.x), np.ascontiguousarray(table.y)
-    along_speed, times_speed = effect_class == DISSIPATION, effect_class == COUPLED_DAMPING
-    low, high = (0.0, 0.0) if times_speed else end_slopes(x, y)
-    last = x.size - 1
-
-    def force(deflection: float, speed: float, parameters: Array) -> float:
-        at = speed if along_speed else deflection
-        if at <= x[0]:
-            value = y[0] + low * (at - x[0])
-        elif at >= x[last]:
-            value = y[last] + high * (at - x[last])
-        else:
-            k = np.searchsorted(x, at, side="right") - 1
-            value = y[k] + (y[k + 1] - y[k]) * (at - x[k]) / (x[k + 1] - x[k])
-        return float(parameters[0] * value * (speed if times_speed else 1.0))
-
-    return force
+def _table_force(table: Table, effect_class: str) -> ForceLaw:
+    """Force of a table of size one: f(q), g(v) or h(q) of h(q) v, by the class."""
+    ends = (0.0, 0.0) if effect_class == COUPLED_DAMPING else end_slopes(table.x, table.y)
+    parameters = np.concatenate([[1.0, *ends], table.x, table.y])
+    return ForceLaw(_TABLE_FORCES.get(effect_class, _over_deflection), parameters)
 
 
-def surface_force(surface: Surface) -> "Force":
-    """Force of a surface as a plain function that numba can compile.
+def _surface_force(surface: Surface) -> ForceLaw:
+    """Force of a surface of size one."""
+    x, v, y = surface.x, surface.v, surface.y
+    return ForceLaw(_over_both, np.concatenate([[1.0, x.size], x, v, np.ravel(y)]))
 
-    Parameters
-    ----------
-    surface : Surface
-        Points.
 
-    Returns
-    -------
-    callable
-        ``(deflection, speed, (size,)) -> force``.
-    """
-    x, v, y = (np.ascontiguousarray(values) for values in (surface.x, surface.v, surface.y))
-    last_x, last_v = x.size - 2, v.size - 2
+@njit(cache=True, inline="always", error_model="numpy")
+def _of_table(at: float, p: Array) -> float:
+    """Size times the value of a table; `p` as :func:`_table_force` makes it."""
+    n = (p.size - 3) // 2
+    x, y = p[3 : 3 + n], p[3 + n :]
+    if at <= x[0]:
+        value = y[0] + p[1] * (at - x[0])
+    elif at >= x[n - 1]:
+        value = y[n - 1] + p[2] * (at - x[n - 1])
+    else:
+        k = np.searchsorted(x, at, side="right") - 1
+        value = y[k] + (y[k + 1] - y[k]) * (at - x[k]) / (x[k + 1] - x[k])
+    return float(p[0] * value)
 
-    def force(deflection: float, speed: float, parameters: Array) -> float:
-        q = min(max(deflection, x[0]), x[last_x + 1])
-        w = min(max(speed, v[0]), v[last_v + 1])
-        i = min(max(np.searchsorted(x, q, side="right") - 1, 0), last_x)
-        k = min(max(np.searchsorted(v, w, side="right") - 1, 0), last_v)
-        width = x[i + 1] - x[i]
-        height = v[k + 1] - v[k]
-        s = (q - x[i]) / width
-        t = (w - v[k]) / height
-        lower = y[i, k] + s * (y[i + 1, k] - y[i, k])
-        upper = y[i, k + 1] + s * (y[i + 1, k + 1] - y[i, k + 1])
-        along_v = (upper - lower) / height
-        lower_v = y[i, k] + t * (y[i, k + 1] - y[i, k])
-        upper_v = y[i + 1, k] + t * (y[i + 1, k + 1] - y[i + 1, k])
-        along_x = (upper_v - lower_v) / width
-        value = lower + t * (upper - lower)
-        beyond = along_x * (deflection - q) + max(along_v, 0.0) * (speed - w)
-        return float(parameters[0] * (value + beyond))
 
-    return force
+@njit(LAW_SIGNATURE, cache=True, error_model="numpy")
+def _over_deflection(deflection: float, speed: float, p: Array) -> float:
+    return _of_table(deflection, p)
+
+
+@njit(LAW_SIGNATURE, cache=True, error_model="numpy")
+def _over_speed(deflection: float, speed: float, p: Array) -> float:
+    return _of_table(speed, p)
+
+
+@njit(LAW_SIGNATURE, cache=True, error_model="numpy")
+def _times_speed(deflection: float, speed: float, p: Array) -> float:
+    return _of_table(deflection, p) * speed
+
+
+@njit(LAW_SIGNATURE, cache=True, error_model="numpy")
+def _over_both(deflection: float, speed: float, p: Array) -> float:
+    """Force of a surface; `p` as :func:`_surface_force` makes it."""
+    n = int(p[1])
+    n_v = (p.size - 2 - n) // (n + 1)
+    x, v = p[2 : 2 + n], p[2 + n : 2 + n + n_v]
+    y = p[2 + n + n_v :].reshape(n, n_v)
+    q = min(max(deflection, x[0]), x[n - 1])
+    w = min(max(speed, v[0]), v[n_v - 1])
+    i = min(max(np.searchsorted(x, q, side="right") - 1, 0), n - 2)
+    k = min(max(np.searchsorted(v, w, side="right") - 1, 0), n_v - 2)
+    width = x[i + 1] - x[i]
+    height = v[k + 1] - v[k]
+    s = (q - x[i]) / width
+    t = (w - v[k]) / height
+    lower = y[i, k] + s * (y[i + 1, k] - y[i, k])
+    upper = y[i, k + 1] + s * (y[i + 1, k + 1] - y[i, k + 1])
+    along_v = (upper - lower) / height
+    lower_v = y[i, k] + t * (y[i, k + 1] - y[i, k])
+    upper_v = y[i + 1, k] + t * (y[i + 1, k + 1] - y[i + 1, k])
+    along_x = (upper_v - lower_v) / width
+    value = lower + t * (upper - lower)
+    beyond = along_x * (deflection - q) + max(along_v, 0.0) * (speed - w)
+    return float(p[0] * (value + beyond))
+
+
+_TABLE_FORCES = {DISSIPATION: _over_speed, COUPLED_DAMPING: _times_speed}

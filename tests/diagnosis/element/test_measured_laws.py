@@ -98,13 +98,14 @@ def straight(half=1e-3, **changes):
 
 
 def test_a_table_goes_on_with_its_slope_and_damping_with_its_end_value():
-    size = np.array([2.0])
-    spring = element_law(straight()).force
-    assert_allclose([spring(q, 9.0, size) for q in (5e-4, 3e-3, -3e-3)], [1.0, 6.0, -6.0])
-    damper = element_law(straight(effect_class="dissipation")).force
-    assert_allclose([damper(9.0, v, size) for v in (5e-4, 3e-3)], [1.0, 6.0])
-    of_both = element_law(straight(effect_class="coupled_damping")).force
-    assert_allclose([of_both(q, 3.0, size) for q in (5e-4, 3e-3)], [3.0, 6.0])
+    def force(effect_class, q, v):
+        law = element_law(straight(effect_class=effect_class)).of_size(2.0)
+        return law.force(q, v, law.parameters)
+
+    of_spring = [force("restoring_force", q, 9.0) for q in (5e-4, 3e-3, -3e-3)]
+    assert_allclose(of_spring, [1.0, 6.0, -6.0])
+    assert_allclose([force("dissipation", 9.0, v) for v in (5e-4, 3e-3)], [1.0, 6.0])
+    assert_allclose([force("coupled_damping", q, 3.0) for q in (5e-4, 3e-3)], [3.0, 6.0])
 
 
 def answer_of(*names, state=NAMED_CLASS):
