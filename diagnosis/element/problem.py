@@ -304,7 +304,7 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
         def refitted(other: Campaign, laws: Effects = (), shapes: Sequence[Law] = ()) -> float:
             """Mean square that the baseline, and laws, leave once fitted to a campaign."""
-            return mean_square_of(_with_library(element_problem(other, shapes), laws), laws)
+            return mean_square_of(element_problem(other, shapes).for_laws(laws), laws)
 
         return WiringChecks(
             lambda: element_rivals(campaign, refitted),
@@ -374,13 +374,6 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
         scatter_note="" if is_noise else _NO_NOISE,
         table=table,
     )
-
-
-def _with_library(problem: ElementProblem, laws: Effects) -> ElementProblem:
-    """Problem for a fit of some laws: columns of the others are made along no record."""
-    model = problem.model
-    cards = {name: model.cards[name] for name in model.cards if name in (*laws, *model.contained)}
-    return replace(problem, model=replace(model, cards=cards), table=None)
 
 
 def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -358,6 +358,12 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
                 measured={**model.measured, **{law.name: self.simulated(law) for law in laws}},
             ),
         )
+
+    def for_laws(self, laws: Effects) -> Self:
+        """Problem for a fit of some laws: columns of the others are made along no record."""
+        cards, contained = self.model.cards, self.model.contained
+        cards = {name: cards[name] for name in cards if name in (*laws, *contained)}
+        return replace(self, model=replace(self.model, cards=cards))
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of a set."""

@@ -211,13 +211,18 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
 
     def wiring(self, campaign: Campaign) -> WiringChecks:
         """Signs and gains of loads, exchanged sensors, delays and drifts."""
+
+        def refitted(other: Campaign, laws: Effects = (), shapes: Sequence[Law] = ()) -> float:
+            """Mean square that the baseline, and laws, leave once fitted to a campaign."""
+            return mean_square_of(mounting_problem(other, shapes).for_laws(laws), laws)
+
         return WiringChecks(
-            lambda: mounting_rivals(self),
+            lambda: mounting_rivals(self.for_laws(())),
             self.predictions,
-            lambda other: mean_square_of(mounting_problem(other)),
+            refitted,
             self.linear_records,
             with_laws=lambda laws, values, shapes: self.wiring_beside(
-                laws, shapes, lambda other: mean_square_of(mounting_problem(other, shapes), laws)
+                laws, shapes, lambda other: refitted(other, laws, shapes)
             ),
         )
 

@@ -6,6 +6,7 @@ fluid branch's coordinate ``u_m`` the linear part is ``ẋ = A x + B loads + N p
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -230,8 +231,17 @@ def mounting_blocks(
     tuple of Block
         Vertical, horizontal.
     """
-    vertical, horizontal = _vertical(rig, parameters), _horizontal(rig, parameters)
+    vertical, horizontal = _blocks_without_law(rig, np.asarray(parameters, np.float64).tobytes())
+    if user_law is None:
+        return vertical, horizontal
     return replace(vertical, user_law=user_law), replace(horizontal, user_law=user_law)
+
+
+@lru_cache(maxsize=64)
+def _blocks_without_law(rig: MountingRig, parameters: bytes) -> tuple[Block, Block]:
+    """Blocks of a parameter set, which are the same for every record of a campaign."""
+    p = np.frombuffer(parameters)
+    return _vertical(rig, p), _horizontal(rig, p)
 
 
 def _masses(rig: MountingRig) -> tuple[float, float, float]:

@@ -7,6 +7,7 @@ four). All integrals come from one matrix exponential of the augmented system.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ class Propagator:
     feedback: Array
 
 
+@lru_cache(maxsize=256)
 def propagator(block: Block, step: float) -> Propagator:
     """Exact propagator of `block` over `step` seconds.
 

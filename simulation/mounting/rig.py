@@ -32,7 +32,7 @@ _NOT_NEGATIVE = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class MountingRig:
     """Geometry, masses and bushings; the rig keys of a campaign of kind ``mounting``.
 
