@@ -212,8 +212,7 @@ class ElementModel(ModelInTime):
     @staticmethod
     def _start(record: ElementRecord, values: "_Values") -> FloatArray:
         """Deflection and speed at the first sample: fitted, or as measured; shape (2,)."""
-        measured = (record.motion[0][0], record.motion[1][0])
-        return np.array(values.states.get(record.name, measured))
+        return np.array(values.states.get(record.name, record.first_state))
 
     def _force(
         self, record: ElementRecord, flat: FloatArray, first: ForceLaw, second: ForceLaw

@@ -18,6 +18,7 @@ from carrierflex.diagnosis.comparison.known_physics import DeclaredGains, known_
 from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
 from carrierflex.diagnosis.element.answer import answer_of_table
+from carrierflex.diagnosis.element.first_states import with_likely_start
 from carrierflex.diagnosis.element.force_records import has_one_frequency
 from carrierflex.diagnosis.element.gap import ElementGap, element_loops
 from carrierflex.diagnosis.element.laws import parameter_shift
@@ -358,6 +359,8 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     model = replace(
         unscaled, scale=scale, substeps=scale.substeps(max(record.step for record in records))
     )
+    if model.by_force and not model.states:
+        records = tuple(with_likely_start(model, record) for record in records)
     noise = noise + np.array([carried_noise(model, record) for record in records])
     note, table = "", None
     is_noise = not measured or channel.noise_std is not None or scatter_is_noise(records, noise)

@@ -64,11 +64,23 @@ class ElementRecord:
     base: FloatArray | None = None
     #: Variance of the noise of a measured force or deflection: declared, or of its steps
     drive_noise: float = 0.0
+    #: Deflection and speed at the first sample; None: those of `motion`
+    start: tuple[float, float] | None = None
 
     @property
     def time(self) -> FloatArray:
         """Time from the first sample [s]."""
         return self.step * np.arange(self.response.size, dtype=np.float64)
+
+    @property
+    def measured_start(self) -> tuple[float, float]:
+        """Deflection and speed of `motion` at the first sample."""
+        return float(self.motion[0][0]), float(self.motion[1][0])
+
+    @property
+    def first_state(self) -> tuple[float, float]:
+        """Deflection and speed at the first sample."""
+        return self.measured_start if self.start is None else self.start
 
     @property
     def measured(self) -> FloatArray:
@@ -325,9 +337,7 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
 
 def measured_states(records: Sequence[ElementRecord]) -> dict[str, tuple[float, float]]:
     """Deflection and speed at the first sample of every run."""
-    return {
-        record.name: (float(record.motion[0][0]), float(record.motion[1][0])) for record in records
-    }
+    return {record.name: record.measured_start for record in records}
 
 
 def refuse_mixed_units(campaign: Campaign) -> None:

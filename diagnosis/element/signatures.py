@@ -8,6 +8,7 @@ follow from the measured force alone carry none of that noise.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -421,6 +422,7 @@ def _response(record: ElementRecord, element: _Linear) -> FloatArray:
     return np.asarray(lfilter(numerator, denominator, record.drive - f0))
 
 
+@lru_cache(maxsize=16)  # the same for every record of a campaign
 def _difference_equation(
     m: float, K1: float, C1: float, step: float
 ) -> tuple[FloatArray, FloatArray]:
