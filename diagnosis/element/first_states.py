@@ -16,16 +16,19 @@ from carrierflex.diagnosis.element.records import ElementRecord
 #: Share of a period of the motion that a parabola follows, and samples it needs.
 _QUARTER = 0.25
 _FEWEST_SAMPLES = 6
-#: Periods of the motion over which starts are compared.
-_COMPARED_PERIODS = 10.0
-#: Square that another start leaves of that of the measured one, where it is taken.
-_CLEARLY_LESS = 0.9
+_FEWEST_COMPARED = 12
+#: Periods of the motion over which starts are compared: a force that the element lacks hardly
+#: moves it in half of one.
+_COMPARED_PERIODS = 0.5
+#: Weights of what the measured start, rest and a parabola's start leave: the measured one yields to
+#: rest that leaves less, a parabola follows noise.
+_WEIGHTS = np.array([0.9, 1.0, 2.0])
 
 
 def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementRecord:
-    """Record with the start under which the linear element follows its first periods best.
+    """Record with the start under which the linear element follows its first samples best.
 
-    The measured one, that of a parabola through the first samples, or rest.
+    The measured one, rest, or that of a parabola through the first samples.
 
     Parameters
     ----------
@@ -38,25 +41,22 @@ def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementReco
         return record
     q, v = record.motion[:2]
     omega = float(v.std() / q.std())
-    n = int(_COMPARED_PERIODS * 2.0 * np.pi / (omega * record.step))
+    n = max(_FEWEST_COMPARED, int(_COMPARED_PERIODS * 2.0 * np.pi / (omega * record.step)))
     starts = [record.measured_start, *_early_states(record, omega)]
     squares = [_missed(model, replace(record, start=start), n) for start in starts]
-    best = int(np.argmin(squares))
-    if best and squares[best] < _CLEARLY_LESS * squares[0]:
-        return replace(record, start=starts[best])
-    return record
+    return replace(record, start=starts[int(np.argmin(_WEIGHTS * squares))])
 
 
 def _early_states(record: ElementRecord, omega: float) -> list[tuple[float, float]]:
-    """Start by a parabola through the first samples, and at rest under a force that changes."""
+    """Start at rest under a force that changes, and by a parabola through the first samples."""
     n = max(_FEWEST_SAMPLES, round(_QUARTER * 2.0 * np.pi / (omega * record.step)))
     t = record.step * np.arange(min(n, record.response.size))
     first = record.response[: t.size]
-    moving, resting = (
+    resting, moving = (
         np.linalg.lstsq(np.array([t**k for k in powers]).T, first, rcond=None)[0]
-        for powers in ((0, 1, 2), (0, 2, 3))
+        for powers in ((0, 2, 3), (0, 1, 2))
     )
-    return [(float(moving[0]), float(moving[1])), (float(resting[0]), 0.0)]
+    return [(float(resting[0]), 0.0), (float(moving[0]), float(moving[1]))]
 
 
 def _missed(model: ElementModel, record: ElementRecord, n: int) -> float:
