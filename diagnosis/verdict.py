@@ -102,7 +102,13 @@ def verdict_of(
             return Verdict(verdict, reason, laws, named, reduction)
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, laws, answer, reduction, limits)
-    return _of_class(answer, laws, reduction, shapes or by_shapes(answer))
+    shapes = shapes or by_shapes(answer)
+    is_near_floor = reduction.floor_multiple <= limits.near_floor
+    are_worse = isinstance(shapes, Rejection) or _leave_far_less(reduction, shapes)
+    if laws and is_near_floor and are_worse:
+        # In force space a friction that stops the mass stands in a further class.
+        return Verdict(verdict, reason, laws, _by_laws(answer, laws, reduction), reduction)
+    return _of_class(answer, laws, reduction, shapes)
 
 
 def _ordered(laws: Effects, reduction: GapReduction) -> Effects:
@@ -220,15 +226,17 @@ def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) ->
     return is_equal or reduction.phi >= min(answer.share, 1.0) - ClassConstants().law_named
 
 
-def _leave_far_less(shapes: GapReduction | Rejection | None, reduction: GapReduction) -> bool:
-    """Whether the measured shapes of the classes leave less than any that is equal to the laws.
+def _leave_far_less(
+    first: GapReduction | Rejection | None, second: GapReduction | Rejection | None
+) -> bool:
+    """Whether the first leaves less than any that is equal to the second.
 
-    Both simulated: a spring that hardens by a hyperbolic sine follows a cubic law to 1 % of the
-    gap, and its remainder is that of the law.
+    Measured shapes of classes, and laws, both simulated: a spring that hardens by a hyperbolic sine
+    follows a cubic law to 1 % of the gap, and its remainder is that of the law.
     """
-    if not isinstance(shapes, GapReduction):
+    if not (isinstance(first, GapReduction) and isinstance(second, GapReduction)):
         return False
-    remaining = [far.rms_after**2 - far.noise_floor**2 for far in (shapes, reduction)]
+    remaining = [far.rms_after**2 - far.noise_floor**2 for far in (first, second)]
     return max(remaining[0], 0.0) * ClassConstants().most_equal_left < remaining[1]
 
 

@@ -13,22 +13,22 @@ from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 
-#: Share of a period of the motion that a parabola follows, and samples it needs.
+#: Share of a period of the motion that a polynomial follows, and samples it needs.
 _QUARTER = 0.25
 _FEWEST_SAMPLES = 6
 _FEWEST_COMPARED = 12
 #: Periods of the motion over which starts are compared: a force that the element lacks hardly
 #: moves it in half of one.
 _COMPARED_PERIODS = 0.5
-#: Weights of what the measured start, rest and a parabola's start leave: the measured one yields to
-#: rest that leaves less, a parabola follows noise.
-_WEIGHTS = np.array([0.9, 1.0, 2.0])
+#: Weights of what the measured start, rest, and the starts of polynomials of degree two and three
+#: leave: rest is likely where it leaves less than twice as much, polynomials follow noise.
+_WEIGHTS = np.array([1.0, 0.5, 2.0, 2.0])
 
 
 def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementRecord:
     """Record with the start under which the linear element follows its first samples best.
 
-    The measured one, rest, or that of a parabola through the first samples.
+    The measured one, rest, or that of a polynomial through the first samples.
 
     Parameters
     ----------
@@ -48,15 +48,16 @@ def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementReco
 
 
 def _early_states(record: ElementRecord, omega: float) -> list[tuple[float, float]]:
-    """Start at rest under a force that changes, and by a parabola through the first samples."""
+    """Start at rest, and by polynomials of degree two and three through the first samples."""
     n = max(_FEWEST_SAMPLES, round(_QUARTER * 2.0 * np.pi / (omega * record.step)))
-    t = record.step * np.arange(min(n, record.response.size))
-    first = record.response[: t.size]
-    resting, moving = (
-        np.linalg.lstsq(np.array([t**k for k in powers]).T, first, rcond=None)[0]
-        for powers in ((0, 2, 3), (0, 1, 2))
-    )
-    return [(float(resting[0]), 0.0), (float(moving[0]), float(moving[1]))]
+    first = record.response[:n]
+    t = record.step * np.arange(first.size)
+    states = [(float(first[0]), 0.0)]
+    for degree in (2, 3):
+        columns = np.array([t**power for power in range(degree + 1)]).T
+        q_0, v_0, *_ = np.linalg.lstsq(columns, first, rcond=None)[0].tolist()
+        states.append((q_0, v_0))
+    return states
 
 
 def _missed(model: ElementModel, record: ElementRecord, n: int) -> float:

@@ -217,9 +217,7 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     sample = np.arange(n)
     last = n - edge
     if record.is_released:
-        least = _CLEAR_SPEED * speed_noise(variance, record.flat_hz, record.step)
-        clear = np.flatnonzero(np.abs(record.motion[1]) > least)
-        last = min(last, int(clear.max(initial=-1)) + 1)
+        last = min(last, _end_of_motion(record, variance))
     counted = np.flatnonzero(record.counts & inside & (sample >= edge) & (sample < last))
     block = np.full(n, -1)
     if counted.size < 2 * _FEWEST_IN_BLOCK:
@@ -229,6 +227,34 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     number = (counted - counted[0]) * n_blocks // length
     block[counted] = np.unique(number, return_inverse=True)[1]
     return block
+
+
+def while_moving(record: ElementRecord, variance: float) -> ElementRecord:
+    """Decay without the samples after it has come to rest; any other record as it is.
+
+    At rest columns of force are noise, and dry friction balances whatever remains.
+
+    Parameters
+    ----------
+    record : ElementRecord
+        Run.
+    variance : float
+        Variance of the noise of its deflection.
+    """
+    if not record.is_released:
+        return record
+    moves = np.arange(record.block.size) < _end_of_motion(record, variance)
+    moves &= record.block >= 0
+    if np.count_nonzero(moves) < 2 * _FEWEST_IN_BLOCK:
+        return record
+    return replace(record, block=np.where(moves, record.block, -1))
+
+
+def _end_of_motion(record: ElementRecord, variance: float) -> int:
+    """Number of samples until the speed of a decay is last clear of its noise."""
+    least = _CLEAR_SPEED * speed_noise(variance, record.flat_hz, record.step)
+    clear = np.flatnonzero((np.abs(record.motion[1]) > least) & record.counts)
+    return int(clear.max(initial=-1)) + 1
 
 
 def fold_of(run: ForceRecord, number: int, n_folds: int) -> np.ndarray:

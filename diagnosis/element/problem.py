@@ -19,7 +19,7 @@ from carrierflex.diagnosis.comparison.overlay import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Signatures
 from carrierflex.diagnosis.element.answer import answer_of_table
 from carrierflex.diagnosis.element.first_states import with_likely_start
-from carrierflex.diagnosis.element.force_records import has_one_frequency
+from carrierflex.diagnosis.element.force_records import has_one_frequency, while_moving
 from carrierflex.diagnosis.element.gap import ElementGap, element_loops
 from carrierflex.diagnosis.element.laws import parameter_shift
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
@@ -324,7 +324,8 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
     @cached_property
     def _signatures(self) -> Signatures:
-        return element_signatures(self.model, self.records)
+        moving = map(while_moving, self.records, self.noise.tolist())
+        return element_signatures(self.model, tuple(moving))
 
 
 def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> ElementProblem:
@@ -355,7 +356,7 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
         gains=declared_gains(campaign),
         measured={law.name: element_law(law) for law in measured_laws},
     )
-    scale = element_scale(unscaled, records)
+    scale = element_scale(unscaled, tuple(map(while_moving, records, noise.tolist())))
     model = replace(
         unscaled, scale=scale, substeps=scale.substeps(max(record.step for record in records))
     )

@@ -97,6 +97,9 @@ def _of_steps(data: ReportData) -> Iterator[CauseRow]:
     findings = [_finding_of(diagnosis, step) for step in steps]
     # Shares of classes do not depend on an order; two effects of one class have those of the steps.
     is_by_class = None not in findings and len({id(one) for one in findings}) == len(findings)
+    of_classes = sum(one.share for one in findings if one is not None)
+    # With what is not explained all shares are one.
+    scale = far.phi / of_classes if far is not None and of_classes > 0.0 else 1.0
     for step, finding in zip(steps, findings, strict=True):
         others = list(rivals.get(step.added, ()))
         if not which.effects and finding is not None and diagnosis.classes is not None:
@@ -109,8 +112,11 @@ def _of_steps(data: ReportData) -> Iterator[CauseRow]:
             named = _values(diagnosis, finding.law) if finding.law_named else []
             values = [*_shape_values(finding), *named]
         state = SEVERAL if others else NAMED
-        of = finding if is_by_class and finding is not None else step
-        yield CauseRow(state, name, of.share, of.share_ci95, values, _acts(data, step))
+        share, ci95 = step.share, step.share_ci95
+        if is_by_class and finding is not None:
+            share = scale * finding.share
+            ci95 = (scale * finding.share_ci95[0], scale * finding.share_ci95[1])
+        yield CauseRow(state, name, share, ci95, values, _acts(data, step))
 
 
 def _finding_of(diagnosis: Diagnosis, step: SelectionStep) -> ClassFinding | None:

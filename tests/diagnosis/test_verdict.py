@@ -28,6 +28,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     GapReduction,
     RankedSet,
+    Rejection,
     SelectionStep,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
@@ -277,6 +278,38 @@ def test_a_law_that_leaves_far_more_than_its_simulated_class_is_the_nearest_only
     assert result.verdict == verdict
     assert result.effects == (() if verdict == CLASS_NAMED else ("cube",))
     assert result.reduction is (of_class if verdict == CLASS_NAMED else of_law)
+
+
+@pytest.mark.parametrize(
+    ("left", "shapes", "verdict"),
+    [
+        (0.11, Rejection("explained", "measured spring", "explains 0% of the gap"), NAMED),
+        (0.11, 0.2, NAMED),
+        (0.11, 0.112, CLASS_NAMED),
+        (0.11, None, CLASS_NAMED),
+        (0.2, Rejection("explained", "measured spring", "explains 0% of the gap"), CLASS_NAMED),
+    ],
+)
+def test_a_law_at_the_noise_stands_where_the_simulator_refuses_a_further_class(
+    left, shapes, verdict
+):
+    """Dry friction that stops the mass is, in force space, a class more."""
+    pair = answer(classes=[finding("spring", law="cube"), finding("friction", law="coulomb")])
+    of_law = reduction(0.999, rms_after=left, floor_multiple=left / 0.1)
+    if isinstance(shapes, float):
+        shapes = reduction(0.99, rms_after=shapes, floor_multiple=shapes / 0.1)
+    result = verdict_of(
+        Selection(("coulomb",), (), ()),
+        of_law,
+        pair,
+        Thresholds(),
+        floor_is_measured=True,
+        by_shapes=lambda answer: shapes,
+    )
+    assert (result.verdict, result.effects) == (
+        verdict,
+        ("coulomb",) if verdict == NAMED else (),
+    )
 
 
 def test_what_a_class_leaves_lies_between_the_floor_and_the_gap():

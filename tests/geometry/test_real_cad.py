@@ -32,11 +32,26 @@ def gmsh_quality(mesh):
         return float(np.min(gmsh.model.mesh.getElementQualities(tags, "minSJ")))
 
 
-pytestmark = pytest.mark.long
+#: Every feature once; all twenty take eight minutes.
+IN_LONG = (
+    ("five_with_fillet_chamfer_moved", False),
+    ("four_with_chamfer_oil_keyway", False),
+    ("large_with_everything", True),
+)
 
 
-@pytest.mark.parametrize("pins", [False, True])
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize(
+    ("name", "pins"),
+    [
+        pytest.param(
+            name,
+            pins,
+            marks=pytest.mark.long if (name, pins) in IN_LONG else pytest.mark.acceptance,
+        )
+        for name in SOLIDS
+        for pins in (False, True)
+    ],
+)
 def test_a_solid_with_real_features_is_meshed_soundly(name, pins, tmp_path):
     carrier, _ = SOLIDS[name]
     step, surfaces = write_solid(name, tmp_path)
@@ -56,6 +71,7 @@ def test_a_solid_with_real_features_is_meshed_soundly(name, pins, tmp_path):
     assert_allclose(mesh_quality(mesh).volume, volume, rtol=1e-3)
 
 
+@pytest.mark.long
 def test_the_large_carrier_is_of_the_2_3_mw_class_and_every_solid_has_three_features():
     carrier, features = SOLIDS["large_with_fillet_and_12_m30"]
     assert (carrier.outer_radius, carrier.centre_distance, carrier.n_planets) == (0.72, 0.5, 3)
@@ -69,6 +85,7 @@ def test_the_large_carrier_is_of_the_2_3_mw_class_and_every_solid_has_three_feat
     assert {shape.n_planets for shape, _ in SOLIDS.values()} == {3, 4, 5}
 
 
+@pytest.mark.long
 def test_small_holes_are_left_out_on_request(tmp_path):
     step, surfaces = write_solid("four_with_fillet_and_bolts", tmp_path)
     statements = read_cad_statements(surfaces)
@@ -82,6 +99,7 @@ def test_small_holes_are_left_out_on_request(tmp_path):
     assert_allclose(volumes[1] - volumes[0], features.bolts * hole, rtol=0.02)
 
 
+@pytest.mark.long
 def test_what_stays_distorted_is_refused_by_its_faces(tmp_path, monkeypatch):
     step, surfaces = write_solid("fillet_oil_moved", tmp_path)
     statements = read_cad_statements(surfaces)
