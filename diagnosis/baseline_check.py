@@ -508,10 +508,10 @@ def _drifting_by_steps(
     late: Sequence[tuple[ClockDrift, float]], campaign: Campaign
 ) -> Iterator[WiringRival]:
     """Clocks that drift by more than a fit of the baseline finds its way back from."""
-    files = {run.name: run.file for run in campaign.runs}
+    runs = {run.name: run for run in campaign.runs}
     for clock, remaining in late:
-        if clock.run:
-            yield clock_rival(clock.run, clock.growth, remaining, files[clock.run])
+        if clock.run and abs(clock.growth) > SMALLEST_DRIFT * mean_step(runs[clock.run].time):
+            yield clock_rival(clock.run, clock.growth, remaining, runs[clock.run].file)
 
 
 def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:

@@ -208,8 +208,11 @@ def drifting_clocks(
     drifts = []
     for record in records:
         drift, sureness = _drift(record)
-        if sureness > _SURE and abs(drift.growth) > SMALLEST_DRIFT * mean_step(record.time):
-            drifts.append((sureness, _refined(record, drift)))
+        least = SMALLEST_DRIFT * mean_step(record.time)
+        if sureness > _SURE and abs(drift.growth) > least:
+            refined = _refined(record, drift)
+            if abs(refined.growth) > least:
+                drifts.append((sureness, refined))
     rivals = []
     for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
         mean_square = refitted(_put_back(campaign, drift))
