@@ -16,6 +16,7 @@ from carrierflex.fe.matrices.component_names import COMPONENT_NAMES
 from carrierflex.fe.matrices.node_files import NodeTable, read_nodes
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import plain_content
+from carrierflex.geometry.given_meshes.nastran_decks import bulk_data
 
 if TYPE_CHECKING:
     from carrierflex.fe.matrices.interface_tables import (
@@ -93,14 +94,9 @@ def with_linked_pilots(document: "InterfacesDocument", deck: Path) -> "Interface
 def _cards(path: Path, size: int) -> list[list[Any]]:
     """Name and fields of every link; blank fields are empty texts."""
     try:
-        with (
-            limited(60 + size // 20_000, 1_000_000_000 + 400 * size),
-            path.open(encoding="latin-1") as file,
-        ):
-            # pyyeti ends a card at a comment between its lines.
-            text = "".join(line for line in file if line.strip() and not line.startswith("$"))
+        with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
             cards = bulk.rdcards(
-                io.StringIO(text),
+                io.StringIO(bulk_data(path.read_bytes())),
                 r"RBE[23][*\s,]",
                 regex=True,
                 return_var="list",

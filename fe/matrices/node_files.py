@@ -1,5 +1,6 @@
 """Nodes of other programs' models: numbers, coordinates, sets, and the order of matrix rows."""
 
+import io
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,6 +17,7 @@ from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
 from carrierflex.geometry.given_meshes.ansys_archives import read_archive
+from carrierflex.geometry.given_meshes.nastran_decks import bulk_data
 
 _MOST_BYTES = 8_000_000_000
 _EXPECTED = "a file with nodes (.inp, .bdf, .dat, .nas, .blk, .asm, .cdb)"
@@ -204,13 +206,14 @@ def _nastran_nodes(path: Path, size: int) -> NodeTable:
         with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
             if path.suffix.lower() == ".asm":
                 return _assembly_nodes(path)
-            grids = bulk.rdgrids(str(path), follow_includes=False)
+            text = _bulk_of(path)
+            grids = bulk.rdgrids(io.StringIO(text))
             if grids is None:
                 raise ValueError("no GRID entries")
             if (grids[:, [1, 5]] != 0).any():
-                return _of_uset(bulk.bulk2uset(str(path), follow_includes=False)[0])
+                return _of_uset(bulk.bulk2uset(io.StringIO(text))[0])
             return node_table(whole(grids[:, 0], "grids"), grids[:, 2:5])
-    except _PunchError:
+    except _NamedError:
         raise
     except Exception as error:
         # Its errors are of every kind: a damaged file meets its code unchecked.
@@ -218,8 +221,26 @@ def _nastran_nodes(path: Path, size: int) -> NodeTable:
         raise ValueError(f"{path}: no sound bulk data with GRID entries ({reason})") from error
 
 
-class _PunchError(ValueError):
-    """The punch file beside an assembly file is damaged."""
+class _NamedError(ValueError):
+    """An error that names its file and its cause."""
+
+
+def _bulk_of(path: Path) -> str:
+    """Bulk data in which every GRID names its systems."""
+    try:
+        text = bulk_data(path.read_bytes())
+        defaults = bulk.rdcards(
+            io.StringIO(text), "grdset", return_var="list", blank=0, no_data_return=[]
+        )
+        systems = [card[at] for card in defaults for at in (1, 5) if any(card[at : at + 1])]
+        if systems:
+            raise ValueError(
+                f"GRDSET gives coordinate system {systems[0]} to grids that name none; expected "
+                "the system in every GRID"
+            )
+    except ValueError as error:
+        raise _NamedError(f"{path}: {error}") from error
+    return text
 
 
 def _punch_of(path: Path) -> Path:
@@ -236,7 +257,7 @@ def _assembly_nodes(path: Path) -> NodeTable:
         dofs = bulk.rdextrn(str(punch), follow_includes=False)
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise _PunchError(f"{punch}: no sound bulk data with EXTRN ({reason})") from error
+        raise _NamedError(f"{punch}: no sound bulk data with EXTRN ({reason})") from error
     names = DofNames(dofs[:, 0], np.where(dofs[:, 1] == 0, SCALAR, dofs[:, 1] - 1))
     return replace(_of_uset(uset), dofs=names)
 

@@ -6,11 +6,14 @@ and knows no elements in fields of sixteen.
 """
 
 import io
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from carrierflex.files.shown_values import shown
 
 #: Kind of element by name of the card and number of nodes.
 _KINDS = {
@@ -31,6 +34,41 @@ _FROM_NASTRAN = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
 Block = tuple[str, str, NDArray[np.int64]]
 
 
+def bulk_data(content: bytes) -> str:
+    """Lines of a deck up to ENDDATA, as pyyeti reads them: without comments and blank lines.
+
+    pyyeti ends a card at a comment between its lines and reads on behind ENDDATA.
+
+    Parameters
+    ----------
+    content : bytes
+        The file.
+
+    Raises
+    ------
+    ValueError
+        Where pyyeti would drop a card or its continuation: the name does not begin in column 1, or
+        a card in fields of sixteen has commas.
+    """
+    text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    lines = io.StringIO(text, newline=None)
+    text = "".join(line for line in lines if line.strip() and not line.lstrip().startswith("$"))
+    text = re.split(r"(?im)^[ \t]*ENDDATA\b", text, maxsplit=1)[0]
+    cards = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text, maxsplit=1)[-1]
+    # From column 9 on a word is a field of a continuation.
+    if indented := re.search(r"(?m)^ {1,7}[A-Za-z].*$", cards):
+        raise ValueError(
+            f"the line {shown(indented[0])} begins with blanks; expected the names of entries from "
+            "column 1 on: delete the blanks before them"
+        )
+    if wide := re.search(r"(?im)^(?!DMIG)[A-Z]\w*\*[ \t]*,.*$", cards):
+        raise ValueError(
+            f"the line {shown(wide[0])} is a large entry (*) with commas; expected commas in "
+            "entries without * alone: write it in fields of 8 or of 16 characters"
+        )
+    return text
+
+
 def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], list[Block]]:
     """Numbers (n,), coordinates (n, 3) and elements of a deck: kind, property, node rows (k, m).
 
@@ -40,20 +78,19 @@ def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], li
     Raises
     ------
     ValueError
-        Where an element has a number of nodes that its kind has not, or names a node that is not
-        there.
+        Where an element has a number of nodes that its kind has not, names a node that is not
+        there, or is defined twice.
     """
     # Half of the imports of all that may read a mesh: pandas and matplotlib come with it.
     from pyyeti.nastran import bulk
 
-    # pyyeti ends a card at a comment between its lines.
-    with path.open(encoding="latin-1") as file:
-        text = "".join(line for line in file if line.strip() and not line.startswith("$"))
+    text = bulk_data(path.read_bytes())
     cards = bulk.rdcards(
         io.StringIO(text), _CARDS, regex=True, return_var="list", keep_name=True, no_data_return=[]
     )
     grids: dict[int, list[float]] = {}
     elements: dict[tuple[str, str], list[list[int]]] = {}
+    element_numbers: set[int] = set()
     in_frames = False
     for card in cards:
         name = card[0].rstrip("*").upper()
@@ -73,6 +110,11 @@ def nastran_mesh(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64], li
                 )
         else:
             kind, nodes = _element(name, fields)
+            if fields[0] in element_numbers:
+                raise ValueError(
+                    f"{name} {fields[0]} has the number of another element; expected every one once"
+                )
+            element_numbers.add(fields[0])
             elements.setdefault((kind, str(fields[1] or "")), []).append(nodes)
     numbers = np.array(sorted(grids), dtype=np.int64)
     if in_frames:

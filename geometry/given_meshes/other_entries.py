@@ -9,6 +9,7 @@ from collections import Counter
 from pathlib import Path
 
 from carrierflex.files.plain_files import plain_content
+from carrierflex.geometry.given_meshes.nastran_decks import bulk_data
 
 #: Nastran's entries by what they add to a body; shells only where the deck gives them a property.
 _NASTRAN_SHELLS = r"C(TRIA|QUAD)\w*"
@@ -38,7 +39,8 @@ def left_out(path: Path) -> tuple[str, ...]:
     Raises
     ------
     ValueError
-        Where a deck holds other elements with stiffness or mass; kinds and counts are named.
+        Where a deck holds other elements with stiffness or mass; kinds and counts are named. Where
+        lines of a deck would be dropped.
     """
     suffix = path.suffix.lower()
     if suffix not in _SUFFIXES:
@@ -48,7 +50,10 @@ def left_out(path: Path) -> tuple[str, ...]:
         counts, has_sections = _abaqus_entries(content)
         shells, carrying, links = _ABAQUS_SHELLS, _ABAQUS_CARRYING, _ABAQUS_LINKS
     else:
-        counts = _nastran_entries(content)
+        try:
+            counts = _nastran_entries(bulk_data(content))
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
         has_sections = bool(_of(counts, _NASTRAN_SECTIONS))
         shells, carrying, links = _NASTRAN_SHELLS, _NASTRAN_CARRYING, _NASTRAN_LINKS
     refused = _of(counts, f"{carrying}|{shells}" if has_sections else carrying)
@@ -76,11 +81,11 @@ def _listed(counts: dict[str, int]) -> str:
     return ", ".join(f"{count} {name}" for name, count in counts.items())
 
 
-def _nastran_entries(content: bytes) -> Counter[str]:
+def _nastran_entries(text: str) -> Counter[str]:
     """Names of the entries of a deck and how often they stand there."""
-    bulk = re.split(rb"(?im)^[ \t]*BEGIN[ \t]+BULK[^\r\n]*$", content)[-1]
-    names = re.findall(rb"^([A-Za-z][A-Za-z0-9]*)\*?(?=[\s,]|$)", bulk, re.MULTILINE)
-    return Counter(name.decode("ascii").upper() for name in names)
+    bulk = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text)[-1]
+    names = re.findall(r"(?m)^([A-Za-z][A-Za-z0-9]*)\*?(?=[\s,]|$)", bulk)
+    return Counter(name.upper() for name in names)
 
 
 def _abaqus_entries(content: bytes) -> tuple[Counter[str], bool]:

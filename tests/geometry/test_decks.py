@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.fe.matrices import node_files
 from carrierflex.fe.matrices.interface_files import read_interfaces
-from carrierflex.fe.matrices.node_files import numbers_in_turn
+from carrierflex.fe.matrices.node_files import numbers_in_turn, read_nodes
 from carrierflex.fe.solids.given_solids import solid_body
 from carrierflex.geometry.given_meshes import foreign_files
 from carrierflex.geometry.given_meshes.solid_files import REFERENCE_NODES, read_solid_mesh
@@ -35,7 +36,7 @@ nodes = [5, 6, 7, 8]
 @pytest.fixture(autouse=True)
 def in_forks(monkeypatch):
     """Decks are read in forks."""
-    read_in_forks(monkeypatch, foreign_files)
+    read_in_forks(monkeypatch, foreign_files, node_files)
 
 
 def card(name, fields, form):
@@ -123,6 +124,40 @@ def test_elements_with_odd_counts_or_absent_nodes_are_refused_by_number(tmp_path
     path.write_text(deck("free", more=card("CTETRA", [9, 1, 1, 2, 3, 99], "free")))
     with pytest.raises(ValueError, match="names node 99, which no GRID of this file has"):
         read_solid_mesh(path)
+
+
+def test_an_element_number_that_two_elements_have_is_refused(tmp_path):
+    path = tmp_path / "twice.bdf"
+    path.write_text(deck("free", more=card("CTETRA", [7, 2, 1, 2, 3, 5], "free")))
+    with pytest.raises(ValueError, match="CTETRA 7 has the number of another element; expected"):
+        read_solid_mesh(path)
+
+
+def test_nothing_behind_enddata_is_read_and_a_byte_order_mark_hides_no_card(tmp_path):
+    behind = card("CHEXA", [8, 1, *range(1, 21)], "free") + "CONM2,9,5,,50.\n"
+    path = tmp_path / "block.bdf"
+    text = deck("plus").partition("BEGIN BULK\n")[2]
+    path.write_text("\ufeff" + text + behind, encoding="utf-8")
+    mesh = read_solid_mesh(path)
+    assert len(mesh.points) == 20
+    assert [len(nodes) for _, _, nodes in mesh.blocks] == [1]
+
+
+@pytest.mark.parametrize(
+    ("more", "refused"),
+    [
+        ("  CONM2,200,5,,50.0\n", "line ' CONM2,200,5,,50.0' begins with blanks; .*column 1"),
+        (" CHEXA  ,8,1\n", "line ' CHEXA ,8,1' begins with blanks"),
+        ("GRID*,21,,0.0,0.0\n*,2.0\n", "'GRID\\*,21,,0.0,0.0' is a large entry .* with commas"),
+    ],
+)
+def test_cards_that_would_be_dropped_are_refused_with_their_line(more, refused, tmp_path):
+    path = tmp_path / "block.bdf"
+    path.write_text(deck("free", more=more))
+    with pytest.raises(ValueError, match=rf"block\.bdf: the .*{refused}"):
+        read_solid_mesh(path)
+    with pytest.raises(ValueError, match=rf"block\.bdf: the .*{refused}"):
+        read_nodes(path)
 
 
 SHELL = card("PSHELL", [2, 1, 0.01], "plus") + card("CQUAD4", [100, 2, 1, 2, 3, 4], "plus")

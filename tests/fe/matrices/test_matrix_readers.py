@@ -372,6 +372,33 @@ def test_an_assembly_has_the_components_that_its_punch_file_says(extrn, rows, tm
     assert list(zip(table.dofs.nodes, table.dofs.components, strict=True)) == [*rows, (110, -1)]
 
 
+GRIDS = "GRID*                  1                             0.0             0.0*\n{}*{:>23}\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GRIDS.format("", 2.0),
+        GRIDS.format("$ comment\n", 2.0),
+        "GRID,1,,0.,0.,2.\nENDDATA\nGRID,2\n",
+    ],
+)
+def test_a_grid_has_three_coordinates_and_stands_before_enddata(text, tmp_path):
+    path = tmp_path / "nodes.bdf"
+    path.write_text(text)
+    table = read_nodes(path)
+    assert table.numbers.tolist() == [1]
+    assert_allclose(table.points, [[0.0, 0.0, 2.0]])
+
+
+@pytest.mark.parametrize("defaults", ["GRDSET,,5\n", "GRDSET,,,,,,5\n"])
+def test_systems_of_grdset_are_refused(defaults, tmp_path):
+    path = tmp_path / "nodes.bdf"
+    path.write_text(f"CORD2R,5,0,0.,0.,-2.,0.,0.,1.\n,1.,0.,0.\n{defaults}GRID,1,,0.,0.,2.\n")
+    with pytest.raises(ValueError, match=r"nodes\.bdf: GRDSET gives coordinate system 5 to grids"):
+        read_nodes(path)
+
+
 def of_digits(digits):
     """Matrix as a file of so many digits holds it."""
     K = symmetric()
