@@ -17,7 +17,8 @@ from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file, plain_content
 from carrierflex.files.shown_values import shown
 from carrierflex.geometry.given_meshes.ansys_archives import read_archive
-from carrierflex.geometry.given_meshes.nastran_decks import bulk_data
+from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, bulk_data
+from carrierflex.geometry.given_meshes.other_entries import refuse_made_nodes
 
 _MOST_BYTES = 8_000_000_000
 _EXPECTED = "a file with nodes (.inp, .bdf, .dat, .nas, .blk, .asm, .cdb)"
@@ -134,12 +135,15 @@ def _archive_nodes(path: Path) -> NodeTable:
 
 
 def _deck_nodes(content: bytes) -> NodeTable:
+    refuse_made_nodes(content)
     tables: list[NDArray[np.float64]] = []
     sets: dict[str, list[NDArray[np.int64]]] = {}
     for keyword, data in _deck_blocks(content):
         name, *options = (word.strip() for word in keyword.split(","))
         chosen = dict(option.partition("=")[::2] for option in options)
         settings = {k.strip(): v.strip() for k, v in chosen.items()}
+        if name == "NODE" and "INPUT" in settings:
+            raise ValueError("*NODE, INPUT; expected the nodes in this file: others are not read")
         if name == "NODE" and "SYSTEM" not in settings:
             tables.append(_coordinates(data))
             if settings.get("NSET"):
@@ -160,6 +164,7 @@ def _deck_nodes(content: bytes) -> NodeTable:
 
 def _deck_blocks(content: bytes) -> Iterator[tuple[str, bytes]]:
     """Keyword line in capitals without blanks, and the lines below it, of nodes and sets."""
+    content = content.removeprefix(BYTE_ORDER_MARK)
     marks = list(re.finditer(rb"^[ \t]*\*(?!\*)([^\r\n]*)", content, re.MULTILINE))
     ends = [*(mark.start() for mark in marks[1:]), len(content)]
     for mark, end in zip(marks, ends, strict=True):

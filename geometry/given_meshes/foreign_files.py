@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.shown_values import shortened
-from carrierflex.geometry.given_meshes.nastran_decks import nastran_mesh
+from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, nastran_mesh
 from carrierflex.geometry.half_sector import quiet_geometry
 
 #: Suffixes that are read here, and what the files are.
@@ -162,9 +162,11 @@ def _plain_deck(text: str) -> str:
     It ends a block at a comment, takes generated sets in one line of three numbers only, and takes
     sets for those of other blocks where a name stands twice or a block of elements has none.
     """
+    text = text.removeprefix(BYTE_ORDER_MARK.decode("latin-1"))
     text = re.sub(r"(?m)^[ \t]*\*\*.*\n?", "", text)
     before, *blocks = re.split(r"(?m)^(?=[ \t]*\*)", text)
     plain, sets = [before], []
+    element_numbers: set[int] = set()
     for number, block in enumerate(blocks):
         head, _, data = block.partition("\n")
         keyword, *options = (word.strip() for word in head.split(","))
@@ -174,7 +176,11 @@ def _plain_deck(text: str) -> str:
         name = settings.get("ELSET", "").strip()
         if keyword.upper() == "*ELEMENT":
             kind = settings.get("TYPE", "").strip().upper()
+            _refuse_repeated(kind, data, element_numbers)
             block = f"*ELEMENT, TYPE={kind}, ELSET={number}#{name}\n{data}"
+        elif keyword.upper() == "*NODE":
+            # Exponents of Fortran's double precision.
+            block = f"{head}\n{re.sub('[Dd]', 'E', data)}"
         elif keyword.upper() in ("*ELSET", "*NSET"):
             if "GENERATE" in settings:
                 data = _listed_members(data, keyword)
@@ -188,14 +194,29 @@ def _plain_deck(text: str) -> str:
     return "".join([*plain, "\n", *sets])
 
 
+def _refuse_repeated(kind: str, data: str, numbers: set[int]) -> None:
+    """Add the numbers of a block's elements to `numbers`; refuse one that is there."""
+    if kind not in _KINDS_OF_DECKS:
+        return
+    n_nodes = meshio._common.num_nodes_per_cell[_KINDS_OF_DECKS[kind]]
+    for number in map(int, data.replace(",", " ").split()[:: n_nodes + 1]):
+        if number in numbers:
+            raise ValueError(
+                f"*ELEMENT, TYPE={kind}: element {number} occurs twice; expected every one once"
+            )
+        numbers.add(number)
+
+
 def _listed_members(data: str, keyword: str) -> str:
     """Members of a generated set in full."""
     lines = []
     for line in filter(str.strip, data.splitlines()):
         limits = [int(word) for word in line.split(",") if word.strip()]
-        if len(limits) not in (2, 3):
-            raise ValueError(f"{keyword}, GENERATE with {line!r}; expected first, last and step")
-        first, last, step = (*limits, 1)[:3]
+        first, last, step = (*limits, 1)[:3] if len(limits) in (2, 3) else (1, 0, 0)
+        if last < first or step < 1:
+            raise ValueError(
+                f"{keyword}, GENERATE with {line!r}; expected first, last and step, ascending"
+            )
         lines.append(", ".join(map(str, range(first, last + 1, step))))
     return "\n".join([*lines, ""])
 

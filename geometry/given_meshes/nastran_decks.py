@@ -30,6 +30,8 @@ _MOST_NODES = {name: max(m for other, m in _KINDS if other == name) for name in 
 _CARDS = rf"(GRID|GRDSET|{'|'.join(sorted(_NAMES))})[*\s,]"
 #: Nastran numbers the edges along a hexahedron before those of its far end.
 _FROM_NASTRAN = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
+#: Begins a text that Windows wrote in UTF-8.
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 Block = tuple[str, str, NDArray[np.int64]]
 
@@ -50,7 +52,7 @@ def bulk_data(content: bytes) -> str:
         Where pyyeti would drop a card or its continuation: the name does not begin in column 1, or
         a card in fields of sixteen has commas.
     """
-    text = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    text = content.removeprefix(BYTE_ORDER_MARK).decode("latin-1")
     lines = io.StringIO(text, newline=None)
     text = "".join(line for line in lines if line.strip() and not line.lstrip().startswith("$"))
     text = re.split(r"(?im)^[ \t]*ENDDATA\b", text, maxsplit=1)[0]

@@ -6,10 +6,12 @@ that they are refused; links are what pilots of an interfaces file stand for, an
 
 import re
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 from carrierflex.files.plain_files import plain_content
-from carrierflex.geometry.given_meshes.nastran_decks import bulk_data
+from carrierflex.files.shown_values import shown
+from carrierflex.geometry.given_meshes.nastran_decks import BYTE_ORDER_MARK, bulk_data
 
 #: Nastran's entries by what they add to a body; shells only where the deck gives them a property.
 _NASTRAN_SHELLS = r"C(TRIA|QUAD)\w*"
@@ -24,8 +26,13 @@ _ABAQUS_SHELLS = r"(S[3-9]|STRI|M3D|DS[3-8])\w*"
 _ABAQUS_SECTIONS = r"\*(SHELL|MEMBRANE) (GENERAL )?SECTION"
 _ABAQUS_CARRYING = (
     r"(MASS|ROTARYI|HEATCAP|SPRING|DASHPOT|CONN|GAP|JOINT|ITS|GK|T[23]D|B[23]\d|PIPE|ELBOW|FRAME"
-    r"|SC[68]|CSS8|COH|U\d|VU\d)\w*"
+    r"|SC[68]|CSS8|COH|U\d|VU\d)\w*|\*NONSTRUCTURAL MASS|\*MATRIX ASSEMBLE"
 )
+#: Keywords that fetch or make elements or nodes: only those that a deck lists are read.
+_ABAQUS_UNREAD = (
+    r"\*(INCLUDE|ELGEN|ELCOPY|SYMMETRIC MODEL GENERATION|(NODE|NSET|ELEMENT|ELSET), INPUT)"
+)
+_ABAQUS_MADE_NODES = r"\*(NGEN|NFILL|NCOPY|NMAP)"
 _ABAQUS_LINKS = r"\*(RIGID BODY|((KINEMATIC|DISTRIBUTING) )?COUPLING|MPC|EQUATION|TIE)|R3D\d"
 #: What is said of links where pilots of an interfaces file stand for them.
 LINKS_REPLACED = "pilots of the interfaces file replace links"
@@ -46,16 +53,23 @@ def left_out(path: Path) -> tuple[str, ...]:
     if suffix not in _SUFFIXES:
         return ()
     content = plain_content(path, "a mesh", _MOST_BYTES)
-    if suffix == ".inp":
-        counts, has_sections = _abaqus_entries(content)
-        shells, carrying, links = _ABAQUS_SHELLS, _ABAQUS_CARRYING, _ABAQUS_LINKS
-    else:
-        try:
+    try:
+        if suffix == ".inp":
+            refuse_made_nodes(content)
+            counts, has_sections = _abaqus_entries(content)
+            shells, carrying, links = _ABAQUS_SHELLS, _ABAQUS_CARRYING, _ABAQUS_LINKS
+        else:
             counts = _nastran_entries(bulk_data(content))
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from error
-        has_sections = bool(_of(counts, _NASTRAN_SECTIONS))
-        shells, carrying, links = _NASTRAN_SHELLS, _NASTRAN_CARRYING, _NASTRAN_LINKS
+            has_sections = bool(_of(counts, _NASTRAN_SECTIONS))
+            shells, carrying, links = _NASTRAN_SHELLS, _NASTRAN_CARRYING, _NASTRAN_LINKS
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    if unread := _of(counts, _ABAQUS_UNREAD):
+        raise ValueError(
+            f"{path}: {_listed(unread)}; expected all nodes and elements in *NODE and *ELEMENT of "
+            "this file: other files are not read and nothing is generated; delete *INCLUDE of a "
+            "file without a mesh"
+        )
     refused = _of(counts, f"{carrying}|{shells}" if has_sections else carrying)
     if refused:
         raise ValueError(
@@ -88,23 +102,67 @@ def _nastran_entries(text: str) -> Counter[str]:
     return Counter(name.upper() for name in names)
 
 
-def _abaqus_entries(content: bytes) -> tuple[Counter[str], bool]:
-    """Types of elements and keywords with their counts; whether shells have a section."""
-    text = re.sub(rb"(?m)^[ \t]*\*\*[^\r\n]*\r?\n?", b"", content)
-    marks = list(re.finditer(rb"(?m)^[ \t]*\*([^\r\n]*)", text))
-    ends = [*(mark.start() for mark in marks[1:]), len(text)]
+def refuse_made_nodes(content: bytes) -> None:
+    """Refuse an Abaqus deck in which keywords make or move nodes; only ``*NODE`` is read.
+
+    One instance of one part is read where it stays where the part is.
+
+    Parameters
+    ----------
+    content : bytes
+        The deck.
+
+    Raises
+    ------
+    ValueError
+        With the line, and what to write in its place.
+    """
     counts: Counter[str] = Counter()
-    has_sections = False
+    for line, data in _abaqus_blocks(content):
+        name = _keyword(line)
+        counts[name] += 1
+        moves = re.search(rb"[1-9]", data) is not None
+        if re.fullmatch(_ABAQUS_MADE_NODES, name) or (name == "*SYSTEM" and moves):
+            raise ValueError(
+                f"{shown(line)}; expected every node in *NODE, in coordinates of the model: let "
+                "the preprocessor write the mesh so"
+            )
+        if name in ("*PART", "*INSTANCE") and (counts[name] > 1 or (name == "*INSTANCE" and moves)):
+            what = "is the second one" if counts[name] > 1 else "moves its part"
+            raise ValueError(
+                f"{shown(line)} {what}; expected one part and one instance of it, without lines "
+                "that move it: write the deck without parts and assemblies"
+            )
+
+
+def _abaqus_blocks(content: bytes) -> Iterator[tuple[str, bytes]]:
+    """Line of every keyword, and the lines below it."""
+    text = content.removeprefix(BYTE_ORDER_MARK)
+    text = re.sub(rb"(?m)^[ \t]*\*\*[^\r\n]*\r?\n?", b"", text)
+    marks = list(re.finditer(rb"(?m)^[ \t]*(\*[^\r\n]*)", text))
+    ends = [*(mark.start() for mark in marks[1:]), len(text)]
     # A file without a keyword has an end and no mark.
     for mark, end in zip(marks, ends, strict=False):
-        keyword, _, options = mark[1].decode("latin-1").upper().partition(",")
-        name = f"*{' '.join(keyword.split())}"
+        yield mark[1].decode("latin-1"), text[mark.end() : end]
+
+
+def _keyword(line: str) -> str:
+    return f"*{' '.join(line.partition(',')[0][1:].upper().split())}"
+
+
+def _abaqus_entries(content: bytes) -> tuple[Counter[str], bool]:
+    """Types of elements and keywords with their counts; whether shells have a section."""
+    counts: Counter[str] = Counter()
+    has_sections = False
+    for line, data in _abaqus_blocks(content):
+        name = _keyword(line)
         has_sections |= re.fullmatch(_ABAQUS_SECTIONS, name) is not None
-        kind = re.search(r"\bTYPE\s*=\s*(\w+)", options)
+        kind = re.search(r"\bTYPE\s*=\s*(\w+)", line.upper())
         if name == "*ELEMENT" and kind is not None:
             # A line that ends with a comma goes on in the next one.
-            lines = re.sub(rb",\s*\n", b",", text[mark.end() : end]).split(b"\n")
-            counts[kind[1]] += sum(bool(line.strip()) for line in lines)
-        elif re.fullmatch(_ABAQUS_LINKS, name):
-            counts[name] += 1
+            lines = re.sub(rb",\s*\n", b",", data).split(b"\n")
+            counts[kind[1]] += sum(bool(row.strip()) for row in lines)
+        if re.search(r",\s*INPUT\s*=", line.upper()) and name != "*INCLUDE":
+            name += ", INPUT"
+        counts[name] += 1
     return counts, has_sections

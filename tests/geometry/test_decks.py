@@ -210,6 +210,64 @@ def test_an_abaqus_deck_is_refused_likewise(more, refused, tmp_path):
             read(path)
 
 
+def test_an_abaqus_element_number_that_occurs_twice_is_refused(tmp_path):
+    path = tmp_path / "twice.inp"
+    path.write_text(abaqus("*ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 5\n1, 1, 2, 3, 6\n"))
+    with pytest.raises(ValueError, match="TYPE=C3D4: element 1 occurs twice; expected every one"):
+        read_solid_mesh(path, numbers_in_turn)
+
+
+@pytest.mark.parametrize(
+    ("more", "refused"),
+    [
+        ("*NONSTRUCTURAL MASS, ELSET=ALL, UNITS=TOTAL MASS\n50.\n", "1 .NONSTRUCTURAL MASS;"),
+        ("*ELGEN, ELSET=ALL\n1, 3, 10, 1\n", "1 .ELGEN; .* nothing is generated"),
+        ("*Elcopy, element shift=10, old set=ALL\n", "1 .ELCOPY;"),
+        ("*INCLUDE, INPUT=more.inp\n", "1 .INCLUDE; .*other files are not read"),
+        ("*ELEMENT, TYPE=C3D20, INPUT=more.txt\n", "1 .ELEMENT, INPUT;"),
+    ],
+)
+def test_masses_and_elements_that_keywords_make_or_fetch_are_refused(more, refused, tmp_path):
+    path = tmp_path / "made.inp"
+    path.write_text(abaqus(more))
+    with pytest.raises(ValueError, match=rf"made\.inp: {refused}"):
+        read_solid_mesh(path, numbers_in_turn)
+
+
+TURNED = "0., 0., 0.\n0., 0., 0., 0., 0., 1., 90.\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "refused"),
+    [
+        ("*SYSTEM\n0., 0., 0., 0., 1., 0.\n", "'.SYSTEM'; expected every node in .NODE"),
+        ("*NGEN, NSET=A\n1, 5\n", "'.NGEN, NSET=A'; expected every node"),
+        ("*NCOPY, CHANGE NUMBER=9, OLD SET=A, SHIFT\n", "'.NCOPY, CHANGE"),
+        (f"*PART, NAME=P\n*INSTANCE, NAME=P-1, PART=P\n{TURNED}", "NAME=P-1, .*moves its part"),
+        ("*INSTANCE, NAME=A\n*END INSTANCE\n*INSTANCE, NAME=B\n", "NAME=B' is the second one"),
+        ("*PART, NAME=P\n*PART, NAME=Q\n", "NAME=Q' is the second one; .*without parts and"),
+    ],
+)
+def test_nodes_that_keywords_make_or_move_are_refused(more, refused, tmp_path):
+    path = tmp_path / "moved.inp"
+    path.write_text(abaqus(more))
+    for read in (read_solid_mesh, read_nodes):
+        with pytest.raises(ValueError, match=rf"moved\.inp: .*{refused}"):
+            read(path)
+
+
+def test_one_instance_that_does_not_move_its_part_is_read(tmp_path):
+    path = tmp_path / "block.inp"
+    instance = "*END PART\n*INSTANCE, NAME=P-1, PART=P\n0., 0., 0.\n*END INSTANCE\n"
+    # As Windows and Fortran write it.
+    text = f"\ufeff{abaqus(instance).replace('0.100', '0.1D0')}"
+    path.write_text(text.replace("*NODE", "*PART, NAME=P\n*NODE"), encoding="utf-8")
+    mesh = read_solid_mesh(path, numbers_in_turn)
+    assert_allclose(mesh.points, 0.1 * REFERENCE_NODES["hexahedron20"], atol=1e-9)
+    path.write_text(text, encoding="utf-8")
+    assert_allclose(read_nodes(path).points, mesh.points)
+
+
 def test_shells_without_a_section_and_couplings_of_a_deck_are_told(tmp_path):
     path = tmp_path / "skin.inp"
     path.write_text(
@@ -230,9 +288,10 @@ def test_a_generated_set_takes_first_and_last_alone_and_several_lines(limits, tm
     path.write_text(deck.replace("*ELSET", f"** second\n{second}*ELSET", 1))
     ((kind, group, nodes),) = read_solid_mesh(path, numbers_in_turn).blocks
     assert (kind, group, len(nodes)) == ("hexahedron20", "ALL", 2)
-    path.write_text(deck.replace(limits, "1, 2, 1, 4"))
-    with pytest.raises(ValueError, match=r"GENERATE with '1, 2, 1, 4'; expected first, last and"):
-        read_solid_mesh(path, numbers_in_turn)
+    for wrong in ("1, 2, 1, 4", "2, 1, -1", "1, 2, 0"):
+        path.write_text(deck.replace(limits, wrong))
+        with pytest.raises(ValueError, match=f"GENERATE with '{wrong}'; expected first, last and"):
+            read_solid_mesh(path, numbers_in_turn)
 
 
 @pytest.mark.parametrize("content", ["", "1, 2, 3\n", "** a comment alone\n"])
