@@ -16,6 +16,7 @@ from carrierflex.fe.matrices.stored_matrix import (
     StoredMatrix,
     from_entries,
     names_of_keys,
+    refuse_twice,
 )
 from carrierflex.fe.matrices.text_numbers import numbers, whole
 from carrierflex.files.shown_values import shown
@@ -132,10 +133,9 @@ def _matrix(cards: list[list[str]]) -> StoredMatrix:
     keys = np.stack([_keys(table[:, 2], table[:, 3]), _keys(table[:, 0], table[:, 1])])
     names, inverse = np.unique(keys, return_inverse=True)
     rows, columns_of = inverse.reshape(2, -1)
-    if form == _SQUARE and len(parsed):
-        # Both triangles are there: an entry that stands twice is a mistake.
-        _refuse_twice(rows, columns_of, len(names))
-    return StoredMatrix(from_entries(rows, columns_of, parsed, len(names)), names_of_keys(names))
+    dofs = names_of_keys(names)
+    refuse_twice(rows, columns_of, len(names), dofs)
+    return StoredMatrix(from_entries(rows, columns_of, parsed, len(names)), dofs)
 
 
 def _plain(word: str) -> str:
@@ -147,8 +147,3 @@ def _keys(grids: NDArray[np.int64], components: NDArray[np.int64]) -> NDArray[np
     if components.size and components.max() > 6:
         raise ValueError(f"component {components.max()}; expected 1 to 6, or 0 of a scalar point")
     return DofNames(grids, np.where(components == 0, SCALAR, components - 1)).keys
-
-
-def _refuse_twice(rows: NDArray[np.int64], columns: NDArray[np.int64], n: int) -> None:
-    if len(np.unique(rows * n + columns)) != len(rows):
-        raise ValueError("an entry occurs twice; expected every one once")

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from carrierflex.fe.matrices.dmig_input_files import read_dmig
+from carrierflex.fe.matrices.dmig_input_files import chosen_name, read_dmig
 from carrierflex.fe.matrices.op4_input_files import read_op4
 from carrierflex.fe.matrices.stored_matrix import (
     MOST_DOFS,
@@ -23,6 +23,7 @@ from carrierflex.fe.matrices.stored_matrix import (
     StoredMatrix,
     from_entries,
     names_of_keys,
+    refuse_twice,
 )
 from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
 from carrierflex.files.child_process import in_child, limited
@@ -189,8 +190,9 @@ def _read_matrix_market(path: Path, content: bytes) -> StoredMatrix:
             raise ValueError(f"{len(table)} entries; its line of sizes states {n_entries}")
         rows, columns = whole(table[:, :2], "rows and columns").T - 1
         A = from_entries(rows, columns, table[:, 2], n)
+        refuse_twice(rows, columns, n)
     except ValueError as error:
-        raise ValueError(f"{path}: not a complete MatrixMarket file ({error})") from error
+        raise ValueError(f"{path}: no sound MatrixMarket file ({error})") from error
     return StoredMatrix(A)
 
 
@@ -413,8 +415,8 @@ def _read_abaqus_matrix(path: Path, content: bytes, quantity: str) -> StoredMatr
         plain, *blocks = _blocks(content)
         if any(block.keyword.startswith("USER ELEMENT") for block in blocks):
             return _element_matrix(content, blocks, quantity)
-        data = b"\n".join([plain.data, *(b.data for b in blocks if "MATRIX" in b.keyword)])
-        return _listed_entries(data)
+        listed = [b for b in (plain, *blocks) if b is plain or "MATRIX" in b.keyword]
+        return _listed_entries(_chosen([b for b in listed if b.data.strip()], quantity))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -431,6 +433,17 @@ def _blocks(content: bytes) -> list[_Block]:
     return blocks
 
 
+def _chosen(blocks: list[_Block], quantity: str) -> bytes:
+    """Lines of the one block with entries; of several, that whose NAME says the quantity."""
+    if len(blocks) < 2:
+        return b"".join(block.data for block in blocks)
+    names = []
+    for block in blocks:
+        name = re.search(r"\bNAME ?= ?([^,]+)", block.keyword)
+        names.append(name[1] if name else f"*{block.keyword}")
+    return blocks[names.index(chosen_name(names, quantity))].data
+
+
 def _listed_entries(data: bytes) -> StoredMatrix:
     first = next((line for line in data.split(b"\n") if line.strip()), b"")
     n_columns = len(first.replace(b",", b" ").split())
@@ -443,7 +456,9 @@ def _listed_entries(data: bytes) -> StoredMatrix:
     if n_columns == 3:
         index = whole(table[:, :2], "rows and columns") - 1
         n = int(index.max(initial=-1)) + 1
-        return StoredMatrix(from_entries(index[:, 0], index[:, 1], table[:, 2], n))
+        A = from_entries(index[:, 0], index[:, 1], table[:, 2], n)
+        refuse_twice(index[:, 0], index[:, 1], n)
+        return StoredMatrix(A)
     # Nodes of negative number are internal degrees of freedom: Lagrange multipliers, tied contact.
     if (table[:, [0, 2]] < 1.0).any():
         odd = float(table[:, [0, 2]].min())
@@ -453,8 +468,9 @@ def _listed_entries(data: bytes) -> StoredMatrix:
     keys = np.stack([_keys(index[:, 0], index[:, 1]), _keys(index[:, 2], index[:, 3])])
     unique_keys, inverse = np.unique(keys, return_inverse=True)
     rows, columns = inverse.reshape(2, -1)
-    A = from_entries(rows, columns, table[:, 4], len(unique_keys))
-    return StoredMatrix(A, names_of_keys(unique_keys))
+    names = names_of_keys(unique_keys)
+    refuse_twice(rows, columns, len(names), names)
+    return StoredMatrix(from_entries(rows, columns, table[:, 4], len(names)), names)
 
 
 def _keys(nodes: NDArray[np.int64], directions: NDArray[np.int64]) -> NDArray[np.int64]:

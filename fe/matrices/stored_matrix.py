@@ -115,6 +115,39 @@ def from_entries(
     return sp.csr_array(sp.coo_array((values, (rows, columns)), shape=(n, n)))
 
 
+def refuse_twice(
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    n: int,
+    names: DofNames | None = None,
+) -> None:
+    """Refuse a list in which an entry occurs twice; an entry and its mirror are two.
+
+    Parameters
+    ----------
+    rows, columns : ndarray of int, shape (k,)
+        From 0.
+    n : int
+        Order of the matrix.
+    names : DofNames, optional
+        Names of rows and columns, for the message.
+
+    Raises
+    ------
+    ValueError
+        With the first entry that occurs twice.
+    """
+    entries = np.sort(rows * n + columns)
+    again = np.flatnonzero(np.diff(entries) == 0)
+    if len(again):
+        at = [int(index) for index in divmod(entries[again[0]], n)]
+        row, column = (str(i + 1) if names is None else names.named(i) for i in at)
+        raise ValueError(
+            f"the entry of row {row} and column {column} occurs twice; expected every one once: "
+            "delete what the file lists again"
+        )
+
+
 def _lists_every_pair_once(
     rows: NDArray[np.int64], columns: NDArray[np.int64], n: int
 ) -> np.bool_ | bool:

@@ -337,6 +337,44 @@ def test_one_of_every_pair_in_any_order_is_a_triangle_and_both_are_not(tmp_path)
     assert_allclose(A, [[0, 1, 0], [2, 0, 4], [3, 0, 0]])
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "entry"),
+    [
+        ("k.sti", "1 1 2.0\n2 2 2.0\n2 1 1.0\n2 1 1.0\n", "row 2 and column 1"),
+        (
+            "k.mtx",
+            "3,1, 3,1, 2.0\n3,2, 3,2, 2.0\n3,2, 3,2, 2.0\n",
+            "row node 3 Ty and column node 3",
+        ),
+        (
+            "k.mm",
+            "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 1\n2 2 1\n1 1 1\n",
+            "row 1 and column 1",
+        ),
+        (
+            "k.pch",
+            "DMIG,K,0,6,2,0\nDMIG,K,1,1,,1,1,2.0\n,2,1,1.0\nDMIG,K,1,1,,2,1,1.0\n",
+            "row node 2 Tx and column node 1 Tx",
+        ),
+    ],
+)
+def test_an_entry_that_a_file_lists_twice_is_refused(name, content, entry, tmp_path):
+    (tmp_path / name).write_text(content)
+    with pytest.raises(ValueError, match=f"the entry of {entry}.* occurs twice; expected every on"):
+        read_matrix(tmp_path / name, "stiffness")
+
+
+def test_of_several_abaqus_matrices_the_name_says_which_one(tmp_path):
+    path = tmp_path / "both.mtx"
+    text = "*MATRIX INPUT, NAME={}\n1,1, 1,1, 2.0\n*MATRIX INPUT, NAME={}\n1,1, 1,1, 3.0\n"
+    path.write_text("*MATRIX ASSEMBLE, STIFFNESS=K_1, MASS=M_1\n" + text.format("K_1", "M_1"))
+    assert read_matrix(path, "stiffness").A.toarray() == 2.0
+    assert read_matrix(path, "mass").A.toarray() == 3.0
+    path.write_text(text.format("K_1", "K_2"))
+    with pytest.raises(ValueError, match=r"both\.mtx: matrices 'K_1', 'K_2'; expected one, or one"):
+        read_matrix(path, "stiffness")
+
+
 ASSEMBLY = """SEBULK,101,EXTOP4,,MANUAL,,,101
 SECONCT,101,0,,NO
 ,3,3,19,19,110,110
