@@ -142,16 +142,12 @@ def _deck_nodes(content: bytes) -> NodeTable:
         name, *options = (word.strip() for word in keyword.split(","))
         chosen = dict(option.partition("=")[::2] for option in options)
         settings = {k.strip(): v.strip() for k, v in chosen.items()}
-        if name == "NODE" and "INPUT" in settings:
-            raise ValueError("*NODE, INPUT; expected the nodes in this file: others are not read")
-        if name == "NODE" and "SYSTEM" not in settings:
+        if name == "NODE":
             tables.append(_coordinates(data))
             if settings.get("NSET"):
                 sets.setdefault(settings["NSET"], []).append(
                     whole(tables[-1][:, 0], "node numbers")
                 )
-        elif name == "NODE":
-            raise ValueError("*NODE, SYSTEM; expected rectangular coordinates of the model")
         elif name == "NSET" and settings.get("NSET"):
             members = _members(data, "GENERATE" in settings, sets)
             sets.setdefault(settings["NSET"], []).append(members)

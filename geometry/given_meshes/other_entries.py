@@ -29,9 +29,7 @@ _ABAQUS_CARRYING = (
     r"|SC[68]|CSS8|COH|U\d|VU\d)\w*|\*NONSTRUCTURAL MASS|\*MATRIX ASSEMBLE"
 )
 #: Keywords that fetch or make elements or nodes: only those that a deck lists are read.
-_ABAQUS_UNREAD = (
-    r"\*(INCLUDE|ELGEN|ELCOPY|SYMMETRIC MODEL GENERATION|(NODE|NSET|ELEMENT|ELSET), INPUT)"
-)
+_ABAQUS_UNREAD = r"\*(INCLUDE|ELGEN|ELCOPY|SYMMETRIC MODEL GENERATION|(NSET|ELEMENT|ELSET), INPUT)"
 _ABAQUS_MADE_NODES = r"\*(NGEN|NFILL|NCOPY|NMAP)"
 _ABAQUS_LINKS = r"\*(RIGID BODY|((KINEMATIC|DISTRIBUTING) )?COUPLING|MPC|EQUATION|TIE)|R3D\d"
 #: What is said of links where pilots of an interfaces file stand for them.
@@ -97,13 +95,13 @@ def _listed(counts: dict[str, int]) -> str:
 
 def _nastran_entries(text: str) -> Counter[str]:
     """Names of the entries of a deck and how often they stand there."""
-    bulk = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text)[-1]
+    bulk = re.split(r"(?im)^[ \t]*BEGIN[ \t]+BULK.*$", text, maxsplit=1)[-1]
     names = re.findall(r"(?m)^([A-Za-z][A-Za-z0-9]*)\*?(?=[\s,]|$)", bulk)
     return Counter(name.upper() for name in names)
 
 
 def refuse_made_nodes(content: bytes) -> None:
-    """Refuse an Abaqus deck in which keywords make or move nodes; only ``*NODE`` is read.
+    """Refuse an Abaqus deck in which keywords make, move or fetch nodes; only ``*NODE`` is read.
 
     One instance of one part is read where it stays where the part is.
 
@@ -122,10 +120,11 @@ def refuse_made_nodes(content: bytes) -> None:
         name = _keyword(line)
         counts[name] += 1
         moves = re.search(rb"[1-9]", data) is not None
-        if re.fullmatch(_ABAQUS_MADE_NODES, name) or (name == "*SYSTEM" and moves):
+        elsewhere = name == "*NODE" and re.search(r",\s*(SYSTEM|INPUT)\b", line.upper())
+        if elsewhere or re.fullmatch(_ABAQUS_MADE_NODES, name) or (name == "*SYSTEM" and moves):
             raise ValueError(
-                f"{shown(line)}; expected every node in *NODE, in coordinates of the model: let "
-                "the preprocessor write the mesh so"
+                f"{shown(line)}; expected every node in *NODE of this file, in rectangular "
+                "coordinates of the model: let the preprocessor write the mesh so"
             )
         if name in ("*PART", "*INSTANCE") and (counts[name] > 1 or (name == "*INSTANCE" and moves)):
             what = "is the second one" if counts[name] > 1 else "moves its part"

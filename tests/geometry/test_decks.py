@@ -180,6 +180,13 @@ def test_stiffness_and_mass_beside_solids_are_refused_with_kind_and_count(more, 
             read(path)
 
 
+def test_masses_of_an_earlier_section_are_refused_as_its_grids_are_read(tmp_path):
+    path = tmp_path / "super.bdf"
+    path.write_text(deck("plus", more="CONM2,200,5,,50.0\nBEGIN BULK SUPER=1\n"))
+    with pytest.raises(ValueError, match=r"super\.bdf: 1 CONM2;"):
+        read_solid_mesh(path)
+
+
 def test_links_and_facets_without_thickness_are_told(tmp_path):
     path = tmp_path / "linked.bdf"
     facet = card("CQUAD4", [100, 2, 1, 2, 3, 4], "plus")
@@ -241,6 +248,8 @@ TURNED = "0., 0., 0.\n0., 0., 0., 0., 0., 1., 90.\n"
     ("more", "refused"),
     [
         ("*SYSTEM\n0., 0., 0., 0., 1., 0.\n", "'.SYSTEM'; expected every node in .NODE"),
+        ("*Node, system=C\n21, 1., 90., 0.\n", "'.Node, system=C'; expected every node in .NODE"),
+        ("*NODE, INPUT=more.txt\n", "'.NODE, INPUT=more.txt'; expected every node"),
         ("*NGEN, NSET=A\n1, 5\n", "'.NGEN, NSET=A'; expected every node"),
         ("*NCOPY, CHANGE NUMBER=9, OLD SET=A, SHIFT\n", "'.NCOPY, CHANGE"),
         (f"*PART, NAME=P\n*INSTANCE, NAME=P-1, PART=P\n{TURNED}", "NAME=P-1, .*moves its part"),
@@ -251,7 +260,7 @@ TURNED = "0., 0., 0.\n0., 0., 0., 0., 0., 1., 90.\n"
 def test_nodes_that_keywords_make_or_move_are_refused(more, refused, tmp_path):
     path = tmp_path / "moved.inp"
     path.write_text(abaqus(more))
-    for read in (read_solid_mesh, read_nodes):
+    for read in (read_solid_mesh, read_mesh, read_nodes):
         with pytest.raises(ValueError, match=rf"moved\.inp: .*{refused}"):
             read(path)
 
