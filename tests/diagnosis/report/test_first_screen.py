@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.classes.results import NO_CLASS
 from carrierflex.diagnosis.comparison.overlay import Overlay, SignalComparison
 from carrierflex.diagnosis.inference.results import VERDICTS, Attribution, GapReduction
+from carrierflex.diagnosis.report.cause_rows import cause_rows
 from carrierflex.diagnosis.report.figures import stretch_of
 from carrierflex.diagnosis.report.machine_drawing import machine_figure
 from carrierflex.diagnosis.report.verdict_words import next_step, verdict_heading, worth
@@ -18,6 +19,7 @@ from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.element.test_drives import decay_campaign, dry
 from tests.diagnosis.report.verdict_pages import data_of, with_verdict
+from tests.diagnosis.report.verdict_pages import found as diagnosed_element
 from tests.identification.campaign.test_campaign_files import mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 
@@ -122,6 +124,21 @@ def test_what_a_class_explains_is_told_where_no_law_is_added():
     alone = replace(named, reduction=law, reduction_law=law)
     assert not alone.shrinks_by_class
     assert worth(alone).startswith("The gap is ")
+
+
+def test_shares_of_causes_and_of_what_is_not_explained_are_one():
+    """Also where the class of a law explains more than the law does."""
+    named, campaign = diagnosed_element("element")
+    far = named.reduction
+    (finding,) = named.classes.classes
+    high = replace(finding, share=1.0, share_ci95=(0.99, 1.0))
+    told = replace(
+        named,
+        reduction=replace(far, phi=0.8, phi_ci95=(0.7, 0.9)),
+        classes=replace(named.classes, classes=(high,)),
+    )
+    rows = cause_rows(data_of(told, campaign))
+    assert_allclose([row.share for row in rows], [0.8, 0.2])
 
 
 def test_signals_are_compared_where_the_gap_is_largest():

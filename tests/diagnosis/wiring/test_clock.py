@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from carrierflex.diagnosis.wiring import refits
 from carrierflex.diagnosis.wiring.refits import (
     ClockDrift,
     PredictedRecord,
@@ -73,6 +74,14 @@ def test_a_drift_is_found_in_its_run_and_put_back(campaign, drift):
 
 def test_runs_on_time_have_no_rival(campaign):
     assert rivals(campaign, campaign.runs[-1]) == ()
+
+
+def test_a_drift_far_below_a_step_of_time_is_none(campaign, monkeypatch):
+    monkeypatch.setattr(
+        refits, "_refined", lambda record, drift: replace(drift, growth=1e-3 * drift.growth)
+    )
+    last = campaign.runs[-1]
+    assert rivals(campaign, read_late(last, lambda time: 0.05 * time / time[-1])) == ()
 
 
 def test_signals_that_are_put_back_are_where_they_were(campaign):
