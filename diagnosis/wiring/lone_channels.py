@@ -270,28 +270,33 @@ def drifting_zeros(
     refitted: Callable[[Campaign], float],
     gap: GapSquare,
 ) -> Iterator[WiringRival]:
-    """Straight lines over time taken out of the channels, by sizes of every run.
+    """Straight lines over time taken out of the channels, each with its offset, in every run.
 
     The arguments are those of :func:`filtered_signals`. None where an input is an angle, whose
-    kinds have drifts in their library, or where a load grows with time as a drift does.
+    kinds have drifts in their library, where a load grows with time as a drift does, or where
+    offsets alone do it.
     """
     if not _has_steady_loads(campaign):
         return
     runs = {run.name: run for run in campaign.runs}
-    sums = _sums(_with_ramps(record, runs[record.run]) for record in records)
-    if sums is None or sums.mean_square > gap.remaining(_SCREENED):
+    records = tuple(records)
+    zeros, sums = (
+        _sums(_with_lines(record, runs[record.run], degree) for record in records)
+        for degree in (0, 1)
+    )
+    if zeros is None or sums is None or sums.mean_square > gap.remaining(_SCREENED):
+        return
+    if zeros.mean_square <= gap.enough:
         return
     names = [channel.name for channel in campaign.channels]
-    slopes = sums.steps[:, : len(names)]
+    lines = sums.steps[:, : 2 * len(names)].reshape(-1, 2, len(names))
 
     def level(run: Run, of_run: FloatArray) -> Run:
-        signals = {
-            name: run.signals[name] - slope * _along(run, run.time)
-            for name, slope in zip(names, of_run, strict=True)
-        }
+        drifts = of_run[0] + np.multiply.outer(_along(run, run.time), of_run[1])
+        signals = {name: run.signals[name] - drifts[:, k] for k, name in enumerate(names)}
         return replace(run, signals=signals)
 
-    pairs = zip(campaign.runs, slopes, strict=True)
+    pairs = zip(campaign.runs, lines, strict=True)
     square = refitted(replace(campaign, runs=tuple(level(*pair) for pair in pairs)))
     if square <= gap.enough:
         about = ", ".join(names)
@@ -381,12 +386,14 @@ def _with_column(record: LinearRecord, values: FloatArray) -> LinearRecord:
     return replace(record, columns=np.insert(record.columns, record.n_of_run, values, axis=0))
 
 
-def _with_ramps(record: LinearRecord, run: Run) -> LinearRecord:
-    """Record whose first columns are a line over time in each channel."""
+def _with_lines(record: LinearRecord, run: Run, degree: int) -> LinearRecord:
+    """Record whose first columns are powers of time up to a degree, each in every channel."""
     along = _along(run, record.time)
-    ramps = np.eye(record.residual.shape[1])[:, None, :] * along[None, :, None]
-    columns = np.concatenate([ramps, record.columns])
-    return replace(record, columns=columns, n_of_run=record.n_of_run + len(ramps))
+    channels = np.eye(record.residual.shape[1])[:, None, :]
+    lines = [channels * (along**power)[None, :, None] for power in range(degree + 1)]
+    columns = np.concatenate([*lines, record.columns])
+    n_lines = len(columns) - len(record.columns)
+    return replace(record, columns=columns, n_of_run=record.n_of_run + n_lines)
 
 
 def _along(run: Run, time: FloatArray) -> FloatArray:

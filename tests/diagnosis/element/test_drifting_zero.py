@@ -36,9 +36,21 @@ def test_a_line_over_time_in_the_force_is_a_drift(floors):
     assert is_drift(lambda along, q: floors * NOISE * along)
 
 
+def level(q):
+    """Larger in the run of the larger motion."""
+    return 20.0 * NOISE * np.abs(q).max() / 1e-3
+
+
+def test_a_drift_that_begins_at_zero_in_every_run_is_a_drift():
+    """Its mean differs from run to run, so that no constant force is that mean."""
+    assert is_drift(lambda along, q: level(q) * (along + 0.5))
+
+
 @pytest.mark.parametrize(
     ("added", "trend"),
     [
+        # Zeros that differ from run to run and stay.
+        (lambda along, q: level(q) + 0.0 * along, 0.0),
         (lambda along, q: 0.1 * STIFFNESS * q * along, 0.0),
         pytest.param(lambda along, q: 1e6 * STIFFNESS * q**3, 0.0, marks=pytest.mark.long),
         # A deflection that grows itself: what follows it cannot be told from a drift.
