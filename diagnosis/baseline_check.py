@@ -510,8 +510,11 @@ def _drifting_by_steps(
     """Clocks that drift by more than a fit of the baseline finds its way back from."""
     runs = {run.name: run for run in campaign.runs}
     for clock, remaining in late:
-        if clock.run and abs(clock.growth) > SMALLEST_DRIFT * mean_step(runs[clock.run].time):
-            yield clock_rival(clock.run, clock.growth, remaining, runs[clock.run].file)
+        if not clock.run:
+            continue
+        run = runs[clock.run]
+        if max(abs(clock.delay), abs(clock.growth)) > SMALLEST_DRIFT * mean_step(run.time):
+            yield clock_rival(run.name, clock.growth, remaining, run.file, delay=clock.delay)
 
 
 def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:

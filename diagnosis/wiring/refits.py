@@ -290,9 +290,13 @@ def _is_mostly_known(run: Run) -> bool:
     return all(bool(np.isfinite(values).mean() > 0.5) for values in run.signals.values())
 
 
-def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> WiringRival:
-    """Rival that says that a clock drifts by `seconds` over a run."""
+def clock_rival(
+    run: str, seconds: float, mean_square: float, file: str, *, delay: float = 0.0
+) -> WiringRival:
+    """Rival that says that a clock drifts by `seconds` over a run, or is off by more all along."""
     text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
+    if abs(delay) > abs(seconds):
+        text = f"a clock that is {abs(delay) * 1e3:.3g} ms off in run {run}"
     return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
 
 

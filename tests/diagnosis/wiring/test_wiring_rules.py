@@ -260,7 +260,8 @@ def test_a_delay_that_no_fit_finds_its_way_back_from_is_told_where_it_explains_t
     # The clock of one run is a rival, no delay of all signals.
     check = found(0.0301, 3.0, "A")
     assert {key[0] for key in told(check)} == {"wiring"}
-    assert [own.id for own, _ in check.rivals] == ["wiring/clock"]
+    assert [rival.id for rival, _ in check.rivals] == ["wiring/clock"]
+    assert check.rivals[0][0].text == "a clock that is 30.1 ms off in run A"
     assert found(0.0301, 3.0).rivals == ()
     assert found(0.0301, np.inf, "A").rivals == ()
 
