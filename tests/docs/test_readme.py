@@ -72,10 +72,10 @@ def test_the_readme_is_one_screen_with_three_pictures():
 
 
 def test_the_readme_says_what_scikit_fem_does_and_how_to_let_it_do_all():
-    lines = re.findall(r"`(carrierflex [^`]*--assembly scikit-fem)`", README)
+    lines = re.findall(r"`(carrierflex [^`]*--assembly scikit-fem[^`]*)`", README)
     assert lines
     for line in lines:
-        tokens = [*shlex.split(line)[1:], "--out", "curves"]
+        tokens = shlex.split(line)[1:]
         command_line.application().parse_args(tokens, exit_on_error=False, print_error=False)
 
 
