@@ -91,9 +91,9 @@ def verdict_of(
             return Verdict(ALIASED, text, (), replace(named, ties=ties), reduction)
         return Verdict(verdict, reason, laws, named, reduction)
     covered = _covered(laws, answer) or _with_small_causes(laws, answer, reduction)
+    is_near_floor = reduction.floor_multiple <= limits.near_floor
     shapes = None
     if covered is not None and _follow(answer, reduction, limits):
-        is_near_floor = reduction.floor_multiple <= limits.near_floor
         is_textbook = not set(laws) & set(measured)
         is_open = verdict in (NAMED, NAMED_WITH_REMAINDER) and covered == answer.ids and is_textbook
         shapes = by_shapes(answer) if is_open and not is_near_floor else None
@@ -103,7 +103,6 @@ def verdict_of(
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, laws, answer, reduction, limits)
     shapes = shapes or by_shapes(answer)
-    is_near_floor = reduction.floor_multiple <= limits.near_floor
     are_worse = isinstance(shapes, Rejection) or _leave_far_less(reduction, shapes)
     if laws and is_near_floor and are_worse:
         # In force space a friction that stops the mass stands in a further class.

@@ -12,6 +12,7 @@ import numpy as np
 from carrierflex.diagnosis.comparison.problem import BASELINE, FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.campaign.signals import HALF_WINDOW
 
 #: Share of a period of the motion that a polynomial follows, and samples it needs.
 _QUARTER = 0.25
@@ -43,7 +44,10 @@ def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementReco
     omega = float(v.std() / q.std())
     n = max(_FEWEST_COMPARED, int(_COMPARED_PERIODS * 2.0 * np.pi / (omega * record.step)))
     starts = [record.measured_start, *_early_states(record, omega)]
-    squares = [_missed(model, replace(record, start=start), n) for start in starts]
+    # The drive is known between its samples by those on either side.
+    last = n + HALF_WINDOW
+    early = replace(record, drive=record.drive[:last], response=record.response[:last])
+    squares = [_missed(model, replace(early, start=start), n) for start in starts]
     return replace(record, start=starts[int(np.argmin(_WEIGHTS * squares))])
 
 

@@ -239,7 +239,9 @@ class ElementModel(ModelInTime):
                 continue
             if effect in self.measured:
                 sizes.append((self.measured[effect].parts, float(value)))
-                laws += filter(None, [self.measured[effect].of_size(float(value))])
+                law = self.measured[effect].of_size(float(value))
+                if law is not None:
+                    laws.append(law)
                 for name, level in self._friction_of(effect, float(value)).items():
                     simulated[name] = simulated.get(name, 0.0) + level
             elif effect in self.laws:

@@ -106,6 +106,11 @@ class _Sums:
                 sums[:, channel] = 0.0
         return replace(self, grams=grams, counts=counts)
 
+    def without_columns(self, numbers: Sequence[int]) -> "_Sums":
+        """Sums without some of every run's own columns."""
+        grams = np.delete(np.delete(self.grams, list(numbers), axis=2), list(numbers), axis=3)
+        return replace(self, grams=grams, n_of_run=self.n_of_run - len(numbers))
+
     @property
     def mean_square(self) -> float:
         """Mean square that the baseline leaves once it is fitted to these."""
@@ -279,16 +284,13 @@ def drifting_zeros(
     if not _has_steady_loads(campaign):
         return
     runs = {run.name: run for run in campaign.runs}
-    records = tuple(records)
-    zeros, sums = (
-        _sums(_with_lines(record, runs[record.run], degree) for record in records)
-        for degree in (0, 1)
-    )
-    if zeros is None or sums is None or sums.mean_square > gap.remaining(_SCREENED):
-        return
-    if zeros.mean_square <= gap.enough:
+    sums = _sums(_with_lines(record, runs[record.run]) for record in records)
+    if sums is None or sums.mean_square > gap.remaining(_SCREENED):
         return
     names = [channel.name for channel in campaign.channels]
+    ramps = range(len(names), 2 * len(names))
+    if sums.without_columns(ramps).mean_square <= gap.enough:
+        return
     lines = sums.steps[:, : 2 * len(names)].reshape(-1, 2, len(names))
 
     def level(run: Run, of_run: FloatArray) -> Run:
@@ -386,14 +388,13 @@ def _with_column(record: LinearRecord, values: FloatArray) -> LinearRecord:
     return replace(record, columns=np.insert(record.columns, record.n_of_run, values, axis=0))
 
 
-def _with_lines(record: LinearRecord, run: Run, degree: int) -> LinearRecord:
-    """Record whose first columns are powers of time up to a degree, each in every channel."""
-    along = _along(run, record.time)
+def _with_lines(record: LinearRecord, run: Run) -> LinearRecord:
+    """Record whose first columns are an offset in each channel, then a ramp over time in each."""
+    ramp = _along(run, record.time)[None, :, None]
     channels = np.eye(record.residual.shape[1])[:, None, :]
-    lines = [channels * (along**power)[None, :, None] for power in range(degree + 1)]
-    columns = np.concatenate([*lines, record.columns])
-    n_lines = len(columns) - len(record.columns)
-    return replace(record, columns=columns, n_of_run=record.n_of_run + n_lines)
+    lines = np.concatenate([channels * np.ones_like(ramp), channels * ramp])
+    columns = np.concatenate([lines, record.columns])
+    return replace(record, columns=columns, n_of_run=record.n_of_run + len(lines))
 
 
 def _along(run: Run, time: FloatArray) -> FloatArray:

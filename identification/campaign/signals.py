@@ -24,7 +24,7 @@ _ROLL_OFF = 0.25
 #: derivatives lift the noise at the end of a band by far more than this over that of its middle.
 _ABOVE_PLATEAU = 1000.0
 #: Samples of the window that interpolates the drive, each side.
-_HALF_WINDOW = 24
+HALF_WINDOW = 24
 
 
 def mean_step(time: FloatArray) -> float:
@@ -256,7 +256,7 @@ def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> Flo
     ndarray, shape (2 * n * substeps + 1,)
         Values at ``k / (2 substeps)`` samples.
     """
-    pad = 2 * _HALF_WINDOW
+    pad = 2 * HALF_WINDOW
     ends = (
         (drive[-pad:], drive[:pad])
         if periodic
