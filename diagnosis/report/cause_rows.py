@@ -75,7 +75,21 @@ def cause_rows(data: ReportData) -> list[CauseRow]:
     far = diagnosis.reduction
     causes = [*_of_steps(data), *_of_classes(diagnosis)]
     causes.sort(key=lambda row: -row.share)
-    return [*_faults(diagnosis), *causes, *(_remaining(diagnosis, far) if far is not None else ())]
+    if far is None:
+        return [*_faults(diagnosis), *causes]
+    return [*_faults(diagnosis), *_adding_up(causes, far.phi), *_remaining(diagnosis, far)]
+
+
+def _adding_up(causes: Sequence[CauseRow], explained: float) -> list[CauseRow]:
+    """Causes whose shares add up to what all explain together, where they explain anything."""
+    total = sum(cause.share for cause in causes)
+    scale = explained / total if min(explained, total) > 0.0 else 1.0
+    return [
+        cause._replace(
+            share=scale * cause.share, ci95=(scale * cause.ci95[0], scale * cause.ci95[1])
+        )
+        for cause in causes
+    ]
 
 
 def _faults(diagnosis: Diagnosis) -> Iterator[CauseRow]:
@@ -97,9 +111,6 @@ def _of_steps(data: ReportData) -> Iterator[CauseRow]:
     findings = [_finding_of(diagnosis, step) for step in steps]
     # Shares of classes do not depend on an order; two effects of one class have those of the steps.
     is_by_class = None not in findings and len({id(one) for one in findings}) == len(findings)
-    of_classes = sum(one.share for one in findings if one is not None)
-    # With what is not explained all shares are one.
-    scale = far.phi / of_classes if far is not None and of_classes > 0.0 else 1.0
     for step, finding in zip(steps, findings, strict=True):
         others = list(rivals.get(step.added, ()))
         if not which.effects and finding is not None and diagnosis.classes is not None:
@@ -112,11 +123,8 @@ def _of_steps(data: ReportData) -> Iterator[CauseRow]:
             named = _values(diagnosis, finding.law) if finding.law_named else []
             values = [*_shape_values(finding), *named]
         state = SEVERAL if others else NAMED
-        share, ci95 = step.share, step.share_ci95
-        if is_by_class and finding is not None:
-            share = scale * finding.share
-            ci95 = (scale * finding.share_ci95[0], scale * finding.share_ci95[1])
-        yield CauseRow(state, name, share, ci95, values, _acts(data, step))
+        of = finding if is_by_class and finding is not None else step
+        yield CauseRow(state, name, of.share, of.share_ci95, values, _acts(data, step))
 
 
 def _finding_of(diagnosis: Diagnosis, step: SelectionStep) -> ClassFinding | None:

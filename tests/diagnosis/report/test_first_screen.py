@@ -139,6 +139,11 @@ def test_shares_of_causes_and_of_what_is_not_explained_are_one():
     )
     rows = cause_rows(data_of(told, campaign))
     assert_allclose([row.share for row in rows], [0.8, 0.2])
+    # A second class that no step is of.
+    second = replace(high, id="time_variation", law="", share=0.25)
+    classes = replace(told.classes, classes=(high, second))
+    rows = cause_rows(data_of(replace(told, classes=classes), campaign))
+    assert_allclose([row.share for row in rows], [0.64, 0.16, 0.2])
 
 
 def test_signals_are_compared_where_the_gap_is_largest():
