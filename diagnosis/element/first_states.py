@@ -45,8 +45,7 @@ def with_likely_start(model: ElementModel, record: ElementRecord) -> ElementReco
     n = max(_FEWEST_COMPARED, int(_COMPARED_PERIODS * 2.0 * np.pi / (omega * record.step)))
     starts = [record.measured_start, *_early_states(record, omega)]
     # The drive is known between its samples by those on either side.
-    last = n + HALF_WINDOW
-    early = replace(record, drive=record.drive[:last], response=record.response[:last])
+    early = record.beginning(n + HALF_WINDOW)
     squares = [_missed(model, replace(early, start=start), n) for start in starts]
     return replace(record, start=starts[int(np.argmin(_WEIGHTS * squares))])
 

@@ -133,6 +133,20 @@ class ElementRecord:
         motion = of(response, self.step, self.cutoff_hz)
         return replace(self, response=response, motion=motion, gap=None)
 
+    def beginning(self, n: int) -> "ElementRecord":
+        """Copy of the first `n` samples."""
+        q, v, a = self.motion
+        return replace(
+            self,
+            drive=self.drive[:n],
+            response=self.response[:n],
+            counts=self.counts[:n],
+            block=self.block[:n],
+            motion=(q[:n], v[:n], a[:n]),
+            gap=None if self.gap is None else self.gap[:n],
+            base=None if self.base is None else self.base[:n],
+        )
+
     def with_force(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another force under the same motion."""
         return replace(self, response=response, gap=None)
