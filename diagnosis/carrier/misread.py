@@ -38,6 +38,7 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import TOLERANCES, Channel
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.identification.estimation.resampling import NORMAL_95
 from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
@@ -60,8 +61,10 @@ _SIZES_OF_CURVES = {FLEXIBLE_PINS.id: "delta_f", STIFF_PINS.id: "delta_s"}
 _NO_MESH_ERROR = "the error of the curves by their mesh (curves --mesh-error) is not included"
 #: Waves below this share of the largest one of their curve move nothing.
 _NOTABLE = 0.01
-#: Samples of a run on which a change of the curves shows.
+#: Samples of a run on which a change of the curves shows, and of a revolution over which it is
+#: summed: products of columns hold no order near half of it.
 _SAMPLES = 48
+_SAMPLES_PER_TURN = 72
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +106,7 @@ class CarrierReading:
                 if error.quantity in moved:
                     change += moved[error.quantity][error.channel]
             scores.append(change)
-        scores += [made.sum(axis=0) - as_read.sum(axis=0) for made in self._of_curves()]
+        scores += [change.sum(axis=0) for change in self._of_curves()]
         table = np.array(scores).reshape(len(scores), self.theta.size)
         return Misreading(errors, table, "deflection curve", self._words_of_curves())
 
@@ -127,32 +130,41 @@ class CarrierReading:
         return self._made_again(replace(self.campaign, channels=tuple(channels)))
 
     def _of_curves(self) -> Iterator[FloatArray]:
-        """``J.T r`` by channel with each wave of the curves one standard deviation off."""
+        """Change of ``J.T r`` by channel by each wave of the curves, a standard deviation off."""
         source = self._source_of_set()
         rigs = list(_rigs_of_curve_errors(source.rig))
         # With tolerances the orders of the curves are free themselves.
         if TOLERANCES not in self.campaign.rig:
             rigs += _rigs_of_mesh_errors(source.rig)
-        for rig in rigs:
-            other = replace(source, rig=rig)
-            if _shows_curves_of(self.campaign, source, other):
-                yield self._made_again(self.campaign, other)
+        others = [replace(source, rig=rig) for rig in rigs]
+        others = [one for one in others if _shows_curves_of(self.campaign, source, one)]
+        if not others:
+            return
+        campaign, every = _thinned(self.campaign)
+        as_read, *made = self._by_source(campaign, [source, *others])
+        yield from (every * (scores - as_read) for scores in made)
 
-    def _made_again(self, campaign: Campaign, source: ColumnSource | None = None) -> FloatArray:
+    def _made_again(self, campaign: Campaign) -> FloatArray:
         """``J.T r`` by channel with the columns of the set made from other records, (C, p)."""
-        source = source or self._source_of_set()
+        (scores,) = self._by_source(campaign, [self._source_of_set()])
+        return scores
+
+    def _by_source(self, campaign: Campaign, sources: Sequence[ColumnSource]) -> list[FloatArray]:
+        """``J.T r`` by channel with the columns of the set from each source, (C, p)."""
         runs = campaign.within_use().runs
-        index = columns_of_campaign(runs[0], campaign.channels[0], source)
-        model = replace(self.model, source=source, index=index)
-        scores = np.zeros((len(campaign.channels), self.theta.size))
+        index = columns_of_campaign(runs[0], campaign.channels[0], sources[0])
+        scores = [np.zeros((len(campaign.channels), self.theta.size)) for _ in sources]
+        model = replace(self.model, source=sources[0], index=index)
         for r, run in enumerate(runs):
             table = model.weights(self.effects, self.choice, self.theta, slice(r, r + 1))
-            columns = RunColumns(run, source)
+            columns = RunColumns(run, sources[0])
+            blocks = columns.blocks(MOST_BLOCKS)
             for c, channel in enumerate(campaign.channels):
-                for block in columns.of(channel, columns.blocks(MOST_BLOCKS), source.effects):
-                    rows = block.rows[table.columns][:, block.all_present]
-                    products = table.slopes[0, c] @ (rows @ (table.residual[0, c] @ rows))
-                    scores[c, table.unknowns[0]] += products
+                for of_source, source in zip(scores, sources, strict=True):
+                    for block in columns.of(channel, blocks, source.effects, source):
+                        rows = block.rows[table.columns][:, block.all_present]
+                        products = table.slopes[0, c] @ (rows @ (table.residual[0, c] @ rows))
+                        of_source[c, table.unknowns[0]] += products
         return scores
 
     def _source_of_set(self) -> ColumnSource:
@@ -233,6 +245,14 @@ def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatAr
     wide = np.zeros((*rows.shape[:-1], columns.size))
     wide[..., np.searchsorted(columns, table.columns)] = rows
     return wide
+
+
+def _thinned(campaign: Campaign) -> tuple[Campaign, int]:
+    """Campaign with every so-manieth sample of a run, and that number."""
+    turns = [whole_revolutions(run).samples for run in campaign.within_use().runs]
+    fewest = min(samples.size for of_run in turns for samples in of_run)
+    every = max(1, fewest // _SAMPLES_PER_TURN)
+    return replace(campaign, runs=tuple(run.thinned(every) for run in campaign.runs)), every
 
 
 def _behind(channel: Channel, error: DeclaredError) -> Channel:

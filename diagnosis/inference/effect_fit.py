@@ -21,6 +21,7 @@ from carrierflex.identification.estimation.gauss_newton import (
     Bounds,
     CostSums,
     StopRule,
+    least_cost,
     minimised_cost,
 )
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
@@ -177,81 +178,102 @@ def fit_effects(
     NestedFitError
         Where a sub-set fits better by more than rounding.
     """
-    parameters = problem.parameters(effects)
-    everything = np.ones(len(problem.segments), dtype=bool)
-    free = np.ones(len(parameters), dtype=bool)
-    prior = _prior_of(problem, parameters, effects)
+    cost_of = _whole_cost(problem, effects, stop)
     best = min(contained, key=lambda fit: fit.cost, default=None)
     candidates = [*problem.starts(effects, best.known if best else {}), *starts]
-    costs = [_trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
-
-    def search(start: FloatArray) -> tuple[FloatArray, float, SegmentSums]:
-        return minimised(
-            problem, effects, start, chosen=everything, free=free, prior=prior, stop=stop
-        )
-
-    theta, cost, sums = search(candidates[ranked_starts(costs)[0]])
+    theta, cost, sums = cost_of.minimised(_best_start(cost_of, candidates))
     if best is not None and cost > best.cost:
         # The most promising start led astray; the warm start cannot.
-        theta, cost, sums = search(candidates[0])
-    fit = EffectFit(effects, parameters, theta, cost, sums, prior, _bound_hits(parameters, theta))
+        theta, cost, sums = cost_of.minimised(candidates[0])
+    parameters = problem.parameters(effects)
+    at_bound = _bound_hits(parameters, theta)
+    fit = EffectFit(effects, parameters, theta, cost, sums, cost_of.prior, at_bound)
     if best is not None and costs_more(cost, best.cost):
         raise NestedFitError(fit, best)
     return fit
 
 
-def minimised(
-    problem: ComparisonProblem,
-    effects: Effects,
-    start: FloatArray,
-    *,
-    chosen: BoolArray,
-    free: BoolArray,
-    prior: Prior,
-    first_sums: SegmentSums | None = None,
-    stop: StopRule = _STOP_RULE,
-) -> tuple[FloatArray, float, SegmentSums]:
-    """Minimise the cost of the chosen segments over the free parameters within their bounds.
+def _whole_cost(
+    problem: ComparisonProblem, effects: Effects, stop: StopRule = _STOP_RULE
+) -> "SegmentCost":
+    """Cost of all segments with every parameter free."""
+    parameters = problem.parameters(effects)
+    return SegmentCost(
+        problem,
+        effects,
+        _prior_of(problem, parameters, effects),
+        chosen=np.ones(len(problem.segments), dtype=bool),
+        free=np.ones(len(parameters), dtype=bool),
+        stop=stop,
+    )
 
-    Parameters
-    ----------
-    problem, effects, start
-        What is fitted, from where, shape (p,).
-    chosen, free : ndarray of bool
-        Segments that count, shape (n_segments,); parameters that move, shape (p,).
-    prior : Prior
-        What the cost adds for the parameters themselves.
-    first_sums : SegmentSums, optional
-        Sums at `start`, where they are known.
-    stop : StopRule
-        When the search ends; the noise of the chosen segments is put in.
 
-    Returns
-    -------
-    tuple of (ndarray, float, SegmentSums)
-        Parameters, cost and the sums there.
-    """
+def _best_start(cost_of: "SegmentCost", candidates: Sequence[FloatArray]) -> FloatArray:
+    return candidates[ranked_starts([cost_of.at(theta) for theta in candidates])[0]]
 
-    def totals(theta: FloatArray, sums: SegmentSums) -> CostSums[SegmentSums]:
-        """Cost, matrix and slope at `theta`: chosen segments and prior together."""
-        return CostSums(
-            cost=float(sums.square[chosen].sum()) + prior.cost(theta),
-            matrix=sums.total_matrix(chosen) + np.diag(prior.weight),
-            slope=sums.full_right_side()[chosen].sum(axis=0) + prior.slope(theta),
-            detail=sums,
+
+@dataclass(frozen=True, eq=False)
+class SegmentCost:
+    """Cost of some segments as a function of the parameters of a set of effects."""
+
+    problem: ComparisonProblem  # Records and simulator
+    effects: Effects  # Effects beside the baseline
+    prior: Prior  # What the cost adds for the parameters themselves
+    chosen: BoolArray  # Segments that count, shape (n_segments,)
+    free: BoolArray  # Parameters that move, shape (p,)
+    stop: StopRule = _STOP_RULE  # When a search ends; the noise of the segments is put in
+
+    def at(self, theta: FloatArray) -> float:
+        """Cost of one parameter set; not finite where the model fails."""
+        square = self.problem.total_square(self.effects, theta, self.chosen)
+        return square + self.prior.cost(theta)
+
+    def minimised(self, start: FloatArray) -> tuple[FloatArray, float, SegmentSums]:
+        """Parameters within their bounds under which the cost is least, it, and the sums there."""
+        theta, here = minimised_cost(
+            self._sums,
+            self.at,
+            (start, self._sums(start)),
+            bounds=self._bounds,
+            free=self.free,
+            stop=self._stop,
+        )
+        return theta, here.cost, here.detail
+
+    def least(
+        self, start: FloatArray, first_sums: SegmentSums | None = None
+    ) -> tuple[FloatArray, float]:
+        """Parameters and cost of :meth:`minimised`; `first_sums` are those at the start."""
+        first = self._sums(start) if first_sums is None else self._totals(start, first_sums)
+        return least_cost(
+            self._sums,
+            self.at,
+            (start, first),
+            bounds=self._bounds,
+            free=self.free,
+            stop=self._stop,
         )
 
-    theta = np.array(start, dtype=np.float64)
-    known = problem.sums(effects, theta, chosen) if first_sums is None else first_sums
-    theta, reached = minimised_cost(
-        lambda values: totals(values, problem.sums(effects, values, chosen)),
-        lambda values: _trial_cost(problem, effects, values, chosen, prior),
-        (theta, totals(theta, known)),
-        bounds=Bounds(*bounds_of(problem.parameters(effects))),
-        free=free,
-        stop=replace(stop, noise_square=float(problem.noise_square[chosen].sum())),
-    )
-    return theta, reached.cost, reached.detail
+    @property
+    def _bounds(self) -> Bounds:
+        return Bounds(*bounds_of(self.problem.parameters(self.effects)))
+
+    @property
+    def _stop(self) -> StopRule:
+        noise_square = float(self.problem.noise_square[self.chosen].sum())
+        return replace(self.stop, noise_square=noise_square)
+
+    def _sums(self, theta: FloatArray) -> CostSums[SegmentSums]:
+        return self._totals(theta, self.problem.sums(self.effects, theta, self.chosen))
+
+    def _totals(self, theta: FloatArray, sums: SegmentSums) -> CostSums[SegmentSums]:
+        """Cost, matrix and slope: chosen segments and prior together."""
+        return CostSums(
+            cost=float(sums.square[self.chosen].sum()) + self.prior.cost(theta),
+            matrix=sums.total_matrix(self.chosen) + np.diag(self.prior.weight),
+            slope=sums.full_right_side()[self.chosen].sum(axis=0) + self.prior.slope(theta),
+            detail=sums,
+        )
 
 
 def mean_square_left(problem: ComparisonProblem, fit: EffectFit) -> float:
@@ -261,7 +283,9 @@ def mean_square_left(problem: ComparisonProblem, fit: EffectFit) -> float:
 
 def mean_square_of(problem: ComparisonProblem, effects: Effects = ()) -> float:
     """Mean square that the baseline with some effects leaves once it is fitted."""
-    return mean_square_left(problem, fit_effects(problem, effects))
+    cost_of = _whole_cost(problem, effects)
+    theta, cost = cost_of.least(_best_start(cost_of, problem.starts(effects, {})))
+    return float((cost - cost_of.prior.cost(theta)) / problem.cell_counts.sum())
 
 
 def _prior_of(
@@ -273,17 +297,6 @@ def _prior_of(
     mean = np.array([parameter.prior_mean for parameter in parameters])
     may_be_absent = np.array([parameter.effect in effects for parameter in parameters], dtype=bool)
     return Prior(weight, mean, may_be_absent)
-
-
-def _trial_cost(
-    problem: ComparisonProblem,
-    effects: Effects,
-    theta: FloatArray,
-    chosen: BoolArray,
-    prior: Prior,
-) -> float:
-    """Cost of one parameter set over the chosen segments."""
-    return problem.total_square(effects, theta, chosen) + prior.cost(theta)
 
 
 def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray:

@@ -4,12 +4,12 @@ Whole conditions are held out where there are enough, blocks otherwise.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, Segment
-from carrierflex.diagnosis.inference.effect_fit import EffectFit, minimised
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, SegmentCost
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.gauss_newton import StopRule
 from carrierflex.identification.estimation.resampling import two_level_counts
@@ -99,26 +99,12 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
     free = shared | np.array(
         [parameter.run in in_training for parameter in fit.parameters], dtype=bool
     )
-    theta, _, _ = minimised(
-        problem,
-        fit.effects,
-        fit.theta,
-        chosen=fold.training,
-        free=free,
-        prior=fit.prior,
-        first_sums=fit.sums,
-        stop=_FOLD_STOP,
+    training = SegmentCost(
+        problem, fit.effects, fit.prior, chosen=fold.training, free=free, stop=_FOLD_STOP
     )
+    theta, _ = training.least(fit.theta, fit.sums)
     if fold.run_specific.any() and not free.all():
-        theta, _, _ = minimised(
-            problem,
-            fit.effects,
-            theta,
-            chosen=fold.run_specific,
-            free=~free,
-            prior=fit.prior,
-            stop=_FOLD_STOP,
-        )
+        theta, _ = replace(training, chosen=fold.run_specific, free=~free).least(theta)
     return theta
 
 

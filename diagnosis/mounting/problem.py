@@ -22,7 +22,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Signatures,
     bounds_of,
 )
-from carrierflex.diagnosis.inference.effect_fit import Prior, mean_square_of, minimised
+from carrierflex.diagnosis.inference.effect_fit import Prior, SegmentCost, mean_square_of
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment, ComparisonProblem
 from carrierflex.diagnosis.kind.problem_in_time import ProblemInTime
 from carrierflex.diagnosis.mounting.answer import answer_of_table
@@ -277,7 +277,7 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
         rig = self.model.rig
         start = np.array([rig.bushing_radial_stiffness, rig.bushing_radial_damping])
         everything, free = np.ones(len(self.segments), dtype=bool), np.ones(2, dtype=bool)
-        return minimised(self, (), start, chosen=everything, free=free, prior=Prior.none(2))[0]
+        return SegmentCost(self, (), Prior.none(2), everything, free).least(start)[0]
 
     @cached_property
     def _known_solutions(self) -> dict[Effects, list[Solution]]:

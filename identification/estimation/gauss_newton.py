@@ -48,6 +48,9 @@ class StopRule:
         noise is no better for its last per mille.
     noise_square : float
         Sum of squares that noise alone leaves; zero takes every cost as far above it.
+    kept_promise : float
+        Where no sums are asked for (:func:`least_cost`), an undamped step ends the search whose
+        gain is that promised by the linearised model to this share of the cost.
     """
 
     most_steps: int = 30
@@ -58,6 +61,7 @@ class StopRule:
     slow_gain_far: float = 1e-3
     far: float = 1.5
     noise_square: float = 0.0
+    kept_promise: float = 3e-4
 
     def is_slow(self, before: float, after: float) -> bool:
         """Whether a step from one cost to a lower one gained too little."""
@@ -154,11 +158,45 @@ def minimised_cost(
     .. [1] D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters",
        SIAM J. Appl. Math. 11 (1963).
     """
+    theta, _, here = _searched(sums, cost, start, bounds, free, stop, needs_sums=True)
+    return theta, here
+
+
+def least_cost(
+    sums: Callable[[Array], CostSums[Detail]],
+    cost: Callable[[Array], float],
+    start: tuple[Array, CostSums[Detail]],
+    *,
+    bounds: Bounds,
+    free: BoolArray,
+    stop: StopRule,
+) -> tuple[Array, float]:
+    """Parameters and cost of :func:`minimised_cost`, without the sums there.
+
+    A search that starts next to its minimum makes no sums at all: its first step gains what the
+    linearised model promised, and a further one would gain about as much as the two differ.
+    """
+    theta, reached, _ = _searched(sums, cost, start, bounds, free, stop, needs_sums=False)
+    return theta, reached
+
+
+def _searched(
+    sums: Callable[[Array], CostSums[Detail]],
+    cost: Callable[[Array], float],
+    start: tuple[Array, CostSums[Detail]],
+    bounds: Bounds,
+    free: BoolArray,
+    stop: StopRule,
+    *,
+    needs_sums: bool,
+) -> tuple[Array, float, CostSums[Detail]]:
+    """Parameters, cost and sums; those of the step before where none are needed."""
     theta, here = start
     damping = _FIRST_DAMPING
     slow_steps = 0
     for _ in range(stop.most_steps):
         better = None
+        is_undamped = damping <= _FIRST_DAMPING
         for _ in range(stop.most_dampings):
             candidate = bounded_step(here, theta, bounds=bounds, free=free, damping=damping)
             step = candidate - theta
@@ -171,15 +209,19 @@ def minimised_cost(
                 damping = damping / _DAMPING_FACTOR
                 break
             damping = max(_DAMPING_FACTOR * damping, _LEAST_RAISED_DAMPING)
+            is_undamped = False
         if better is None:
             break
         before = here.cost
         theta = better
+        is_kept = abs(before - trial - promise) <= stop.kept_promise * trial
+        if is_kept and is_undamped and not needs_sums:
+            return theta, trial, here
         here = sums(theta)
         slow_steps = slow_steps + 1 if stop.is_slow(before, here.cost) else 0
         if slow_steps == stop.slow_steps:
             break
-    return theta, here
+    return theta, here.cost, here
 
 
 def bounded_step(

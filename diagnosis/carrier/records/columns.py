@@ -302,6 +302,29 @@ class RunColumns:
             for shift in delay_nodes(self.source.rig.n_planets).tolist()
         ]
 
+    def target(self, channel: Channel, samples: IntArray) -> dict[Key, FloatArray]:
+        """Target and another simulator's prediction at some samples."""
+        target = self.run.signals[channel.name][samples]
+        return {
+            (TARGET, 0, "", 0): target,
+            **{key: values[samples] for key, values in self._predicted(channel).items()},
+        }
+
+    def _predicted(self, channel: Channel) -> dict[Key, FloatArray]:
+        """Another simulator's prediction of the whole run, at the nodes of a delay too."""
+        kept = self._last_predicted.get(channel.name)
+        if kept is None:
+            delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
+            kept = _predictions_of(self.run, channel, delays)
+            # Those of all channels would be as large as the record.
+            self._last_predicted.clear()
+            self._last_predicted[channel.name] = kept
+        return kept
+
+    @cached_property
+    def _last_predicted(self) -> dict[str, dict[Key, FloatArray]]:
+        return {}
+
     def blocks(self, most_blocks: int) -> list[IntArray]:
         """Numbers of the revolutions of at most `most_blocks` blocks."""
         n = len(self.revolutions)
@@ -312,6 +335,7 @@ class RunColumns:
         channel: Channel,
         blocks: Sequence[IntArray],
         owners: Collection[str] | None = None,
+        source: ColumnSource | None = None,
     ) -> Iterator[BlockColumns]:
         """Columns at a sensor, block by block.
 
@@ -324,13 +348,16 @@ class RunColumns:
         owners : collection of str, optional
             Effects whose columns are wanted; default: all, and those of the flexible model. The
             target, and another simulator's prediction, are always among them.
+        source : ColumnSource, optional
+            What computes the effects' columns; default: that of the run.
         """
+        source = source or self.source
         for chunk in self._chunks(blocks):
             samples = np.sort(
                 np.concatenate([self.revolutions[r] for block in chunk for r in block])
             )
             inputs = inputs_at(self.inputs, samples)
-            rows = self._rows(channel, samples, inputs, owners)
+            rows = self._rows(source, channel, samples, inputs, owners)
             index = ColumnIndex({key: number for number, key in enumerate(rows)})
             table = np.array(list(rows.values()))
             del rows  # as large as the table
@@ -341,23 +368,23 @@ class RunColumns:
 
     def _rows(
         self,
+        source: ColumnSource,
         channel: Channel,
         samples: IntArray,
         inputs: CarrierInputs,
-        owners: Collection[str] | None = None,
+        owners: Collection[str] | None,
     ) -> dict[Key, FloatArray]:
         """Columns at a sensor at some samples, whose inputs are given, the target first."""
         follows_delay = any(
             effect.follows_delay
-            for effect in self.source.effects.values()
+            for effect in source.effects.values()
             if owners is None or effect.id in owners
         )
         shifted = self.delayed_inputs if follows_delay else []
         late = [inputs_at(inputs, samples) for inputs in shifted]
-        delays = delay_nodes(self.source.rig.n_planets)
         return {
-            **_target_rows(self.run, channel, samples, delays / self.source.speed),
-            **self.source.rows(rim_sensor(channel), inputs, late, owners),
+            **self.target(channel, samples),
+            **source.rows(rim_sensor(channel), inputs, late, owners),
         }
 
     def _chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
@@ -392,7 +419,8 @@ class _SomeSamples:
         # Another simulator's prediction is each run's own.
         predicted = [
             np.reshape(
-                list(_prediction_rows(run, channel, samples, delays).values()), (-1, samples.size)
+                [values[samples] for values in _predictions_of(run, channel, delays).values()],
+                (-1, samples.size),
             )
             for run, samples in zip(self.runs, self.samples, strict=True)
         ]
@@ -443,34 +471,23 @@ def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> Col
     """Numbers of the columns, from one sample of a run."""
     columns = RunColumns(run, source)
     first = inputs_at(columns.inputs, np.arange(1))
-    shifts = delay_nodes(source.rig.n_planets)
+    late = [first] * delay_nodes(source.rig.n_planets).size
     rows = {
-        **_target_rows(run, channel, np.arange(1), shifts / source.speed),
-        **source.rows(rim_sensor(channel), first, [first] * len(shifts)),
+        **columns.target(channel, np.arange(1)),
+        **source.rows(rim_sensor(channel), first, late),
     }
     return ColumnIndex({key: number for number, key in enumerate(rows)})
 
 
-def _target_rows(
-    run: Run, channel: Channel, samples: IntArray, delays: FloatArray
-) -> dict[Key, FloatArray]:
-    """Target and another simulator's prediction."""
-    target = run.signals[channel.name][samples]
-    return {(TARGET, 0, "", 0): target, **_prediction_rows(run, channel, samples, delays)}
-
-
-def _prediction_rows(
-    run: Run, channel: Channel, samples: IntArray, delays: FloatArray
-) -> dict[Key, FloatArray]:
+def _predictions_of(run: Run, channel: Channel, delays: FloatArray) -> dict[Key, FloatArray]:
     """Another simulator's prediction, at the nodes of a delay too; empty where there is none."""
     if channel.name not in run.predictions:
         return {}
     prediction = run.predictions[channel.name]
-    rows = {(PREDICTION, 0, "", 0): prediction[samples]}
+    rows: dict[Key, FloatArray] = {(PREDICTION, 0, "", 0): prediction}
     for node, delay in enumerate(delays.tolist()):
         if delay:
-            late = delayed(run.time, prediction, delay)
-            rows[PREDICTION, 0, "delay", node] = late[samples]
+            rows[PREDICTION, 0, "delay", node] = delayed(run.time, prediction, delay)
     return rows
 
 

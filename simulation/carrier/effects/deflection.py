@@ -68,28 +68,19 @@ def _turned_loads(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> 
 
     Loads that stand still turn through the pins once a revolution.
     """
+    pins = rig.pins_at(inputs.carrier_angle)
     weight = (np.zeros_like(inputs.ntl_z), np.ones_like(inputs.ntl_z))
-    loads = (weight, (inputs.ntl_y, inputs.ntl_z))
-    return np.array(
-        [
-            _tangential_loads(curve, sensor, inputs, rig, *load)
-            for load in loads
-            for curve in ("g_s", "g_f")
-        ]
-    )
+    signals = []
+    for load in (weight, (inputs.ntl_y, inputs.ntl_z)):
+        _, across = patterns.load_turned_shares(pins, *load, rig.n_planets)
+        signals += [_tangential_loads(g, sensor, pins, rig, across) for g in ("g_s", "g_f")]
+    return np.array(signals)
 
 
 def _tangential_loads(
-    curve: str,
-    sensor: RimSensor,
-    inputs: CarrierInputs,
-    rig: CarrierRig,
-    load_y: FloatArray,
-    load_z: FloatArray,
+    curve: str, sensor: RimSensor, pins: FloatArray, rig: CarrierRig, across: FloatArray
 ) -> FloatArray:
     """Signal of pins that carry the tangential part ``F . t(beta_i)`` of a load, shape (n,)."""
-    pins = rig.pins_at(inputs.carrier_angle)
-    _, across = patterns.load_turned_shares(pins, load_y, load_z, rig.n_planets)
     # As excess of a torque that loads every pin with one newton.
     one_newton = np.full_like(pins, rig.n_planets * rig.pin_radius)
     return patterns.uneven_pins_pattern(
