@@ -182,6 +182,7 @@ def test_a_cad_model_in_millimetres_that_says_metres_is_refused(refused, cad):
     )
 
 
+@pytest.mark.long
 def test_a_truncated_cad_model_is_refused(refused, cad):
     text = (cad / "carrier.step").read_text()
     (cad / "carrier.step").write_text(text[: len(text) // 2])
@@ -206,6 +207,7 @@ def test_a_pilot_on_a_surface_that_the_cad_model_lacks_is_refused(refused, cad):
     )
 
 
+@pytest.mark.long
 def test_a_surface_with_several_matches_is_refused(refused, cad):
     changed(cad, "axial_range = [0.0, 0.065]\n", "", 1)
     assert (

@@ -60,7 +60,7 @@ def test_every_source_and_data_file_is_in_the_wheel(installed):
                 assert (inside / path.relative_to(ROOT / folder)).is_file(), path
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_installed_command_runs_from_another_folder(installed, tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(installed)}
 

@@ -63,6 +63,7 @@ def test_an_even_law_stands_on_even_lines():
     )
 
 
+@pytest.mark.long
 def test_nothing_missing_is_at_the_noise_floor():
     own = found(force_campaign(no_law))
     assert own.verdict == "at_noise_floor"

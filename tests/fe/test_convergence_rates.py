@@ -98,6 +98,7 @@ def test_work_on_a_pressed_ring_converges_at_fourth_order(pressed_rings):
     assert 3.4 < slope(errors, CELLS) < 4.5, errors
 
 
+@pytest.mark.long
 def test_torsional_frequency_of_a_round_bar_converges_at_fourth_order():
     radius = 0.05
     length = 0.1

@@ -41,6 +41,7 @@ def test_the_deformed_picture_shows_opposite_colours_on_a_tilting_body(one_pin_m
     assert (redder < -60).any()
 
 
+@pytest.mark.long
 def test_the_deformed_picture_marks_points_by_name_and_has_the_arrow_of_the_torque(one_pin_mesh):
     u = np.zeros_like(one_pin_mesh.points)
     u[:, 0] = 1e-6

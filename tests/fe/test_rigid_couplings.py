@@ -52,6 +52,7 @@ def test_force_and_moment_at_a_pilot_keep_their_resultant(rigid):
         )
 
 
+@pytest.mark.long
 def test_rigid_pilots_are_stiffer_than_distributing_ones(rigid, flexible_structure):
     def compliance(structure):
         body = GroundedBody(structure.K, structure.points, structure.rigid_points)

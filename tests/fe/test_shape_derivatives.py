@@ -45,6 +45,7 @@ def relative(difference, size):
     return abs(difference).max() / abs(size).max()
 
 
+@pytest.mark.long
 def test_a_rigid_motion_changes_the_stiffness_as_it_turns_it(half, matrices):
     """K of the turned body is ``R K Rᵀ``: its derivative is ``W K + K Wᵀ``, W the rotation's."""
     K, M = assemble_stiffness_and_mass(half, BODY_MATERIALS)

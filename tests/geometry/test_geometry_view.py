@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.geometry.tet_mesh import boundary_facets
@@ -20,6 +21,7 @@ def test_the_skin_holds_the_boundary_facets_and_their_data(one_pin_mesh):
     )  # VTK may keep single precision
 
 
+@pytest.mark.long
 def test_a_mesh_picture_shows_the_mesh(stiff_mesh):
     picture = mesh_picture(stiff_mesh, "stiff carrier")
     width, height = PICTURE_SIZE

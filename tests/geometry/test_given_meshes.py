@@ -52,6 +52,7 @@ def in_forks(monkeypatch):
     read_in_forks(monkeypatch, foreign_files, mesh_files)
 
 
+@pytest.mark.long
 def test_a_nastran_mesh_has_numbers_that_the_surfaces_file_gives_names(
     folder, stiff_mesh, carrier, pin
 ):

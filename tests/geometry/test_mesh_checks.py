@@ -95,6 +95,7 @@ def written(path, points, cells, **options):
     return path
 
 
+@pytest.mark.long
 def test_files_without_names_or_with_other_elements_are_refused(tmp_path, one_pin_mesh):
     points, tets = one_pin_mesh.points, one_pin_mesh.tets
     with pytest.raises(ValueError, match="elements without a physical volume's name"):

@@ -87,7 +87,7 @@ def test_modes_come_in_pairs(frequencies_hz):
         assert_allclose(result[1::2], result[::2], rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_frequencies_converge_from_above_to_those_of_quadratic_hexahedra(frequencies_hz):
     limit = hexahedra_hz((1200, 10, 10), skfem.ElementHexS2())
     # With 6 × 6 cells in the section 205.136, 209.998, 586.293, 586.964: converged to 2e-5.

@@ -105,6 +105,7 @@ def test_every_dimension_meets_differences_of_the_same_mesh_moved(half, problem,
             assert relative(actual, (plus - minus) / (2.0 * step)) < tolerance, cause.name
 
 
+@pytest.mark.long
 def test_the_stiffness_of_the_pilots_follows_from_both_derivatives():
     """``dK_bb - dG_bᵀ K_bb - K_bb dG_b`` is what another reduction of the moved mesh gives."""
     half, name = half_sector_of("flexible"), "carrier.pin_hole_diameter"
@@ -167,6 +168,7 @@ def test_derivatives_of_the_torque_curve_keep_its_orders(body):
     assert size[:, others].max() < 1e-9 * size.max()
 
 
+@pytest.mark.long
 def test_modulus_and_density_scale_the_carrier_without_pins():
     """Curves go as 1/E, frequencies as the root of E and as one over the root of the density."""
     body = sensitivities(parametric_problem(half_sector_of("flexible"), STAGE), 8)
@@ -181,6 +183,7 @@ def test_modulus_and_density_scale_the_carrier_without_pins():
     assert_allclose(f.derivative[rho], -f.frequency / (2.0 * steel.rho), rtol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("constant", ["E", "nu"])
 def test_constants_of_the_pins_meet_differences(constant):
     """To 1e-6 with a step of 1e-4."""

@@ -86,6 +86,7 @@ def test_free_modes_equal_a_dense_solution_and_the_reduced_ones_lie_above(beam):
     assert errors.max() < 0.05
 
 
+@pytest.mark.long
 def test_certificate_of_a_sound_carrier_is_met(flexible_structure):
     certificate = certify(flexible_structure, craig_bampton(flexible_structure, 20))
     assert failed(certificate.checks) == []

@@ -28,6 +28,7 @@ def derivative(cause):
     return {f"delta_f/{cause}": of_cause, f"{PIN_FIT}/{cause}": of_cause}
 
 
+@pytest.mark.long
 def test_curves_of_one_material_go_as_one_over_its_modulus():
     E = BODY_MATERIALS["carrier"].E
     drawing = changed_drawing(STAGE, {"E": 0.25 * E}, SIZE)
@@ -55,6 +56,7 @@ def test_curves_of_one_material_go_as_one_over_its_modulus():
     assert causes_in(drawing.stage, drawing.materials)["E"] == 1.25 * causes_in(STAGE)["E"]
 
 
+@pytest.mark.long
 def test_a_modulus_of_the_pins_changes_what_holds_pins_alone():
     drawing = changed_drawing(STAGE, {"pin_E": 5e10}, SIZE)
     for name in ("delta_f", "g_f"):
@@ -62,6 +64,7 @@ def test_a_modulus_of_the_pins_changes_what_holds_pins_alone():
     assert drawing.after["delta_s"].rms < drawing.before["delta_s"].rms
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("changes", [{"pin_E": 4e9}, {"planet_clearance_radius": 1e-3, "nu": 3e-3}])
 def test_the_change_is_what_the_derivatives_of_the_default_carrier_predict(changes):
     drawing = changed_drawing(STAGE, changes, SIZE)
@@ -115,6 +118,7 @@ def test_nodes_that_move_make_the_curves_of_a_new_mesh_within_its_scatter():
     assert np.std(scatter) < 0.1 * np.std(difference)
 
 
+@pytest.mark.long
 def test_curves_of_another_code_are_moved_by_the_difference_of_ours():
     drawing = changed_drawing(STAGE, {"outer_radius": 0.005}, SIZE)
     n = 120

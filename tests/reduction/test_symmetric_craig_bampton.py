@@ -222,6 +222,7 @@ def certificate_figures(certificate):
     return {check.name: check.reached for check in certificate.checks if check.reached > 1e-6}
 
 
+@pytest.mark.long
 def test_the_certificate_by_blocks_is_that_of_the_whole_body(paths):
     structure, whole, _, symmetric = paths
     expected, reached = certify(structure, whole), certify_by_blocks(symmetric)

@@ -17,6 +17,7 @@ def without_trials(monkeypatch):
     monkeypatch.setattr(check_installation, "_trials", lambda: iter(()))
 
 
+@pytest.mark.long
 def test_this_installation_works():
     installation = main()
     failing = [item for item in installation.items if item.state == "fail"]

@@ -121,6 +121,7 @@ def test_all_formats_name_commands_that_exist():
             assert command_in(line.split()) in COMMANDS, line
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [

@@ -70,6 +70,7 @@ def test_a_table_and_curves_that_others_wrote_stay(tmp_path):
     assert "largest" in (tmp_path / "ours.csv").read_text()
 
 
+@pytest.mark.long
 def test_a_folder_of_this_program_is_written_again(command):
     for _ in range(2):
         assert command("papers", "printed-tables", "--out", "out").returncode == 0

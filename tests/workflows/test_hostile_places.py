@@ -67,6 +67,7 @@ def test_a_full_disk_is_told_where_results_go_and_ends_no_command_elsewhere(tmp_
         assert left == ["theirs"]
 
 
+@pytest.mark.long
 def test_a_clock_that_jumps_changes_no_campaign_and_loses_none(tmp_path, command, monkeypatch):
     case = shipped_case("mounting_2011")
     assert command("simulate", case, "--out", "before").returncode == 0

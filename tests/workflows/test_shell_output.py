@@ -29,7 +29,7 @@ def test_a_table_in_a_pipe_is_never_cut_nor_filled_up(in_a_pipe):
         assert [line for line in lines if line.split()[:1] == [name] and title in line]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_a_script_knows_every_command_and_its_options(in_a_pipe, shell):
     script = in_a_pipe("completion", shell).stdout

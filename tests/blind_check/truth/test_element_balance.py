@@ -69,6 +69,7 @@ def test_what_each_cause_shows_adds_up_to_the_records(pair):
     np.testing.assert_allclose((each - plain).sum(axis=0), recorded, atol=2e-3 * recorded.std())
 
 
+@pytest.mark.long
 def test_a_spring_that_hardens_before_a_dashpot_is_no_linear_memory():
     case = drawn(("spring_and_dashpot",), 0, OUTSIDE, NOISE)
     law = case.element.laws[0]

@@ -60,11 +60,13 @@ def test_contact_acts_on_one_side_only():
     )
 
 
+@pytest.mark.long
 def test_a_visco_elastic_stop_pushes_only():
     forces = [static("visco_elastic_stop", (0.3, 0.5), q, w) for q in (0.2, 0.6) for w in (-1, 1)]
     np.testing.assert_allclose(forces, [0.0, 0.0, 0.0, 0.8], atol=1e-12)
 
 
+@pytest.mark.long
 def test_dry_friction_loses_its_level_over_the_path():
     q, force = loop("creeping_friction", (0.0, 1.0, 0.5), numbers=STATIC_LAWS)
     np.testing.assert_allclose([force.max(), -force.min()], [1.0, 0.5], rtol=1e-6)

@@ -91,6 +91,7 @@ def test_refit_of_a_linear_element_leaves_nothing():
         assert left.std() < 3e-3 * np.array(signals).std()
 
 
+@pytest.mark.long
 def test_a_refit_that_runs_away_ends():
     """One mass on a spring cannot answer as one with a mass on top of it: no refit holds."""
     plan = CasePlan("element", 36, 51002, OUTSIDE, ("tuned_mass",), 0.709, "sines")
@@ -186,6 +187,7 @@ def test_a_decay_with_nothing_missing_is_silent(seed):
     assert answer is None or answer.state == "nothing"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [2])
 def test_gap_is_as_planned_and_noise_as_declared(number, tmp_path):
     plan = CasePlan("element", number, 9, SINGLE, ("coulomb",), 6.0, MULTISINE)

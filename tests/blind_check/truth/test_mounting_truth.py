@@ -75,6 +75,7 @@ def test_radial_load_tips_the_shaft_about_the_main_bearing():
     )
 
 
+@pytest.mark.long
 def test_bearing_that_gives_way_moves_by_its_force():
     """Moments about the bushings: the bearing carries the load times (L + arm) / L."""
     compliance = 2e-9
@@ -95,6 +96,7 @@ def simulated(record, **values):
     return simulate(rig, parameter_array(rig, values), inputs).signals
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "symbols", "tolerance"),
     [

@@ -96,6 +96,7 @@ def test_every_cause_of_a_carrier_leaves_alone_what_was_drawn():
     assert other.own_gaps == pytest.approx((1.3, 6.0, 2.0), rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_form_that_the_loads_do_not_show_is_drawn_anew():
     # Every run has more torque than this tilt's first limit: it would be a constant one.
     causes = ("bounded_torque_tilt", "rooted_drift", "torque_saddle")

@@ -68,6 +68,7 @@ def test_truth_imports_nothing_that_fits():
         assert not names & {"importlib.import_module", "runpy"}, module
 
 
+@pytest.mark.long
 def test_no_package_that_fits_imports_the_truth():
     for package in ("simulation", "identification", "diagnosis"):
         for path in (ROOT / package).rglob("*.py"):
@@ -104,6 +105,7 @@ def test_repeats_of_a_case_differ_by_their_noise_alone(tmp_path):
         np.testing.assert_allclose(change.std(), np.sqrt(2.0) * label.floor, rtol=0.1)
 
 
+@pytest.mark.long
 def test_folder_holds_records_and_no_word_of_the_truth(tmp_path):
     label = write_case(ELEMENT, tmp_path / "case")
     names = sorted(path.name for path in (tmp_path / "case").iterdir())

@@ -94,6 +94,7 @@ def test_shifted_signals_are_met_at_the_second_order_of_the_planets(n, nodes_of)
         assert error < 0.005
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("n", "order"), [(4, 8), (5, 10), (5, 15), (7, 28)])
 def test_the_map_holds_the_orders_of_many_planets(n, order):
     rig = CarrierRig(360e3, n, CARRIER_RIG.pin_radius, CURVES)

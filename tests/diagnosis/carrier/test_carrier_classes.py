@@ -129,6 +129,7 @@ def test_offsets_of_the_runs_that_the_baseline_lacks_hide_no_other_class():
     assert answer_of(lambda v, run: 0.0 * run.time, contained=without).state == NOTHING
 
 
+@pytest.mark.long
 def test_two_torques_leave_open_what_a_class_follows():
     answer = answer_of(lobed, loads=((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5)))
     assert answer.ids == ("carrier/waves/undetermined",)
@@ -200,6 +201,7 @@ def late_tilt(v, run):
     return SIZE * share * (-np.sin(v) * y + np.cos(v) * z)
 
 
+@pytest.mark.long
 def test_a_tilt_that_begins_late_is_no_sharing_that_follows_torque_and_load():
     answer = carrier_problem(campaign_of(late_tilt), CURVES).class_answer()
     assert [own.id for own in answer.classes] == ["housing/tilt/radial_load"]

@@ -115,6 +115,7 @@ def classes_of(diagnosis):
     return diagnosis.classes.ids if diagnosis.classes is not None else ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "w", [0.5, *(pytest.param(end, marks=pytest.mark.long) for end in (0.0, 1.0))]
 )
@@ -147,6 +148,7 @@ def test_a_law_that_may_be_absent_is_not_named(monkeypatch, std):
     assert refused == ("planet pass is zero within declared errors and priors" if std else "")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("cause", "change", "w"),
     [

@@ -79,6 +79,7 @@ def test_channels_without_a_pattern_stand_alone():
     )
 
 
+@pytest.mark.long
 def test_the_sentence_names_frame_order_and_growth():
     problem = twin_problem(
         "flexible_pins", contained=("axial_offset", "housing_tilt", "carrier_tilt")
@@ -101,6 +102,7 @@ def parts_of(problem):
     return {(part.pattern, part.order): _frame_of(part, parts, 3) for part in parts if part.runs}
 
 
+@pytest.mark.long
 def test_what_pulsates_in_the_housing_is_told_from_what_turns_with_the_carrier():
     def turning(channel, angle):
         return 5e-5 * np.cos(3.0 * (channel.angle - angle)) * (channel in CHANNELS[:4])

@@ -49,6 +49,7 @@ def share_left(gap, effect, shapes):
     return min(left)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("case", "torque_alone", "turned_loads"),
     [

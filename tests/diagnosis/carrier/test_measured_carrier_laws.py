@@ -249,6 +249,7 @@ def test_the_effect_of_a_law_is_the_signal_of_the_simulator():
     assert_allclose(column, law_signal(law, sensor, inputs), rtol=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n_planets", [3, 5])
 def test_tables_of_a_class_are_its_columns_where_they_have_points(n_planets):
     """Loads that stand still, at points of the tables: every shape in every way to follow them."""

@@ -73,6 +73,7 @@ def _misread(campaign, what):
     return replace(campaign, runs=tuple(runs))
 
 
+@pytest.mark.long
 def test_misread_signals_move_the_fit_as_declared_errors_say(campaign):
     problem = carrier_problem(campaign, CURVES)
     fit = fit_effects(problem, EFFECT)
@@ -103,6 +104,7 @@ def _moved(problem, effects, row):
     return fit, moves, np.array([parameter.scale for parameter in fit.parameters])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effects", "what"),
     [
@@ -167,6 +169,7 @@ def test_a_curve_that_is_too_small_as_a_whole_is_no_error():
             assert moved.tolist() != [int(before[1:].argmax()) + 1]
 
 
+@pytest.mark.long
 def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):
     problem = carrier_problem(campaign, CURVES)
     fit = fit_effects(problem, EFFECT)
@@ -182,6 +185,7 @@ def test_published_intervals_hold_the_errors_and_the_words_say_so(campaign):
     assert blind.gains.startswith("load-cell errors are not included")
 
 
+@pytest.mark.long
 def test_an_interval_of_the_pins_holds_the_known_error_of_the_curves_size(campaign):
     exact = {name: replace(curve, mesh_error=0.0) for name, curve in CURVES.items()}
     as_read = replace(campaign, channels=AXIAL, inputs=())

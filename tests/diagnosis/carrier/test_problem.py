@@ -49,6 +49,7 @@ def test_the_twins_hold_every_effect_of_the_contract():
     assert set(EFFECTS) | {"axial_offset"} == set(CARRIER.effects)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "options"),
     [

@@ -66,11 +66,13 @@ def told(campaign, turned_deg):
     return diagnose(problem, campaign="four", kind="carrier")
 
 
+@pytest.mark.long
 def test_a_curve_with_its_predicted_phase_decides_between_the_frames():
     diagnosis = told(campaign(), 0.0)
     assert (diagnosis.verdict, diagnosis.attribution.effects) == ("named", ("flexible_pins",))
 
 
+@pytest.mark.long
 def test_a_law_of_free_phase_does_not():
     """The carrier is off its drawing: its lobes stand 6 degrees on, and any wave has that phase."""
     diagnosis = told(campaign(), 6.0)
@@ -82,12 +84,14 @@ def test_a_law_of_free_phase_does_not():
     assert "sensor at 65 degrees" in diagnosis.attribution.discriminating_experiment
 
 
+@pytest.mark.long
 def test_the_sensor_that_is_asked_for_decides():
     diagnosis = told(campaign((20.0, 65.0, 110.0, 200.0, 290.0)), 6.0)
     assert [finding.id for finding in diagnosis.classes.classes] == ["carrier/waves/torque"]
     assert not diagnosis.classes.ties
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("levels", [(0.1, 0.25, 0.5, 0.75, 1.0)])
 def test_a_recorded_experiment_is_not_proposed(levels):
     one = campaign()

@@ -96,6 +96,7 @@ def campaign(cause, loads, seed):
     return Campaign("carrier", "twin", baseline, rig, channels, tuple(runs))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("loads", [FOUR_RUNS, EIGHT_RUNS], ids=["four", "eight"])
 @pytest.mark.parametrize(
     ("cause", "shape"),

@@ -151,6 +151,7 @@ def test_a_prior_of_a_candidate_never_makes_a_larger_set_dearer():
     assert larger.theta[-1] == pytest.approx(1e9, rel=0.01)
 
 
+@pytest.mark.long
 def test_impossible_effects_are_no_candidates():
     campaign = force_campaign(lambda q, v: 8e8 * q**3)
     ruled_out = replace(campaign.baseline, impossible=("cubic_stiffness", "backlash"))

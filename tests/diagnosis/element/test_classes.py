@@ -236,6 +236,7 @@ def test_a_change_with_time_is_asked_only_of_drives_with_two_frequencies():
     assert "one frequency drives all runs" in result.note
 
 
+@pytest.mark.long
 def test_three_causes_are_no_class_and_are_to_be_recorded_apart():
     def three(q, v):
         slider = 4.0 * stops(q, np.array([6e-4]), from_rest=False)[0]

@@ -47,6 +47,7 @@ def class_answer_of(beside, steps):
     return element_problem(late(campaign_of(law), steps * STEP)).class_answer()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("beside", "steps"),
     [
@@ -62,6 +63,7 @@ def test_a_late_channel_beside_a_law_is_told_from_another_cause(beside, steps):
     assert result.share > 0.998
 
 
+@pytest.mark.long
 def test_its_first_order_leaves_what_looks_like_another_cause(monkeypatch):
     monkeypatch.setattr(answer, "_LAG_PASSES", 0)
     result = class_answer_of("dissipation", 2.0)

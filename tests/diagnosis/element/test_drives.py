@@ -170,6 +170,7 @@ def test_a_decay_shows_its_class_and_no_memory(law, damping, classes):
     assert answer.ids == classes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("measured", "kind"),
     [

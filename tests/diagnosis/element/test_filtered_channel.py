@@ -47,6 +47,7 @@ def filters_told(change):
     return [rival.text for rival, _ in check.rivals if rival.id == "wiring/filtered_channel"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "size"),
     [
@@ -59,5 +60,6 @@ def test_a_filter_is_named_with_its_size(change, size):
     assert text.endswith(size)
 
 
+@pytest.mark.long
 def test_a_delay_is_no_filter():
     assert filters_told(late) == []

@@ -144,6 +144,7 @@ def kept(campaign, path):
     return read_law(path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("cause", "name"), [(smooth_loop, "hysteresis"), (rubber, "memory")])
 def test_a_saved_law_with_a_memory_explains_its_class_on_new_records(cause, name, tmp_path):
     law = kept(displacement_campaign(cause, n=3000, seed=0), tmp_path / "law.toml")

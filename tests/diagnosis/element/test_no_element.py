@@ -15,6 +15,7 @@ def state(campaign):
     return element_problem(campaign).class_answer().state
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "factor",
     [pytest.param(0.8, marks=pytest.mark.long), 1.0, pytest.param(1.2, marks=pytest.mark.long)],
@@ -27,6 +28,7 @@ def test_a_mass_that_sticks_shows_no_class_whatever_the_band_of_its_noise(factor
     assert state(campaign) == NOT_VISIBLE
 
 
+@pytest.mark.long
 def test_a_drive_of_which_little_arrives_is_a_drive_side():
     # The baseline leaves 1.01 of the force's square, and beside the drive side next to nothing.
     plan = case_plans("element", full_size("element"), 13025)[107]

@@ -39,6 +39,7 @@ def answered(law):
     return problem, problem.class_answer()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "state", "found"),
     [
@@ -58,6 +59,7 @@ def test_a_line_that_changes_with_the_level_shows_the_class(law, state, found):
     assert 1.2 * line_hz < lowest.band_hz < 2.0 * line_hz
 
 
+@pytest.mark.long
 def test_two_causes_under_one_line_ask_for_more_frequencies():
     _, result = answered(both)
     assert result.state == NO_CLASS

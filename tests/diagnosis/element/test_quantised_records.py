@@ -100,6 +100,7 @@ def test_a_converter_neither_hides_a_class_nor_makes_one(bits):
     assert answer(converted(plain, bits)).state == NOTHING
 
 
+@pytest.mark.long
 def test_a_converter_keeps_the_class_under_a_force_and_after_a_release():
     bits = 12
     forced = replace(force_campaign(cube, noise=0.0), rig={"drive": "force"})

@@ -95,6 +95,7 @@ def test_a_hardening_spring_beside_a_slider_is_two_causes():
     assert (result.state, set(result.ids)) == (NAMED_CLASS, {"hysteresis", "restoring_force"})
 
 
+@pytest.mark.long
 def test_a_saved_loop_explains_its_class_on_new_records(tmp_path):
     path = tmp_path / "law.toml"
     write_law(path, law_of_answer(answer_to(hardening_loop), "twin"))

@@ -126,6 +126,7 @@ def test_a_transient_beside_the_harmonics_is_motion_and_no_noise():
         assert left.std() < 1.5 * NOISE
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("law", "expected"),
     [

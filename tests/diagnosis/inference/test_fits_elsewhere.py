@@ -3,6 +3,7 @@
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
+import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.inference.law_fits import law_fits
@@ -12,6 +13,7 @@ from tests.diagnosis.inference.toy_problem import linear_problem
 LIMITS = Thresholds(bootstrap_samples=40)
 
 
+@pytest.mark.long
 def test_fits_made_in_another_process_are_the_same_numbers():
     problem = linear_problem({"a": 1.0, "c": 0.6})
     singles, pairs = [("a",), ("b",), ("c",)], [("a", "c"), ("a", "b")]

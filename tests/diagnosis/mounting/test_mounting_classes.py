@@ -42,6 +42,7 @@ def check_twin(effect):
     assert result.share > 0.97
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", QUICK)
 def test_class_of_a_law_is_found_without_its_form(effect):
     check_twin(effect)
@@ -89,6 +90,7 @@ def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():
     np.testing.assert_allclose(reaction, load + bushings - inertia, atol=1e-6 * np.abs(load).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("group", "acts"), [("stops", APART), ("radial_stops", RADIAL), ("smooth_stops", SMOOTH)]
 )

@@ -62,6 +62,7 @@ def test_the_library_holds_every_effect_of_the_contract():
     assert {card.id for card in MOUNTING_CARDS} == set(MOUNTING.effects)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "effect", [FAST[0], *(pytest.param(effect, marks=pytest.mark.long) for effect in FAST[1:])]
 )

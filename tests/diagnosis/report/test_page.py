@@ -282,6 +282,7 @@ def test_a_problem_without_pictures_gives_a_page_without_them(element):
     assert len(Tags(page).of("svg")) == 5
 
 
+@pytest.mark.long
 def test_page_is_the_same_each_time_and_written_whole(element, tmp_path, page):
     save_text(tmp_path / "report.html", page_of(*element))
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == page

@@ -27,6 +27,7 @@ def folder(measured, tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("verdict", ["named", "class_named", "aliased", "not_diagnosable"])
 def test_the_page_anew_is_the_page_of_the_diagnosis(verdict, measured, tmp_path):
     diagnosis, campaign = measured
@@ -35,6 +36,7 @@ def test_the_page_anew_is_the_page_of_the_diagnosis(verdict, measured, tmp_path)
     assert report_page(read_report_data(tmp_path / "report.json")) == report_page(data)
 
 
+@pytest.mark.long
 def test_the_command_takes_the_file_or_its_folder(folder):
     for source in (folder, folder / "diagnosis.json"):
         written = write_report.main(source, out=folder / "page.html")

@@ -85,6 +85,7 @@ def test_a_campaign_without_a_fault_has_no_rival(kind):
     assert rivals(campaign) == {}
 
 
+@pytest.mark.long
 def test_no_wiring_explains_a_gap_by_a_value_that_the_baseline_holds():
     # A stiffer carrier is the cause; a rival that frees the held value has explained it as well.
     own = explained_carrier()
@@ -92,6 +93,7 @@ def test_no_wiring_explains_a_gap_by_a_value_that_the_baseline_holds():
     assert rivals(replace(own, baseline=replace(own.baseline, fixed=held))) == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "column", "rival"),
     [
@@ -181,6 +183,7 @@ def test_of_a_long_run_every_second_sample_tells_the_gain(monkeypatch):
     assert told.figure == pytest.approx(0.025, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["carrier", "element"])
 def test_a_clock_that_drifts_in_one_file_is_told_of_that_file_alone(kind):
     campaign = explained(kind)
@@ -306,6 +309,7 @@ def test_a_load_that_is_too_large_beside_the_others_explains_the_gap():
     assert float(text.split()[1]) == pytest.approx(1.0 / 1.3, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_delay_that_opens_a_gap_once_it_is_put_back_is_not_told():
     """Under a sine the slopes find a delay of 17 ms nine deviations out; put back it fits nothing.
 

@@ -95,6 +95,7 @@ def test_missing_samples_take_no_part():
     assert result.gain == pytest.approx(0.1, abs=4.0 * result.std)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("memory", [0.0, 0.7])
 def test_errors_are_as_large_as_they_are_said_to_be(memory):
     """Of 200 runs of true gains, a gain over its deviation scatters by one."""

@@ -143,6 +143,7 @@ def test_a_channel_that_is_only_noisier_has_no_fault_of_its_wiring():
     assert rivals(noisier) == {}
 
 
+@pytest.mark.long
 def test_a_fault_of_no_kind_names_the_channel():
     """A converter whose steps are not equal."""
     campaign = carrier(NOTHING)

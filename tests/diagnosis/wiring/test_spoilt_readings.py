@@ -73,6 +73,7 @@ def test_samples_off_their_time_are_told_with_their_size():
     assert float(text.split(" up to ")[1].split(" steps")[0]) == pytest.approx(0.5, abs=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "law"), [(late, no_law), (noisier, no_law), (lambda load, q, *_: (load, q), cubic)]
 )
@@ -92,6 +93,7 @@ def test_a_gain_of_the_load_that_drifts_is_told_with_its_size():
     assert float(text.split(" by ")[1].split("%")[0]) == pytest.approx(8.0, abs=0.5)
 
 
+@pytest.mark.long
 def test_a_channel_that_saturates_is_told_with_its_end():
     share, text = rivals(saturating)[CURVED]
     assert share > 0.9

@@ -270,6 +270,7 @@ def test_the_four_degrees_of_freedom_of_juliafem(tmp_path):
         reduced(body, 4)
 
 
+@pytest.mark.long
 def test_the_fixed_base_frequencies_of_nx_nastran_are_reproduced(tmp_path):
     # inboard.asm, .op4: NX Nastran 9, in the wheel of pyyeti 1.4.7; grid 11 has directions of its
     # own. Printed by its cbcheck: 6.12935, 6.13013, 23.63188 Hz; mass 1.7551 lbf s^2/in.
@@ -479,6 +480,7 @@ def test_nodes_with_rotations_and_without_inertia_reduce(tmp_path):
     assert_allclose(compliance, expected, rtol=1e-10)
 
 
+@pytest.mark.long
 def test_directions_of_nodes_are_turned_to_those_of_the_model(tmp_path):
     K, M = frame_matrices()
     axes = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -633,6 +635,7 @@ def test_more_modes_than_masses_are_refused_in_words(tmp_path):
         reduced(lumped_frame(tmp_path), 22)
 
 
+@pytest.mark.long
 def test_a_superelement_with_a_pilot_of_three_components_comes_back(tmp_path):
     body = lumped_frame(tmp_path)
     first, second = body.structure.pilots
@@ -665,6 +668,7 @@ def test_free_modes_beside_one_pilot_leave_it_without_stiffness(n_modes, tmp_pat
     read_body(tmp_path / "free.h5")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n_modes", [0, 4, 10])
 def test_a_free_body_with_one_pilot_has_a_certificate(n_modes, tmp_path):
     body = lumped_frame(tmp_path, ends="[9]")

@@ -70,6 +70,7 @@ def test_joint_fit_shares_what_belongs_to_the_assembly_and_separates_the_rest():
         estimate.index("K1", "LC1")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("model", "motion"),
     [pytest.param(M1, RIGID, marks=pytest.mark.long), (M2, TRUTH)],
@@ -88,6 +89,7 @@ def test_truth_lies_in_its_95_percent_interval_in_90_to_99_percent_of_repeats(mo
     assert (coverage <= 0.99).all(), dict(zip(estimate.names, coverage, strict=True))
 
 
+@pytest.mark.long
 def test_intervals_hold_under_noise_that_outlasts_a_fifth_of_a_revolution():
     """Noise of 0.6 s correlation; the offset shows it most."""
     rate, memory, rng = 15.0, 0.6, np.random.default_rng(0)

@@ -79,6 +79,7 @@ def test_derivatives_pass_the_taylor_test(monkeypatch, quotients, order):
     assert order - 0.2 < slope < order + 0.2
 
 
+@pytest.mark.long
 def test_a_minimum_outside_the_bounds_ends_on_the_bound_and_is_said():
     free = (FREE[0], FitParameter("b", "1/s", 2.0, 50.0, 10.0))
     fit = bounded_fit(record(), free, np.array([1.0, 4.0]))

@@ -48,6 +48,7 @@ def test_values_without_errors_stay_and_values_without_a_spread_meet():
     np.testing.assert_allclose(vague.values, 0.5 * (values + values.mean()))
 
 
+@pytest.mark.long
 def test_few_equal_machines_are_called_different_and_one_that_is_far_is_found():
     rng = np.random.default_rng(3)
     p_values, far = [], []
@@ -69,6 +70,7 @@ def test_too_few_machines_are_refused():
         shrunk_values(np.arange(5.0), np.array([1.0, 0.0, 1.0, 1.0, 1.0]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scatter", [0.0, 4.0])
 def test_a_trend_has_its_slope_and_its_interval_holds(scatter):
     rng = np.random.default_rng(4)
@@ -88,6 +90,7 @@ def test_a_trend_has_its_slope_and_its_interval_holds(scatter):
         trend(np.array([0.0, 0.0, 1.0]), np.ones(3), np.ones(3))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", [2, 4, 5])
 def test_a_step_of_five_errors_is_dated_and_no_step_is_seen_in_a_drift(first):
     rng = np.random.default_rng(6)

@@ -147,6 +147,7 @@ def test_the_nested_guard_catches_a_search_that_failed(monkeypatch):
         identify_bushings(mounting_campaign(LINEAR_TRUTH), NONLINEAR, SerialExecutor())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("memory", [0.0, 0.3], ids=["white", "coloured"])
 @pytest.mark.parametrize(
     "model",

@@ -211,6 +211,7 @@ def test_places_of_grids_do_not_ground_the_body(tmp_path, reduction):
     assert grounding(read_any_body(tmp_path / "bar.op4").model) < 1e-11
 
 
+@pytest.mark.long
 def test_a_superelement_of_nastran_has_the_modes_that_pyyeti_finds():
     path = NASTRAN / "nas2cam_csuper" / "inboard.op4"
     model = read_any_body(path).model
@@ -230,6 +231,7 @@ def test_a_superelement_of_nastran_has_the_modes_that_pyyeti_finds():
     assert_allclose(model.mass_properties.centre, [M[1, 5], M[2, 3], M[0, 4]] / M[0, 0], atol=1e-6)
 
 
+@pytest.mark.long
 def test_units_of_a_file_scale_the_body(tmp_path, reduction):
     model = reduction.model
     in_mm = replace(

@@ -98,6 +98,7 @@ def test_a_unit_is_valid_and_names_every_variable(files, version, tmp_path):
     assert description.coSimulation.canHandleVariableCommunicationStepSize
 
 
+@pytest.mark.long
 @needs_compiler
 @pytest.mark.parametrize("size", [1e-4, 1e-3, 0.0037, 0.01, 0.05])
 def test_steps_of_any_size_equal_the_integrator(tool, size):

@@ -45,6 +45,7 @@ def from_rest(*, seconds=20.0, step=0.01):
     return MountingInputs(time, torque, 0.0 * time, 0.0 * time, ntl_y, ntl_z)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("built_in", "part", "tolerance"),
     [

@@ -33,6 +33,7 @@ def cubic_of(bushing=BOTH):
 RADIAL_CUBIC = Table(BOTH, SIZE, HARD * SIZE**3, RADIAL)
 
 
+@pytest.mark.long
 def test_a_table_of_the_built_in_law_moves_as_it_does():
     own = simulate(RIG, parameter_array(RIG, LINEAR), inputs(), tables=law_of(cubic_of())).signals
     built_in = simulate(RIG, parameter_array(RIG, {**LINEAR, "K3": K3}), inputs()).signals

@@ -43,7 +43,7 @@ def softer_to_stiffer(count):
     )
 
 
-@pytest.mark.slow  # a fresh process imports for seconds
+@pytest.mark.long  # a fresh process imports for seconds
 def test_a_batch_survives_other_processes_and_a_set_that_diverges():
     inputs = shaking_inputs(1.0, torque=3e6)
     sets = np.array([parameter_array(RIG), parameter_array(RIG, {"C1": 1e5, "K1": 3e5})])
@@ -98,6 +98,7 @@ def test_a_record_in_pieces_equals_the_whole_one(tmp_path, name):
     assert_allclose(table["time"].to_numpy(), inputs.time, rtol=0.0, atol=0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", ["linear", pytest.param("nonlinear", marks=pytest.mark.long), "hydro-dynamic"]
 )

@@ -111,6 +111,7 @@ def test_energy_balances_to_a_millionth_of_the_work(name):
     assert (np.diff(balance.dissipated) > -1e-9 * balance.work.max()).all()
 
 
+@pytest.mark.long
 def test_energy_balances_with_a_fluid_mass_and_damping_that_grows_with_deflection():
     values = {**BUSHINGS["hydro-dynamic"], "m": 16.2, "C3": 5e9, "starboard_excess": 0.1}
     balance = energy_balance(RIG, parameter_array(RIG, values), shaking_inputs(0.8).refined(20))

@@ -47,6 +47,7 @@ def start(nominal_stage):
     return quasi_static_start(nominal_stage, LOAD)
 
 
+@pytest.mark.long
 def test_error_falls_with_the_square_of_the_step(nominal_stage, start):
     drive = with_torque(nominal_stage, lambda t: 1.0 + 0.2 * np.sin(10.0 * np.pi * t) ** 2)
     kept = [

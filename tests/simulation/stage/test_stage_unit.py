@@ -115,6 +115,7 @@ def reference(model, time):
     return np.column_stack([*columns, *(signals[s.name] - zero[s.name] for s in SENSORS)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("version", ["2", "3"])
 def test_a_unit_of_the_stage_is_valid_and_says_what_it_starts_with(unit_model, version, tmp_path):
     from fmpy.validation import validate_fmu

@@ -2,6 +2,8 @@
 
 import asyncio
 
+import pytest
+
 from carrierflex.workflows.app.called_line import CalledLine, tables_in
 
 
@@ -13,6 +15,7 @@ def call(folder, *words):
     return ended, noted
 
 
+@pytest.mark.long
 def test_stages_are_noted_and_the_table_is_that_of_the_command(tmp_path, command):
     line = ("mesh", "--size", "0.1", "--out", "a.msh")
     ended, noted = call(tmp_path, *line)

@@ -176,6 +176,7 @@ def test_a_folder_that_holds_something_else_is_refused_before_the_work(tmp_path)
         main(campaign, out=tmp_path, quiet=True)
 
 
+@pytest.mark.long
 def test_what_cannot_be_calibrated_is_refused_before_the_work(tmp_path):
     columns = of_element(tmp_path / "campaign")
     text = (columns / "campaign.toml").read_text("utf-8")

@@ -29,6 +29,7 @@ def test_the_exit_code_tells_findings(monkeypatch, capsys, tmp_path, factor, cod
     assert ("um over 1e6" in " ".join(shown.split())) == bool(code)
 
 
+@pytest.mark.long
 def test_a_spring_that_hardens_is_no_run_at_odds(monkeypatch, capsys, tmp_path):
     """Two of three runs are nearly linear; the third alone shows the cube."""
     campaign = force_campaign(lambda q, v: 3e9 * q**3, amplitudes=(0.2, 0.4, 4.0))

@@ -51,6 +51,7 @@ def test_curves_and_derivatives_stand_in_one_file(tmp_path):
     assert read["pin_fit/E"].axial == pytest.approx(CURVES["pin_fit/E"].axial, rel=1e-6)
 
 
+@pytest.mark.long
 def test_commands_that_show_the_four_curves_do_not_meet_the_derivatives(tmp_path):
     """Of other units, and under no load of their own."""
     curves = compute_curves.main(out=tmp_path, size=0.1, derivatives=True, cache=False, quiet=True)

@@ -111,6 +111,7 @@ def test_a_machine_of_half_the_speed_takes_twice_the_time(monkeypatch):
     assert 0.05 < cost_preview.slowness() < 100.0
 
 
+@pytest.mark.long
 def test_preview_alone_computes_and_writes_nothing(tmp_path):
     for text in (
         compute_curves.main(out=tmp_path / "curves", preview=True),

@@ -162,7 +162,7 @@ def test_mode_seven_joins_shaft_carrier_and_pins(bodies, flexible_structure, pin
     assert 0.5 < pivot < 1.2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_records_leave_what_tables_4_and_5_print(bodies):
     shared = SharedRuns(0.06, 5.5, 100)
     # The coarse bodies that other tests made, in place of its own.

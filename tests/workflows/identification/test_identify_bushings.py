@@ -72,6 +72,7 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
     assert f"{C1['value']:.4g} ± {C1['ci95'][1] - C1['value']:.2g}" in text
 
 
+@pytest.mark.long
 def test_a_model_that_does_not_describe_the_records_says_so_and_what_zero_means(folder, tmp_path):
     result = main(folder, model="linear_bushing", out=tmp_path / "linear", quiet=True)
     (actual,) = [warning for warning in result.warnings if warning.check == "fit"]
@@ -95,6 +96,7 @@ def test_per_run_everything_stands_under_its_run(folder, tmp_path):
     assert set(document["runs"]["R0"]["parameters"]) == {"K1", "C1", "P_T"}
 
 
+@pytest.mark.long
 def test_the_housing_motion_is_the_torques_roll_and_the_fit_leaves_noise(folder, tmp_path):
     result = main(folder, model="nonlinear_bushing", out=tmp_path, housing_motion=True, quiet=True)
     measured, residual = result.motion_rms["R0"]

@@ -84,6 +84,7 @@ def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
     assert [path.name for path in result.files[3:]] == [f"signals_{worst}.png"]
 
 
+@pytest.mark.long
 def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign):
     main(campaign, model="m1", out=tmp_path / "out", per_run=True)
     document = checked_document(tmp_path / "out" / "identification.json")

@@ -100,6 +100,7 @@ def test_intervals_hold_the_loads_of_a_stage(
     assert "360.0, known" in console.export_text()
 
 
+@pytest.mark.long
 def test_what_cannot_be_inferred_is_refused(body_file, flat, tmp_path):
     def refused(match, **changes):
         with pytest.raises(ValueError, match=match):

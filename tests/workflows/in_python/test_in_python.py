@@ -38,6 +38,7 @@ def test_names_are_those_of_the_page_and_come_late():
         cf.curve  # noqa: B018
 
 
+@pytest.mark.long
 def test_curves_have_their_peaks_and_leave_nothing(empty_folder):
     curves = cf.deflection_curves(size=COARSE)
     assert "delta_s: 6 peaks" in repr(curves)

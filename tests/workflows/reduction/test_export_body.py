@@ -38,6 +38,7 @@ def body(tmp_path_factory):
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("format", SUFFIX)
 def test_a_body_is_written_in_every_format(tmp_path, body, format):
     out = tmp_path / f"new/pin.{SUFFIX[format]}"
@@ -55,6 +56,7 @@ def test_a_body_is_written_in_every_format(tmp_path, body, format):
         assert result.figures["modes"] == 16.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("format", SUFFIX)
 def test_files_of_others_are_not_replaced_and_those_of_this_program_are(tmp_path, body, format):
     out = tmp_path / f"pin.{SUFFIX[format]}"
@@ -73,6 +75,7 @@ def test_files_of_others_are_not_replaced_and_those_of_this_program_are(tmp_path
         foreign.parent.rmdir()
 
 
+@pytest.mark.long
 def test_an_export_does_not_replace_the_partner_of_another_one(tmp_path, body):
     export_body.main(body, format="op4", out=tmp_path / "pin.op4", quiet=True)
     partner = (tmp_path / "pin.pch").read_text()
@@ -138,6 +141,7 @@ def test_a_wrong_choice_is_one_line_and_leaves_nothing(tmp_path, body, choices, 
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_a_body_of_another_program_is_converted_with_its_checks(tmp_path, body):
     chain = (("sid", "a.SID_FEM"), ("op4", "b.op4"), ("simscape", "c.mat"), ("body", "d.h5"))
     source, losses = body, []

@@ -43,6 +43,7 @@ def test_the_body_file_records_the_shaft_it_was_made_from(body):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("format", "suffix"),
     [("op4", ".op4"), ("dmig", ".bdf"), ("mbdyn", ".fem"), ("exudyn", ".hdf5")],

@@ -64,6 +64,7 @@ def test_a_mesh_of_a_kind_that_is_not_read_is_refused_by_its_suffix(suffix, tmp_
         )  # fmt: skip
 
 
+@pytest.mark.long
 def test_files_of_a_body_that_was_moved_are_looked_up_beside_it(files, tmp_path, monkeypatch):
     made, moved, other = (tmp_path / name for name in ("made", "moved", "other"))
     for folder in (made, other):
@@ -121,6 +122,7 @@ def test_the_same_body_in_python(body, files):
     assert given.model.provenance["matrix_files"] == read_body(body).provenance["matrix_files"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("format", SUFFIX)
 def test_such_a_body_is_written_in_every_format(format, body, tmp_path):
     out = tmp_path / f"pin.{SUFFIX[format]}"

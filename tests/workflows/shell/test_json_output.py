@@ -121,6 +121,7 @@ def write_copied_record(folder):
     (folder / "LC2.csv").write_bytes((folder / "LC1.csv").read_bytes())
 
 
+@pytest.mark.long
 def test_quick_commands_and_refusals_print_what_the_schema_says(command, tmp_path):
     write_copied_record(tmp_path / "campaign")
     write_copied_record(tmp_path / "copied")

@@ -48,6 +48,7 @@ def run_in_one_process(lines, folder):
     return codes, set(modules)
 
 
+@pytest.mark.long
 def test_help_of_every_command_and_a_refused_option_load_no_library_of_the_work(tmp_path):
     lines = [["--version"], ["--help"], ["diagnoze"]]
     lines += [[*name.split(), "--help"] for name in COMMANDS]

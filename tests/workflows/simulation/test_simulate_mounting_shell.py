@@ -152,6 +152,7 @@ def test_bad_input_is_told_in_one_line_and_leaves_nothing(tmp_path, command, cha
     assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
 
 
+@pytest.mark.long
 def test_a_torque_that_is_not_finite_is_refused_by_the_shell(tmp_path):
     case = changed_case(tmp_path, ("torque = 80e3", "torque = nan"))
     line = one_line(run([*COMMAND, "simulate", case, "--out", "out"], tmp_path), 2)

@@ -156,6 +156,7 @@ def test_a_step_of_the_load_is_said_with_the_change():
     assert watched(with_step).alarms[0].is_other_load
 
 
+@pytest.mark.long
 def test_pieces_a_wrapped_angle_and_restarts_change_no_bit(tmp_path):
     cause = CHANGES["new tilt of the housing"][0]
     columns = record(BASELINE, N, np.random.default_rng(17), cause, since=SINCE)
