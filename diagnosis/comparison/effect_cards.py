@@ -14,7 +14,8 @@ compile; see :mod:`carrierflex.simulation.force_laws`.
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 import numpy as np
@@ -102,8 +103,14 @@ def users_cards(
 
 
 def _registered(kind: str) -> list[EffectCard]:
+    return [card for card in _installed(entry_points) if card.kind == kind]
+
+
+# The packages of the environment are looked through once: a diagnosis makes many problems.
+@cache
+def _installed(entries_of: Callable[..., Iterable[EntryPoint]]) -> tuple[EffectCard, ...]:
     cards = []
-    for entry in sorted(entry_points(group=_ENTRY_POINT_GROUP), key=lambda entry: entry.name):
+    for entry in sorted(entries_of(group=_ENTRY_POINT_GROUP), key=lambda entry: entry.name):
         try:
             card = entry.load()
         except Exception as error:
@@ -117,9 +124,8 @@ def _registered(kind: str) -> list[EffectCard]:
                 f"{type(card).__name__}; "
                 "expected an EffectCard"
             )
-        if card.kind == kind:
-            cards.append(card)
-    return cards
+        cards.append(card)
+    return tuple(cards)
 
 
 FloatArray = NDArray[np.float64]

@@ -305,7 +305,8 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
         def refitted(other: Campaign, laws: Effects = (), shapes: Sequence[Law] = ()) -> float:
             """Mean square that the baseline, and laws, leave once fitted to a campaign."""
-            return mean_square_of(element_problem(other, shapes).for_laws(laws), laws)
+            problem = _problem_of_records(other, shapes)
+            return mean_square_of(problem.for_laws(laws), laws)
 
         return WiringChecks(
             lambda: element_rivals(campaign, refitted),
@@ -330,6 +331,15 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
 
 def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> ElementProblem:
     """Problem of a campaign of kind ``element``; laws of files are further candidates."""
+    problem = _problem_of_records(campaign, measured_laws)
+    if problem.noise_is_measured:
+        return problem
+    noise, note, table = _believable_noise(problem.model, problem.records, problem.noise)
+    return replace(problem, noise=noise, noise_note=note, table=table)
+
+
+def _problem_of_records(campaign: Campaign, measured_laws: Sequence[Law]) -> ElementProblem:
+    """The same with the noise that the records show, whether it is believable or not."""
     records = element_records(campaign)
     noise, measured = noise_variance(campaign, records)
     drive, mass = campaign.rig["drive"], campaign.rig.get("mass")
@@ -363,10 +373,7 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
     if model.by_force and not model.states:
         records = tuple(with_likely_start(model, record) for record in records)
     noise = noise + np.array([carried_noise(model, record) for record in records])
-    note, table = "", None
     is_noise = not measured or channel.noise_std is not None or scatter_is_noise(records, noise)
-    if not measured:
-        noise, note, table = _believable_noise(model, records, noise)
     return ElementProblem(
         model,
         records,
@@ -374,9 +381,7 @@ def element_problem(campaign: Campaign, measured_laws: Sequence[Law] = ()) -> El
         measured,
         channel.name,
         noise_is_declared=channel.noise_std is not None,
-        noise_note=note,
         scatter_note="" if is_noise else _NO_NOISE,
-        table=table,
     )
 
 

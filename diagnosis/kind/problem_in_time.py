@@ -101,6 +101,16 @@ class ModelInTime(ABC):
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of the baseline, then of every effect that it contains, then of the others."""
+        if effects not in self._parameters_by_set:
+            self._parameters_by_set[effects] = self._parameters_of(effects)
+        return self._parameters_by_set[effects]
+
+    # Every prediction asks for them.
+    @cached_property
+    def _parameters_by_set(self) -> dict[Effects, tuple[Parameter, ...]]:
+        return {}
+
+    def _parameters_of(self, effects: Effects) -> tuple[Parameter, ...]:
         unknowns = self.of_baseline()
         if self.fixed:
             unknowns = [

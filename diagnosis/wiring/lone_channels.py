@@ -81,7 +81,8 @@ _WHITE = 0.8
 _FILTERS = range(0, 14)
 #: The same of a filter, or a delay, of all channels; samples of a filter that is a mean.
 _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
-_MOST_REFITS = 10
+#: Refits at most that seek its size, and octaves to which they seek it: two digits.
+_MOST_REFITS, _OCTAVES = 10, 0.015
 #: Where a channel saturates, over its largest reading, at least.
 _BEYOND = 1.001
 #: Correlation of a load with time from which a drift follows that load as well.
@@ -248,7 +249,7 @@ def filtered_signals(
             lambda octaves: refit(kind, size * 2.0**octaves),
             bounds=(-0.5, 0.5),
             method="bounded",
-            options={"maxiter": _MOST_REFITS, "xatol": 1e-3},
+            options={"maxiter": _MOST_REFITS, "xatol": _OCTAVES},
         )
         return size * 2.0 ** float(best.x), float(best.fun)
 

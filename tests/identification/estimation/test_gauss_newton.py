@@ -11,6 +11,7 @@ from carrierflex.identification.estimation.gauss_newton import (
     CostSums,
     StopRule,
     bounded_step,
+    least_cost,
     minimised_cost,
 )
 
@@ -34,6 +35,12 @@ class Model:
         residual = self.residuals(theta)
         J = self.derivatives(theta)
         return CostSums(float(residual @ residual), J.T @ J, -J.T @ residual, theta.copy())
+
+    def least(self, start, stop):
+        start = np.asarray(start, dtype=np.float64)
+        return least_cost(
+            self.sums, self.cost, (start, self.sums(start)), bounds=WIDE, free=FREE, stop=stop
+        )
 
     def minimised(self, start, *, bounds=WIDE, free=FREE, stop=StopRule()):  # noqa: B008
         start = np.asarray(start, dtype=np.float64)
@@ -153,3 +160,31 @@ def test_a_step_that_meets_several_bounds_holds_only_those_that_it_has_to():
     cost = sum((row[0] * x + row[1] * y - t) ** 2 for row, t in zip(J, target, strict=True))
     place = np.unravel_index(np.argmin(cost), cost.shape)
     assert_allclose(step, [x[place], y[place]], atol=2e-3)
+
+
+def test_the_least_cost_is_that_of_the_minimum_also_in_a_curved_valley():
+    theta, cost = rosenbrock().least([-1.2, 1.0], StopRule(promise=1e-20))
+    assert_allclose(theta, [1.0, 1.0], atol=1e-3)
+    assert cost < 1e-6
+
+
+def test_a_search_without_sums_beside_its_minimum_makes_none():
+    design = np.random.default_rng(4).standard_normal((30, 2))
+    target = design @ [0.5, -2.0] + np.random.default_rng(5).standard_normal(30)
+    model = linear(design, target)
+    theta, cost = model.least([0.4, -1.9], StopRule())
+    expected, square, *_ = np.linalg.lstsq(design, target, rcond=None)
+    assert_allclose(theta, expected, rtol=1e-5)
+    assert_allclose(cost, square[0], rtol=1e-9)
+    assert model.n_sums == 1
+
+
+def test_an_undamped_step_that_keeps_no_promise_does_not_end_a_search_without_sums():
+    # exp(v) = 1 with a residual that stays: Newton's steps from v = 2 are not damped.
+    model = Model(
+        lambda v: np.array([np.exp(v[0]) - 1.0, v[1], 1.0]),
+        lambda v: np.array([[np.exp(v[0]), 0.0], [0.0, 1.0], [0.0, 0.0]]),
+    )
+    theta, cost = model.least([2.0, 0.0], StopRule())
+    assert_allclose(theta, [0.0, 0.0], atol=1e-2)
+    assert_allclose(cost, 1.0, rtol=1e-3)
