@@ -33,8 +33,8 @@ _ANGLE = "carrier_angle"
 _ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
 #: What is left at a first size over the least, up to which the smaller size is taken.
 _NEARLY = 1.5
-#: Samples of all channels in which a size is sought.
-_MOST_SAMPLES = 200_000
+#: Samples in which a size is sought, of a channel in a run and of all.
+_SAMPLES_OF_ONE, _MOST_SAMPLES = 1000, 200_000
 #: Rounds in which a size is sought, and the step of one over that of the round before.
 _ROUNDS, _NARROWER = 4, 0.4
 #: Share of the changes of a held input that are one and the same number of samples apart.
@@ -111,8 +111,9 @@ def sized_faults(
 
 def _thinned(campaign: Campaign) -> Campaign:
     """Campaign with as many samples as sizes are sought in; itself where it has no more."""
-    n_samples = len(campaign.channels) * sum(run.time.size for run in campaign.runs)
-    every = -(-n_samples // _MOST_SAMPLES)
+    n_channels, n_runs = len(campaign.channels), len(campaign.runs)
+    n_samples = n_channels * sum(run.time.size for run in campaign.runs)
+    every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_channels * n_runs))
     if every <= 1:
         return campaign
     return replace(campaign, runs=tuple(run.thinned(every) for run in campaign.runs))

@@ -8,7 +8,8 @@ those signals, and the gap of a model without misalignment and flexibility diagn
 from __future__ import annotations
 
 import resource
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +22,9 @@ from carrierflex.geometry.parameter_files import StageParameters, read_parameter
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
 from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.workflows.executors import other_processes
 from carrierflex.workflows.identification import identify_parameters
+from carrierflex.workflows.interruption import end_children
 from carrierflex.workflows.main_job import check_mesh_convergence
 from carrierflex.workflows.outputs import prepared_folder
 from carrierflex.workflows.progress import Stages
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
     from carrierflex.workflows.fe.carrier_variants import CarrierVariant
     from carrierflex.workflows.geometry.carrier_files import CarrierFiles
     from carrierflex.workflows.main_job import reduce_carrier
+    from carrierflex.workflows.main_job.check_mesh_convergence import MeshStudy
     from carrierflex.workflows.main_job.job import Gap, Job
     from carrierflex.workflows.simulation import simulate_carrier
 
@@ -91,7 +95,7 @@ def main(
     from carrierflex.workflows.main_job.job import Job, job_summary
     from carrierflex.workflows.main_job.pictures import draw_carriers
 
-    # No weights: the mesh study took 0.4 and 1.6 times as long as the diagnosis.
+    # No weights: the diagnosis took as long as the reductions in one run and a third in another.
     stages = Stages(10, quiet)
     variants = {}
     with stages.stage("carrier without pins: mesh, matrices, load cases"):
@@ -100,32 +104,29 @@ def main(
         variants["stiff"] = carrier_variant("stiff", files, stage, edge)
         curves = named_curves(variants["stiff"].deflection, variants["flexible"].deflection)
         write_curves(out / "deflection_curves.csv", curves)
-    with stages.stage("mesh files"):
-        _write_meshes(out / "meshes", variants)
     gear = variants["flexible"].gear
     if files.given:
         for text in default_gear_notes(gear):
             stages.tell(text)
-    with stages.stage(f"mesh study {'from the file' if files.given else 'on the half sector'}"):
-        if files.given:
-            mesh_study = check_mesh_convergence.study_of_files(
-                stage, files, mesh_sizes or (1.25 * edge, edge), note=stages.note
-            )
-        else:
-            mesh_study = check_mesh_convergence.main(
-                stage, mesh_sizes or check_mesh_convergence.STUDY_SIZES, note=stages.note
-            )
-    with stages.stage("reduction of both carriers and a pin"):
-        reduced = _reduced_bodies(out / "bodies", stage, variants, edge, files, stages.note)
-    with stages.stage("pictures of the carriers"):
+    # What no other stage waits for is done in a process beside them.
+    with other_processes(1) as process, _ended_with_errors():
+        study = process.submit(_mesh_study, stage, files, mesh_sizes, edge)
+        with stages.stage("mesh files"):
+            _write_meshes(out / "meshes", variants)
+        with stages.stage("reduction of both carriers and a pin"):
+            reduced = _reduced_bodies(out / "bodies", stage, variants, edge, files, stages.note)
         places = carrier_interface(variants["flexible"].mesh) if files.given else stage.carrier
         case = _load_cases(out, places.n_planets, places.sensor_radius)
-        draw_carriers(out / "pictures", variants, curves, reduced, case)
-    with stages.stage("planetary stage and mounting in time"):
-        in_time = run_reduced_bodies.main(
-            reduced.flexible.model, reduced.pin.model, gear, curves=curves, out=out
-        )
-    simulated, identified, gap = _signals(out, case, stages)
+        pictures = process.submit(draw_carriers, out / "pictures", variants, curves, reduced, case)
+        with stages.stage("planetary stage and mounting in time"):
+            in_time = run_reduced_bodies.main(
+                reduced.flexible.model, reduced.pin.model, gear, curves=curves, out=out
+            )
+        simulated, identified, gap = _signals(out, case, stages)
+        with stages.stage("mesh study, done beside the others"):
+            mesh_study = study.result()
+        with stages.stage("pictures of the carriers, drawn beside the others"):
+            pictures.result()
     job = Job(
         out,
         stage,
@@ -142,11 +143,35 @@ def main(
     )
     summary = job_summary(job, edge) | {
         "seconds": stages.seconds,
-        "peak_memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
+        "peak_memory_gb": _peak_memory_gb(),
         "versions": versions(),
     }
     save_json(out / "summary.json", summary)
     return replace(job, summary=summary)
+
+
+def _mesh_study(
+    stage: StageParameters, files: CarrierFiles, sizes: tuple[float, ...], edge: float
+) -> MeshStudy:
+    if files.given:
+        return check_mesh_convergence.study_of_files(stage, files, sizes or (1.25 * edge, edge))
+    return check_mesh_convergence.main(stage, sizes or check_mesh_convergence.STUDY_SIZES)
+
+
+@contextmanager
+def _ended_with_errors() -> Iterator[None]:
+    """End the processes beside this one where a stage fails: nobody asks for their results."""
+    try:
+        yield
+    except Exception:
+        end_children()
+        raise
+
+
+def _peak_memory_gb() -> float:
+    """Peaks of this process and of the largest beside it, as if they met."""
+    peaks = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(peak.ru_maxrss for peak in peaks) / 1e6
 
 
 def _reduced_bodies(
