@@ -137,7 +137,8 @@ def _of_laws(
             f"the held-out gap is {ratio:.3f} times the mean square of the noise floor",
         )
     learns_nothing = answer is None or answer.state == NOTHING
-    if ratio <= ClassConstants().coloured_ratio and learns_nothing and not laws:
+    may_be_coloured = not floor_is_measured and ratio <= ClassConstants().coloured_ratio
+    if may_be_coloured and learns_nothing and not laws:
         return AT_NOISE_FLOOR, (
             f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and no "
             "class learns anything of it: as from noise whose neighbouring samples are correlated"

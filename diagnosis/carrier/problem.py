@@ -238,6 +238,12 @@ class CarrierProblem(ComparisonProblem):
         """Unknowns of a set; effects of one sensor name the channel they fit best."""
         return self.model.parameters(effects, self._choice(effects))
 
+    @property
+    def of_chosen_channel(self) -> frozenset[str]:
+        """Errors of one sensor."""
+        effects = self.model.effects.values()
+        return frozenset(effect.id for effect in effects if effect.is_of_one_channel)
+
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
     ) -> Sequence[FloatArray]:

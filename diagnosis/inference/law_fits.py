@@ -114,6 +114,10 @@ class LawFits:
         """Held-out mean square of a set."""
         return float(self.score(effects).square.sum() / self.problem.cell_counts.sum())
 
+    def fitted_square(self, effects: Effects) -> float:
+        """Square that a set leaves of all records it is fitted to."""
+        return float(self.scores[effects].fit.sums.square.sum())
+
     @property
     def is_at_floor(self) -> bool:
         """Whether the baseline alone leaves no more than the noise."""
@@ -320,12 +324,16 @@ def _is_richer_alias(fits: LawFits, laws: Effects, accepted: Effects) -> bool:
     """Whether laws of more parameters than those accepted may be the cause instead.
 
     More parameters speak against laws, unless those accepted are known to pass for them and they
-    leave less: pins with clearance look like stiffer pins at one load.
+    leave less: pins with clearance look like stiffer pins at one load. Beside an error of a sensor,
+    which the fit chose, they need not predict better, only hold it: the zero of any of four
+    sensors is a saddle.
     """
-    if fits.mean_square(laws) >= fits.mean_square(accepted):
-        return False
     others = [law for law in laws if law not in accepted]
     replaced = [law for law in accepted if law not in laws]
+    of_sensors = set(replaced) <= fits.problem.of_chosen_channel
+    square_of = fits.fitted_square if of_sensors else fits.mean_square
+    if square_of(laws) >= square_of(accepted):
+        return False
     return len(others) == len(replaced) and all(
         any(other in fits.problem.cards[law].aliases for other in others) for law in replaced
     )

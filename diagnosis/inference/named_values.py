@@ -32,7 +32,11 @@ from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.polar_pair import polar_values
 from carrierflex.identification.estimation.resampling import NORMAL_95
-from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
+from carrierflex.identification.estimation.scaled_least_squares import (
+    full_inverse,
+    is_undetermined,
+    normal_inverse,
+)
 
 #: Sources of error: scatter of the records; what a law may differ by from the true one.
 NOISE, UNKNOWN_FORM = "noise", "unknown form"
@@ -182,7 +186,17 @@ def published_values(
         by_source = _scatter(fit, few_blocks=True)
         by_source |= {name: rows.T @ rows for name, rows in moves.items()}
         included = (errors_words(misreading.errors), misreading.curves)
-        return _published(fit, by_source, "; ".join(text for text in included if text))
+        unknown = _undetermined_by_any(fit)
+        for covariance in by_source.values():
+            covariance[unknown], covariance[:, unknown] = np.nan, np.nan
+        published = _published(fit, by_source, "; ".join(text for text in included if text))
+        missing = [
+            f"{name} is not determined by these records"
+            for values in published.parameters.values()
+            for name, value in values.items()
+            if np.isnan(value.std)
+        ]
+        return replace(published, undetermined=tuple(missing))
     by_source = _scatter(fit, few_blocks=gains is not None)
     shift = problem.discrepancy_shift(fit.effects, fit.theta)
     if shift is None:
@@ -203,6 +217,14 @@ def published_values(
     values = published.parameters
     missing = _undetermined_words(fit, values, systematics, problem.has_one_frequency)
     return replace(published, undetermined=tuple(missing))
+
+
+def _undetermined_by_any(fit: EffectFit) -> BoolArray:
+    """Which parameters can be changed together so that no prediction changes, shape (p,)."""
+    unknown = fit.is_free & fit.moves_records
+    matrix = fit.sums.total_matrix() + np.diag(fit.prior.weight)
+    unknown[unknown] = is_undetermined(matrix[np.ix_(unknown, unknown)])
+    return unknown
 
 
 def _scatter(fit: EffectFit, *, few_blocks: bool) -> dict[str, FloatArray]:

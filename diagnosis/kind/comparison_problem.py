@@ -166,6 +166,11 @@ class ComparisonProblem(ABC):
         return float("nan")
 
     @property
+    def of_chosen_channel(self) -> frozenset[str]:
+        """Laws of one channel, which their fit chooses."""
+        return frozenset()
+
+    @property
     def brought(self) -> Effects:
         """Laws of the library that came from files: they are fitted whatever the table says."""
         return ()

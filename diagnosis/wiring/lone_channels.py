@@ -189,7 +189,9 @@ def lone_rivals(
     if n_channels >= _FEWEST_CHANNELS:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
-        if squares[channel] <= screened:
+        # Where as little is left without another channel, the rest fits anything.
+        is_one = float(np.partition(squares, 1)[1]) > enough
+        if squares[channel] <= screened and is_one:
             square = refitted(_without_channel(campaign, channel))
             if square <= enough:
                 reading = _reading(linear(), sums.without(channel=channel).steps, campaign, channel)

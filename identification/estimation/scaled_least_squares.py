@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 #: not determined: a condition number of 1e5 of the design, beyond which its normal equations keep
 #: fewer than six digits.
 DEPENDENT = 1e-10
+#: Square of the share of such a direction from which an unknown is not determined either.
+_SHARE_OF_DIRECTION = 1e-3
 
 
 def column_lengths(gram: Array) -> Array:
@@ -100,6 +102,20 @@ def normal_inverse(gram: Array) -> Array:
     length = column_lengths(gram)
     outer = np.outer(length, length)
     return np.asarray(np.linalg.pinv(gram / outer, rcond=DEPENDENT, hermitian=True) / outer)
+
+
+def is_undetermined(gram: Array) -> NDArray[np.bool_]:
+    """Which unknowns have a share in a direction that the data do not determine, shape (n,).
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n, n)
+        ``A.T A`` of a design A.
+    """
+    length = column_lengths(gram)
+    values, directions = np.linalg.eigh(gram / np.outer(length, length))
+    still = directions[:, values < DEPENDENT * values.max(initial=0.0)]
+    return np.asarray(np.square(still).sum(axis=1) > _SHARE_OF_DIRECTION)
 
 
 def full_inverse(gram: Array) -> Array:

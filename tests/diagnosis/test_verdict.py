@@ -74,12 +74,21 @@ CLEAR = GapReduction(
 )
 
 
-def decided(*, accepted=("a",), rivals=(), measured=True, ranking=(), classes=None, **reduction):
+def decided(
+    *,
+    accepted=("a",),
+    rivals=(),
+    measured=True,
+    ranking=(),
+    classes=None,
+    limits=LIMITS,
+    **reduction,
+):
     result = verdict_of(
         Selection(accepted, rivals, ranking),
         replace(CLEAR, **reduction),
         classes,
-        LIMITS,
+        limits,
         floor_is_measured=measured,
     )
     assert result.effects == (() if result.verdict in (NONE_OF_THESE, AT_NOISE_FLOOR) else accepted)
@@ -124,7 +133,9 @@ def test_a_gap_of_an_estimated_floor_is_at_it_where_nothing_was_accepted():
 
 
 def test_a_gap_of_which_no_class_learns_anything_is_coloured_noise():
+    limits = replace(LIMITS, floor_ratio_estimated=1.5**2)
     coloured = {"rms_before": 1.73 * FLOOR, "accepted": (), "classes": answer(NOTHING)}
+    coloured |= {"measured": False, "limits": limits}
     kind, reason = decided(**coloured)
     assert kind == AT_NOISE_FLOOR
     assert reason.startswith("the held-out gap is 2.99 times the mean square of the noise floor")
@@ -133,6 +144,8 @@ def test_a_gap_of_which_no_class_learns_anything_is_coloured_noise():
     assert decided(**{**coloured, "rms_before": 1.74 * FLOOR})[0] == NONE_OF_THESE
     assert decided(**{**coloured, "classes": answer(NO_CLASS)})[0] == NONE_OF_THESE
     assert decided(**{**coloured, "accepted": ("cube",)})[0] == NAMED
+    # Correlated samples leave the square of a noise whose size is known as it is.
+    assert decided(**{**coloured, "measured": True})[0] == NONE_OF_THESE
 
 
 def test_without_noise_no_gap_is_at_the_floor():
