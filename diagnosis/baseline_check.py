@@ -19,6 +19,7 @@ from carrierflex.diagnosis.inference.results import (
     AT_NOISE_FLOOR,
     CLASS_NAMED,
     FLOOR_UNKNOWN,
+    NAMED,
     NAMED_WITH_REMAINDER,
     NAMING,
     NONE_OF_THESE,
@@ -294,6 +295,7 @@ def with_findings(
             or (warning.id == RUN and diagnosis.verdict == NAMED_WITH_REMAINDER)
         ),
     )
+    baseline = _without_explained(baseline, diagnosis)
     # Of faults that explain as much the kind comes first; all others stay in their order.
     ranked = sorted(
         (*records, *baseline.warnings),
@@ -370,6 +372,25 @@ def _named(diagnosis: Diagnosis) -> dict[str, str]:
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
     """Order of rivals with their shares: kinds of faults first, the largest share first."""
     return rival[0].id in _OF_NO_KIND, -rival[1]
+
+
+def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> BaselineCheck:
+    """Findings without faults that explain less than laws which leave nothing but noise."""
+    reduction = diagnosis.reduction
+    if reduction is None or diagnosis.verdict != NAMED:
+        return baseline
+    # Which sensor an error of the sensors is of, its finding says.
+    if any(name.startswith(_OF_CHANNELS) for name in _named(diagnosis)):
+        return baseline
+    if reduction.floor_multiple > Thresholds().near_floor:
+        return baseline
+    explained = {
+        (rival.id, rival.about)
+        for rival, share in baseline.rivals
+        if not rival.laws and share < min(reduction.phi, 1.0) - _AS_GOOD
+    }
+    warnings = [one for one in baseline.warnings if (one.id, one.about) not in explained]
+    return replace(baseline, warnings=tuple(warnings))
 
 
 def _least_share(fault: str, diagnosis: Diagnosis) -> float:

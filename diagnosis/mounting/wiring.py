@@ -19,6 +19,7 @@ from carrierflex.diagnosis.wiring.refits import (
     INPUT_GAIN,
     LOAD_AXES,
     LOADS,
+    POLARITY,
     RADIAL_LOADS,
     SENSOR_ORDER,
     TORQUE_SIGN,
@@ -68,6 +69,9 @@ def mounting_rivals(problem: MountingInTime) -> tuple[WiringRival, ...]:
         order = _order(measured, np.einsum("l,lnc->nc", sign, predicted))
         if order is not None:
             rivals.append(_exchanged(problem, order, turned if sign is signs else []))
+    reversed_channels = _reversed_channels(measured, predicted.sum(axis=0))
+    if reversed_channels.size:
+        rivals.append(_with_reversed(problem, reversed_channels))
     gains = _gain_rivals(problem, measured)
     best = min(gains, key=lambda rival: rival.mean_square, default=None)
     return (*rivals, *([best] if best else []))
@@ -106,6 +110,26 @@ def _exchanged(problem: MountingInTime, order: Sequence[int], turned: Sequence[s
     mean_square = mean_square_of(replace(problem, records=records))
     line = key_of("[[channels]]", "sensor")
     return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", mean_square, line)
+
+
+def _reversed_channels(measured: FloatArray, predicted: FloatArray) -> NDArray[np.int64]:
+    """Channels that read the other sign of what is predicted, where most do not."""
+    known = np.isfinite(measured).all(axis=1) & np.isfinite(predicted).all(axis=1)
+    signals, answers = measured[known], predicted[known]
+    factors = (signals * answers).sum(axis=0) / np.maximum(np.square(answers).sum(axis=0), 1e-300)
+    turned = np.flatnonzero(factors < _TURNED)
+    return turned if 2 * turned.size < factors.size else turned[:0]
+
+
+def _with_reversed(problem: MountingInTime, channels: NDArray[np.int64]) -> WiringRival:
+    """Baseline refitted with some channels of the other sign."""
+    sign = np.ones(len(problem.model.channels))
+    sign[channels] = -1.0
+    records = tuple(replace(record, measured=sign * record.measured) for record in problem.records)
+    mean_square = mean_square_of(replace(problem, records=records))
+    about = ", ".join(problem.model.channels[k] for k in channels)
+    text = f"{about} of the other sign"
+    return WiringRival(POLARITY, about, text, mean_square, key_of("[[channels]]", about))
 
 
 def _nominal(problem: MountingInTime) -> FloatArray:

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.inference.results import (
     SelectionStep,
 )
 from carrierflex.diagnosis.report.report_data import ReportData
-from carrierflex.diagnosis.report.verdict_words import fault_words, share_words
+from carrierflex.diagnosis.report.verdict_words import fault_words, is_near_law, share_words
 from carrierflex.diagnosis.report.words import (
     UNKNOWN,
     counted,
@@ -164,7 +164,7 @@ def _shape_values(finding: ClassFinding) -> list[tuple[str, str]]:
     if finding.law:
         share = finding.law_share / finding.share if finding.share > 0.0 else math.nan
         law = plain_name(finding.law)
-        is_open = finding.id.endswith("/undetermined")
+        is_open = finding.id.endswith("/undetermined") or is_near_law(finding)
         near = "nearest law" if is_open else "no law of the library, nearest"
         near = f"{near} {law}: {share_words(share)} of it"
         texts.append(f"law: {law}" if finding.law_named else near)
@@ -233,7 +233,7 @@ def _remaining(diagnosis: Diagnosis, far: GapReduction) -> Iterator[CauseRow]:
         row.run: row.error_after if is_answered else row.error_before for row in far.validation
     }
     run = max(errors, key=lambda name: errors[name], default="")
-    acts = f"{sized(errors[run], diagnosis.unit)} in {run} above the noise" if run else ""
+    acts = f"{sized(errors[run], diagnosis.unit)} that repeats, in {run}" if run else ""
     size = far.rms_after if is_answered else far.rms_before
     values = [(number(size / far.noise_floor), "times the noise")] if far.noise_floor > 0.0 else []
     if diagnosis.reason_id == FLOOR_UNKNOWN:

@@ -31,6 +31,9 @@ from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RA
 
 #: Below this exponent either way a part does not depend on a condition.
 _FLAT = 0.25
+#: Exponent up to which the growth of an order is that of a cause: what is left beside a baseline
+#: that took the mean of a cause over the runs has others.
+_LARGEST_EXPONENT = 4.0
 #: An exponent is said where its interval is narrower than this on either side: of an order, of a
 #: band.
 _ORDER_WITHIN = 1.0
@@ -140,10 +143,15 @@ def _finding_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     return _SENTENCES[finding.kind](finding, of_the_gap, parity)
 
 
+def _share(finding: Finding) -> str:
+    """Share of a part; one that others partly cancel is larger than the whole."""
+    return f"{min(100.0 * finding.share, 100.0):.0f} %"
+
+
 def _order_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     """``67 % of the gap is order 3, m=-1 (waves fixed to the carrier), in every run``."""
     start = (
-        f"{100.0 * finding.share:.0f} % {of_the_gap}is order {finding.order}, "
+        f"{_share(finding)} {of_the_gap}is order {finding.order}, "
         f"{finding.patterns[0]}{_meaning(finding)}, {_run_words(finding)}"
     )
     torque = finding.exponents["torque"]
@@ -156,7 +164,7 @@ def _growth_words(exponents: Mapping[str, Exponent]) -> str:
     """How a part grows with every condition, as far as the runs tell."""
     text = ""
     for condition, exponent in exponents.items():
-        if not _is_within(exponent, _ORDER_WITHIN):
+        if not _is_within(exponent, _ORDER_WITHIN) or abs(exponent.value) > _LARGEST_EXPONENT:
             continue
         if abs(exponent.value) < _FLAT:
             text += f", whatever the {condition}"
@@ -185,7 +193,7 @@ def _line_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     hertz = f"{high:.3g} Hz" if high <= 1.01 * low else f"{low:.3g} to {high:.3g} Hz"
     alone = f"{finding.patterns[0]} alone" if len(finding.patterns) == 1 else "several channels"
     return (
-        f"{100.0 * finding.share:.0f} % {of_the_gap}is a line at {finding.line} ({hertz}), between "
+        f"{_share(finding)} {of_the_gap}is a line at {finding.line} ({hertz}), between "
         f"the shaft's orders, in {alone}, {_run_words(finding)}"
     )
 
@@ -195,8 +203,9 @@ def _band_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     assert finding.band_hz is not None
     low, high = finding.band_hz
     band = f"at {high:.3g} Hz" if high <= 1.001 * low else f"between {low:.3g} and {high:.3g} Hz"
-    share = min(100.0 * finding.share, 100.0)
-    text = f"{share:.0f} % {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
+    text = (
+        f"{_share(finding)} {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
+    )
     for condition, exponent in finding.exponents.items():
         if _is_within(exponent, _BAND_WITHIN):
             low_end, high_end = exponent.ci95
@@ -210,9 +219,8 @@ def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> str:
     assert finding.band_hz is not None
     name = finding.patterns[0]
     motion = f"{name} motion of the housing" if finding.kind == MOTION else f"motion at {name}"
-    share = min(100.0 * finding.share, 100.0)
     text = (
-        f"{share:.0f} % {of_the_gap}is {motion}, mostly below {finding.band_hz[1]:.2g} Hz, "
+        f"{_share(finding)} {of_the_gap}is {motion}, mostly below {finding.band_hz[1]:.2g} Hz, "
         f"{_run_words(finding)}"
     )
     if finding.follows is not None:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer, ClassFinding
 from carrierflex.diagnosis.classes.shapes import DRY_FRICTION
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.inference.results import (
@@ -53,13 +53,25 @@ def _class_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
         classes = _friction_words(answer) or _class_names(answer)
         if _depends_on_unknown_loads(answer):
             return f"{classes}; the loads of the records determine no law"
-        return f"{classes}, by no law of the library"
+        law = _near_law(answer)
+        return f"{classes}, {f'nearest law {law}' if law else 'by no law of the library'}"
     by_law = {
         finding.id for finding in answer.classes if finding.law_named and finding.law in effects
     }
     laws = " and ".join(plain_name(effect) for effect in effects)
     others = [plain_name(name) for name in answer.ids if name not in by_law]
     return f"{laws}, and {' and '.join(others)}" if others else laws
+
+
+def is_near_law(finding: ClassFinding) -> bool:
+    """Whether a law that is not named explains nearly all that its class does."""
+    return bool(finding.law) and finding.law_share > _NEAR * finding.share
+
+
+def _near_law(answer: ClassAnswer) -> str:
+    """Such a law of the only class of an answer, in words; empty where there is none."""
+    nearest = [one.law for one in answer.classes if is_near_law(one)]
+    return plain_name(nearest[0]) if nearest and len(answer.classes) == 1 else ""
 
 
 def _depends_on_unknown_loads(answer: ClassAnswer) -> bool:
@@ -158,7 +170,8 @@ def _undecided(diagnosis: Diagnosis) -> str:
         return f"Cannot be distinguished in these records: {', and beside it '.join(texts)}"
     remains = far is not None and verdict in (NAMED_WITH_REMAINDER, CLASS_NAMED)
     if far is not None and remains and far.rho > _WORTH and far.floor_multiple > _ABOVE_NOISE:
-        return f"Part of the gap ({percent(far.rho)} of its RMS) remains unexplained"
+        above_noise = math.sqrt(max(1.0 - far.phi, 0.0))
+        return f"Part of the gap ({percent(above_noise)} of its RMS above the noise) is unexplained"
     return "No other effect of the library explains the records as well"
 
 
@@ -207,6 +220,8 @@ def experiment_text(diagnosis: Diagnosis) -> str:
 
 #: Share of the gap above the floor that is worth a second look, and RMS over the floor.
 _WORTH = 0.05
+#: Share of what a class explains from which a law that is not named is near.
+_NEAR = 0.9
 _ABOVE_NOISE = 1.1
 
 
@@ -252,7 +267,9 @@ def _put_in(diagnosis: Diagnosis, *, has_measured_law: bool) -> str:
         if _depends_on_unknown_loads(answer):
             names = _class_names(answer)
             return f"Measure at other loads: these records do not determine the law of {names}."
-        return f"Look for the source of {_class_names(answer)}: no law of the library has it."
+        law = _near_law(answer)
+        has_it = f"the law {law} has most of it" if law else "no law of the library has it"
+        return f"Look for the source of {_class_names(answer)}: {has_it}."
     if diagnosis.verdict == AT_NOISE_FLOOR:
         return "Nothing: no difference from the simulation is detectable in this measurement."
     if answer is not None and answer.experiment:

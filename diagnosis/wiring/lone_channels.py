@@ -190,7 +190,7 @@ def lone_rivals(
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
         # Where as little is left without another channel, the rest fits anything.
-        is_one = float(np.partition(squares, 1)[1]) > enough
+        is_one = float(np.partition(squares, 1)[1]) > _SIMPLER * squares[channel]
         if squares[channel] <= screened and is_one:
             square = refitted(_without_channel(campaign, channel))
             if square <= enough:

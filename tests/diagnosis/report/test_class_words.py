@@ -33,6 +33,8 @@ def test_a_class_is_told_with_its_law_or_the_nearest_and_its_share_of_it():
     assert _shape_values(near) == [
         ("", "no law of the library, nearest Coulomb friction: 50 % of it")
     ]
+    most = replace(named, law_named=False, law_share=0.48, share=0.5)
+    assert _shape_values(most) == [("", "nearest law Coulomb friction: 96 % of it")]
     assert _shape_values(replace(named, law="")) == []
     unknown = replace(near, id="housing/tilt/undetermined", law_share=0.5)
     assert [words for _, words in _shape_values(unknown)] == [
@@ -43,7 +45,9 @@ def test_a_class_is_told_with_its_law_or_the_nearest_and_its_share_of_it():
 
 def test_a_law_is_no_unknown_one_where_the_loads_do_not_determine_it():
     answer = one_class("dissipation", "coulomb_friction", {})
-    assert _class_words(answer, ()).endswith("by no law of the library")
+    assert _class_words(answer, ()).endswith(", nearest law Coulomb friction")
+    far = replace(answer, classes=(replace(answer.classes[0], law_share=0.8),))
+    assert _class_words(far, ()).endswith("by no law of the library")
     classes = (replace(answer.classes[0], id="housing/tilt/undetermined"),)
     of_one_load = replace(answer, classes=classes)
     assert _class_words(of_one_load, ()).endswith("; the loads of the records determine no law")
