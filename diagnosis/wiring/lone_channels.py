@@ -75,6 +75,8 @@ _EXPLAINED = 0.9
 _SIMPLER = 1.2
 #: Factors of a polarity that is reversed and of a dead channel are within this.
 _NEAR = 0.1
+#: Faults without a pattern.
+_OF_ANY = (CHANNEL, CHANNEL_ZERO)
 #: Share of a signal's square in its steps from which it is white noise.
 _WHITE = 0.8
 #: Times [s] of filters over the step, as powers of two.
@@ -189,13 +191,15 @@ def lone_rivals(
     if n_channels >= _FEWEST_CHANNELS:
         squares = [sums.without(channel=k).mean_square for k in range(n_channels)]
         channel = int(np.argmin(squares))
-        # Where as little is left without another channel, the rest fits anything.
-        is_one = float(np.partition(squares, 1)[1]) > _SIMPLER * squares[channel]
-        if squares[channel] <= screened and is_one:
+        if squares[channel] <= screened:
             square = refitted(_without_channel(campaign, channel))
             if square <= enough:
                 reading = _reading(linear(), sums.without(channel=channel).steps, campaign, channel)
-                yield from _channel_rival(reading, campaign.channels[channel].name, square, gap)
+                rivals = _channel_rival(reading, campaign.channels[channel].name, square, gap)
+                # Where as little is left without another channel, the rest fits anything: what a
+                # channel reads must then be of a fault that has a pattern of its own.
+                is_one = float(np.partition(squares, 1)[1]) > _SIMPLER * squares[channel]
+                yield from (rival for rival in rivals if is_one or rival.id not in _OF_ANY)
     if n_runs >= _FEWEST_RUNS:
         squares = [sums.without(run=k).mean_square for k in range(n_runs)]
         number = int(np.argmin(squares))
