@@ -73,7 +73,7 @@ def carrier_is_tilted(folder):
     )
     assert_allclose(tilt["theta_PLC"]["value"], np.deg2rad(60.0), atol=2e-3)
     page = (folder / "diagnosis" / "report.html").read_text(encoding="utf-8")
-    assert "Part of the gap (10 % of its RMS) remains unexplained" in page
+    assert "Part of the gap (10 % of its RMS above the noise) is unexplained" in page
 
 
 def mount_is_cubic(folder):
