@@ -190,13 +190,13 @@ def published_values(
         for covariance in by_source.values():
             covariance[unknown], covariance[:, unknown] = np.nan, np.nan
         published = _published(fit, by_source, "; ".join(text for text in included if text))
-        missing = tuple(
+        not_determined = tuple(
             f"{name} is not determined by these records"
             for of_effect in published.parameters.values()
             for name, value in of_effect.items()
             if np.isnan(value.std)
         )
-        return replace(published, undetermined=missing)
+        return replace(published, undetermined=not_determined)
     by_source = _scatter(fit, few_blocks=gains is not None)
     shift = problem.discrepancy_shift(fit.effects, fit.theta)
     if shift is None:
