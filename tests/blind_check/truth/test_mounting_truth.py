@@ -127,6 +127,7 @@ def test_effects_mean_what_the_simulator_means(record, effect, symbols, toleranc
     assert np.abs(other).max() > 1e-6
 
 
+@pytest.mark.long
 def test_two_branches_of_the_fluid_lie_about_the_named_one(record):
     k, tau = 4e6, 0.1
     law = (LAWS["maxwell_branch"], np.array([k, tau, 0.0, K]), np.ones(2))

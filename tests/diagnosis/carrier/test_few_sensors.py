@@ -35,6 +35,7 @@ def test_two_sensors_do_not_tell_a_mean_tilt_from_an_offset(channels, is_known):
     assert ("phi_H is not determined by these records" in published.undetermined) != is_known
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("channels", "verdict", "about"), [(FOUR, "aliased", []), (EIGHT, "named", ["s137"])]
 )

@@ -104,6 +104,7 @@ def test_the_diagnosis_holds_the_detail_before_and_after():
     assert all(own.error_after < own.error_before for own in result.gap.cells[:3])
 
 
+@pytest.mark.long
 def test_the_picture_shows_the_law_that_the_baseline_lacks():
     campaign = mounting_campaign({"K3": 6e12})
     problem = mounting_problem(campaign)

@@ -131,6 +131,7 @@ def test_uneven_steps_reach_the_same_place(tool):
     np.testing.assert_allclose(ends[0], ends[1], rtol=0.0, atol=1e-6 * np.abs(ends[1]).max())
 
 
+@pytest.mark.long
 @needs_compiler
 @pytest.mark.parametrize("version", ["2", "3"])
 def test_simulated_by_fmpy_with_held_inputs(files, version):

@@ -72,6 +72,7 @@ def test_a_part_moves_the_housing_as_its_built_in_law_does(built_in, part, toler
     assert np.abs(bare - reference).max() > 0.02 * largest
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("step", "tolerance"), [(1e-3, 1e-5), (4e-3, 1e-4)])
 def test_stiff_parts_move_alike_at_long_steps(step, tolerance):
     # 400 MN/m and more beside 18: the longest steps that are taken turn by 3 rad.

@@ -86,6 +86,7 @@ def test_a_step_takes_the_modes_that_damping_couples_together(nominal_stage, n_g
     assert_allclose(A @ answer, known, rtol=0.0, atol=1e-10 * np.abs(known).max())
 
 
+@pytest.mark.long
 def test_energy_balances_and_power_passes_through(nominal_stage, start):
     record = run(
         nominal_stage,
