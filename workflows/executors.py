@@ -9,7 +9,12 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
 
-from carrierflex.workflows.interruption import call_or_end, end_between_calls, end_children
+from carrierflex.workflows.interruption import (
+    call_or_end,
+    end_between_calls,
+    end_children,
+    interruption_deferred,
+)
 
 #: Seconds to wait for a scheduler that does not answer.
 _CONNECT_TIMEOUT = 10.0
@@ -91,7 +96,8 @@ class _Processes(ProcessPoolExecutor):
 
     def submit(self, function: Any, /, *arguments: Any, **options: Any) -> Future[Any]:
         """Run the call in one of the processes."""
-        return super().submit(call_or_end, function, *arguments, **options)
+        with interruption_deferred():
+            return super().submit(call_or_end, function, *arguments, **options)
 
 
 @contextmanager

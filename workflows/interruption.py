@@ -64,6 +64,29 @@ def _replaced_handlers(handler: Callable[[int, Any], None]) -> dict[int, Any]:
     return before
 
 
+@contextmanager
+def interruption_deferred() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM interrupt behind the block.
+
+    A process that is only half begun when its parent is interrupted prints an error of its own.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[int] = []
+    before: dict[signal.Signals, Any] = {}
+    for asked in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(asked) is not signal.SIG_IGN:
+            before[asked] = signal.signal(asked, lambda number, frame: heard.append(number))
+    try:
+        yield
+    finally:
+        for asked, handler in before.items():
+            signal.signal(asked, handler)
+        if heard:
+            signal.raise_signal(heard[0])
+
+
 def end_between_calls() -> None:
     """Let a working process that waits for its next call end without a word when it is told to.
 

@@ -12,6 +12,7 @@ compile; see :mod:`carrierflex.simulation.force_laws`.
 """
 
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -103,12 +104,14 @@ def users_cards(
 
 
 def _registered(kind: str) -> list[EffectCard]:
-    return [card for card in _installed(entry_points) if card.kind == kind]
+    return [card for card in _installed(entry_points, tuple(sys.path)) if card.kind == kind]
 
 
-# The packages of the environment are looked through once: a diagnosis makes many problems.
+# The packages on a path are looked through once: a diagnosis makes many problems.
 @cache
-def _installed(entries_of: Callable[..., Iterable[EntryPoint]]) -> tuple[EffectCard, ...]:
+def _installed(
+    entries_of: Callable[..., Iterable[EntryPoint]], path: tuple[str, ...]
+) -> tuple[EffectCard, ...]:
     cards = []
     for entry in sorted(entries_of(group=_ENTRY_POINT_GROUP), key=lambda entry: entry.name):
         try:

@@ -6,7 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from carrierflex.workflows.interruption import TerminationError, interruptible
+from carrierflex.workflows.interruption import (
+    TerminationError,
+    interruptible,
+    interruption_deferred,
+)
 
 ENDED_BY = {signal.SIGINT: KeyboardInterrupt, signal.SIGTERM: TerminationError}
 
@@ -62,3 +66,17 @@ def test_an_interruption_that_the_shell_lets_a_job_ignore_is_ignored():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with interruptible():
         signal.raise_signal(signal.SIGINT)
+
+
+def _interrupted_while_deferred(number: int, ended: list[int]) -> None:
+    with interruptible(), interruption_deferred():
+        signal.raise_signal(number)
+        ended.append(number)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_is_deferred_interrupts_behind_the_block(number):
+    ended = []
+    with pytest.raises(ENDED_BY[number]):
+        _interrupted_while_deferred(number, ended)
+    assert ended == [number]
