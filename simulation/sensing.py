@@ -80,13 +80,13 @@ def delayed(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
     step = float(time[-1] - time[0]) / (n - 1)
     # Samples on either side that take the same weights as their neighbours on an even grid.
     margin = stencil + int(abs(delay) / step) + 1
-    is_even = np.allclose(np.diff(time), step, rtol=_EVEN, atol=0.0)
-    if n < max(_MANY, 3 * margin) or not is_even:
+    is_short = n < max(_MANY, 3 * margin)
+    if is_short or not np.allclose(np.diff(time), step, rtol=_EVEN, atol=0.0):
         return _interpolated(time, values, time - delay)
     result = np.empty_like(values, dtype=np.float64)
     ends = slice(0, 2 * margin), slice(n - 2 * margin, n)
-    kept = slice(0, margin), slice(-margin, None)
-    for end, samples in zip(ends, kept, strict=True):
+    outer = slice(0, margin), slice(-margin, None)
+    for end, samples in zip(ends, outer, strict=True):
         of_end = _interpolated(time[end], values[end], time[end] - delay)
         result[end][samples] = of_end[samples]
     shift = -delay / step

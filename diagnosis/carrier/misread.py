@@ -248,11 +248,11 @@ def _widened(table: WeightTable, rows: FloatArray, columns: IntArray) -> FloatAr
 
 
 def _thinned(campaign: Campaign) -> tuple[Campaign, int]:
-    """Campaign with every so-manieth sample of a run, and that number."""
+    """Campaign with no more samples a revolution than are summed, and one of how many they are."""
     turns = [whole_revolutions(run).samples for run in campaign.within_use().runs]
     fewest = min(samples.size for of_run in turns for samples in of_run)
     every = max(1, fewest // _SAMPLES_PER_TURN)
-    return replace(campaign, runs=tuple(run.thinned(every) for run in campaign.runs)), every
+    return campaign.thinned(every), every
 
 
 def _behind(channel: Channel, error: DeclaredError) -> Channel:

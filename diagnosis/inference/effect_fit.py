@@ -19,10 +19,9 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.gauss_newton import (
     Bounds,
+    CostSearch,
     CostSums,
     StopRule,
-    least_cost,
-    minimised_cost,
 )
 from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
 from carrierflex.identification.estimation.several_starts import (
@@ -230,14 +229,7 @@ class SegmentCost:
 
     def minimised(self, start: FloatArray) -> tuple[FloatArray, float, SegmentSums]:
         """Parameters within their bounds under which the cost is least, it, and the sums there."""
-        theta, here = minimised_cost(
-            self._sums,
-            self.at,
-            (start, self._sums(start)),
-            bounds=self._bounds,
-            free=self.free,
-            stop=self._stop,
-        )
+        theta, here = self._search.minimised((start, self._sums(start)))
         return theta, here.cost, here.detail
 
     def least(
@@ -245,23 +237,14 @@ class SegmentCost:
     ) -> tuple[FloatArray, float]:
         """Parameters and cost of :meth:`minimised`; `first_sums` are those at the start."""
         first = self._sums(start) if first_sums is None else self._totals(start, first_sums)
-        return least_cost(
-            self._sums,
-            self.at,
-            (start, first),
-            bounds=self._bounds,
-            free=self.free,
-            stop=self._stop,
-        )
+        return self._search.least((start, first))
 
     @property
-    def _bounds(self) -> Bounds:
-        return Bounds(*bounds_of(self.problem.parameters(self.effects)))
-
-    @property
-    def _stop(self) -> StopRule:
+    def _search(self) -> CostSearch[SegmentSums]:
+        bounds = Bounds(*bounds_of(self.problem.parameters(self.effects)))
         noise_square = float(self.problem.noise_square[self.chosen].sum())
-        return replace(self.stop, noise_square=noise_square)
+        stop = replace(self.stop, noise_square=noise_square)
+        return CostSearch(self._sums, self.at, bounds, self.free, stop)
 
     def _sums(self, theta: FloatArray) -> CostSums[SegmentSums]:
         return self._totals(theta, self.problem.sums(self.effects, theta, self.chosen))

@@ -186,9 +186,7 @@ def published_values(
         by_source = _scatter(fit, few_blocks=True)
         by_source |= {name: rows.T @ rows for name, rows in moves.items()}
         included = (errors_words(misreading.errors), misreading.curves)
-        unknown = _undetermined_by_any(fit)
-        for covariance in by_source.values():
-            covariance[unknown], covariance[:, unknown] = np.nan, np.nan
+        _leave_out(_undetermined_by_any(fit), by_source)
         published = _published(fit, by_source, "; ".join(text for text in included if text))
         not_determined = tuple(
             f"{name} is not determined by these records"
@@ -210,13 +208,18 @@ def published_values(
     by_source[UNKNOWN_FORM] = np.diag(_systematic_variance(fit, systematics))
     variance = sum(np.diag(one) for one in by_source.values())
     unknown = _undetermined(fit, np.asarray(variance), systematics)
-    for covariance in by_source.values():
-        covariance[unknown], covariance[:, unknown] = np.nan, np.nan
+    _leave_out(unknown, by_source)
     delay = problem.delay_words(fit.theta)
     published = _published(fit, by_source, "; ".join(text for text in (words, delay) if text))
     values = published.parameters
     missing = _undetermined_words(fit, values, systematics, problem.has_one_frequency)
     return replace(published, undetermined=tuple(missing))
+
+
+def _leave_out(unknown: BoolArray, by_source: Mapping[str, FloatArray]) -> None:
+    """Make the errors of some parameters not a number, in place."""
+    for covariance in by_source.values():
+        covariance[unknown], covariance[:, unknown] = np.nan, np.nan
 
 
 def _undetermined_by_any(fit: EffectFit) -> BoolArray:

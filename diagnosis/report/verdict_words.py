@@ -54,7 +54,7 @@ def _class_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
         if _depends_on_unknown_loads(answer):
             return f"{classes}; the loads of the records determine no law"
         law = _near_law(answer)
-        return f"{classes}, {f'nearest law {law}' if law else 'by no law of the library'}"
+        return f"{classes}, nearest law {law}" if law else f"{classes}, by no law of the library"
     by_law = {
         finding.id for finding in answer.classes if finding.law_named and finding.law in effects
     }
@@ -220,9 +220,9 @@ def experiment_text(diagnosis: Diagnosis) -> str:
 
 #: Share of the gap above the floor that is worth a second look, and RMS over the floor.
 _WORTH = 0.05
+_ABOVE_NOISE = 1.1
 #: Share of what a class explains from which a law that is not named is near.
 _NEAR = 0.9
-_ABOVE_NOISE = 1.1
 
 
 def next_step(diagnosis: Diagnosis) -> str:

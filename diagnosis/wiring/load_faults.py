@@ -114,9 +114,7 @@ def _thinned(campaign: Campaign) -> Campaign:
     n_channels, n_runs = len(campaign.channels), len(campaign.runs)
     n_samples = n_channels * sum(run.time.size for run in campaign.runs)
     every = -(-n_samples // min(_MOST_SAMPLES, _SAMPLES_OF_ONE * n_channels * n_runs))
-    if every <= 1:
-        return campaign
-    return replace(campaign, runs=tuple(run.thinned(every) for run in campaign.runs))
+    return campaign.thinned(every) if every > 1 else campaign
 
 
 def _first_size(square: Callable[[FloatArray], float], fault: "_SizedFault") -> FloatArray:

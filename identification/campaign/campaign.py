@@ -106,6 +106,10 @@ class Campaign:
         declared = {signal.name: signal for signal in self.inputs}
         return declared.get(name) or InputSignal(name, self.contract.inputs[name])
 
+    def thinned(self, every: int) -> "Campaign":
+        """Copy with one sample of every `every` of each run."""
+        return replace(self, runs=tuple(run.thinned(every) for run in self.runs))
+
     def within_use(self) -> "Campaign":
         """Copy whose samples outside the windows that count are missing."""
         return replace(self, runs=tuple(run.within_use() for run in self.runs))

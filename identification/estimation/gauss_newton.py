@@ -49,8 +49,8 @@ class StopRule:
     noise_square : float
         Sum of squares that noise alone leaves; zero takes every cost as far above it.
     kept_promise : float
-        Where no sums are asked for (:func:`least_cost`), an undamped step ends the search whose
-        gain is that promised by the linearised model to this share of the cost.
+        Where no sums are asked for (:meth:`CostSearch.least`), an undamped step ends the search
+        whose gain is that promised by the linearised model to this share of the cost.
     """
 
     most_steps: int = 30
@@ -118,19 +118,13 @@ class Bounds:
         return (theta <= self.lower + margin) | (theta >= self.upper - margin)
 
 
-def minimised_cost(
-    sums: Callable[[Array], CostSums[Detail]],
-    cost: Callable[[Array], float],
-    start: tuple[Array, CostSums[Detail]],
-    *,
-    bounds: Bounds,
-    free: BoolArray,
-    stop: StopRule,
-) -> tuple[Array, CostSums[Detail]]:
-    """Minimise a sum of squares over the free parameters.
+@dataclass(frozen=True, eq=False)
+class CostSearch(Generic[Detail]):
+    """Search for the parameters under which a sum of squares is least.
 
     Each step solves ``(J.T J + d diag(J.T J)) s = J.T r`` with the damping d raised until the cost
-    falls (Levenberg-Marquardt), parameters that would leave their bounds held on them.
+    falls (Levenberg-Marquardt), parameters that would leave their bounds held on them. A search
+    begins at parameters, shape (p,), and the sums there.
 
     Parameters
     ----------
@@ -139,8 +133,6 @@ def minimised_cost(
     cost : callable
         ``cost(theta) -> float``: the cost alone, which is cheaper; not finite where the model
         fails.
-    start : tuple of (ndarray, CostSums)
-        Parameters to begin at, shape (p,), and the sums there.
     bounds : Bounds
         Physical bounds.
     free : ndarray of bool, shape (p,)
@@ -148,80 +140,69 @@ def minimised_cost(
     stop : StopRule
         When the search ends.
 
-    Returns
-    -------
-    tuple of (ndarray, CostSums)
-        Parameters and the sums there; the cost is that of the start at most.
-
     References
     ----------
     .. [1] D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters",
        SIAM J. Appl. Math. 11 (1963).
     """
-    theta, _, here = _searched(sums, cost, start, bounds, free, stop, needs_sums=True)
-    return theta, here
 
+    sums: Callable[[Array], CostSums[Detail]]
+    cost: Callable[[Array], float]
+    bounds: Bounds
+    free: BoolArray
+    stop: StopRule
 
-def least_cost(
-    sums: Callable[[Array], CostSums[Detail]],
-    cost: Callable[[Array], float],
-    start: tuple[Array, CostSums[Detail]],
-    *,
-    bounds: Bounds,
-    free: BoolArray,
-    stop: StopRule,
-) -> tuple[Array, float]:
-    """Parameters and cost of :func:`minimised_cost`, without the sums there.
+    def minimised(self, start: tuple[Array, CostSums[Detail]]) -> tuple[Array, CostSums[Detail]]:
+        """Parameters, shape (p,), and the sums there; the cost is that of the start at most."""
+        theta, _, here = self._ended(start, needs_sums=True)
+        return theta, here
 
-    A search that starts next to its minimum makes no sums at all: its first step gains what the
-    linearised model promised, and a further one would gain about as much as the two differ.
-    """
-    theta, reached, _ = _searched(sums, cost, start, bounds, free, stop, needs_sums=False)
-    return theta, reached
+    def least(self, start: tuple[Array, CostSums[Detail]]) -> tuple[Array, float]:
+        """Parameters, shape (p,), and cost, without the sums there.
 
+        A search that starts next to its minimum makes no sums at all: its first step gains what
+        the linearised model promised, and a further one would gain about as much as the two differ.
+        """
+        theta, reached, _ = self._ended(start, needs_sums=False)
+        return theta, reached
 
-def _searched(
-    sums: Callable[[Array], CostSums[Detail]],
-    cost: Callable[[Array], float],
-    start: tuple[Array, CostSums[Detail]],
-    bounds: Bounds,
-    free: BoolArray,
-    stop: StopRule,
-    *,
-    needs_sums: bool,
-) -> tuple[Array, float, CostSums[Detail]]:
-    """Parameters, cost and sums; those of the step before where none are needed."""
-    theta, here = start
-    damping = _FIRST_DAMPING
-    slow_steps = 0
-    for _ in range(stop.most_steps):
-        better = None
-        is_undamped = damping <= _FIRST_DAMPING
-        for _ in range(stop.most_dampings):
-            candidate = bounded_step(here, theta, bounds=bounds, free=free, damping=damping)
-            step = candidate - theta
-            promise = float(2.0 * here.slope @ step - step @ here.matrix @ step)
-            if promise <= stop.promise * here.cost:
+    def _ended(
+        self, start: tuple[Array, CostSums[Detail]], *, needs_sums: bool
+    ) -> tuple[Array, float, CostSums[Detail]]:
+        """Parameters, cost and sums; those of the step before where none are needed."""
+        theta, here = start
+        damping = _FIRST_DAMPING
+        slow_steps = 0
+        for _ in range(self.stop.most_steps):
+            better = None
+            is_undamped = damping <= _FIRST_DAMPING
+            for _ in range(self.stop.most_dampings):
+                candidate = bounded_step(
+                    here, theta, bounds=self.bounds, free=self.free, damping=damping
+                )
+                step = candidate - theta
+                promise = float(2.0 * here.slope @ step - step @ here.matrix @ step)
+                if promise <= self.stop.promise * here.cost:
+                    break
+                trial = self.cost(candidate)
+                if np.isfinite(trial) and trial < here.cost:
+                    better = candidate
+                    damping = damping / _DAMPING_FACTOR
+                    break
+                damping = max(_DAMPING_FACTOR * damping, _LEAST_RAISED_DAMPING)
+                is_undamped = False
+            if better is None:
                 break
-            trial = cost(candidate)
-            if np.isfinite(trial) and trial < here.cost:
-                better = candidate
-                damping = damping / _DAMPING_FACTOR
+            before = here.cost
+            theta = better
+            is_kept = abs(before - trial - promise) <= self.stop.kept_promise * trial
+            if is_kept and is_undamped and not needs_sums:
+                return theta, trial, here
+            here = self.sums(theta)
+            slow_steps = slow_steps + 1 if self.stop.is_slow(before, here.cost) else 0
+            if slow_steps == self.stop.slow_steps:
                 break
-            damping = max(_DAMPING_FACTOR * damping, _LEAST_RAISED_DAMPING)
-            is_undamped = False
-        if better is None:
-            break
-        before = here.cost
-        theta = better
-        is_kept = abs(before - trial - promise) <= stop.kept_promise * trial
-        if is_kept and is_undamped and not needs_sums:
-            return theta, trial, here
-        here = sums(theta)
-        slow_steps = slow_steps + 1 if stop.is_slow(before, here.cost) else 0
-        if slow_steps == stop.slow_steps:
-            break
-    return theta, here.cost, here
+        return theta, here.cost, here
 
 
 def bounded_step(

@@ -5,7 +5,6 @@ Computed on the half sector; of a carrier from a STEP file on whole meshes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
 
 #: Element sizes of the study [m].
 STUDY_SIZES = (0.025, 0.016, 0.0125)
-#: Time grows with this power of one over the size, measured on the sizes of the study.
-_WORK_BY_SIZE = 2.5
 
 
 def study_orders(n_planets: int) -> tuple[int, int]:
@@ -54,8 +51,6 @@ class MeshStudy:
 def main(
     stage: StageParameters,
     sizes: tuple[float, ...] = STUDY_SIZES,
-    *,
-    note: Callable[[str, float], None] = lambda text, share: None,
 ) -> MeshStudy:
     """Solve both variants' torque case at each element size.
 
@@ -65,8 +60,6 @@ def main(
         Dimensions of carrier, pins and gears.
     sizes
         Element edge lengths [m], descending.
-    note
-        Told each size with the share of the work that is done.
 
     Returns
     -------
@@ -84,9 +77,7 @@ def main(
     n_dofs = []
     flexible = []
     stiff = []
-    work = np.array(sizes) ** -_WORK_BY_SIZE
-    for number, size in enumerate(sizes):
-        note(f"elements of {size:g} m", float(work[:number].sum() / work.sum()))
+    for size in sizes:
         half = flexible_half_sector(stage.carrier, size)
         load = simply_supported_pin_load(1, force, 0.0, stage.carrier)
         flexible.append(
@@ -105,17 +96,13 @@ def study_of_files(
     stage: StageParameters,
     files: CarrierFiles,
     sizes: tuple[float, ...],
-    *,
-    note: Callable[[str, float], None] = lambda text, share: None,
 ) -> MeshStudy:
     """The study of a carrier from a STEP file, on whole meshes; parameters as of :func:`main`."""
     from carrierflex.workflows.fe.carrier_variants import given_variant
 
     amplitudes: dict[str, list[NDArray[np.float64]]] = {"flexible": [], "stiff": []}
     n_dofs = []
-    work = np.array(sizes) ** -_WORK_BY_SIZE
-    for number, size in enumerate(sizes):
-        note(f"elements of {size:.3g} m", float(work[:number].sum() / work.sum()))
+    for size in sizes:
         for name, of_variant in amplitudes.items():
             variant = given_variant(name, files, stage, size)
             orders = study_orders(variant.n_planets)

@@ -312,14 +312,14 @@ class RunColumns:
 
     def _predicted(self, channel: Channel) -> dict[Key, FloatArray]:
         """Another simulator's prediction of the whole run, at the nodes of a delay too."""
-        kept = self._last_predicted.get(channel.name)
-        if kept is None:
+        rows = self._last_predicted.get(channel.name)
+        if rows is None:
             delays = delay_nodes(self.source.rig.n_planets) / self.source.speed
-            kept = _predictions_of(self.run, channel, delays)
+            rows = _predictions_of(self.run, channel, delays)
             # Those of all channels would be as large as the record.
             self._last_predicted.clear()
-            self._last_predicted[channel.name] = kept
-        return kept
+            self._last_predicted[channel.name] = rows
+        return rows
 
     @cached_property
     def _last_predicted(self) -> dict[str, dict[Key, FloatArray]]:

@@ -8,11 +8,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from carrierflex.identification.estimation.gauss_newton import (
     Bounds,
+    CostSearch,
     CostSums,
     StopRule,
     bounded_step,
-    least_cost,
-    minimised_cost,
 )
 
 FREE = np.ones(2, dtype=bool)
@@ -38,16 +37,14 @@ class Model:
 
     def least(self, start, stop):
         start = np.asarray(start, dtype=np.float64)
-        return least_cost(
-            self.sums, self.cost, (start, self.sums(start)), bounds=WIDE, free=FREE, stop=stop
-        )
+        search = CostSearch(self.sums, self.cost, WIDE, FREE, stop)
+        return search.least((start, self.sums(start)))
 
     def minimised(self, start, *, bounds=WIDE, free=FREE, stop=StopRule()):  # noqa: B008
         start = np.asarray(start, dtype=np.float64)
         first = self.sums(start)
-        return minimised_cost(
-            self.sums, self.cost, (start, first), bounds=bounds, free=free, stop=stop
-        )
+        search = CostSearch(self.sums, self.cost, bounds, free, stop)
+        return search.minimised((start, first))
 
 
 def rosenbrock():
