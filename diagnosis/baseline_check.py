@@ -44,6 +44,7 @@ from carrierflex.diagnosis.wiring.lone_channels import (
     saturating_channel,
 )
 from carrierflex.diagnosis.wiring.refits import (
+    AC_COUPLED,
     CHANNEL,
     CHANNEL_GAIN,
     CHANNEL_ZERO,
@@ -115,7 +116,7 @@ _MAP = "_map"
 #: What may be the same as any cause that acts in some runs, or grows with them.
 _BY_RUN = (RUN, RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults.
-_OF_RECORDS = (("unit", UNIT), ("rectified", RECTIFIED))
+_OF_RECORDS = (("unit", UNIT), ("rectified", RECTIFIED), ("detrended", AC_COUPLED))
 #: What is at fault in a way that no kind of fault explains.
 _OF_NO_KIND = (CHANNEL, *_BY_RUN)
 #: Beginnings of the names of laws and classes that are errors of channels.

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
@@ -29,7 +29,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.gap.gap_map import band_edges_hz, block_counts, block_powers
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.wiring.linear_records import LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord, LoadAnswer
 from carrierflex.diagnosis.wiring.refits import PredictedRecord, WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.effect_parameters import EffectParameter
@@ -444,7 +444,14 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
                 _by_channel(np.where(record.is_measured, residual, np.nan)),
                 _by_channel(predicted(record, theta, 1)),
                 columns.reshape(*columns.shape[:2], -1),
+                answers=partial(self.load_answers, record, effects, theta),
             )
+
+    def load_answers(
+        self, record: Any, effects: Effects, theta: FloatArray
+    ) -> Sequence[LoadAnswer]:
+        """Answers to each load where there are several; none of a kind that has one."""
+        return ()
 
     def wiring_beside(
         self, laws: Effects, shapes: Sequence[Law], refitted: Callable[[Campaign], float]

@@ -46,8 +46,8 @@ from carrierflex.diagnosis.mounting.signatures import (
 )
 from carrierflex.diagnosis.mounting.table import mounting_table
 from carrierflex.diagnosis.mounting.wiring import mounting_rivals
-from carrierflex.diagnosis.wiring.linear_records import LinearRecord
-from carrierflex.diagnosis.wiring.refits import WiringChecks
+from carrierflex.diagnosis.wiring.linear_records import LinearRecord, LoadAnswer
+from carrierflex.diagnosis.wiring.refits import LOADS, WiringChecks
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.laws import Law
@@ -62,6 +62,8 @@ _FREQUENCIES = (0.05, 1.0)
 _SHARES = (0.25, 1.0)
 #: Limits of the rig: 400 kN m (NREL/TP-5000-66594), 200 kN (table 2 of the 2012 paper).
 _TORQUE, _LOAD = 4.0e5, 2.0e5
+#: Share by which a load is larger where its answer is asked.
+_LARGER = 0.01
 _BLOCKS = 4
 #: Problem whose only record has the signals of a model; None where the model leaves its range.
 UnderLoads = Callable[[MountingRecord, Effects, FloatArray], ComparisonProblem | None]
@@ -186,6 +188,21 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             for record, linear in zip(self.records, linear_records, strict=True):
                 # Where nothing was measured the prediction is not known either.
                 yield replace(linear, predicted=record.measured - linear.residual)
+
+    def load_answers(
+        self, record: MountingRecord, effects: Effects, theta: FloatArray
+    ) -> Sequence[LoadAnswer]:
+        """Answers to torque and radial loads, those that act in the run."""
+        predicted = self.simulator(effects)
+        as_read = predicted(record, theta, 1)
+        answers = []
+        for name in LOADS:
+            values = getattr(record.inputs, name)
+            if values.any():
+                larger = replace(record.inputs, **{name: (1.0 + _LARGER) * values})
+                changed = predicted(replace(record, inputs=larger), theta, 1)
+                answers.append(LoadAnswer(name, values, (changed - as_read) / _LARGER))
+        return answers
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""

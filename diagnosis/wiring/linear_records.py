@@ -13,13 +13,14 @@ of ``g`` is that of least squares times the correlation of the residual from sam
   Channels count by their residual's RMS: a noisy one determines less.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.estimation.scaled_least_squares import (
     column_lengths,
     normal_inverse,
@@ -41,6 +42,19 @@ _AS_SURE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
+class LoadAnswer:
+    """What one load does in one run."""
+
+    load: Annotated[str, "Its name"]
+    values: Annotated[FloatArray, "Shape (n,)"]
+    response: Annotated[
+        FloatArray,
+        "Change of the prediction where the load is larger, over the share by which it is, "
+        "shape (n, n_channels)",
+    ]
+
+
+@dataclass(frozen=True, eq=False)
 class LinearRecord:
     """One run beside a baseline that is linear in its parameters."""
 
@@ -56,6 +70,10 @@ class LinearRecord:
         "all, shape (q + p, n, n_channels)",
     ]
     n_of_run: Annotated[int, "q"] = 0
+    answers: Annotated[
+        Callable[[], Sequence[LoadAnswer]],
+        "``() -> answers`` to each load of several; none where they are not known",
+    ] = tuple
 
     @property
     def slope(self) -> FloatArray:
@@ -91,6 +109,14 @@ class ChannelGain:
     def sureness(self) -> float:
         """Gain error over its standard deviation."""
         return abs(self.gain) / max(self.std, float(np.finfo(float).tiny))
+
+
+def load_answers(record: LinearRecord, run: Run) -> Sequence[LoadAnswer]:
+    """Answers to every load of a run; what is predicted is the answer to the only one."""
+    if len(run.inputs) != 1:
+        return record.answers()
+    [(name, values)] = run.inputs.items()
+    return (LoadAnswer(name, np.interp(record.time, run.time, values), record.predicted),)
 
 
 def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:

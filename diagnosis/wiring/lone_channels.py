@@ -25,7 +25,12 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord, shared_products
+from carrierflex.diagnosis.wiring.linear_records import (
+    FloatArray,
+    LinearRecord,
+    load_answers,
+    shared_products,
+)
 from carrierflex.diagnosis.wiring.load_faults import load_faults
 from carrierflex.diagnosis.wiring.refits import (
     AC_COUPLED,
@@ -110,9 +115,10 @@ class _Sums:
         return replace(self, grams=grams, counts=counts)
 
     def without_columns(self, numbers: Sequence[int]) -> "_Sums":
-        """Sums without some of every run's own columns."""
+        """Sums without some of the columns."""
         grams = np.delete(np.delete(self.grams, list(numbers), axis=2), list(numbers), axis=3)
-        return replace(self, grams=grams, n_of_run=self.n_of_run - len(numbers))
+        n_of_run = self.n_of_run - sum(number < self.n_of_run for number in numbers)
+        return replace(self, grams=grams, n_of_run=n_of_run)
 
     @property
     def mean_square(self) -> float:
@@ -319,31 +325,38 @@ def drifting_gain(
     refitted: Callable[[Campaign], float],
     gap: GapSquare,
 ) -> Iterator[WiringRival]:
-    """Gain of the only load that grows over every run, the same in all.
+    """Gain of the load that grows over every run, the same in all, with which least is left.
 
-    What a linear machine answers grows with it, ``r = c t x``. The arguments are those of
-    :func:`drifting_zeros`.
+    What a linear machine answers grows with it, ``r = c (g t + g_0) x``; g_0 is known to the
+    baseline where there is one load. The arguments are those of :func:`drifting_zeros`.
     """
-    names = list(campaign.contract.inputs)
-    if len(names) != 1 or not _has_steady_loads(campaign):
+    names = list(LOADS) if campaign.kind == "mounting" else list(campaign.contract.inputs)
+    if not (campaign.kind == "mounting" or (len(names) == 1 and _has_steady_loads(campaign))):
         return
     runs = {run.name: run for run in campaign.runs}
-    sums = _sums(
-        _with_column(record, record.predicted * _along(runs[record.run], record.time)[:, None])
-        for record in records
-    )
-    if sums is None or sums.mean_square > gap.remaining(_SCREENED):
+    sums = _sums(_with_growing(record, runs[record.run], names) for record in records)
+    if sums is None:
         return
-    growth = float(sums.steps[0, sums.n_of_run])
+    # Columns of all runs follow those of each run.
+    first, n_columns = sums.n_of_run, 1 if len(names) == 1 else 2
+    columns = np.arange(first, first + n_columns * len(names)).reshape(len(names), n_columns)
+    of_load = [
+        sums.without_columns(np.delete(columns, k, axis=0).ravel()) for k in range(len(names))
+    ]
+    number = int(np.argmin([one.mean_square for one in of_load]))
+    name, best = names[number], of_load[number]
+    if best.mean_square > gap.remaining(_SCREENED):
+        return
+    growth, *constant = best.steps[0, first : first + n_columns].tolist()
 
     def level(run: Run) -> Run:
-        load = run.inputs[names[0]] * (1.0 + growth * _along(run, run.time))
-        return replace(run, inputs={**run.inputs, names[0]: load})
+        gain = 1.0 + sum(constant) + growth * _along(run, run.time)
+        return replace(run, inputs={**run.inputs, name: run.inputs[name] * gain})
 
     square = refitted(replace(campaign, runs=tuple(map(level, campaign.runs))))
     if square <= gap.enough:
-        text = f"the gain of {names[0]} drifting by {-growth:.1%} over every run taken out"
-        yield WiringRival(INPUT_GAIN, names[0], text, square, sample_of(campaign.runs[0].file, 0))
+        text = f"the gain of {name} drifting by {-growth:.1%} over every run taken out"
+        yield WiringRival(INPUT_GAIN, name, text, square, sample_of(campaign.runs[0].file, 0))
 
 
 def saturating_channel(
@@ -393,6 +406,22 @@ def saturating_channel(
 def _with_column(record: LinearRecord, values: FloatArray) -> LinearRecord:
     """Record whose first column of all runs are some values, shape (n, n_channels)."""
     return replace(record, columns=np.insert(record.columns, record.n_of_run, values, axis=0))
+
+
+def _with_growing(record: LinearRecord, run: Run, names: Sequence[str]) -> LinearRecord:
+    """Record whose first columns of all runs are answers to loads that grow over the run.
+
+    Where there are several, the answer itself follows each.
+    """
+    answers = {answer.load: answer.response for answer in load_answers(record, run)}
+    along = _along(run, record.time)[:, None]
+    nothing = np.zeros_like(record.predicted)
+    for name in reversed(names):
+        answer = answers.get(name, nothing)
+        if len(names) > 1:
+            record = _with_column(record, answer)
+        record = _with_column(record, answer * along)
+    return record
 
 
 def _with_lines(record: LinearRecord, run: Run) -> LinearRecord:

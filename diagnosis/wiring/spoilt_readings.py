@@ -11,7 +11,12 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.wiring.linear_records import FloatArray, LinearRecord
+from carrierflex.diagnosis.wiring.linear_records import (
+    FloatArray,
+    LinearRecord,
+    LoadAnswer,
+    load_answers,
+)
 from carrierflex.diagnosis.wiring.refits import JITTER, LOAD_NOISE, GapSquare, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
@@ -93,47 +98,56 @@ def jittered_samples(
 def noisy_load(
     records: Iterable[LinearRecord], campaign: Campaign, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """Noise of the only load, where the prediction passes on as much of it as the gap is large.
+    """Noise of a load, where the prediction passes on as much of it as the gap is large.
 
     The arguments are those of :func:`jittered_samples`. None where the machine follows what the
     load has above its band: that is no noise.
     """
-    names = list(campaign.contract.inputs)
-    if len(names) != 1:
-        return
     runs = {run.name: run for run in campaign.runs}
-    shares: list[float] = []
-    passed_on = n_samples = unfollowed = variance = above_band = 0.0
+    totals: dict[str, FloatArray] = {}
+    n_samples = 0
     for record in records:
-        load = np.interp(record.time, runs[record.run].time, runs[record.run].inputs[names[0]])
-        power = np.abs(_spectrum(load)) ** 2
-        # The median of the square of a noisy line is ln 2 times its mean.
-        highest = power[int((1.0 - _ABOVE_BAND) * power.size) :]
-        noise = float(np.median(highest)) / np.log(2.0)
-        shares.append(noise / max(float(load.var()), np.finfo(float).tiny))
-        of_line = np.minimum(noise / np.maximum(power, np.finfo(float).tiny), 1.0)
-        is_noise = of_line > _IS_NOISE
         known = np.isfinite(record.residual)
         n_samples += known.size
-        for predicted, residual in zip(
-            record.predicted.T, np.where(known, record.residual, 0.0).T, strict=True
-        ):
-            P, R = _spectrum(predicted), _spectrum(residual)
-            passed_on += 2.0 * float(of_line @ np.abs(P) ** 2)
-            unfollowed -= float(np.sum((R * P.conj()).real[is_noise]))
-            variance += 0.5 * float(np.sum(np.abs(R[is_noise] * P[is_noise]) ** 2))
-            above_band += float(np.sum(np.abs(P[is_noise]) ** 2))
-    if not shares or np.sqrt(np.mean(shares)) < _LEAST_NOISE:
-        return
-    square = passed_on / n_samples
+        residual = np.where(known, record.residual, 0.0)
+        for answer in load_answers(record, runs[record.run]):
+            totals.setdefault(answer.load, np.zeros(6))
+            totals[answer.load] += _passed_on(answer, residual)
     low, high = _AS_PREDICTED
-    is_as_large = low <= square / (gap.before - gap.floor) <= high
-    if is_as_large and unfollowed > max(_UNFOLLOWED * above_band, _SURE * np.sqrt(variance)):
-        text = f"noise of {np.sqrt(np.mean(shares)):.0%} in the readings of {names[0]}"
-        remaining = max(gap.before - square, gap.floor)
-        yield WiringRival(
-            LOAD_NOISE, names[0], text, remaining, sample_of(campaign.runs[0].file, 0)
-        )
+    for name, (share, n_runs, passed_on, unfollowed, variance, above_band) in totals.items():
+        noise = np.sqrt(share / n_runs)
+        square = passed_on / n_samples
+        is_as_large = low <= square / (gap.before - gap.floor) <= high
+        is_unfollowed = unfollowed > max(_UNFOLLOWED * above_band, _SURE * np.sqrt(variance))
+        if noise >= _LEAST_NOISE and is_as_large and is_unfollowed:
+            text = f"noise of {noise:.0%} in the readings of {name}"
+            remaining = max(gap.before - square, gap.floor)
+            line = sample_of(campaign.runs[0].file, 0)
+            yield WiringRival(LOAD_NOISE, name, text, remaining, line)
+
+
+def _passed_on(answer: LoadAnswer, residual: FloatArray) -> FloatArray:
+    """Noise over the load in square, one run; over its samples what is predicted of that noise.
+
+    Then, on lines of noise, what of the prediction the signal does not follow, the variance of
+    that, and the prediction's square.
+    """
+    power = np.abs(_spectrum(answer.values)) ** 2
+    # The median of the square of a noisy line is ln 2 times its mean.
+    highest = power[int((1.0 - _ABOVE_BAND) * power.size) :]
+    noise = float(np.median(highest)) / np.log(2.0)
+    share = noise / max(float(np.mean(answer.values**2)), np.finfo(float).tiny)
+    # Unbounded: bounded by one, the share would lose a third of what lines of noise alone pass on.
+    of_line = noise / np.maximum(power, np.finfo(float).tiny)
+    is_noise = of_line > _IS_NOISE
+    passed_on = unfollowed = variance = above_band = 0.0
+    for response, of_channel in zip(answer.response.T, residual.T, strict=True):
+        P, R = _spectrum(response), _spectrum(of_channel)
+        passed_on += 2.0 * float(of_line @ np.abs(P) ** 2)
+        unfollowed -= float(np.sum((R * P.conj()).real[is_noise]))
+        variance += 0.5 * float(np.sum(np.abs(R[is_noise] * P[is_noise]) ** 2))
+        above_band += float(np.sum(np.abs(P[is_noise]) ** 2))
+    return np.array([share, 1.0, passed_on, unfollowed, variance, above_band])
 
 
 def _spectrum(values: FloatArray) -> ComplexArray:

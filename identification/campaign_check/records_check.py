@@ -53,8 +53,11 @@ _NOT_PERIODIC = 0.1
 #: Effects whose sizes are sizes of deflection, and what an unrecorded rotor moment of +-300 kN m
 #: does to order 3 at 360 kN m in the stage (a sun that floats, published clearances).
 _DEFLECTIONS, _BY_MOMENT = ("stiff_pins", "flexible_pins"), 0.14
-#: Load while the zero is taken, over the largest.
-_AT_REST = 0.02
+#: Load while the zero is taken, over the largest; range of some hundred samples of noise over its
+#: standard deviation.
+_AT_REST, _RANGE_OF_NOISE = 0.02, 8.0
+#: Mean of a signal over its standard deviation up to which it was taken out: digits of a file.
+_NO_MEAN = 1e-4
 #: Mean of the zeroing samples, in errors of a mean of noise with some memory.
 _NOT_ZERO = 10.0
 #: Noise between neighbouring samples over the declared noise. Noise with a memory of one sample
@@ -254,7 +257,7 @@ def _rig_findings(
     if campaign.kind in ("carrier", "mounting"):
         yield from _torque_against_rotation(campaign)
     if campaign.kind == "mounting":
-        yield from _zeroing(campaign)
+        yield from _detrended(campaign) if _is_detrended(campaign) else _zeroing(campaign)
     if campaign.kind == "element" and campaign.rig.get("period_samples"):
         for name in campaign.contract.inputs:
             yield from _period(campaign, name, int(campaign.rig["period_samples"]))
@@ -379,6 +382,31 @@ def _period(campaign: Campaign, name: str, period: int) -> Iterator[CampaignWarn
             )
 
 
+def _is_detrended(campaign: Campaign) -> bool:
+    """Whether no signal of any run has a mean, though loads have one: it was taken out."""
+    signals = [values for run in campaign.runs for values in run.signals.values()]
+    loads = [run.inputs[name] for run in campaign.runs for name in ("torque", "ntl_y", "ntl_z")]
+    return any(abs(load.mean()) > load.std() for load in loads) and all(
+        abs(float(np.nanmean(values))) <= _NO_MEAN * float(np.nanstd(values))
+        for values in signals
+        if np.isfinite(values).any()
+    )
+
+
+def _detrended(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Means taken out of whole records."""
+    names = ", ".join(channel.name for channel in campaign.channels)
+    yield CampaignWarning(
+        "detrended",
+        names,
+        "no channel has a mean over its run, while the loads have one: means or straight lines "
+        "were taken out of the signals, or the amplifier is AC-coupled",
+        "use the signals as they were recorded; subtract the mean over the zeroing samples alone",
+        0.0,
+        key_of("[[channels]]", campaign.channels[0].name),
+    )
+
+
 def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
     """The zero is taken at rest, and the signals are relative to it."""
     n = int(campaign.rig["zeroing_samples"])
@@ -395,7 +423,8 @@ def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
             values = run.inputs[name]
             largest = max(float(np.abs(other.inputs[name]).max()) for other in campaign.runs)
             change = float(np.ptp(values[:n]))
-            if largest > 0.0 and change > _AT_REST * largest:
+            allowed = max(_AT_REST * largest, _RANGE_OF_NOISE * neighbour_noise(values))
+            if largest > 0.0 and change > allowed:
                 text = f"'{name}' changes by {change:.4g} within the {n} samples of the zero"
                 yield CampaignWarning("zeroing", run.name, text, remedy, change, key)
                 break

@@ -104,6 +104,28 @@ def test_zeroing_beyond_the_rest_is_found():
     assert {check for check, _ in result} == {"zeroing"}
 
 
+def test_means_taken_out_of_every_signal_of_a_mounting_are_found():
+    def without_mean(campaign, names):
+        for name in names:
+            campaign = changed(campaign, name, lambda values: values - values.mean())
+        return campaign
+
+    campaign = faultless("mounting")
+    names = [channel.name for channel in campaign.channels]
+    assert {check for check, _ in checks(without_mean(campaign, names))} == {"detrended"}
+    # One channel is not the whole record.
+    assert "detrended" not in {check for check, _ in checks(without_mean(campaign, names[:1]))}
+
+
+def test_noise_of_a_torque_is_no_load_within_the_zero():
+    rng = np.random.default_rng(3)
+
+    def noisy(values):
+        return values + 0.01 * np.abs(values).max() * rng.standard_normal(values.size)
+
+    assert checks(changed(faultless("mounting"), "torque", noisy)) == set()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_clipping_at_70_per_cent_of_the_range_is_found(kind):
     name = CHANNEL[kind]

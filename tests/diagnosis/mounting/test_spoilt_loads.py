@@ -1,0 +1,52 @@
+"""A torque whose readings have noise, or whose gain drifts, beside radial loads read rightly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.workflows.diagnosis.examination import examined
+from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, mounting_campaign
+
+
+def told(change, values=None):
+    """Findings about a campaign whose torque is changed, by id: input and text."""
+    made = mounting_campaign(values, conditions=CONDITIONS[:3], seconds=60.0)
+    runs = tuple(
+        replace(run, inputs={**run.inputs, "torque": change(run.inputs["torque"], run.time)})
+        for run in made.runs
+    )
+    warnings = examined(replace(made, runs=runs)).baseline().warnings
+    return {one.id: (one.about, one.text) for one in warnings if one.id}
+
+
+def drifting(torque, time):
+    """Right where the run begins, a tenth too large where it ends."""
+    return torque * (1.0 + 0.1 * (time - time[0]) / np.ptp(time))
+
+
+def noisy(torque, time):
+    rng = np.random.default_rng(int(abs(torque).sum()))
+    return torque + 1e4 * rng.standard_normal(torque.size)
+
+
+def as_read(torque, time):
+    return torque
+
+
+def test_a_gain_of_the_torque_that_drifts_is_told_with_its_size():
+    about, text = told(drifting)["wiring/input_gain"]
+    assert about == "torque"
+    assert "explains 100%" in text or "explains 99%" in text
+    assert float(text.split(" by ")[1].split("%")[0]) == pytest.approx(9.5, abs=0.5)
+
+
+def test_noise_of_the_torque_that_the_machine_does_not_feel_is_told():
+    about, text = told(noisy)["wiring/load_noise"]
+    assert about == "torque"
+    assert "in the readings of torque" in text
+
+
+@pytest.mark.parametrize("values", [{}, {"starboard_excess": 0.2}])
+def test_a_torque_as_it_was_has_neither_noise_nor_a_drifting_gain(values):
+    assert not {"wiring/load_noise", "wiring/input_gain"} & set(told(as_read, values))
