@@ -201,7 +201,8 @@ class MountingProblem(ProblemInTime[MountingModel, MountingRecord]):
             if values.any():
                 larger = replace(record.inputs, **{name: (1.0 + _LARGER) * values})
                 changed = predicted(replace(record, inputs=larger), theta, 1)
-                answers.append(LoadAnswer(name, values, (changed - as_read) / _LARGER))
+                if np.isfinite(changed).all():
+                    answers.append(LoadAnswer(name, values, (changed - as_read) / _LARGER))
         return answers
 
     def class_answer(self) -> ClassAnswer | None:

@@ -92,6 +92,8 @@ _SHARED_FILTERS, _MEANS = np.arange(-2.0, 6.0, 0.5), range(2, 9)
 _MOST_REFITS, _OCTAVES = 10, 0.015
 #: Where a channel saturates, over its largest reading, at least.
 _BEYOND = 1.001
+#: Inputs that are no loads.
+_OF_SHAFT = ("carrier_angle", "speed")
 #: Correlation of a load with time from which a drift follows that load as well.
 _GROWS_WITH_TIME = 0.3
 
@@ -486,7 +488,7 @@ def _loads_vary(campaign: Campaign) -> bool:
         values
         for run in campaign.runs
         for name, values in run.inputs.items()
-        if name != "carrier_angle" and values.any()
+        if name not in _OF_SHAFT and values.any()
     ]
     return all(bool(np.std(load) > _STEADY * np.abs(load).max()) for load in loads)
 
