@@ -50,6 +50,7 @@ from carrierflex.diagnosis.wiring.refits import (
     CHANNEL_ZERO,
     CLOCK_SHIFT,
     FILTERED_CHANNEL,
+    LOAD_NOISE,
     LONE_CHANNEL,
     NEARLY_ALL,
     RECTIFIED,
@@ -222,7 +223,8 @@ def _beside(
     gap = GapSquare(before, floor, _BESIDE_SHAPES if shapes else NEARLY_ALL)
     checks = wiring.with_laws(fit.effects, fit.known, shapes)
     for rival in _lone_and_load_rivals(checks, campaign, fit.theta, gap):
-        if rival.mean_square <= gap.enough:
+        # The size of a load's noise is read above its band and not fitted.
+        if rival.id == LOAD_NOISE or rival.mean_square <= gap.enough:
             yield replace(rival, laws=laws)
 
 
@@ -693,7 +695,8 @@ def _lone_samples(
             channel,
             f"{count} samples make {min(square / above, 1.0):.0%} of the gap, each alone, the "
             f"worst {distance:.3g} {unit} from the prediction in run {run}",
-            "dropouts or spikes of the measuring chain: leave these cells empty",
+            "leave these cells empty if they are dropouts or spikes of the measuring chain; keep "
+            "them if the machine strikes there: several channels at once, or where motion turns",
             float(count),
             sample_of(files[run], sample),
         )

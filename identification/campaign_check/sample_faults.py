@@ -212,7 +212,8 @@ def _outliers(signal: _Signal) -> Iterator[CampaignWarning]:
             float(distance[worst]),
             f"{int(far.sum())} samples are isolated, the worst {distance[worst]:.3g} "
             f"{signal.channel.unit} from its neighbours",
-            "spikes of the measuring chain: leave these cells empty, or identify with --loss huber",
+            "spikes of the measuring chain: leave these cells empty, or identify with --loss "
+            "huber; keep them if the machine strikes there, in several channels at once",
         )
 
 
