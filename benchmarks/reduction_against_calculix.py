@@ -1,8 +1,8 @@
-"""The whole reduction against CalculiX's forty modes alone on the same mesh.
+"""The whole reduction against CalculiX's forty modes alone on the same mesh, in two ways.
 
     python -m benchmarks.reduction_against_calculix [SIZE]
 
-Needs the command ``ccx``. CalculiX holds the nodes of all pilots' surfaces, as rigid couplings with
+By symmetry blocks, and of the free mesh. Needs the command ``ccx``. CalculiX holds the nodes of all pilots' surfaces, as rigid couplings with
 held pilots do, so that its frequencies are those of our rigid reduction.
 """
 
@@ -25,6 +25,7 @@ from benchmarks.fourteen_pilots import (
     free_structure,
     half_mesh,
     pilot_points,
+    symmetric_structure,
 )
 from benchmarks.measured import measured
 from benchmarks.ratio import DIFFERENCE, PROCESSOR_TIME, TIME, Absent, Ratio, at_least
@@ -36,6 +37,7 @@ from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
 QUICK = {"size": 0.06}
 
@@ -52,20 +54,32 @@ def ratios(size: float = 0.022) -> Iterator[Ratio | Absent]:
         yield Absent("CalculiX", "no command ccx (Debian: apt-get install calculix-ccx)")
         return
     compile_kernels()
-    mesh = completed_mesh(half_mesh(size))
+    _by_blocks(half_mesh(0.06))
+    half = half_mesh(size)
+    mesh = completed_mesh(half)
     case = f"{3 * len(mesh.points)} unknowns"
-    ours = measured(lambda: craig_bampton(free_structure(mesh), N_MODES).model.n_coordinates)
+    works = {
+        "by symmetry blocks": lambda: _by_blocks(half),
+        "free mesh": lambda: craig_bampton(free_structure(mesh), N_MODES).model.n_coordinates,
+    }
+    ours = {name: measured(work) for name, work in works.items()}
     with tempfile.TemporaryDirectory() as folder:
         _write_deck(mesh, tuple(pilot_points()), Path(folder))
         before = _processor_of_children()
         calculix = measured(lambda: _calculix_omega(Path(folder)))
         processor = _processor_of_children() - before
     peer, wanted = "CalculiX, modes alone", at_least(25)
-    yield Ratio(case, TIME, ours.wall, peer, calculix.wall, wanted)
-    yield Ratio(case, PROCESSOR_TIME, ours.processor, peer, processor, wanted)
+    for name, of_name in ours.items():
+        yield Ratio(f"{name}, {case}", TIME, of_name.wall, peer, calculix.wall, wanted)
+        yield Ratio(f"{name}, {case}", PROCESSOR_TIME, of_name.processor, peer, processor, wanted)
     difference = np.abs(calculix.result / _rigid_omega(mesh) - 1.0).max()
     note = "falls with the size"
     yield Ratio("frequencies, rigid", DIFFERENCE, difference, "CalculiX", note=note)
+
+
+def _by_blocks(half: TetMesh) -> int:
+    sector, sensors = symmetric_structure(half)
+    return symmetric_craig_bampton(sector, N_MODES, sensors=sensors).model.n_coordinates
 
 
 def _processor_of_children() -> float:
