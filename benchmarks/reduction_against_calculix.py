@@ -2,8 +2,9 @@
 
     python -m benchmarks.reduction_against_calculix [SIZE]
 
-By symmetry blocks, and of the free mesh. Needs the command ``ccx``. CalculiX holds the nodes of all pilots' surfaces, as rigid couplings with
-held pilots do, so that its frequencies are those of our rigid reduction.
+By symmetry blocks, and of the free mesh. Needs the command ``ccx``. CalculiX holds the nodes of all
+pilots' surfaces, as rigid couplings with held pilots do, so that its frequencies are those of our
+rigid reduction.
 """
 
 import os
