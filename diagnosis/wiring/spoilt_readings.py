@@ -39,8 +39,9 @@ _IS_NOISE = 0.25
 #: Share of what is predicted on such lines that the signal does not follow, noise and no load, and
 #: that over its standard deviation.
 _UNFOLLOWED, _SURE = 0.1, 2.0
-#: Predicted over observed mean square of a few narrow lines: noise seen through a resonance.
-_AS_PREDICTED = (0.7, 1.4)
+#: Predicted over observed mean square: noise seen through a resonance is that of few lines, and
+#: leads the fit astray.
+_AS_PREDICTED = (0.6, 1.4)
 
 
 def jittered_samples(
