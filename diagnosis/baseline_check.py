@@ -316,14 +316,19 @@ def with_findings(
     if reduction is None or not (is_named or is_open):
         return diagnosis
     likely = sorted(baseline.rivals, key=_most_likely)
+    # What explains less than all that is named with a fault beside it is no alternative to that.
+    most_beside = _most_beside(baseline, diagnosis)
     rivals = [
         (rival, share)
         for rival, share in likely
-        if share >= _least_share(rival.id, diagnosis) and not _is_beside(rival, diagnosis)
+        if share >= max(_least_share(rival.id, diagnosis), most_beside - _AS_GOOD)
+        and not _is_beside(rival, diagnosis)
     ]
     as_good = {rival.id: _explains(rival, share) for rival, share in rivals}
     beside = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
-    if beside and beside[0][1] > min(reduction.phi, 1.0) + _AS_GOOD:
+    explained = min(reduction.phi, 1.0)
+    # More of the gap, or most of the little that is left of it without the fault.
+    if most_beside > explained + min(_AS_GOOD, _TOLD * (1.0 - explained)):
         reason = f"{diagnosis.reason}; {_explains(*beside[0])}"
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}
@@ -378,22 +383,30 @@ def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
 
 
 def _without_explained(baseline: BaselineCheck, diagnosis: Diagnosis) -> BaselineCheck:
-    """Findings without faults that explain less than laws which leave nothing but noise."""
+    """Findings without faults that explain less than what is named, where that leaves but noise.
+
+    By itself, or with a fault beside it.
+    """
     reduction = diagnosis.reduction
-    if reduction is None or diagnosis.verdict != NAMED:
-        return baseline
     # Which sensor an error of the sensors is of, its finding says.
-    if any(name.startswith(_OF_CHANNELS) for name in _named(diagnosis)):
+    if reduction is None or any(name.startswith(_OF_CHANNELS) for name in _named(diagnosis)):
         return baseline
-    if reduction.floor_multiple > Thresholds().near_floor:
-        return baseline
+    most = _most_beside(baseline, diagnosis)
+    if diagnosis.verdict == NAMED and reduction.floor_multiple <= Thresholds().near_floor:
+        most = max(most, min(reduction.phi, 1.0))
     explained = {
         (rival.id, rival.about)
         for rival, share in baseline.rivals
-        if not rival.laws and share < min(reduction.phi, 1.0) - _AS_GOOD
+        if not rival.laws and share < most - _AS_GOOD
     }
     warnings = [one for one in baseline.warnings if (one.id, one.about) not in explained]
     return replace(baseline, warnings=tuple(warnings))
+
+
+def _most_beside(baseline: BaselineCheck, diagnosis: Diagnosis) -> float:
+    """Largest share that all that is named explains with a fault beside it; zero where none is."""
+    beside = [share for rival, share in baseline.rivals if _is_beside(rival, diagnosis)]
+    return max(beside, default=0.0)
 
 
 def _least_share(fault: str, diagnosis: Diagnosis) -> float:

@@ -9,14 +9,19 @@ from carrierflex.workflows.diagnosis.examination import examined
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, mounting_campaign
 
 
-def told(change, values=None):
-    """Findings about a campaign whose torque is changed, by id: input and text."""
+def with_torque(change, values=None):
+    """Campaign whose torque is changed."""
     made = mounting_campaign(values, conditions=CONDITIONS[:3], seconds=60.0)
     runs = tuple(
         replace(run, inputs={**run.inputs, "torque": change(run.inputs["torque"], run.time)})
         for run in made.runs
     )
-    warnings = examined(replace(made, runs=runs)).baseline().warnings
+    return replace(made, runs=runs)
+
+
+def told(change, values=None):
+    """Findings about a campaign whose torque is changed, by id: input and text."""
+    warnings = examined(with_torque(change, values)).baseline().warnings
     return {one.id: (one.about, one.text) for one in warnings if one.id}
 
 
@@ -50,3 +55,17 @@ def test_noise_of_the_torque_that_the_machine_does_not_feel_is_told():
 @pytest.mark.parametrize("values", [{}, {"starboard_excess": 0.2}])
 def test_a_torque_as_it_was_has_neither_noise_nor_a_drifting_gain(values):
     assert not {"wiring/load_noise", "wiring/input_gain"} & set(told(as_read, values))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("change", "fault"), [(noisy, "wiring/load_noise"), (drifting, "wiring/input_gain")]
+)
+def test_a_spoilt_torque_beside_a_law_accuses_no_sensor(change, fault):
+    made = with_torque(change, {"starboard_excess": 0.2})
+    diagnosis = examined(made).diagnosis()
+    assert diagnosis.verdict == "named_with_remainder"
+    assert diagnosis.attribution.effects == ("unequal_bushings",)
+    assert [one.id for one in diagnosis.warnings if one.id] == [fault]
+    # What the fault takes of the remainder is told with the law.
+    assert "of torque" in diagnosis.reason
