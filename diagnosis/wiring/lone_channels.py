@@ -332,19 +332,19 @@ def drifting_gain(
     What a linear machine answers grows with it, ``r = c (g t + g_0) x``; g_0 is known to the
     baseline where there is one load. The arguments are those of :func:`drifting_zeros`.
     """
-    names = list(LOADS) if campaign.kind == "mounting" else list(campaign.contract.inputs)
-    if not (campaign.kind == "mounting" or (len(names) == 1 and _has_steady_loads(campaign))):
+    is_mounting = campaign.kind == "mounting"
+    names = LOADS if is_mounting else tuple(campaign.contract.inputs)
+    if not (is_mounting or (len(names) == 1 and _has_steady_loads(campaign))):
         return
     runs = {run.name: run for run in campaign.runs}
     sums = _sums(_with_growing(record, runs[record.run], names) for record in records)
     if sums is None:
         return
-    # Columns of all runs follow those of each run.
+    # Columns of all runs follow those of each run: one of the only load, two of each of several.
     first, n_columns = sums.n_of_run, 1 if len(names) == 1 else 2
     columns = np.arange(first, first + n_columns * len(names)).reshape(len(names), n_columns)
-    of_load = [
-        sums.without_columns(np.delete(columns, k, axis=0).ravel()) for k in range(len(names))
-    ]
+    others = [np.delete(columns, k, axis=0).ravel().tolist() for k in range(len(names))]
+    of_load = [sums.without_columns(numbers) for numbers in others]
     number = int(np.argmin([one.mean_square for one in of_load]))
     name, best = names[number], of_load[number]
     if best.mean_square > gap.remaining(_SCREENED):

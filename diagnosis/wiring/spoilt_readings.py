@@ -7,6 +7,8 @@
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import astuple, dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +98,32 @@ def jittered_samples(
         yield WiringRival(JITTER, names, text, square, sample_of(campaign.runs[0].file, 0))
 
 
+@dataclass(frozen=True)
+class _PassedOn:
+    """Noise of a load that the prediction passes on, summed over runs and channels."""
+
+    share: Annotated[float, "Square of the noise over that of the load"]
+    n_runs: Annotated[int, "Runs in which the load acts"]
+    square: Annotated[float, "Square of what is predicted of the noise"]
+    unfollowed: Annotated[float, "On lines of noise, what of the prediction the signal lacks"]
+    variance: Annotated[float, "Of `unfollowed`"]
+    predicted: Annotated[float, "Square of the prediction on these lines"]
+
+    def __add__(self, other: "_PassedOn") -> "_PassedOn":
+        return _PassedOn(*(sum(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
+
+    @property
+    def noise(self) -> float:
+        """Noise over the RMS of the load."""
+        return float(np.sqrt(self.share / self.n_runs))
+
+    @property
+    def is_unfollowed(self) -> bool:
+        """Whether the machine does not follow it: it is noise."""
+        least = max(_UNFOLLOWED * self.predicted, _SURE * float(np.sqrt(self.variance)))
+        return self.unfollowed > least
+
+
 def noisy_load(
     records: Iterable[LinearRecord], campaign: Campaign, gap: GapSquare
 ) -> Iterator[WiringRival]:
@@ -105,34 +133,29 @@ def noisy_load(
     load has above its band: that is no noise.
     """
     runs = {run.name: run for run in campaign.runs}
-    totals: dict[str, FloatArray] = {}
+    of_load: dict[str, _PassedOn] = {}
     n_samples = 0
     for record in records:
         known = np.isfinite(record.residual)
         n_samples += known.size
         residual = np.where(known, record.residual, 0.0)
         for answer in load_answers(record, runs[record.run]):
-            totals.setdefault(answer.load, np.zeros(6))
-            totals[answer.load] += _passed_on(answer, residual)
+            of_run = _passed_on(answer, residual)
+            before = of_load.get(answer.load)
+            of_load[answer.load] = of_run if before is None else before + of_run
     low, high = _AS_PREDICTED
-    for name, (share, n_runs, passed_on, unfollowed, variance, above_band) in totals.items():
-        noise = np.sqrt(share / n_runs)
-        square = passed_on / n_samples
+    for name, passed_on in of_load.items():
+        square = passed_on.square / n_samples
         is_as_large = low <= square / (gap.before - gap.floor) <= high
-        is_unfollowed = unfollowed > max(_UNFOLLOWED * above_band, _SURE * np.sqrt(variance))
-        if noise >= _LEAST_NOISE and is_as_large and is_unfollowed:
-            text = f"noise of {noise:.0%} in the readings of {name}"
+        if passed_on.noise >= _LEAST_NOISE and is_as_large and passed_on.is_unfollowed:
+            text = f"noise of {passed_on.noise:.0%} in the readings of {name}"
             remaining = max(gap.before - square, gap.floor)
             line = sample_of(campaign.runs[0].file, 0)
             yield WiringRival(LOAD_NOISE, name, text, remaining, line)
 
 
-def _passed_on(answer: LoadAnswer, residual: FloatArray) -> FloatArray:
-    """Noise over the load in square, one run; over its samples what is predicted of that noise.
-
-    Then, on lines of noise, what of the prediction the signal does not follow, the variance of
-    that, and the prediction's square.
-    """
+def _passed_on(answer: LoadAnswer, residual: FloatArray) -> _PassedOn:
+    """What one run says; `residual` has zeros where nothing is known."""
     power = np.abs(_spectrum(answer.values)) ** 2
     # The median of the square of a noisy line is ln 2 times its mean.
     highest = power[int((1.0 - _ABOVE_BAND) * power.size) :]
@@ -141,14 +164,18 @@ def _passed_on(answer: LoadAnswer, residual: FloatArray) -> FloatArray:
     # Unbounded: bounded by one, the share would lose a third of what lines of noise alone pass on.
     of_line = noise / np.maximum(power, np.finfo(float).tiny)
     is_noise = of_line > _IS_NOISE
-    passed_on = unfollowed = variance = above_band = 0.0
+    total = _PassedOn(share, 1, 0.0, 0.0, 0.0, 0.0)
     for response, of_channel in zip(answer.response.T, residual.T, strict=True):
         P, R = _spectrum(response), _spectrum(of_channel)
-        passed_on += 2.0 * float(of_line @ np.abs(P) ** 2)
-        unfollowed -= float(np.sum((R * P.conj()).real[is_noise]))
-        variance += 0.5 * float(np.sum(np.abs(R[is_noise] * P[is_noise]) ** 2))
-        above_band += float(np.sum(np.abs(P[is_noise]) ** 2))
-    return np.array([share, 1.0, passed_on, unfollowed, variance, above_band])
+        total += _PassedOn(
+            0.0,
+            0,
+            square=2.0 * float(of_line @ np.abs(P) ** 2),
+            unfollowed=-float(np.sum((R * P.conj()).real[is_noise])),
+            variance=0.5 * float(np.sum(np.abs(R[is_noise] * P[is_noise]) ** 2)),
+            predicted=float(np.sum(np.abs(P[is_noise]) ** 2)),
+        )
+    return total
 
 
 def _spectrum(values: FloatArray) -> ComplexArray:
