@@ -45,7 +45,7 @@ from carrierflex.diagnosis.inference.results import (
 from carrierflex.diagnosis.inference.separating_trial import separating_trial
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
-from carrierflex.diagnosis.line_verdict import line_verdict
+from carrierflex.diagnosis.line_verdict import with_lines
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.verdict import Verdict, verdict_of
 from carrierflex.identification.estimation.resampling import NORMAL_95
@@ -115,7 +115,7 @@ def diagnose(
         predictive=tuple(law for law, card in problem.cards.items() if len(card.parameters) == 1),
         measured=tuple(law for law, card in problem.cards.items() if card.parameters == (SIZE,)),
     )
-    judged = _with_lines(judged, problem)
+    judged = with_lines(judged, problem.off_order_motions())
     judged = _with_unknown_floor(
         judged,
         problem,
@@ -213,17 +213,6 @@ def _reduction_by_shapes(fits: LawFits, answer: ClassAnswer) -> GapReduction | R
         fits, problem=problem, scores=baseline, fits={(): baseline[()].fit}, failed_searches={}
     )
     return of_shapes.rejection(effects) or gap_reduction(of_shapes, effects)
-
-
-def _with_lines(judged: Verdict, problem: ComparisonProblem) -> Verdict:
-    """Verdict with the motion between the shaft's orders."""
-    classes = judged.answer.classes if judged.answer is not None else ()
-    motions = problem.off_order_motions()
-    joint = line_verdict(judged.verdict, judged.reason, judged.reduction, motions, classes)
-    if joint is None:
-        return judged
-    effects = judged.effects if joint.verdict != NONE_OF_THESE else ()
-    return Verdict(joint.verdict, joint.reason, effects, joint.answer, joint.reduction)
 
 
 def _with_unknown_floor(

@@ -5,7 +5,7 @@ what the effects explain on the orders, and the lines and bands beside them, whi
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,47 +28,19 @@ from carrierflex.diagnosis.inference.results import (
     GapReduction,
     SelectionStep,
 )
+from carrierflex.diagnosis.verdict import Verdict
 
 #: RMS of all motion beside the orders over the noise floor from which it is more than noise.
 _SMALLEST = 0.5
 _LIMITS = ClassConstants()
 
 
-@dataclass(frozen=True, eq=False)
-class LineVerdict:
-    """Verdict, its reason, the classes, and how far the gap shrinks with both parts together."""
+def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
+    """Verdict of the records without the lines, with the lines and bands beside the orders.
 
-    verdict: str
-    reason: str
-    answer: ClassAnswer
-    reduction: GapReduction
-
-
-def line_verdict(
-    verdict: str,
-    reason: str,
-    reduction: GapReduction,
-    motions: Sequence[OffOrderMotion],
-    classes: Sequence[ClassFinding] = (),
-) -> LineVerdict | None:
-    """Verdict of a search without the lines, and of the lines.
-
-    Parameters
-    ----------
-    verdict, reason : str
-        What the search says of the records without them.
-    reduction : GapReduction
-        How far its effects shrink that gap.
-    motions : sequence of OffOrderMotion
-        Lines and bands beside the orders.
-    classes : sequence of ClassFinding
-        Classes of the gap on the orders.
-
-    Returns
-    -------
-    LineVerdict or None
-        None where there is no such motion, or none worth a name.
+    The same where there is no such motion, or none worth a name.
     """
+    verdict, reason, reduction = judged.verdict, judged.reason, judged.reduction
     squares = [_mean_square(motion, reduction) for motion in motions]
     of_lines = sum(squares)
     floor = reduction.noise_floor**2
@@ -76,7 +48,7 @@ def line_verdict(
     gap = on_orders + of_lines
     smallest = _LIMITS.second_cause * gap
     if of_lines < _SMALLEST**2 * floor or of_lines < smallest or not gap > 0.0:
-        return None
+        return judged
     explained = sum(
         square * motion.explained for square, motion in zip(squares, motions, strict=True)
     )
@@ -93,7 +65,8 @@ def line_verdict(
         ClassFinding(line.id, size * line.explained, (size * line.explained, size), "", 0.0, False)
         for size, line in large
     ]
-    findings += _shares_of_gap(classes, on_orders / gap)
+    if judged.answer is not None:
+        findings += _shares_of_gap(judged.answer.classes, on_orders / gap)
     answer = ClassAnswer(
         state=state,
         classes=tuple(findings) if state != NO_CLASS else (),
@@ -116,7 +89,8 @@ def line_verdict(
         text = f"{text}; no effect explains the rest: {reason}"
     if verdict != ALIASED:
         verdict = NONE_OF_THESE if state == NO_CLASS else CLASS_NAMED
-    return LineVerdict(verdict, text, answer, joint)
+    effects = judged.effects if verdict != NONE_OF_THESE else ()
+    return Verdict(verdict, text, effects, answer, joint)
 
 
 def _shares_of_gap(classes: Sequence[ClassFinding], fraction: float) -> list[ClassFinding]:

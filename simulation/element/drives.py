@@ -7,7 +7,6 @@ force is one per mass.
 """
 
 FORCE = "force"
-DISPLACEMENT = "displacement"
 FREE_DECAY = "free_decay"
 BASE = "base"
 #: Drives under which the deflection is predicted from the force.

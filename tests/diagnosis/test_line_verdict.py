@@ -10,6 +10,7 @@ from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
     NO_CLASS,
+    ClassAnswer,
     ClassFinding,
 )
 from carrierflex.diagnosis.comparison.problem import GapCell
@@ -25,7 +26,8 @@ from carrierflex.diagnosis.inference.results import (
     GapReduction,
     RunValidation,
 )
-from carrierflex.diagnosis.line_verdict import line_verdict
+from carrierflex.diagnosis.line_verdict import with_lines
+from carrierflex.diagnosis.verdict import Verdict
 
 
 def motion(name, explained, *, channels=("x", "y"), **mean_square):
@@ -74,7 +76,19 @@ FAST = motion("2.3X", 1.0, channels=("x",), B=32.0)
 
 
 def decided(verdict=NAMED, reduction=REDUCTION, motions=(SLOW, FAST), classes=()):
-    return line_verdict(verdict, "why", reduction, motions, classes)
+    answer = ClassAnswer(
+        state=NAMED_CLASS,
+        classes=tuple(classes),
+        ties=(),
+        rivals={},
+        share=0.0,
+        share_ci95=(0.0, 0.0),
+        learnable=0.0,
+        learnt_by=(),
+        law_share=0.0,
+        classes_of_law={},
+    )
+    return with_lines(Verdict(verdict, "why", (), answer, reduction), motions)
 
 
 def test_effects_and_lines_shrink_the_whole_gap_together():
@@ -139,15 +153,16 @@ def test_the_word_follows_the_share_of_the_whole_gap(phi, state, verdict):
 
 
 def test_motion_below_half_a_floor_or_a_fortieth_of_the_gap_is_no_part_of_the_answer():
+    def is_told(reduction, *motions):
+        return decided(reduction=reduction, motions=motions).reason != "why"
+
     floor = replace(REDUCTION, rms_before=1.0)
-    assert decided(reduction=floor, motions=[motion("a", 1.0, A=0.24, B=0.24)]) is None
-    assert decided(reduction=floor, motions=[motion("a", 1.0, A=0.26, B=0.26)]) is not None
+    assert not is_told(floor, motion("a", 1.0, A=0.24, B=0.24))
+    assert is_told(floor, motion("a", 1.0, A=0.26, B=0.26))
     large = replace(REDUCTION, rms_before=10.0)  # a gap of 99 above the floor
-    assert decided(reduction=large, motions=[motion("a", 1.0, A=2.4, B=2.4)]) is None
-    assert decided(reduction=large, motions=[motion("a", 1.0, A=2.6, B=2.6)]) is not None
-    assert (
-        decided(reduction=replace(REDUCTION, rms_before=0.0, noise_floor=0.0), motions=()) is None
-    )
+    assert not is_told(large, motion("a", 1.0, A=2.4, B=2.4))
+    assert is_told(large, motion("a", 1.0, A=2.6, B=2.6))
+    assert not is_told(replace(REDUCTION, rms_before=0.0, noise_floor=0.0))
 
 
 def test_a_line_of_less_than_a_fortieth_beside_a_large_one_is_not_listed():

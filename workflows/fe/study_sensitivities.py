@@ -28,8 +28,6 @@ _HEADER = (
     "cause", "value", "unit", "body", "quantity", "nominal", "derivative", "change",
     "change_percent",
 )  # fmt: skip
-#: Orders of the curves of one pin's force.
-_LOW_ORDERS = (1, 2, 3)
 #: Frequencies of each body in table and picture.
 _FREQUENCIES = 4
 #: Change in per cent at which the picture's colour is full.

@@ -241,11 +241,6 @@ def _row_scale(p: int, C: int) -> FloatArray:
     return scale
 
 
-def row_amplitudes(vector: FloatArray) -> FloatArray:
-    """Amplitudes of the waves behind a vector [m], shape (p, C)."""
-    return vector / _row_scale(*vector.shape)
-
-
 def vector_of_amplitudes(amplitudes: FloatArray) -> FloatArray:
     """Vectors of amplitudes of the constant, cosines and sines, shape (..., p, C)."""
     return amplitudes * _row_scale(*amplitudes.shape[-2:])
