@@ -232,10 +232,7 @@ def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
 
 
 def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:
-    """Effects of every case of a family.
-
-    Each in turn, in a random order, not in step with the gap.
-    """
+    """Effects of every case of a family."""
     if family == NOTHING:
         return [()] * count
     if family == PAIR:

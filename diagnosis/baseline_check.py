@@ -231,10 +231,8 @@ def _beside(
 def _lone_and_load_rivals(
     wiring: WiringChecks, campaign: Campaign, theta: FloatArray, gap: GapSquare
 ) -> Iterator[WiringRival]:
-    """The model refitted without a channel or a run, and with every fault of the loads put right.
-
-    A size that is fitted takes something of every gap: it must explain nearly all.
-    """
+    """The model refitted without a channel or a run, and with every fault of the loads mended."""
+    # A size that is fitted takes something of every gap: it must explain nearly all.
     linear = _linear_records(wiring, campaign, theta)
     yield from lone_rivals(linear, campaign, wiring.refitted, gap)
     for faults_of in (filtered_signals, drifting_zeros, drifting_gain, saturating_channel):
@@ -480,12 +478,10 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
 def _late(
     wiring: WiringChecks, campaign: Campaign, theta: FloatArray, gap: float
 ) -> Iterator[CampaignWarning]:
-    """Delays that move the baseline's parameters without a gap.
-
-    What happens between two samples is the interpolation's: a small part of a step is no delay.
-    Nor is one that leaves more than `gap` once it is put back: there the slopes by which it was
-    found no longer hold.
-    """
+    """Delays that move the baseline's parameters without a gap."""
+    # What happens between two samples is the interpolation's: a small part of a step is no delay.
+    # Nor is one that leaves more than `gap` once it is put back: there the slopes by which it was
+    # found no longer hold.
     smallest = SMALLEST_DRIFT * min(mean_step(run.time) for run in campaign.runs)
     for late in late_signals(wiring.linear(theta)):
         if abs(late.seconds) <= smallest:
@@ -658,11 +654,9 @@ _OF_THE_GAP = 0.3
 def _residual_findings(
     records: Sequence[PredictedRecord], campaign: Campaign, floor: float
 ) -> Iterator[CampaignWarning]:
-    """Checks ``outliers`` and ``tone`` of what the fitted baseline leaves of the records.
-
-    Beside a signal three thousand times the noise a tone of ten floors, or a sample that repeats
-    the one before, is no more to be seen than the gap itself.
-    """
+    """Checks ``outliers`` and ``tone`` of what the fitted baseline leaves of the records."""
+    # Beside a signal three thousand times the noise a tone of ten floors, or a sample that repeats
+    # the one before, is no more to be seen than the gap itself.
     runs = {run.name: run for run in campaign.runs}
     files = {run.name: run.file for run in campaign.runs}
     for c, channel in enumerate(campaign.channels):

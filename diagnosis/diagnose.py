@@ -281,10 +281,7 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
 
 
 def _aliases(judged: Verdict, selection: Selection) -> tuple[Effects, ...]:
-    """Named laws, each with those that take its place in a set that predicts as well.
-
-    Where a set has several others, a law of the same class takes the place.
-    """
+    """Named laws, each with those that take its place in a set that predicts as well."""
     if judged.verdict != ALIASED:
         return ()
     classes = judged.answer.classes_of_law if judged.answer else {}

@@ -177,11 +177,9 @@ def _no_law(selection: Selection, reduction: GapReduction) -> str:
 def _are_enough(
     laws: Effects, answer: ClassAnswer, reduction: GapReduction, limits: Thresholds
 ) -> bool:
-    """Whether laws leave no more than noise, or no more than the classes do.
-
-    Of laws and classes that are scored alike the laws, which have fewer parameters, are believed
-    unless a class explains as much more as a second cause would.
-    """
+    """Whether laws leave no more than noise, or no more than the classes do."""
+    # Of laws and classes that are scored alike the laws, which have fewer parameters, are believed
+    # unless a class explains as much more as a second cause would.
     behind = min(answer.share, 1.0) - reduction.phi
     is_near_floor = reduction.floor_multiple <= limits.near_floor
     return bool(laws) and (is_near_floor or behind <= ClassConstants().second_cause)
@@ -190,11 +188,10 @@ def _are_enough(
 def _open_ties(
     answer: ClassAnswer, named: Sequence[str], laws: Effects, predictive: Effects
 ) -> tuple[tuple[str, ...], ...]:
-    """Ties of an answer that its named laws leave open.
-
-    A law of which the size alone is free predicts its pattern: it would be a coincidence in another
-    class. One with amplitudes and phases is any pattern that its class is, and decides nothing.
-    """
+    """Ties of an answer that its named laws leave open."""
+    # A law of which the size alone is free predicts its pattern: it would be a coincidence in
+    # another class. One with amplitudes and phases is any pattern that its class is, and decides
+    # nothing.
     tied = (answer.ids, *answer.ties)
     if set(named) not in [set(classes) for classes in tied]:
         return ()
@@ -216,10 +213,8 @@ def _silent(answer: ClassAnswer) -> ClassAnswer:
 
 
 def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) -> bool:
-    """Whether the laws explain what their class does, where that is all of a cause.
-
-    A class that only leads leaves part of the gap that its law does not hold either.
-    """
+    """Whether the laws explain what their class does, where that is all of a cause."""
+    # A class that only leads leaves part of the gap that its law does not hold either.
     if answer.state == LEADING_CLASS and reduction.floor_multiple > limits.near_floor:
         return False
     is_equal = all(finding.law_named for finding in answer.classes)
@@ -229,11 +224,9 @@ def _follow(answer: ClassAnswer, reduction: GapReduction, limits: Thresholds) ->
 def _leave_far_less(
     first: GapReduction | Rejection | None, second: GapReduction | Rejection | None
 ) -> bool:
-    """Whether the first leaves less than any that is equal to the second.
-
-    Measured shapes of classes, and laws, both simulated: a spring that hardens by a hyperbolic sine
-    follows a cubic law to 1 % of the gap, and its remainder is that of the law.
-    """
+    """Whether the first leaves less than any that is equal to the second."""
+    # Measured shapes of classes, and laws, both simulated: a spring that hardens by a hyperbolic
+    # sine follows a cubic law to 1 % of the gap, and its remainder is that of the law.
     if not (isinstance(first, GapReduction) and isinstance(second, GapReduction)):
         return False
     remaining = [far.rms_after**2 - far.noise_floor**2 for far in (first, second)]
@@ -253,10 +246,8 @@ def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
 def _with_small_causes(
     laws: Effects, answer: ClassAnswer, reduction: GapReduction
 ) -> tuple[str, ...] | None:
-    """Classes of the answer and of further laws that take at least half of what it leaves.
-
-    A cause too small beside the first to be a class is visible once it is simulated.
-    """
+    """Classes of the answer and of further laws that take at least half of what it leaves."""
+    # A cause too small beside the first to be a class is visible once it is simulated.
     classes = answer.ids
     further = [law for law in laws if not set(answer.classes_of_law.get(law, ())) & set(classes)]
     inside = tuple(law for law in laws if law not in further)
@@ -316,11 +307,9 @@ def _without_class(
     reduction: GapReduction,
     limits: Thresholds,
 ) -> Verdict:
-    """No class explains the gap in force space.
-
-    Nothing is named, unless simulated laws explain what no class can learn there: while dry
-    friction sticks, the speed is zero and its force is no function of the motion.
-    """
+    """No class explains the gap in force space."""
+    # Nothing is named, unless simulated laws explain what no class can learn there: while dry
+    # friction sticks, the speed is zero and its force is no function of the motion.
     if not laws:
         return Verdict(verdict, reason, (), answer, reduction)
     is_near_floor = reduction.floor_multiple <= limits.near_floor

@@ -101,11 +101,9 @@ def write_identification(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:
-    """Parameters, those of one run as ``LC1.d_x``, and the rows of their correlation matrix.
-
-    Of many runs only the parameters that they share: the offsets of 500 runs with each other would
-    be forty megabytes that nobody reads.
-    """
+    """Parameters, those of one run as ``LC1.d_x``, and the rows of their correlation matrix."""
+    # Of many runs only the parameters that they share: the offsets of 500 runs with each other
+    # would be forty megabytes that nobody reads.
     names = list(zip(estimate.names, estimate.scopes, strict=True))
     chosen = list(range(len(names)))
     if len(names) > _MOST_CORRELATED:

@@ -111,10 +111,7 @@ def fault_outcomes(
 
 @dataclass(frozen=True, eq=False)
 class _Answer:
-    """Diagnosis of a campaign, and the shares of its signals' square that the baseline leaves.
-
-    Those are by block, shape (n_blocks,).
-    """
+    """Diagnosis of a campaign, and the shares of its signals' square that the baseline leaves."""
 
     diagnosis: Diagnosis
     remainder: FloatArray
@@ -188,10 +185,7 @@ def _verdict_change(before: Diagnosis, after: Diagnosis) -> Iterator[str]:
 
 
 def _moved_parameters(before: Diagnosis, after: Diagnosis) -> dict[str, float]:
-    """Parameters whose new interval does not hold the value before.
-
-    With the distance in halves of the interval.
-    """
+    """Parameters whose new interval does not hold the value before."""
     moved = {}
     for effect, values in before.attribution.parameters.items():
         others = after.attribution.parameters.get(effect, {})

@@ -276,12 +276,7 @@ def _bound_of(
     load: NDArray[np.float64],
     cases: Sequence[tuple[str, ReadingErrors, bool]],
 ) -> Bound:
-    """Bound of Cramer and Rao with priors, ``P = (J^T R^-1 J + C^-1)^-1``.
-
-    Unknown are the stage's hidden quantities and the load, with the variances of their ranges as
-    C; J is the derivative of the stage's own statics. No estimate that is right on average has
-    less, and that stages further off may read alike is not in it.
-    """
+    """Bound of Cramer and Rao with priors, ``P = (J^T R^-1 J + C^-1)^-1``."""
     arm, n = bodies.data.mounting.ntl_arm, len(shares)
     # The run of the hidden load first.
     loads = (load, KNOWN, _SECOND)[: 2 + any(second for *_, second in cases)]

@@ -322,12 +322,10 @@ def _statistics(folder: Path, revolutions: int, seed: int, stages: Stages) -> di
 
 
 def _null_chunk(revolutions: int, seed: list[int]) -> dict[str, Any]:
-    """Alarms of streams with coloured noise and a daily temperature.
-
-    Every stream learns its noise and its floor from its first 200 revolutions. The noise has a
-    memory from revolution to revolution and is correlated between channels; the offset follows the
-    day.
-    """
+    """Alarms of streams with coloured noise and a daily temperature."""
+    # Every stream learns its noise and its floor from its first 200 revolutions. The noise has a
+    # memory from revolution to revolution and is correlated between channels; the offset follows
+    # the day.
     p, C, learn = 25, 4, 200
     rng = np.random.default_rng(seed)
     # Half of the noise's mean square repeats within a turn, as at a sampling rate of 40 Hz.
@@ -495,10 +493,8 @@ def _command(folder: Path, source: Path | str, out: Path, *more: str) -> list[st
 
 
 def _long_record(folder: Path, samples: int, seed: int) -> dict[str, Any]:
-    """Peak memory and speed of the command on a record of many samples.
-
-    One file under as many names: every file has a clock of its own.
-    """
+    """Peak memory and speed of the command on a record of many samples."""
+    # One file under as many names: every file has a clock of its own.
     rate, rows_of_a_file = 1000.0, 2_000_000
     campaign, floor = _diagnosed_turbine(folder, 2000, seed)
     turbine = _RunningTurbine(campaign, floor, rate, [seed, 2000])
@@ -577,10 +573,7 @@ def _write_changing_records(folder: Path, records: Path, n_files: int, seed: int
 
 
 def _killed(folder: Path, records: Path, k: int, seed: int) -> bool:
-    """Kill the command at a random moment while files wait for it; whether it wrote before.
-
-    Every second time not before it writes.
-    """
+    """Kill the command at a random moment while files wait for it; whether it wrote before."""
     source, out = prepared_folder(folder / "growing"), folder / "killed"
     for number in range(_FILES_A_KILL * k, _FILES_A_KILL * (k + 1)):
         name = f"{number:05d}.parquet"

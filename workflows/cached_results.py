@@ -194,10 +194,7 @@ class CacheStore:
         self._trim(newest=key)
 
     def _trim(self, newest: str) -> None:
-        """Remove entries, least recently used first, until the cache fits its limit.
-
-        The newest stays whatever its size.
-        """
+        """Remove entries, least recently used first, until the cache fits its limit."""
         ages, sizes = {}, {}
         for entry in self.folder.iterdir():
             try:

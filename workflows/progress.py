@@ -116,10 +116,7 @@ class Stages:
         return remaining if remaining > 0.0 else None
 
     def _stage_seconds(self, number: int) -> float | None:
-        """Seconds that the running stage takes; None where nobody can know.
-
-        The more of it is done the more its own speed counts beside that of the stages before it.
-        """
+        """Seconds that the running stage takes; None where nobody can know."""
         by_share = (self._noted - self._stage_begun) / self._share if self._share > 0.0 else None
         earlier = sum(self.weights[self.timed_from : number])
         if earlier <= 0.0 or number >= self.total:

@@ -201,10 +201,7 @@ def _of_causes(causes: JudgedCauses) -> str:
 
 
 def _compared(ids: Sequence[str], label: Label) -> tuple[str, ...]:
-    """What is compared of a set of classes: frame and pattern of a carrier, else all of each.
-
-    Classes of errors that the sensors have besides are left out.
-    """
+    """What is compared of a set of classes: frame and pattern of a carrier, else all of each."""
     if label.kind in CLASS_KINDS:
         return tuple(ids)
     real = {name for effect in label.present for name in CLASSES_OF_LAW[label.kind][effect]}

@@ -404,13 +404,7 @@ def _is_covered(case: Judged) -> bool:
 
 
 def _parameter_hits(case: Judged, *, close: float = 0.0) -> list[bool]:
-    """For every parameter that answer and label both name.
-
-    Whether its 95 % interval holds the true value.
-
-    With `close`, an error up to that share of the effect's largest parameter of the same unit
-    counts as a hit too.
-    """
+    """For every parameter that answer and label both name."""
     hits = []
     for effect, claimed in case.verdict.document.get("parameters", {}).items():
         values = case.label.parameters.get(effect, {})
@@ -430,13 +424,7 @@ def _parameter_hits(case: Judged, *, close: float = 0.0) -> list[bool]:
 
 
 def _top_cell(case: Judged) -> bool:
-    """Whether the largest cell has the true order and pattern.
-
-    Where the label has none of these, the true run.
-
-    Runs of equal load share the gap of one cell evenly; at order 0 the patterns m = +1 and m = -1
-    are one tilt.
-    """
+    """Whether the largest cell has the true order and pattern."""
     cells = case.verdict.document.get("where", ())
     if not cells:
         return False

@@ -207,10 +207,8 @@ class CarrierGap:
         return np.flatnonzero((self.records.run_of_revolution == run) & self._is_complete)
 
     def _splits(self, revolutions: NDArray[np.int64]) -> tuple[PatternSplit, PatternSplit]:
-        """Patterns of the residual and of what was measured in some revolutions.
-
-        Those of all runs would take four times as much as their order amplitudes.
-        """
+        """Patterns of the residual and of what was measured in some revolutions."""
+        # Those of all runs would take four times as much as their order amplitudes.
         channels = self.campaign.channels
         return (
             pattern_split(channels, self.residual[revolutions]),

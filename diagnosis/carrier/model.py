@@ -359,11 +359,7 @@ class CarrierModel:
     def _shifted(
         self, term: _WeightedColumn, family: str, shift: float, unknown: int, rate: float
     ) -> list[_WeightedColumn]:
-        """What a shift [rad] adds to a term.
-
-        Polynomials through the columns at the nodes, less the column without shift; `rate` is the
-        derivative of the shift by its unknown.
-        """
+        """What a shift [rad] adds to a term."""
         nodes = (delay_nodes if family == DELAY else angle_nodes)(self.source.rig.n_planets)
         values, slopes = _lagrange(nodes, shift)
         values[nodes == 0.0] -= 1.0

@@ -217,11 +217,9 @@ def off_orders(campaign: Campaign) -> OffOrders:
 def _repeating(
     runs: Sequence[RunOffOrders], chosen: Sequence[_Line], bands: Sequence[tuple[int, ...]]
 ) -> tuple[list[tuple[int, ...]], list[float]]:
-    """Bands whose amplitudes predict other turns, and the share of them that they predict.
-
-    An order whose size changes from turn to turn has power beside it that lines can follow and
-    never predict: it is no line.
-    """
+    """Bands whose amplitudes predict other turns, and the share of them that they predict."""
+    # An order whose size changes from turn to turn has power beside it that lines can follow and
+    # never predict: it is no line.
     repeating, shares = [], []
     for band in bands:
         others = [line for k, line in enumerate(chosen) if k not in band]

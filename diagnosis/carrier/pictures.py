@@ -148,11 +148,7 @@ class ModelResiduals:
 
 
 def _mean_turns(orders: ComplexArray, run_of_revolution: IntArray, n_runs: int) -> FloatArray:
-    """Signals over one turn, ``Re(sum_n Y(n) exp(j n theta))``, averaged over revolutions, by run.
-
-    Shape (n_runs, C, 181) [m], of orders of shape (R, C, n + 1); NaN for a run without a complete
-    revolution.
-    """
+    """Mean turns ``Re(sum_n Y(n) exp(j n theta))`` of every run, shape (n_runs, C, 181) [m]."""
     waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), _TURN_ANGLES))
     turns = np.full((n_runs, orders.shape[1], _TURN_ANGLES.size), np.nan)
     for r in range(n_runs):

@@ -423,10 +423,7 @@ def _published(parameter: Parameter, is_of_one_channel: bool) -> str:
 
 
 def _by_row(rows: EffectRows, scales: Mapping[str, list[float]], model: CarrierModel) -> FloatArray:
-    """Scale of every row of the effects; each variant of an effect has all its amplitudes.
-
-    A quantity that has a value without the effect counts by its change.
-    """
+    """Scale of every row of the effects; each variant of an effect has all its amplitudes."""
     sizes: list[float] = []
     for signature in _signatures(rows):
         absent = model.effects[signature.effect].parameters[-1].absent_at

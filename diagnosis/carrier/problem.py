@@ -568,10 +568,8 @@ def _with_responses(known: KnownPhysics, causes: Sequence[Effect]) -> KnownPhysi
 def _by_drawing(
     campaign: Campaign, curves: Mapping[str, DeflectionCurve], known: KnownPhysics
 ) -> tuple[Effects, KnownPhysics, dict[str, Effect]]:
-    """Effects of a baseline that is the carrier as drawn, what is known of it, effects by id.
-
-    The drawn curve has its own size, and no more than the tolerance of its orders is free.
-    """
+    """Effects of a baseline that is the carrier as drawn, what is known of it, effects by id."""
+    # The drawn curve has its own size, and no more than the tolerance of its orders is free.
     tolerances = dict(campaign.rig[TOLERANCES])
     std = float(tolerances.pop(CURVES, _CURVES_STD))
     fixed = dict(known.fixed)
@@ -598,11 +596,9 @@ def _by_drawing(
 def _experiments(
     campaign: Campaign, source: ColumnSource, under: _Under
 ) -> tuple[CandidateExperiment, ...]:
-    """Steps of torque, of radial load along z and y, and radial loads at low torque.
-
-    A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
-    radial sensor.
-    """
+    """Steps of torque, of radial load along z and y, and radial loads at low torque."""
+    # A dimension moves the radial curve in other proportions than the axial one: a drawing adds a
+    # radial sensor.
     nominal = source.rig.nominal_torque
     has_radial_load = "ntl_y" in campaign.contract.inputs
     size = source.largest_load
@@ -712,12 +708,10 @@ def _refuse_silent_channels(campaign: Campaign) -> None:
 
 
 def _channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
-    """Variance of the noise of every channel [m²], shape (n_channels,).
-
-    Declared noise first. Otherwise what is left of a revolution about its own orders, and half the
-    squared change of every order from one revolution to the next: drift and slow changes of the
-    load hardly enter.
-    """
+    """Variance of the noise of every channel [m²], shape (n_channels,)."""
+    # Declared noise first. Otherwise what is left of a revolution about its own orders, and half
+    # the squared change of every order from one revolution to the next: drift and slow changes of
+    # the load hardly enter.
     measured = _scatter(records)
     variances = []
     for c, channel in enumerate(campaign.channels):

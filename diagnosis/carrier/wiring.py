@@ -56,10 +56,7 @@ class _Products:
 
 @dataclass(frozen=True, eq=False)
 class _LinearBaseline:
-    """Effects of the baseline that add a signal linear in their parameters, p of all runs.
-
-    Laws beside the baseline are linear at the shapes with which they were fitted.
-    """
+    """Effects of the baseline that add a signal linear in their parameters, p of all runs."""
 
     problem: CarrierProblem
     campaign: Campaign

@@ -51,11 +51,9 @@ def nearest_law(scores: ClassScores, shares: Shares, name: str, partners: Classe
 def _is_coupled(
     scores: ClassScores, shares: Shares, class_id: str, law: str, partners: Classes
 ) -> bool:
-    """Whether a class stands for a part of a coupled cause, whose laws are not its own.
-
-    An orifice whose opening changes along the way damps by the square of the speed, and is no law
-    of the speed.
-    """
+    """Whether a class stands for a part of a coupled cause, whose laws are not its own."""
+    # An orifice whose opening changes along the way damps by the square of the speed, and is no law
+    # of the speed.
     table = scores.table
     # A surface takes up whatever a law beside it leaves, and is named where its parts leave more:
     # what lies in one of them alone is no law of it.

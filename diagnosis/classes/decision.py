@@ -207,11 +207,9 @@ def _anew(
 
 
 def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
-    """Whether a set leaves nothing of the records once it is fitted to all of them.
-
-    It lacks no cause then: what it leaves held out is how far its curves must reach beyond the
-    other conditions.
-    """
+    """Whether a set leaves nothing of the records once it is fitted to all of them."""
+    # It lacks no cause then: what it leaves held out is how far its curves must reach beyond the
+    # other conditions.
     return shares.is_at_floor(scores.fitted(answer))
 
 
@@ -369,10 +367,7 @@ def decide(
 
 
 def _with_small_cause(scores: ClassScores, shares: Shares, decision: Decision) -> Decision:
-    """Decision for the best pair where the second class takes most of what the first leaves.
-
-    Whether one damping has two parts, and whether they are a product, is asked apart.
-    """
+    """Decision for the best pair where the second class takes most of what the first leaves."""
     pair = decision.best_pair
     if len(decision.classes) > 1 or set(pair) == scores.table.coupled_parts:
         return decision

@@ -148,10 +148,8 @@ def _squares_of_each(products: FloatArray, C: FloatArray) -> FloatArray:
 
 
 def _factor(A: FloatArray) -> FloatArray:
-    """Lower Cholesky factor; a rounding more on the diagonal where A is singular to rounding.
-
-    LAPACK directly: a table is hundreds of small solves, of which checks take half of the time.
-    """
+    """Lower Cholesky factor; a rounding more on the diagonal where A is singular to rounding."""
+    # LAPACK directly: a table is hundreds of small solves, of which checks take half of the time.
     factor, failed = dpotrf(A, lower=1)
     if not failed:
         return np.asarray(factor)

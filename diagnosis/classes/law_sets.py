@@ -88,11 +88,9 @@ def law_sets(
 def _acting(
     table: GramTable, laws: Sequence[LawColumns], simulated: Container[str]
 ) -> tuple[LawColumns, ...]:
-    """Laws that the simulator has, at the shapes that act outside every fold.
-
-    A gain or a delay of a baseline without signals acts on nothing; a law of both directions of a
-    load acts where one of them is loaded.
-    """
+    """Laws that the simulator has, at the shapes that act outside every fold."""
+    # A gain or a delay of a baseline without signals acts on nothing; a law of both directions of a
+    # load acts where one of them is loaded.
     squares = np.diagonal(table.training, axis1=1, axis2=2)
     shapes = {
         law.id: tuple(shape for shape in law.variants if squares[:, shape].any(axis=1).all())

@@ -298,10 +298,7 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
 
 
 def _power(d: FloatArray, f: FloatArray, gap: float) -> float:
-    """Power of a force that rises from zero on; zero where one that rises beyond a gap fits it.
-
-    Sizes of deflections and forces; `gap` is where the force is no longer nearly zero.
-    """
+    """Power of a force that rises from zero on; zero where one that rises beyond a gap fits it."""
     rises = (d > 0.0) & (f > _ZERO * f.max(initial=0.0))
     if np.count_nonzero(rises) < 4:
         return 0.0

@@ -188,11 +188,9 @@ def _band(model: ElementModel, record: ElementRecord) -> float:
 
 
 def _in_band(model: ElementModel, record: ElementRecord, variance: float) -> np.ndarray:
-    """Samples at which the motion lies in its trusted band; variance of the channel's noise.
-
-    Where a sweep passes the end of the band a force that is no straight line of the motion is not
-    known at all.
-    """
+    """Samples at which the motion lies in its trusted band; variance of the channel's noise."""
+    # Where a sweep passes the end of the band a force that is no straight line of the motion is not
+    # known at all.
     window = max(int(np.ceil(1.0 / (record.flat_hz * record.step))), 3)
 
     def local(values: FloatArray) -> FloatArray:

@@ -250,10 +250,8 @@ def _amplitude_bounds(
     n_base: int,
     columns: Sequence[Column],
 ) -> tuple[FloatArray, FloatArray]:
-    """Physical bounds of damping and, as far as `known`, of the amplitudes of columns.
-
-    A start with a negative damping beside a friction that falls with speed is neither's.
-    """
+    """Physical bounds of damping and, as far as `known`, of the amplitudes of columns."""
+    # A start with a negative damping beside a friction that falls with speed is neither's.
     bounds = np.tile([-np.inf, np.inf], (n_base + len(columns), 1))
     if not model.fixed:
         bounds[1 + (model.mass is None), 0] = 0.0

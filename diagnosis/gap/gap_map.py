@@ -29,10 +29,8 @@ _MOST_OF_THE_GAP = 0.8
 
 
 def _adjusted(p_values: ArrayLike) -> FloatArray:
-    """P-values adjusted for their number under any dependence, same shape.
-
-    Y. Benjamini, D. Yekutieli, Ann. Statist. 29 (2001) 1165-1188.
-    """
+    """P-values adjusted for their number under any dependence, same shape."""
+    # Y. Benjamini, D. Yekutieli, Ann. Statist. 29 (2001) 1165-1188.
     values = np.clip(np.asarray(p_values, dtype=np.float64), 0.0, 1.0)
     if not values.size:
         return values

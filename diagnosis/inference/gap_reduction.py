@@ -73,11 +73,9 @@ def gap_reduction(search: LawFits, accepted: Effects) -> GapReduction:
 
 
 def _baseline_score(search: LawFits) -> HeldOut:
-    """Score of the baseline: held out, or where that exceeds the signal, fitted to all records.
-
-    A baseline that other records do not determine (mass and spring at one frequency) may predict
-    held-out ones worse than no motion would be; that is no gap which a cause could close.
-    """
+    """Score of the baseline: held out, or where that exceeds the signal, fitted to all records."""
+    # A baseline that other records do not determine (mass and spring at one frequency) may predict
+    # held-out ones worse than no motion would be; that is no gap which a cause could close.
     problem, score = search.problem, search.score(())
     if not score.square.sum() > problem.signal_square:
         return score

@@ -99,10 +99,8 @@ def _misread_moves(fit: EffectFit, scores: FloatArray) -> FloatArray:
 
 
 def _prior_moves(fit: EffectFit) -> FloatArray:
-    """Moves ``(J.T J + W)^-1 W e_k`` by the K priors, each as far off as it may be, shape (K, p).
-
-    That is its standard deviation, or how far the records draw from it where that is more.
-    """
+    """Moves ``(J.T J + W)^-1 W e_k`` by K priors, each as far off as it may be, shape (K, p)."""
+    # That is its standard deviation, or how far the records draw from it where that is more.
     std = np.array([parameter.prior_std for parameter in fit.parameters])
     std[np.isinf(std)] = 0.0
     known = np.flatnonzero(fit.prior.weight > 0.0)
@@ -122,11 +120,9 @@ def _undetermined(fit: EffectFit, variance: FloatArray, systematics: _Systematic
 def _known_combination(
     fit: EffectFit, which: tuple[int, int], systematics: _Systematics
 ) -> _KnownCombination:
-    """Combination of two parameters that the records know best, ``theta_0 - f theta_1``.
-
-    f is the change of the first that makes up for a change of the second by one, the others fitted
-    again: its error is that of the first beside a second that is known.
-    """
+    """Combination of two parameters that the records know best, ``theta_0 - f theta_1``."""
+    # f is the change of the first that makes up for a change of the second by one, the others
+    # fitted again: its error is that of the first beside a second that is known.
     first, second = which
     others = np.flatnonzero(fit.is_free)
     others = others[others != second]

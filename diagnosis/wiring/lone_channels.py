@@ -536,11 +536,7 @@ def _run_rival(
     without: float,
     gap: GapSquare,
 ) -> WiringRival:
-    """Rival that says what is wrong with the loads of a run, or that it is at odds with the rest.
-
-    `steps` are those of the parameters that the other runs ask for, `without` the mean square
-    without the run.
-    """
+    """Rival: what is wrong with the loads of a run, or that it is at odds with the rest."""
     line = key_of("[[runs]]", record.run)
     x = record.predicted + np.einsum("p,pnc->nc", steps, record.columns)
     y = record.predicted + record.residual

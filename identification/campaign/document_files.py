@@ -52,10 +52,7 @@ def read_campaign_header(folder: Path) -> CampaignHeader:
 
 
 def _first_columns(document: Mapping[str, Any], folder: Path) -> list[str]:
-    """Columns of the first run file of an element on a moving base; none elsewhere.
-
-    What is wrong with the file is told when it is read.
-    """
+    """Columns of the first run file of an element on a moving base; none elsewhere."""
     rig = document.get("rig")
     if not isinstance(rig, dict) or rig.get("drive") != BASE:
         return []

@@ -141,10 +141,7 @@ class Run:
         return {**self.inputs, **self.signals, **predictions}
 
     def _wrapped_angle(self) -> Iterator[str]:
-        """Text where an angle jumps back by a turn while it runs forward.
-
-        It was never unwrapped.
-        """
+        """Text where an angle jumps back by a turn while it runs forward."""
         angle = self.inputs.get("carrier_angle")
         if angle is None or angle.size < 2 or not (np.abs(angle) <= _LARGEST).all():
             # Steps between numbers that are refused anyway are no numbers.

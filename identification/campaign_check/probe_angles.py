@@ -220,10 +220,8 @@ def _fitted(
 
 
 def _order(declared: FloatArray, read: FloatArray) -> tuple[int, ...] | None:
-    """Declared angle that each probe reads; None where no order explains it.
-
-    The first probe may stand at any of the angles: all readings then turn with it.
-    """
+    """Declared angle that each probe reads; None where no order explains it."""
+    # The first probe may stand at any of the angles: all readings then turn with it.
     if declared.size > _MOST_PROBES:
         return None
     for order in permutations(range(declared.size)):

@@ -46,11 +46,7 @@ _PHASE, _FAR_LESS = 0.5, 0.5
 
 @dataclass(frozen=True, eq=False)
 class _Signal:
-    """A channel in one run.
-
-    `moves` is False where no input changes; `turns` tells samples at which a driven motion turns
-    round: friction jumps there and back within one sample.
-    """
+    """A channel in one run."""
 
     run: Run
     channel: Channel

@@ -127,11 +127,9 @@ def _identified(
 
 
 def _searched(projected: Callable[[float], tuple[float, dict[str, float]]], period: float) -> float:
-    """Angle of least cost among the minima with positive scales; the curves repeat after `period`.
-
-    Odd curves that are told by two orders are met as well half of it on, with a scale of the wrong
-    sign; rho_s and rho_f are not negative by the contract of the curves.
-    """
+    """Angle of least cost among minima with positive scales; the curves repeat after `period`."""
+    # Odd curves that are told by two orders are met as well half of it on, with a scale of the
+    # wrong sign; rho_s and rho_f are not negative by the contract of the curves.
     guesses = period * (np.arange(_GUESSES) / _GUESSES - 0.5)
     costs = np.array([projected(angle)[0] for angle in guesses])
     width = period / _GUESSES
@@ -174,9 +172,7 @@ def _pin_angle_effect(angle: float, rho_s: float, rho_f: float, n_planets: int) 
 
 
 def _with_angle(estimate: ParameterEstimate, angle: float) -> ParameterEstimate:
-    """The linear coefficient is the rest of a Newton step from `angle`.
-
-    The published value is both together.
-    """
+    """The linear coefficient is the rest of a Newton step from `angle`."""
+    # The published value is both together.
     values = estimate.values + np.where(np.array(estimate.names) == "theta_rho", angle, 0.0)
     return replace(estimate, values=values)

@@ -138,10 +138,8 @@ def derived_facts(half_digit: float = HALF_DIGIT) -> DerivedFacts:
 
 
 def _quadrature_difference(larger: float, smaller: float, half_digit: float) -> Printed:
-    """``sqrt(larger^2 - smaller^2)``.
-
-    Monotone in both, so its ends lie at the ends of the digits.
-    """
+    """``sqrt(larger^2 - smaller^2)``."""
+    # Monotone in both, so its ends lie at the ends of the digits.
     low = (larger - half_digit) ** 2 - (smaller + half_digit) ** 2
     if low < 1e-12 * larger**2:  # equal to rounding: the two prints may hide the same number
         low = 0.0
@@ -162,11 +160,9 @@ def _common(quantities: list[Printed]) -> Printed | None:
 
 
 def _saddle_line(half_digit: float) -> tuple[tuple[Printed, Printed], Printed]:
-    """Least-squares line of what M2 leaves at full torque over the radial load, and its zero.
-
-    Both coefficients are linear in the printed values: the ends of their intervals are at the
-    corners of the digits.
-    """
+    """Least-squares line of what M2 leaves at full torque over the radial load, and its zero."""
+    # Both coefficients are linear in the printed values: the ends of their intervals are at the
+    # corners of the digits.
     cases = [case for case, (share, _) in LOAD_CASES.items() if share == 1.0]
     loads = np.array([LOAD_CASES[case][1] for case in cases])
     printed = np.array([TABLE_4[case][1] for case in cases])

@@ -197,10 +197,7 @@ class _WithFixed:
 
 
 def _inseparable(unseen: Array, in_scales: Array) -> NDArray[np.bool_]:
-    """Parameters that take part in each unseen direction, shape (n_unseen, n_used).
-
-    By their share of the signals, or of a motion in the parameters' scales.
-    """
+    """Parameters that take part in each unseen direction, shape (n_unseen, n_used)."""
     motion = np.abs(in_scales)
     return (np.abs(unseen) > _NEGLIGIBLE) | (
         motion > _NEGLIGIBLE * motion.max(axis=1, keepdims=True, initial=0.0)

@@ -153,10 +153,8 @@ def _taken(inputs: Mapping[str, Guess]) -> set[str]:
 
 
 def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[str, ...]]]:
-    """Files of the same columns are runs; several such groups of one size go together in order.
-
-    Files of one column are told apart by what their names call it.
-    """
+    """Files of the same columns are runs; several such groups of one size go together in order."""
+    # Files of one column are told apart by what their names call it.
     groups: dict[tuple[str, ...], list[str]] = {}
     for path, tables in logs.items():
         names = tuple(name for table in tables for name in table.names)

@@ -355,10 +355,8 @@ def _estimate(
 def _without_shown_slip(
     residuals: MountingResiduals, fit: NonlinearFit, uncertainty: FitUncertainty
 ) -> FitUncertainty:
-    """Errors of K1, Kp and Fy are infinite where a slider that never slips, or none, does as well.
-
-    The first is a spring beside K1: the records then determine the sum alone.
-    """
+    """Infinite errors of K1, Kp, Fy where a slider that never slips, or none, does as well."""
+    # The first is a spring beside K1: the records then determine the sum alone.
     names = list(fit.names)
     if "Kp" not in names:
         return uncertainty

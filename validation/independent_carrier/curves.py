@@ -241,10 +241,7 @@ def _middle(d: Dimensions, name: str) -> FloatArray:
 
 
 def _pin_load(d: Dimensions) -> tuple[FloatArray, FloatArray]:
-    """Load of the torque on the middle of pin 1, each shape (6,): its force, the helix's moment.
-
-    The pin's tangent is -y; both are those of the 2012 paper, equations 4 to 6.
-    """
+    """Load of the torque on the middle of pin 1, each shape (6,): its force, the helix's moment."""
     a = d["centre_distance"]
     force = UNIT_TORQUE / (N_PLANETS * a)
     axial = force / 2.0 / math.cos(_PRESSURE) * math.tan(_HELIX)

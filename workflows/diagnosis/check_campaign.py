@@ -82,10 +82,8 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
 
 
 def _may_be_a_law(warning: CampaignWarning, campaign: Campaign) -> bool:
-    """Whether a run at odds with all others is that of the largest motion.
-
-    An effect that grows with the motion is largest there; a diagnosis weighs both.
-    """
+    """Whether a run at odds with all others is that of the largest motion."""
+    # An effect that grows with the motion is largest there; a diagnosis weighs both.
     from carrierflex.diagnosis.wiring.refits import RUN
 
     motion = {

@@ -206,13 +206,7 @@ def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Ex
 
 
 def _check_export(folder: Path) -> None:
-    """Make sure that an export replaces nothing but an earlier one.
-
-    Raises
-    ------
-    ValueError
-        Where the folder holds something else.
-    """
+    """Make sure that an export replaces nothing but an earlier one."""
     from carrierflex.blind_check.sealing.check import SEALS_FILE
 
     prepared_folder(folder)

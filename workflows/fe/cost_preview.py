@@ -215,10 +215,7 @@ def _volume_and_area(mesh: TetMesh) -> tuple[float, float]:
 
 
 def _at(n: tuple[float, ...], measured: tuple[float, ...], wanted: int) -> float:
-    """Measured value at `wanted` degrees of freedom.
-
-    Power laws between the points and beyond them.
-    """
+    """Measured value at `wanted` degrees of freedom."""
     x, y = np.log(n), np.log(measured)
     slopes: NDArray[np.float64] = np.diff(y) / np.diff(x)
     at = np.log(max(wanted, 1))

@@ -107,10 +107,7 @@ def sweep_figure(study: PinFitStudy) -> "Figure":
 
 
 def _positions(rows: Sequence[PinFitRow]) -> np.ndarray:
-    """Places of the stiffnesses on a logarithmic axis.
-
-    0 and infinity a decade beyond the others.
-    """
+    """Places of the stiffnesses on a logarithmic axis."""
     x = np.array([row.stiffness for row in rows])
     inside = x[(x > 0.0) & np.isfinite(x)]
     return np.where(x == 0.0, inside.min() / 10.0, np.where(np.isinf(x), inside.max() * 10.0, x))

@@ -310,10 +310,8 @@ def pilot_nodes(shared: SharedRuns) -> Figure:
 
 
 def _draw_pilots(axes: Axes, shared: SharedRuns) -> None:
-    """Carrier with the pilots of bores, face and seats, pin 1 in front of its bores with its own.
-
-    Pilots that stand behind material are hollow.
-    """
+    """Carrier with the pilots of bores, face and seats, pin 1 before its bores with its own."""
+    # Pilots that stand behind material are hollow.
     mesh, body = shared.flexible.mesh, shared.bodies["pin"]
     points = carrier_pilot_points(shared.parameters.carrier)
     bores = {f"pin_{i}_{side}": points[f"pin_{i}_{side}"] for i in (1, 2, 3) for side in _SIDES}

@@ -281,11 +281,9 @@ def _record(
 
 
 def _zeroed(record: Run, body: StageBody, case: StageCase, reading: ReadingEffects) -> Run:
-    """Record less the reading at rest with pin 1 upright, as the papers' sensors were zeroed.
-
-    The saddle is not in the zero: what of it does not follow the load set in after the zeroing
-    (docs/papers.md).
-    """
+    """Record less the reading at rest with pin 1 upright, as the papers' sensors were zeroed."""
+    # The saddle is not in the zero: what of it does not follow the load set in after the zeroing
+    # (docs/papers.md).
     model = stage_model(body, case.data, effects=case.effects, speed=0.0)
     without = replace(reading, saddle=(0.0, 0.0, 0.0))
     zero = rest_readings(model, case.sensors, 0.0, effects=without)

@@ -64,10 +64,7 @@ def write_figures(
 
 
 def _figures(measured: Campaign, fits: Fits, model: str) -> Iterator[tuple[str, "Figure"]]:
-    """Plots and their file names.
-
-    Signals of the runs that `model` explains least.
-    """
+    """Plots and their file names."""
     estimates = {
         name: {run: estimate for run, (_, estimate) in by_run.items()}
         for name, by_run in fits.items()

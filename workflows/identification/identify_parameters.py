@@ -233,10 +233,7 @@ def _refuse_foreign_options(
     samples_per_revolution: int,
     free_pin_angle: bool,
 ) -> None:
-    """Raise ValueError where an option does not belong to the model.
-
-    `of_bushings`: one of their search is given.
-    """
+    """Raise ValueError where an option does not belong to the model."""
     if model.endswith("_bushing"):
         if samples_per_revolution:
             raise ValueError(

@@ -164,11 +164,9 @@ def _held_through_pilot(
     model: ReducedModel,
     Psi: NDArray[np.float64],
 ) -> DeflectionCurve:
-    """Torque curve of the full model without pins.
-
-    Its shaft face held through the pilot instead of node by node: the constraint modes give the
-    full static answer.
-    """
+    """Torque curve of the full model without pins."""
+    # Its shaft face held through the pilot instead of node by node: the constraint modes give the
+    # full static answer.
     q = static_coordinates(model, [HELD], load)
     assert structure.sensors is not None
     reading = structure.sensors.rows @ (Psi @ q[: Psi.shape[1]])

@@ -210,10 +210,8 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
 
 
 def _load_cases(out: Path, n_planets: int, sensor_radius: float) -> Path:
-    """The shipped load cases, or a copy of them for a carrier with other planets or sensors.
-
-    Its sensors stand where that carrier's curves are read.
-    """
+    """The shipped load cases, or a copy of them for a carrier with other planets or sensors."""
+    # Its sensors stand where that carrier's curves are read.
     shipped = shipped_case()
     default = CarrierParameters()
     keys = {"n_planets": n_planets, "sensor_radius": round(sensor_radius, 6)}

@@ -53,10 +53,7 @@ def options_of(main: Callable[..., Any]) -> dict[str, inspect.Parameter]:
 
 
 def _as_typed(option: inspect.Parameter) -> inspect.Parameter:
-    """The option as a command has it.
-
-    What may stand without its name is named by its place only; a flag that is on has a --no- form.
-    """
+    """The option as a command has it."""
     if option.kind is option.POSITIONAL_OR_KEYWORD:
         return option.replace(kind=option.POSITIONAL_ONLY)
     if option.default is True:

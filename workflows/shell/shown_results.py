@@ -167,10 +167,8 @@ def _print(done: Done) -> None:
 
 
 def _as_text(done: Done) -> str:
-    """The table as plain text of any width.
-
-    A pipe has no edge at which a table would be cut, or a schema broken, and none to fill up to.
-    """
+    """The table as plain text of any width."""
+    # A pipe has no edge at which a table would be cut, or a schema broken, and none to fill up to.
     from rich.console import Console
     from rich.text import Text
 

@@ -305,10 +305,8 @@ def _contacts(
 
 
 def _tangential_force(torque: float, gear: GearData, n_planets: int) -> float:
-    """Force of each mesh at the working pitch circle [N].
-
-    Half the pin force T/(n a), as the planet is in balance.
-    """
+    """Force of each mesh at the working pitch circle [N]."""
+    # Half the pin force T/(n a), as the planet is in balance.
     return torque / (n_planets * gear.centre_distance) / 2.0
 
 

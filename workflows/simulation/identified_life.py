@@ -318,10 +318,7 @@ def _answers(
     pairs: Mapping[str, InvolutePair],
     flank: ToothFlank,
 ) -> dict[str, Array]:
-    """Slope, K_Hbeta, load ratio and life ratio (columns) of each component by input (rows).
-
-    Rows: at the values, then with each input at its lower and its upper end.
-    """
+    """Slope, K_Hbeta, load ratio and life ratio (columns) of each component by input (rows)."""
     factor, *factor_ends = (None,) if sharing is None else sharing.factor.ends
     inputs = [(kink, factor) for kink in kinks.ends] + [(kinks.value, end) for end in factor_ends]
     rows: dict[str, list[tuple[float, ...]]] = {}
@@ -343,10 +340,8 @@ def _mesh_row(
     pair: InvolutePair,
     flank: ToothFlank,
 ) -> tuple[float, float, float, float]:
-    """Slope, K_Hbeta, pressure ratio and life ratio of the worst mesh of sun (0) or ring (1).
-
-    A lead correction takes up the misalignment that the torque makes in all of them alike.
-    """
+    """Slope, K_Hbeta, pressure ratio and life ratio of the worst mesh of sun (0) or ring (1)."""
+    # A lead correction takes up the misalignment that the torque makes in all of them alike.
     before, force, slope, forces = (
         np.split(values, 2)[number]
         for values in (aligned.slope, aligned.force, kinked.slope, kinked.force)

@@ -111,10 +111,7 @@ def _measured(
     end: deque[Piece],
     note: Callable[[str, float], None],
 ) -> Iterator[Piece]:
-    """Pieces of a run with noise, the last one kept in `end`.
-
-    It tells the columns and where the run ended.
-    """
+    """Pieces of a run with noise, the last one kept in `end`."""
     history = run.history
     loads = extreme_loads(history_pieces(history, _PIECE))
     pieces = history_pieces(history, _PIECE)

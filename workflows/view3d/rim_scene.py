@@ -38,11 +38,7 @@ _MARK, _NAME = (1.04, 1.2), 1.3
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """One sensor in one run beside one model: what is drawn of it.
-
-    Entry, points of both lines, shape (_N, 3), the gap between them in shares of the entry's
-    limit, shape (_N,), RMS of the gap, and both ends of the sensor's mark.
-    """
+    """One sensor in one run beside one model: what is drawn of it."""
 
     entry: Entry
     measured: FloatArray

@@ -344,10 +344,7 @@ def _drawn_rig(rng: np.random.Generator, *, tells_waves: bool) -> _Rig:
 def _drawn_carrier(
     rig: _Rig, baseline: LinearBaseline, wanted: float, rng: np.random.Generator, has_radial: bool
 ) -> tuple[MadeCarrier, str, float]:
-    """A carrier off its drawing, its pin fit, and what it leaves at the drawn sizes [m].
-
-    Drawn anew until that is as many times the least noise as is wanted; the last one else.
-    """
+    """A carrier off its drawing, its pin fit, and what it leaves at the drawn sizes [m]."""
     drawn, *others = made_carriers()
     others = [carrier for carrier in others if carrier.radial or not has_radial]
     for number in rng.permutation(len(others))[:_REDRAWS]:

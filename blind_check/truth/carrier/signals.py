@@ -119,10 +119,7 @@ def _bearing_clearance(record: RimRecord, values: Values) -> FloatArray:
 
 
 def _clearance_rocking(record: RimRecord, values: Values) -> FloatArray:
-    """Two bearings that weight presses apart run against their limits as a tanh.
-
-    Each in the plane of the load that presses it, weight included; nothing without a radial load.
-    """
+    """Two bearings that weight presses apart run against their limits as a tanh."""
     y, z = _housing_point(record)
     total = 0.0 * _carrier_point(record)
     for sign, weight in ((1.0, values["W_1"]), (-1.0, values["W_2"])):
@@ -144,10 +141,8 @@ def _stiff_pins(record: RimRecord, values: Values) -> FloatArray:
 
 
 def _pin_clearance(record: RimRecord, values: Values) -> FloatArray:
-    """Share that goes over from free to bonded pins.
-
-    Three pins close one after the other, 5 % apart.
-    """
+    """Share that goes over from free to bonded pins."""
+    # Three pins close one after the other, 5 % apart.
     u = _carrier_point(record)
     change = curve_at("delta_s", u) - curve_at("delta_f", u)
     closed = np.mean(

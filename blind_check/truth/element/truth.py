@@ -208,11 +208,9 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> ElementCase:
 def _leaking(
     rng: np.random.Generator, plan: CasePlan, case: ElementCase, size: float
 ) -> ElementCase:
-    """The case with a baseline a little wrong, which changes what is left by what it may.
-
-    Measured on the case's own motion and in its channel: a resonance makes of a curvature that is a
-    small force a large motion, and a delay of a sample leaves less than any force of that size.
-    """
+    """The case with a baseline a little wrong, which changes what is left by what it may."""
+    # Measured on the case's own motion and in its channel: a resonance makes of a curvature that is
+    # a small force a large motion, and a delay of a sample leaves less than any force of that size.
     case = bounded(case)
     before = np.array(case.baseline(case.channels))
     allowed = largest_leak(plan) * rng.uniform(0.2, 1.0) / plan.ratio * root_mean_square(before)

@@ -214,10 +214,7 @@ def _last_at_rest(forces):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[no-untyped-def]
-    """Classical Runge-Kutta rule of fourth order, `fine` steps in a sample.
-
-    Coordinates at every sample.
-    """
+    """Classical Runge-Kutta rule of fourth order, `fine` steps in a sample."""
     n_samples, n = forces.shape
     states = 2 * names.size * system[3].shape[0] + 2 * N_STATES * forms.shape[0]
     x = np.zeros(2 * n + states)

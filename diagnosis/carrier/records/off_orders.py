@@ -138,12 +138,10 @@ def _searched(campaign: Campaign) -> list[int]:
 def _shared_orders(
     runs: Sequence[RunOffOrders], loaded: Sequence[Sequence[FloatArray]]
 ) -> _SharedOrders | None:
-    """What the orders make of the loads with the same sizes in every run; None where nothing.
-
-    A torque that ripples makes lines beside every order that follows it. A run too short to tell
-    how its orders follow the loads leaves them beside the orders; all runs together tell it, as
-    the size per newton metre is one.
-    """
+    """What the orders make of the loads with the same sizes in every run; None where nothing."""
+    # A torque that ripples makes lines beside every order that follows it. A run too short to tell
+    # how its orders follow the loads leaves them beside the orders; all runs together tell it, as
+    # the size per newton metre is one.
     n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
     n_loads = int(n_turns / _TURNS_A_QUANTITY) - 1
     if not runs or n_loads < 1:

@@ -133,11 +133,9 @@ def _column_basis(
 
 
 def _combinations(rows: FloatArray, n_effects: int) -> tuple[IntArray, FloatArray]:
-    """Numbers of the rows in the basis, and every row by these.
-
-    The first rows are those of effects, which are combinations of one another only: a load that is
-    zero in a run leaves them zero there.
-    """
+    """Numbers of the rows in the basis, and every row by these."""
+    # The first rows are those of effects, which are combinations of one another only: a load that
+    # is zero in a run leaves them zero there.
     length = np.linalg.norm(rows, axis=1)
     scaled = rows / np.where(length > 0.0, length, 1.0)[:, None]
     # In an orthonormal basis of all rows: fewer numbers than samples.
