@@ -372,7 +372,7 @@ def _is_beside(rival: WiringRival, diagnosis: Diagnosis) -> bool:
 def _named(diagnosis: Diagnosis) -> dict[str, str]:
     """Laws that are named, or else classes, with the law of the simulator that each is."""
     laws = diagnosis.attribution.effects
-    return {law: law for law in laws} or {name: MEASURED + name for name in _class_ids(diagnosis)}
+    return {law: law for law in laws} or {name: MEASURED + name for name in diagnosis.class_ids}
 
 
 def _most_likely(rival: tuple[WiringRival, float]) -> tuple[bool, float]:
@@ -423,7 +423,7 @@ def _least_share(fault: str, diagnosis: Diagnosis) -> float:
         floor, gap = far.noise_floor**2, far.rms_before**2 - far.noise_floor**2
         most = max(far.rms_after**2, floor) * Thresholds().remainder ** 2
         return min(1.0 - (most - floor) / gap, 1.0) if gap > 0.0 else 1.0
-    named = (*diagnosis.attribution.effects, *_class_ids(diagnosis))
+    named = (*diagnosis.attribution.effects, *diagnosis.class_ids)
     is_of_channel = any(name.startswith(_OF_CHANNELS) for name in named)
     if fault in LONE_CHANNEL and all(name.endswith(_MAP) for name in named):
         # One channel is less to believe than a map of every signal on every other.
@@ -443,12 +443,7 @@ def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Laws, or classes where no law is named, that are a delay of the signals."""
     if _SENSOR_DELAY in diagnosis.attribution.effects:
         return (_SENSOR_DELAY,)
-    return tuple(name for name in _class_ids(diagnosis) if _DELAY in name.split("/"))
-
-
-def _class_ids(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Classes of a diagnosis; none where its kind has no classes."""
-    return diagnosis.classes.ids if diagnosis.classes else ()
+    return tuple(name for name in diagnosis.class_ids if _DELAY in name.split("/"))
 
 
 def _unchecked(why: str) -> CampaignWarning:

@@ -64,6 +64,11 @@ class Diagnosis:
     ] = None
 
     @property
+    def class_ids(self) -> tuple[str, ...]:
+        """Classes of the answer; none where the kind has no classes."""
+        return self.classes.ids if self.classes else ()
+
+    @property
     def likely_laws(self) -> Effects:
         """Laws that are named, nearest to a named class, or in the best set that was tried."""
         nearest = [finding.law for finding in self.classes.classes] if self.classes else []

@@ -106,8 +106,7 @@ def _named(diagnosis: Diagnosis) -> set[str]:
     """Laws and classes that are named."""
     if diagnosis.verdict not in (*NAMING, CLASS_NAMED):
         return set()
-    classes = diagnosis.classes.ids if diagnosis.classes else ()
-    return {*diagnosis.attribution.effects, *classes}
+    return {*diagnosis.attribution.effects, *diagnosis.class_ids}
 
 
 def _ties(diagnosis: Diagnosis) -> set[str]:

@@ -21,8 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.truth.carrier.stage import LOADS, SeriesCampaign, series_campaign
+from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.json_files import save_json
 from carrierflex.geometry.pins import PAPER_STIFFNESS
 from carrierflex.identification.estimation.single_thread import single_threaded
@@ -139,6 +141,11 @@ def series(body: StageBody, data: StageData, effects: StageEffects) -> NDArray[n
         ]
     )
     orders = orders[1:] - np.eye(1, orders.shape[2]) * orders[0]
+    return cosines_and_sines(orders)
+
+
+def cosines_and_sines(orders: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Constant, then cosine and sine amplitudes by order, along the last axis."""
     pairs = np.stack([orders.real, -orders.imag], axis=3).reshape(*orders.shape[:2], -1)
     return np.delete(pairs, 1, axis=2)
 
@@ -174,12 +181,17 @@ def held_sun(body: StageBody, seed: int, number: int) -> HeldSun:
     answer = diagnose(
         problem, campaign=made.campaign.name, kind="carrier", floor_is_measured=is_measured
     )
-    named = answer.attribution.effects
-    ties = [name for tied in answer.attribution.aliases for name in tied]
-    if answer.classes:
-        named = named or tuple(finding.id for finding in answer.classes.classes)
-        ties += [name for tied in answer.classes.ties for name in tied]
-    return HeldSun(made.gap / made.floor, answer.verdict, named, tuple(dict.fromkeys(ties)))
+    return HeldSun(made.gap / made.floor, answer.verdict, *named_and_tied(answer))
+
+
+def named_and_tied(diagnosis: Diagnosis) -> tuple[Effects, Effects]:
+    """Named laws, or classes where none is, and what cannot be told from them."""
+    named = diagnosis.attribution.effects
+    groups = diagnosis.attribution.aliases
+    if diagnosis.classes:
+        named = named or diagnosis.classes.ids
+        groups = (*groups, *diagnosis.classes.ties)
+    return named, tuple(dict.fromkeys(name for tied in groups for name in tied))
 
 
 def held_sun_table(rows: Sequence[HeldSun]) -> list[str]:

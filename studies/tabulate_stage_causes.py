@@ -51,7 +51,14 @@ from carrierflex.workflows.simulation.stage_bodies import default_stage_body
 from carrierflex.workflows.simulation.study_order_one import SENSORS
 from studies.case_files import seeded_cases, write_table
 from studies.stage_in_time import series_in_time
-from studies.tabulate_held_sun import FLOOR, VISIBLE, drawn_data, held_sun_campaign
+from studies.tabulate_held_sun import (
+    FLOOR,
+    VISIBLE,
+    cosines_and_sines,
+    drawn_data,
+    held_sun_campaign,
+    named_and_tied,
+)
 
 #: Classes in turn; nothing differs in the last.
 NOTHING = "nothing"
@@ -186,7 +193,7 @@ def recorded_campaign(
 ) -> Campaign:
     """Records that read `true` where a case predicts `predicted`."""
     orders = slice(_HIGHEST_ORDER + 1)
-    pairs = _pairs(true[:, :, orders]), _pairs(predicted[:, :, orders])
+    pairs = (cosines_and_sines(series[:, :, orders]) for series in (true, predicted))
     return series_campaign(name, *pairs, lambda _: FLOOR, rng, rng.spawn(1)[0]).campaign
 
 
@@ -202,25 +209,14 @@ def size_of(series: NDArray[np.complex128]) -> float:
     return float(np.sqrt(np.mean(tilted**2 + 0.5 * (np.abs(series[:, :, 1:]) ** 2).sum(axis=2))))
 
 
-def _pairs(series: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Constant, then cosine and sine amplitudes by order."""
-    pairs = np.stack([series.real, -series.imag], axis=3).reshape(*series.shape[:2], -1)
-    return np.delete(pairs, 1, axis=2)
-
-
 def answered(campaign: Campaign, case: PredictedStage, truth: str, gap: float) -> StageAnswer:
     """Answer of the diagnosis to records that a stage predicts."""
     problem, is_measured = problem_of(predicted_by(campaign, case), default_curves())
     answer = diagnose(
         problem, campaign=campaign.name, kind="carrier", floor_is_measured=is_measured
     )
-    named = answer.attribution.effects
-    ties = [name for tied in answer.attribution.aliases for name in tied]
-    if answer.classes:
-        named = named or tuple(finding.id for finding in answer.classes.classes)
-        ties += [name for tied in answer.classes.ties for name in tied]
     rho = np.nan if answer.reduction is None else answer.reduction.rho
-    return StageAnswer(truth, gap, answer.verdict, named, tuple(dict.fromkeys(ties)), float(rho))
+    return StageAnswer(truth, gap, answer.verdict, *named_and_tied(answer), float(rho))
 
 
 def answers_table(rows: Sequence[StageAnswer]) -> list[str]:

@@ -288,8 +288,8 @@ def _write_case(plan: CasePlan, path: Path) -> None:
 
 def _laws(diagnosis: Diagnosis) -> str:
     """Named laws, and the classes of an answer."""
-    ids = diagnosis.classes.ids if diagnosis.classes else ()
-    return " | ".join("+".join(names) for names in (diagnosis.attribution.effects, ids))
+    named = (diagnosis.attribution.effects, diagnosis.class_ids)
+    return " | ".join("+".join(names) for names in named)
 
 
 def _level(diagnosis: Diagnosis) -> tuple[float, float, float]:
