@@ -49,10 +49,10 @@ TESTS = {
         "tests/diagnosis/inference/test_law_fits.py",
         "tests/diagnosis/inference/test_selection.py",
     ),
-    "diagnosis/inference/separating_trial.py": (
+    "diagnosis/diagnose.py": (
+        "tests/diagnosis/test_parts_of_diagnosis.py",
         "tests/diagnosis/inference/test_separating_trial.py",
     ),
-    "diagnosis/diagnose.py": ("tests/diagnosis/test_parts_of_diagnosis.py",),
     "diagnosis/baseline_check.py": (
         "tests/diagnosis/wiring/test_wiring_rules.py",
         "tests/diagnosis/wiring/test_gain_rules.py",

@@ -5,7 +5,7 @@ import pytest
 
 from carrierflex.blind_check.truth.mounting.loads import CONDITIONS, LOADED, RATE, asked_record
 from carrierflex.blind_check.truth.mounting.truth import mounting_case
-from studies.added_measurements import alias_case
+from studies.tabulate_plans import alias_case
 
 TIME = np.linspace(0.0, 40.0, 801)
 #: Torque that rises after the rest, in a straight line.

@@ -8,7 +8,7 @@ import pytest
 from carrierflex.blind_check.labels import STAGE, CasePlan
 from carrierflex.blind_check.truth.carrier.rig import AddedRun
 from carrierflex.blind_check.truth.carrier.truth import carrier_case
-from studies.added_measurements import added_runs, alias_case
+from studies.tabulate_plans import added_runs, alias_case
 
 ADDED = (AddedRun(0.25, 0.0, 5e4, 2.3, 20.0), AddedRun(0.5, 0.0, 0.0, 1.5, 48.0))
 

@@ -129,7 +129,7 @@ def test_physics_beyond_the_true_cause_counts_where_the_error_is_not_reported(
         verdict=verdict,
         reason_id="",
         attribution=SimpleNamespace(effects=(), aliases=(ties,) if ties else ()),
-        classes=SimpleNamespace(ids=classes),
+        class_ids=classes,
     )
     new = [SimpleNamespace(id=name, check="wiring") for name in found]
     assert answer_of(fault, label, diagnosis, new) == expected

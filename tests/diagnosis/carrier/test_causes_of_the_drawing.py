@@ -11,10 +11,9 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.baseline_check import checked_baseline
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.diagnose import _separation, diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.named_values import published_values
-from carrierflex.diagnosis.inference.separating_trial import _separation
 from carrierflex.diagnosis.kinds import wiring_of
 from carrierflex.diagnosis.report.verdict_words import headlines, verdict_heading
 from carrierflex.diagnosis.report.words import named_rows

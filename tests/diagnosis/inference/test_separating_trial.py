@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from carrierflex.diagnosis.diagnose import separating_trial
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.diagnosis.inference.separating_trial import separating_trial
 from carrierflex.diagnosis.kind.comparison_problem import CandidateExperiment
 from tests.diagnosis.inference.toy_problem import LinearProblem, linear_problem
 
