@@ -32,6 +32,8 @@ from carrierflex.simulation.stage.statics import (
 
 Array = NDArray[np.float64]
 
+#: Share of a turn before the one that is read.
+_SETTLED = 0.15
 #: Change of a channel's force over the largest that ends the iteration, and iterations at most.
 _CONVERGED, _MOST_ITERATIONS = 1e-9, 40
 #: Every how many steps a state is kept.
@@ -136,7 +138,6 @@ def series_in_time(
     *,
     step: float,
     highest_order: int,
-    settled: float = 0.15,
 ) -> NDArray[np.complex128]:
     """Orders of what sensors read over a turn after some of a turn to settle [m].
 
@@ -152,7 +153,7 @@ def series_in_time(
         zero |= rest_readings(model, sensors, stage.rest_angle, effects=stage.reading)
     series = []
     for torque, y, z in loads:
-        record = record_in_time(model, SteadyLoad(torque, y, z), step, 1.0 + settled)
+        record = record_in_time(model, SteadyLoad(torque, y, z), step, 1.0 + _SETTLED)
         signals = sensor_signals(model, record, sensors, effects=stage.reading, reader=reader)
         last = record.c[:, 0] > record.c[-1, 0] - 2.0 * np.pi
         theta = record.c[last, 0]

@@ -40,7 +40,6 @@ def with_stage(
     campaign: Campaign,
     folder: Path,
     *,
-    size: float = DEFAULT_SIZE,
     planned: Campaign | None = None,
     executor: Executor | None = None,
     note: Callable[[str, float], None] = lambda text, share: None,
@@ -77,7 +76,7 @@ def with_stage(
             f"{campaign.rig['n_planets']} as in campaign.toml"
         )
     stage = PredictedStage(
-        stage_body_of_case(case, size),
+        stage_body_of_case(case, DEFAULT_SIZE),
         case.data,
         case.effects,
         replace(case.reading, sensors=None),

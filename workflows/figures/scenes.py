@@ -23,14 +23,13 @@ class Scene:
     pixels: Mapping[str, Point]
 
     def show(self, axes: Axes, *, left: float = 0.0, right: float = 0.0, above: float = 0.0,
-             below: float = 0.0, title: str = "") -> None:  # fmt: skip
+             below: float = 0.0) -> None:  # fmt: skip
         """Put the picture on axes, with room for words around it in shares of its size."""
         height, width, _ = self.image.shape
         axes.imshow(self.image)
         axes.set(
             xlim=(-left * width, (1.0 + right) * width),
             ylim=((1.0 + below) * height, -above * height),
-            title=title,
         )
         axes.axis("off")
 

@@ -27,12 +27,12 @@ _BOX = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", 
 
 
 def sheet(
-    size: tuple[float, float], x: tuple[float, float], y: tuple[float, float], title: str = ""
+    size: tuple[float, float], x: tuple[float, float], y: tuple[float, float]
 ) -> tuple[Figure, Axes]:
     """Figure of `size` [inch] with one drawing: equal scales, no frame, the given ranges."""
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots()
-    prepare(axes, x, y, title)
+    prepare(axes, x, y)
     return figure, axes
 
 
@@ -94,7 +94,6 @@ def disc(
     radius: float,
     colour: str = STEEL,
     *,
-    line: float = 0.8,
     style: str = "-",
     layer: float = 2.0,
 ) -> None:
@@ -105,7 +104,7 @@ def disc(
             radius,
             facecolor=colour,
             edgecolor=INK,
-            linewidth=line,
+            linewidth=0.8,
             linestyle=style,
             zorder=layer,
         )

@@ -18,9 +18,7 @@ from carrierflex.workflows.simulation.linearise_stage import rim_readings
 from carrierflex.workflows.simulation.simulate_stage import stage_body_of_case
 
 
-def case_state_space(
-    case: Path | str, run: str | None = None, *, size: float = DEFAULT_SIZE
-) -> StateSpace:
+def case_state_space(case: Path | str, run: str | None = None) -> StateSpace:
     """State space of a case of kind mounting or of a stage case.
 
     Parameters
@@ -29,8 +27,6 @@ def case_state_space(
         Case file (TOML), or the name of a bundled case.
     run : str, optional
         Mounting: run at whose largest torque it is linearised; the first by default.
-    size : float
-        Stage: element edge length [m] of bodies that the case does not name files of.
 
     Raises
     ------
@@ -48,7 +44,7 @@ def case_state_space(
                 "run: leave --run out"
             )
         what = read_stage_case(path)
-        body = stage_body_of_case(what, size)
+        body = stage_body_of_case(what, DEFAULT_SIZE)
         model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
         names = [sensor.name for sensor in what.sensors]
         return stage_state_space(modal_stage(model), rim_readings(what, model), names, what.name)
