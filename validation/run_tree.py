@@ -18,20 +18,14 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
-WHOLE, BY_CLASS = "whole", "by_class"
-#: Modules that hold the two diagnoses; the first that a tree has is taken.
-_WHOLE_MODULES = (
+#: Modules that hold the diagnosis; the first that a tree has is taken.
+_MODULES = (
     "carrierflex.workflows.diagnosis.diagnose_campaign",
     "carrierflex.workflows.diagnose_campaign",
-)
-_BY_CLASS_MODULES = (
-    "carrierflex.workflows.diagnosis.diagnose_case",
-    "carrierflex.validation.diagnose_case",
-    "validation.diagnose_case",
 )
 _NO_PACKAGES = ("build", "docs", "tests", "benchmarks", "tools", "carrierflex")
 
@@ -44,7 +38,6 @@ def run_tree(
     out: Path,
     *,
     jobs: int = 1,
-    path: str = WHOLE,
     minutes: float = float("inf"),
 ) -> None:
     """Diagnose campaigns with one tree.
@@ -61,8 +54,6 @@ def run_tree(
         File of the answers (JSON lines), which is added to.
     jobs : int
         Worker processes.
-    path : str
-        WHOLE, as users run it, or BY_CLASS, without the search for laws.
     minutes : float
         No case is begun after this wall time.
     """
@@ -75,7 +66,7 @@ def run_tree(
         environment = _environment(tree, Path(links))
 
         def work() -> None:
-            command = [str(python), str(Path(__file__).resolve()), "--worker", path, str(tree)]
+            command = [str(python), str(Path(__file__).resolve()), "--worker", str(tree)]
             with subprocess.Popen(
                 command,
                 env=environment,
@@ -96,7 +87,7 @@ def run_tree(
                     if not answer:
                         raise RuntimeError(f"{row['case']}: the worker ended")
                     with lock:
-                        _send(file, row | {"path": path} | json.loads(answer))
+                        _send(file, row | json.loads(answer))
                 worker.stdin.close()
 
         threads = [threading.Thread(target=work) for _ in range(jobs)]
@@ -149,11 +140,11 @@ def _environment(tree: Path, links: Path) -> dict[str, str]:
     return os.environ | variables | {"PYTHONPATH": found}
 
 
-def _worker(path: str, tree: Path) -> None:
+def _worker(tree: Path) -> None:
     """Answer requests of standard input, one line each."""
     replies = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what a tree prints must not stand among the replies
-    diagnose = _diagnosis(path)
+    diagnose = _diagnosis()
     for name in ("carrierflex", "carrierflex.diagnosis"):
         origin = Path(str(importlib.import_module(name).__file__)).resolve()
         if not origin.is_relative_to(tree.resolve()):
@@ -164,37 +155,28 @@ def _worker(path: str, tree: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
         start, wall, error = time.process_time(), time.perf_counter(), None
         try:
-            diagnose(Path(request["campaign"]), out)
+            diagnose(Path(request["campaign"]), out=out, report=False, quiet=True)
         except Exception as raised:  # a failure is an answer too, and a wrong one
             error = f"{type(raised).__name__}: {raised}"
         seconds = {"cpu": time.process_time() - start, "wall": time.perf_counter() - wall}
-        if error is None and (out / "times.json").is_file():
-            error = json.loads((out / "times.json").read_text(encoding="utf-8"))["error"]
         _send(replies, {"seconds": seconds["cpu"], "wall": seconds["wall"], "error": error})
 
 
-def _diagnosis(path: str) -> Callable[[Path, Path], object]:
-    """The diagnosis of the tree that is imported."""
-    if path == BY_CLASS:
-        return _first_module(_BY_CLASS_MODULES).classify_case
-    main = _first_module(_WHOLE_MODULES).main
-    return lambda campaign, out: main(campaign, out=out, report=False, quiet=True)
-
-
-def _first_module(names: Sequence[str]) -> Any:
-    for name in names:
+def _diagnosis() -> Any:
+    """Function ``main`` of the tree that is imported."""
+    for name in _MODULES:
         try:
-            return importlib.import_module(name)
+            return importlib.import_module(name).main
         except ModuleNotFoundError as error:
             if error.name is None or not name.startswith(error.name):
                 raise
-    raise ImportError(f"the tree has none of the modules {', '.join(names)}")
+    raise ImportError(f"the tree has none of the modules {', '.join(_MODULES)}")
 
 
 def main() -> None:
     """Command line."""
     if sys.argv[1:2] == ["--worker"]:
-        _worker(sys.argv[2], Path(sys.argv[3]))
+        _worker(Path(sys.argv[2]))
         return
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--tree", type=Path, required=True, help="root of the checkout")
@@ -205,7 +187,6 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="worker processes; default: 1")
     parser.add_argument("--limit", type=int, help="only the first so many of these")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no case later")
-    parser.add_argument("--by-class", action="store_true", help="without the search for laws")
     chosen = parser.parse_args()
     rows = [row for row in read_lines(chosen.cases) if row["folder"].startswith(chosen.only)]
     run_tree(
@@ -215,7 +196,6 @@ def main() -> None:
         chosen.cases.resolve().parent,
         chosen.out.absolute(),
         jobs=chosen.jobs,
-        path=BY_CLASS if chosen.by_class else WHOLE,
         minutes=chosen.minutes,
     )
 
