@@ -52,9 +52,10 @@ def with_lines(judged: Verdict, motions: Sequence[OffOrderMotion]) -> Verdict:
     explained = sum(
         square * motion.explained for square, motion in zip(squares, motions, strict=True)
     )
-    of_run = {
-        run: sum(line.mean_square.get(run, 0.0) for line in motions) for run in _runs(motions)
-    }
+    of_run: dict[str, float] = {}
+    for motion in motions:
+        for run, square in motion.mean_square.items():
+            of_run[run] = of_run.get(run, 0.0) + square
     joint = _joint_reduction(reduction, of_run, of_lines, explained, on_orders)
     share = joint.phi
     is_named, is_leading = share >= 1.0 - _LIMITS.named_left, share >= _LIMITS.leading_share
@@ -120,10 +121,6 @@ def _mean_square(motion: OffOrderMotion, reduction: GapReduction) -> float:
     return sum(
         square * samples.get(run, 0) / max(total, 1) for run, square in motion.mean_square.items()
     )
-
-
-def _runs(motions: Sequence[OffOrderMotion]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(run for motion in motions for run in motion.mean_square))
 
 
 def _joint_reduction(

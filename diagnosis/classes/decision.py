@@ -60,11 +60,6 @@ class Decision:
     is_inseparable: bool = False
 
 
-def _is_equal(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
-    """Whether the records cannot tell a simpler result from the best."""
-    return shares.are_equal(simpler, best)
-
-
 def is_no_clear_gain(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
     """Whether the best result gains no more over a simpler one than a small second cause would."""
     return not shares.is_clear_gain(best, simpler, shares.constants.second_cause)
@@ -75,7 +70,7 @@ def decide_by_shape(
     shares: Shares,
     sizes: Mapping[str, int],
     *,
-    as_good: _AsGood = _is_equal,
+    as_good: _AsGood = Shares.are_equal,
     chooses_anew: bool = False,
     most_classes: int = _MOST_CLASSES,
     errors: Mapping[str, float] = MappingProxyType({}),

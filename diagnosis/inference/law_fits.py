@@ -298,8 +298,8 @@ def selected(
             and (sizes[laws] <= sizes[accepted] or _is_richer_alias(fits, laws, accepted))
         ]
     ranking = [
-        RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), _reason(rejections[laws]))
-        for laws in sets
+        RankedSet(laws, float(np.sqrt(fits.mean_square(laws))), rejection.text if rejection else "")
+        for laws, rejection in rejections.items()
     ]
     ordered = sorted(ranking, key=lambda entry: entry.held_out_rms)
     return Selection(accepted, tuple(rivals), tuple(ordered))
@@ -346,8 +346,3 @@ def _size(fits: LawFits, laws: Effects, alike: Sequence[Effects]) -> tuple[int, 
         sizes = {law: len(fits.problem.cards[law].parameters) for law in group}
         more += sum(sizes[law] - min(sizes.values()) for law in group if law in laws)
     return len(laws), len(fits.scores[laws].fit.parameters) - more
-
-
-def _reason(rejection: Rejection | None) -> str:
-    """Why a set is not among the supported ones; empty where it is."""
-    return "" if rejection is None else rejection.text

@@ -310,7 +310,7 @@ def _named_values(
     for k, parameter in enumerate(fit.parameters):
         named = values.setdefault(parameter.effect, {})
         pair = parameter.pair
-        gain = _gain_std(parameter)
+        gain = parameter.gain_std if parameter.is_free else 0.0
         if pair is None:
             if not (fit.moves_records[k] or parameter.shape):
                 continue
@@ -331,11 +331,6 @@ def _named_values(
             # One gain for both components: it leaves the angle as it is.
             named[_of_run(pair.angle, parameter)] = _named(float(ends[1]), angle, "rad", 0.0)
     return values
-
-
-def _gain_std(parameter: Parameter) -> float:
-    """Relative error by the gains; none where the value is held."""
-    return parameter.gain_std if parameter.is_free else 0.0
 
 
 def _named(value: float, variances: Mapping[str, float], unit: str, gain_std: float) -> NamedValue:

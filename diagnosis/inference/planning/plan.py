@@ -285,7 +285,9 @@ def _visible_size(table: PlannedTable, measured: _MeasuredGram, effect: str) -> 
     root = np.sqrt(measured.n_samples)
     is_visible = surviving >= least
     visible_gap = sigmas / root if is_visible else np.inf
-    gap_named = max(visible_gap, _named_gap(Thresholds()))
+    # Below this RMS of the gap, in floors, records are at the noise floor.
+    least_gap = float(np.sqrt(Thresholds().floor_ratio - 1.0))
+    gap_named = max(visible_gap, least_gap)
     per_gap = parameter.scale * root / np.sqrt(np.median(energies)) if is_visible else 1.0
     return VisibleSize(
         effect=effect,
@@ -472,11 +474,6 @@ def _visible_multiple(n_parameters: int) -> float:
     half = lost + 2.0 * NORMAL_95**2
     constant = lost**2 - 2.0 * n_parameters * NORMAL_95**2
     return float(np.sqrt(half + np.sqrt(half**2 - constant)))
-
-
-def _named_gap(thresholds: Thresholds) -> float:
-    """RMS of the gap, in floors, below which the diagnosis calls records at the noise floor."""
-    return float(np.sqrt(thresholds.floor_ratio - 1.0))
 
 
 def _visible_directions(measured: _MeasuredGram, signature: Signature) -> FloatArray:

@@ -5,7 +5,6 @@ import pytest
 
 from carrierflex.diagnosis.classes.decision import (
     _best_of_shapes,
-    _is_equal,
     decide_by_shape,
     is_no_clear_gain,
     rivals_of,
@@ -13,6 +12,7 @@ from carrierflex.diagnosis.classes.decision import (
     ties_of,
 )
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
+from carrierflex.diagnosis.classes.shares import Shares
 from tests.diagnosis.classes.toy_table import known_scores
 
 #: Causes of which each is half as large as the one before: with each, half of the rest goes.
@@ -138,7 +138,7 @@ def test_a_kind_may_take_a_simpler_way_wherever_the_richer_one_is_no_clear_gain(
     sizes = {"tilt/all": 6}
     causes = {"tilt": 100.0}
     assert decided(causes, ways, sizes=sizes).classes == ("tilt/all",)
-    assert decided(causes, ways, sizes=sizes, as_good=_is_equal).classes == ("tilt/all",)
+    assert decided(causes, ways, sizes=sizes, as_good=Shares.are_equal).classes == ("tilt/all",)
     result = decided(causes, ways, sizes=sizes, as_good=is_no_clear_gain)
     assert result.classes == ("tilt/one",)
     ways["tilt/one"] = {"tilt": 0.16}
@@ -158,7 +158,7 @@ def test_every_member_is_replaced_beside_the_others():
     sizes = {"tilt/load": 2, "wear/load": 3}
     scores, shares = known_scores(causes, classes)
     sizes = {name: sizes.get(name, 1) for name in classes}
-    named = simplest(scores, shares, ("tilt/load", "wear/load"), sizes, _is_equal)
+    named = simplest(scores, shares, ("tilt/load", "wear/load"), sizes, Shares.are_equal)
     # Tilt goes first: without its load that of wear must stay.
     assert named == ("tilt/one", "wear/load")
     assert decide_by_shape(scores, shares, sizes).classes == named
