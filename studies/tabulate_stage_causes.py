@@ -193,7 +193,7 @@ def recorded_campaign(
 ) -> Campaign:
     """Records that read `true` where a case predicts `predicted`."""
     orders = slice(_HIGHEST_ORDER + 1)
-    pairs = (cosines_and_sines(series[:, :, orders]) for series in (true, predicted))
+    pairs = cosines_and_sines(true[:, :, orders]), cosines_and_sines(predicted[:, :, orders])
     return series_campaign(name, *pairs, lambda _: FLOOR, rng, rng.spawn(1)[0]).campaign
 
 
