@@ -22,6 +22,7 @@ References
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.signal import welch
@@ -268,8 +269,20 @@ class NoiseWeight:
     def filtered(self, columns: FloatArray) -> FloatArray:
         """Columns through the filter, shape (n_columns, n)."""
         reach = int(_REACH / (self.band_hz * self.step)) + 10
-        rows = with_gain(columns, self.step, self.gain, reach=reach)
+        rows = with_gain(columns, self.step, self._gain_once, reach=reach)
         n = columns.shape[-1]
         slope = (columns[..., -1:] - columns[..., :1]) / (n - 1)
         zero = self.gain(np.zeros(1))[0]
-        return np.asarray(rows + zero * slope * np.arange(n))
+        rows += zero * slope * np.arange(n)
+        return rows
+
+    def _gain_once(self, frequency_hz: FloatArray) -> FloatArray:
+        """Gain at the lines of a transform, which all columns of a run share."""
+        n = frequency_hz.size
+        if n not in self._gains:
+            self._gains[n] = self.gain(frequency_hz)
+        return self._gains[n]
+
+    @cached_property
+    def _gains(self) -> dict[int, FloatArray]:
+        return {}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
 from scipy.signal import resample_poly, welch
 
@@ -194,23 +194,26 @@ def with_gain(
     Returns
     -------
     ndarray, shape (..., n)
-        Filtered signal, without the straight line.
+        Filtered signal, without the straight line, in the precision of the signal.
     """
     n = signal.shape[-1]
     pad = min(n - 1, reach)
+    size = next_fast_len(n + 2 * pad, real=True)
+    long = np.empty((*signal.shape[:-1], size), np.result_type(signal, np.float32))
+    level = long[..., pad : pad + n]
     slope = (signal[..., -1:] - signal[..., :1]) / (n - 1)
-    level = signal - slope * np.arange(n)
-    head = 2.0 * level[..., :1] - level[..., pad:0:-1]
-    tail = 2.0 * level[..., -1:] - level[..., -2 : -pad - 2 : -1]
-    long = np.concatenate([head, level, tail], axis=-1)
-    size = next_fast_len(long.shape[-1], real=True)
-    if size > long.shape[-1]:
-        # What is added for a fast transform lies beyond the mirrored end: it is cut off again.
-        fill = np.linspace(long[..., -1], long[..., 0], size - long.shape[-1], axis=-1)
-        long = np.concatenate([long, fill], axis=-1)
+    np.subtract(signal, slope * np.arange(n), out=level, casting="same_kind")
+    np.subtract(2.0 * level[..., :1], level[..., pad:0:-1], out=long[..., :pad])
+    tail = long[..., pad + n : n + 2 * pad]
+    np.subtract(2.0 * level[..., -1:], level[..., -2 : -pad - 2 : -1], out=tail)
+    # What is added for a fast transform lies beyond the mirrored end: it is cut off again.
+    fill = long[..., n + 2 * pad :]
+    fill[...] = np.linspace(tail[..., -1], long[..., 0], fill.shape[-1], axis=-1)
     frequency = np.asarray(np.fft.rfftfreq(size, step), dtype=np.float64)
-    spectrum = np.asarray(np.fft.rfft(long), dtype=np.complex128)
-    return np.asarray(np.fft.irfft(spectrum * gain(frequency), n=size)[..., pad : pad + n])
+    spectrum = rfft(long, overwrite_x=True)
+    # In place, as precise as the signal.
+    spectrum *= gain(frequency).astype(spectrum.dtype, copy=False)
+    return np.asarray(irfft(spectrum, n=size, overwrite_x=True)[..., pad : pad + n])
 
 
 def band_end(trusted_hz: float, step: float) -> float:
@@ -233,8 +236,11 @@ def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
     One where it is flat, a raised cosine from there to zero at the cut-off.
     """
     begin = flat_end(cutoff_hz)
-    position = np.clip((frequency_hz - begin) / (cutoff_hz - begin), 0.0, 1.0)
-    return 0.5 * (1.0 + np.cos(np.pi * position))
+    gain = (frequency_hz <= begin).astype(np.float64)
+    rolls_off = (frequency_hz > begin) & (frequency_hz < cutoff_hz)
+    position = (frequency_hz[rolls_off] - begin) / (cutoff_hz - begin)
+    gain[rolls_off] = 0.5 * (1.0 + np.cos(np.pi * position))
+    return gain
 
 
 def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> FloatArray:
