@@ -33,7 +33,7 @@ from carrierflex.simulation.sensing import delayed
 _REST_SPEED = 1e-3
 #: Motions that are integrated together: a multiple of what processors take in one instruction;
 #: and samples, so that their drives stay in the processor's cache.
-_TOGETHER, _AT_ONCE = 8, 1024
+_TOGETHER, _AT_ONCE = 8, 2048
 #: Names of a run's deflection and speed at its first sample.
 STATE_NAMES = ("q_0", "v_0")
 #: Periods run before a record that starts in the steady state.

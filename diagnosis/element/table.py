@@ -354,11 +354,13 @@ def products_by_block(
         fold = fold_of(run, number, n_folds)
         floor = weight.floor()
         for block in np.unique(run.block[run.counts]):
-            chosen = run.block == block
-            inside = np.concatenate([rows[:, chosen] for rows in table.rows], dtype=np.float64)
+            chosen = np.flatnonzero(run.block == block)
+            span = slice(chosen[0], chosen[-1] + 1)
+            inside = np.concatenate([rows[:, span] for rows in table.rows], dtype=np.float64)
+            inside[:, run.block[span] != block] = 0.0
             np.matmul(inside, inside.T, out=gram[len(floors)])
-            floors.append(floor * inside.shape[1])
-            folds.append(int(fold[chosen][0]))
+            floors.append(floor * chosen.size)
+            folds.append(int(fold[chosen[0]]))
         table.rows.clear()  # before those of the next run are made
     energy = np.diag(gram.sum(axis=0)).copy()
     for group in table.groups.values():

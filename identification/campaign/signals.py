@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
-from scipy.signal import resample_poly, welch
+from scipy.signal import get_window, resample_poly
 
 FloatArray = NDArray[np.float64]
 
@@ -81,9 +81,7 @@ def trusted_frequency(
     # Of the second difference, whose steep spectrum does not leak; its gain is taken out again.
     curvature = np.diff(signal, 2)
     segment = min(curvature.size, 2048)
-    frequency, power = welch(
-        curvature, 1.0 / step, nperseg=segment, window="blackmanharris", detrend="linear"
-    )
+    frequency, power = power_density(curvature, step, segment)
     frequency, power = frequency[3:], power[3:] / (2.0 * np.sin(np.pi * frequency[3:] * step)) ** 4
     plateau = float(np.median(power[int(0.85 * power.size) :]))
     least = _ABOVE_PLATEAU if above_plateau is None else above_plateau
@@ -93,6 +91,42 @@ def trusted_frequency(
     else:
         highest = frequency[0] if is_slow else frequency[-1]
     return float(min(max(highest, 4.0 * frequency[1]), _WIDEST * 0.5 / step))
+
+
+def power_density(signal: FloatArray, step: float, segment: int) -> tuple[FloatArray, FloatArray]:
+    """One-sided power density, the mean of segments that overlap by half.
+
+    Each goes through the Blackman-Harris window, its straight line taken out.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Evenly sampled.
+    step : float
+        Sampling interval [s].
+    segment : int
+        Samples of a segment, n at most.
+
+    Returns
+    -------
+    tuple of ndarray, shape (segment // 2 + 1,)
+        Frequencies [Hz] and density [square of the signal's unit per Hz].
+
+    References
+    ----------
+    .. [1] P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra",
+       IEEE Trans. Audio Electroacoust. 15 (1967) 70.
+    """
+    pieces = np.lib.stride_tricks.sliding_window_view(signal, segment)[:: segment - segment // 2]
+    along = np.arange(segment) - 0.5 * (segment - 1)
+    slopes = pieces @ along / (along @ along)
+    window = get_window("blackmanharris", segment)
+    level = pieces - pieces.mean(axis=1, keepdims=True) - np.multiply.outer(slopes, along)
+    spectra = rfft(level * window, axis=-1, overwrite_x=True)
+    density = np.mean(spectra.real**2 + spectra.imag**2, axis=0) * step / (window @ window)
+    # The lines at zero and, of an even segment, at the highest frequency have no mirror.
+    density[1 : (segment + 1) // 2] *= 2.0
+    return np.asarray(np.fft.rfftfreq(segment, step), dtype=np.float64), density
 
 
 def band_limited(
