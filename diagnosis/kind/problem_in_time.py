@@ -198,7 +198,7 @@ class DifferencedResiduals(Generic[R]):
                 square[segments] = np.inf
                 continue
             for block, segment in enumerate(segments):
-                samples = record.block == block
+                samples = _samples_of(record, block)
                 block_rows = rows[:, samples].reshape(p, -1)
                 block_residual = residual[samples].ravel()
                 matrix[segment] = block_rows @ block_rows.T
@@ -242,6 +242,14 @@ class DifferencedResiduals(Generic[R]):
         parameter = self.parameters[k]
         step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
         return float(-step if theta[k] + step > parameter.upper else step)
+
+
+def _samples_of(record: _BlockedRecord, block: int) -> NDArray[np.int64] | slice:
+    """Samples of a block; a slice, which copies nothing, where none between them is missing."""
+    samples = np.flatnonzero(record.block == block)
+    if samples.size and samples[-1] - samples[0] + 1 == samples.size:
+        return slice(int(samples[0]), int(samples[-1]) + 1)
+    return samples
 
 
 def _runs_with_segments(
