@@ -196,7 +196,7 @@ class ElementModel(ModelInTime):
         most = {record: RUNAWAY * float(np.abs(record.motion[0]).max()) for record in records}
         # Fewer than three are as fast one by one.
         n_lanes = len(motions) if len(motions) < 3 else -(-len(motions) // _TOGETHER) * _TOGETHER
-        lanes = [*motions, *motions[:1] * (n_lanes - len(motions))]
+        lanes = [*motions, *[motions[0]] * (n_lanes - len(motions))]
         numbers = np.array([records.index(lane.record) for lane in lanes])
         state = np.array([[*self._start(lane.record, lane.values), 0.0] for lane in lanes])
         limits = np.array([[lane.record.step / substeps, most[lane.record]] for lane in lanes])

@@ -188,7 +188,8 @@ def _drive_lines(record: ElementRecord) -> _DriveLines:
 
 def _spectra(drive: _DriveLines, response: FloatArray, by_force: bool) -> _Spectra:
     """Products of one run with a response."""
-    moved = np.asarray(rfft((response - response.mean()) * drive.window))[drive.used]
+    level = (response - response.mean()) * drive.window
+    moved = np.asarray(rfft(level), dtype=np.complex128)[drive.used]
     force, motion = (drive.spectrum, moved) if by_force else (moved, drive.spectrum)
     size = max(float(np.sqrt(np.sum(np.abs(force) ** 2))), np.finfo(float).tiny)
     omega = drive.omega

@@ -472,6 +472,7 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def differenced(self, effects: Effects) -> DifferencedResiduals[T]:
         """Residuals of a set of effects as a function of its parameters."""
+        predicted = self.simulator(effects)
 
         def remaining(record: T, response: FloatArray) -> FloatArray:
             """Measured less predicted; zero where nothing was measured."""
@@ -482,7 +483,9 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
         def residuals(runs: Sequence[tuple[T, Sequence[FloatArray]]]) -> list[list[FloatArray]]:
             return [
                 [remaining(record, response) for response in responses]
-                for (record, _), responses in zip(runs, self._responses(effects, runs), strict=True)
+                for (record, _), responses in zip(
+                    runs, self._responses(effects, predicted, runs), strict=True
+                )
             ]
 
         return DifferencedResiduals(
@@ -494,28 +497,35 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
     ) -> list[FloatArray]:
         """Prediction of every run."""
         runs = [(record, [theta]) for record in self.records]
-        return [response for (response,) in self._responses(effects, runs, refined=refined)]
+        predicted = self.simulator(effects)
+        responses = self._responses(effects, predicted, runs, refined=refined)
+        return [response for (response,) in responses]
 
     def _responses(
         self,
         effects: Effects,
+        predicted: Callable[[T, FloatArray, int], FloatArray],
         runs: Sequence[tuple[T, Sequence[FloatArray]]],
         *,
         refined: int = 1,
     ) -> list[list[FloatArray]]:
-        """Predictions of some records, each by some parameter sets: in one pass, or in threads."""
+        """Predictions of some records, each by some parameter sets: in one pass, or in threads.
+
+        `predicted` is the simulator of the effects.
+        """
         together = self.predicted_together(effects, runs, refined)
         if together is not None:
             return together
-        predicted = self.simulator(effects)
         calls = [(record, theta) for record, sets in runs for theta in sets]
         n_samples = sum(record.measured.size for record in self.records)
         if n_samples < _THREADED:
-            responses = iter([predicted(*call, refined) for call in calls])
+            responses = iter([predicted(record, theta, refined) for record, theta in calls])
         else:
             # The compiled motion runs without the interpreter's lock.
             with ThreadPoolExecutor(os.cpu_count()) as threads:
-                responses = iter([*threads.map(lambda call: predicted(*call, refined), calls)])
+                responses = iter(
+                    [*threads.map(lambda call: predicted(call[0], call[1], refined), calls)]
+                )
         return [[next(responses) for _ in sets] for _, sets in runs]
 
     def predicted_together(
