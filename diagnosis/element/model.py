@@ -169,13 +169,15 @@ class ElementModel(ModelInTime):
         None where one of them has dry friction, sliders, memory or a law that is no even table over
         the deflection, or where the force is predicted.
         """
+        if not self.by_force:
+            return None
         motions = [
             _Motion(number, record, values, table)
             for number, (record, sets) in enumerate(runs)
             for values in (self._values(effects, theta) for theta in sets)
             if (table := values.table) is not None
         ]
-        if not self.by_force or len(motions) < sum(len(sets) for _, sets in runs):
+        if len(motions) < sum(len(sets) for _, sets in runs):
             return None
         responses: list[list[FloatArray]] = [[] for _ in runs]
         lengths = dict.fromkeys(motion.n_driven for motion in motions)
