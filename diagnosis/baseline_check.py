@@ -104,8 +104,8 @@ _OF_CALIBRATION = 3.0
 _ON_BOUND = 1e-6
 #: Standard deviations of a declared value from which the records contradict it.
 _CONTRADICTS = 3.0
-#: Samples of all channels up to which records with all their columns are held: 80 MB.
-_MOST_HELD = 500_000
+#: Samples of all channels up to which records with all their columns are held: 160 MB.
+_MOST_HELD = 1_000_000
 #: Check of a wiring that explains the gap.
 _WIRING = "wiring"
 #: Effect that a moved clock looks like, and the word for it in the ids of classes.

@@ -23,7 +23,7 @@ from carrierflex.simulation.element.kernels import (
     restoring_force,
     smooth_motions,
 )
-from carrierflex.simulation.element.law_forces import ElementLaw
+from carrierflex.simulation.element.law_forces import ElementLaw, table_cells
 from carrierflex.simulation.element.memory_laws import MemoryParts, flat_parts, joined_parts
 from carrierflex.simulation.force_laws import ForceLaw, sum_of_laws
 from carrierflex.simulation.measurement import Measurement
@@ -31,8 +31,9 @@ from carrierflex.simulation.sensing import delayed
 
 #: Speed below which the sign of a measured motion is uncertain, as a share of its RMS.
 _REST_SPEED = 1e-3
-#: Motions that are integrated together: as many as processors take in one instruction.
-_TOGETHER = 8
+#: Motions that are integrated together: a multiple of what processors take in one instruction;
+#: and samples, so that their drives stay in the processor's cache.
+_TOGETHER, _AT_ONCE = 8, 2048
 #: Names of a run's deflection and speed at its first sample.
 STATE_NAMES = ("q_0", "v_0")
 #: Periods run before a record that starts in the steady state.
@@ -158,41 +159,64 @@ class ElementModel(ModelInTime):
         return _read_late(record, response, values.delay)
 
     def predicted_together(
-        self, record: ElementRecord, effects: Effects, sets: Sequence[FloatArray]
-    ) -> list[FloatArray] | None:
-        """Deflections that several parameter sets predict, each of shape (n,), in one pass.
+        self,
+        effects: Effects,
+        runs: Sequence[tuple[ElementRecord, Sequence[FloatArray]]],
+        refined: int,
+    ) -> list[list[FloatArray]] | None:
+        """Deflections that parameter sets predict for each of some records, shape (n,) each.
 
-        None where one of them has dry friction, sliders, memory or a user's law, or where the
-        force is predicted.
+        None where one of them has dry friction, sliders, memory or a law that is no even table over
+        the deflection, or where the force is predicted.
         """
-        values = [self._values(effects, theta) for theta in sets]
-        if not self.by_force or not values:
+        if not self.by_force:
             return None
-        if not all(
-            is_smooth(one.flat, sum(law.parameters.size for law in one.laws)) for one in values
-        ):
-            return None
-        n_sets = -(-len(values) // _TOGETHER) * _TOGETHER
-        filled = [*values, *values[:1] * (n_sets - len(values))]
-        states = np.array([self._start(record, one) for one in filled]).T.copy()
-        q, _ = smooth_motions(
-            _fine_drive(record, self.substeps),
-            states,
-            self.substeps,
-            np.array([one.flat for one in filled]).T.copy(),
-            record.step / self.substeps,
-            RUNAWAY * float(np.abs(record.motion[0]).max()),
-        )
-        motions = q[len(q) - record.drive.size :]
-        return [
-            _read_late(record, np.ascontiguousarray(motions[:, k]), one.delay)
-            for k, one in enumerate(values)
+        motions = [
+            _Motion(number, record, values, table)
+            for number, (record, sets) in enumerate(runs)
+            for values in (self._values(effects, theta) for theta in sets)
+            if (table := values.table) is not None
         ]
+        if len(motions) < sum(len(sets) for _, sets in runs):
+            return None
+        responses: list[list[FloatArray]] = [[] for _ in runs]
+        lengths = dict.fromkeys(motion.n_driven for motion in motions)
+        for length in lengths:
+            alike = [motion for motion in motions if motion.n_driven == length]
+            deflections = self._motions(alike, self.substeps * refined)
+            for motion, q in zip(alike, deflections, strict=True):
+                response = q[q.size - motion.record.drive.size :]
+                late = _read_late(motion.record, response, motion.values.delay)
+                responses[motion.number].append(late)
+        return responses
+
+    def _motions(self, motions: Sequence["_Motion"], substeps: int) -> FloatArray:
+        """Deflections from the first driven sample on, drives of one length, (n_motions, n)."""
+        records = list(dict.fromkeys(motion.record for motion in motions))
+        drives = [self._fine_drive(record, substeps) for record in records]
+        n = (drives[0].size - 1) // (2 * substeps)
+        most = {record: RUNAWAY * float(np.abs(record.motion[0]).max()) for record in records}
+        # Fewer than three are as fast one by one.
+        n_lanes = len(motions) if len(motions) < 3 else -(-len(motions) // _TOGETHER) * _TOGETHER
+        lanes = [*motions, *[motions[0]] * (n_lanes - len(motions))]
+        numbers = np.array([records.index(lane.record) for lane in lanes])
+        state = np.array([[*self._start(lane.record, lane.values), 0.0] for lane in lanes])
+        limits = np.array([[lane.record.step / substeps, most[lane.record]] for lane in lanes])
+        p = np.array([np.append(lane.values.flat, lane.table[1]) for lane in lanes])
+        state, limits, p = (np.ascontiguousarray(rows.T) for rows in (state, limits, p))
+        deflections = np.empty((len(motions), n))
+        for first in range(0, n, _AT_ONCE):
+            last = min(first + _AT_ONCE, n)
+            span = slice(2 * substeps * first, 2 * substeps * last + 1)
+            force = np.column_stack([drive[span] for drive in drives])
+            q, _ = smooth_motions(force, numbers, state, substeps, p, limits, lanes[0].table[0])
+            deflections[:, first:last] = q[:, : len(motions)].T
+        return deflections
 
     def _motion(self, record: ElementRecord, values: "_Values", refined: int) -> FloatArray:
         """Deflection under the record's force, shape (n,)."""
         substeps = self.substeps * refined
-        fine = _fine_drive(record, substeps)
+        fine = self._fine_drive(record, substeps)
         start = self._start(record, values)
         limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
         first, second = values.laws
@@ -208,6 +232,22 @@ class ElementModel(ModelInTime):
             second.parameters,
         )
         return q[q.size - record.drive.size :]
+
+    def _fine_drive(self, record: ElementRecord, substeps: int) -> FloatArray:
+        """Drive between the samples, before a steady state with the periods run in.
+
+        That of the model's steps is kept as long as the record is in use.
+        """
+        fine = _FINE_DRIVES.setdefault(record, {})
+        if substeps in fine:
+            return fine[substeps]
+        drive = record.drive
+        if record.in_steady_state:
+            drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
+        values = half_step_values(drive, substeps, periodic=record.in_steady_state)
+        if substeps == self.substeps:
+            fine[substeps] = values
+        return values
 
     @staticmethod
     def _start(record: ElementRecord, values: "_Values") -> FloatArray:
@@ -292,6 +332,40 @@ class _Values:
     laws: tuple[ForceLaw, ForceLaw]
     states: Mapping[str, Sequence[float]]
 
+    @property
+    def table(self) -> tuple[FloatArray, tuple[float, float]] | None:
+        """Cells of the only law beside the compiled ones, and its factors as in `smooth_motions`.
+
+        None where the motion takes more than such a table.
+        """
+        law, second = self.laws
+        if not is_smooth(self.flat, second.parameters.size):
+            return None
+        if not law.parameters.size:
+            return np.empty((3, 0)), (0.0, 0.0)
+        table = table_cells(law)
+        if table is None:
+            return None
+        cells, times_speed = table
+        size = float(law.parameters[0])
+        return cells, (0.0, size) if times_speed else (size, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """One of several motions that are integrated together."""
+
+    number: int  # Number of the run
+    record: ElementRecord
+    values: _Values
+    table: tuple[FloatArray, tuple[float, float]]
+
+    @property
+    def n_driven(self) -> int:
+        """Samples with those of the periods run in."""
+        run_in = self.record.period if self.record.in_steady_state else 0
+        return self.record.drive.size + _RUN_IN_PERIODS * run_in
+
 
 def _flat(simulated: Mapping[str, float], sizes: Sequence[tuple[MemoryParts, float]]) -> FloatArray:
     """Values of the compiled laws, and the parts of laws with a memory behind them."""
@@ -303,7 +377,7 @@ _NO_LAW = ForceLaw(no_law, np.empty(0))
 
 def _read_late(record: ElementRecord, response: FloatArray, delay: float) -> FloatArray:
     """Response as the channel reads it, a delay [s] late; as it is where the motion diverges."""
-    if not np.isfinite(response).all():
+    if delay == 0.0 or not np.isfinite(response).all():
         return response
     time = record.step * np.arange(response.size, dtype=np.float64)
     if record.base is None:
@@ -335,14 +409,3 @@ def _simulated_names(effect: str, parameter: str) -> tuple[str, ...]:
 
 #: Drives between the samples, by the steps of a sample, as long as their record is in use.
 _FINE_DRIVES: WeakKeyDictionary[ElementRecord, dict[int, FloatArray]] = WeakKeyDictionary()
-
-
-def _fine_drive(record: ElementRecord, substeps: int) -> FloatArray:
-    """Drive between the samples, before a steady state with the periods run in."""
-    drives = _FINE_DRIVES.setdefault(record, {})
-    if substeps not in drives:
-        drive = record.drive
-        if record.in_steady_state:
-            drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
-        drives[substeps] = half_step_values(drive, substeps, periodic=record.in_steady_state)
-    return drives[substeps]

@@ -22,9 +22,9 @@ References
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.signal import welch
 from scipy.stats import chi2
 
 from carrierflex.diagnosis.comparison.known_physics import DeclaredGains
@@ -33,7 +33,7 @@ from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord, noise_of_steps, run_in_use
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.signals import pass_gain, with_gain
+from carrierflex.identification.campaign.signals import pass_gain, power_density, with_gain
 from carrierflex.simulation.element.drives import BY_FORCE, FREE_DECAY
 
 #: Frequencies at which the gain of noise is averaged.
@@ -99,13 +99,7 @@ def _plateau(record: ElementRecord) -> float:
     median lies below its mean: by 31 % for one segment, by 1 / (3k) for many.
     """
     segment = min(record.response.size, _SEGMENT)
-    _, power = welch(
-        record.response,
-        1.0 / record.step,
-        nperseg=segment,
-        window="blackmanharris",
-        detrend="linear",
-    )
+    _, power = power_density(record.response, record.step, segment)
     top = power[int(0.85 * power.size) :]
     dof = 2 * (1 + (record.response.size - segment) // (segment - segment // 2))
     return float(np.median(top) * dof / chi2.median(dof) * 0.5 / record.step)
@@ -202,9 +196,7 @@ def _above_band(record: ElementRecord) -> tuple[FloatArray, FloatArray, float]:
     """Frequencies above the band [Hz], the density there, and the averages of each value."""
     counted = record.response[record.counts]
     segment = min(counted.size, _SEGMENT)
-    frequency, power = welch(
-        counted, 1.0 / record.step, nperseg=segment, window="blackmanharris", detrend="linear"
-    )
+    frequency, power = power_density(counted, record.step, segment)
     first = _BEYOND * record.cutoff_hz + _LINES / (segment * record.step)
     chosen = (frequency > first) & (frequency < _BELOW_NYQUIST * 0.5 / record.step)
     return frequency[chosen], power[chosen], counted.size / segment
@@ -268,8 +260,20 @@ class NoiseWeight:
     def filtered(self, columns: FloatArray) -> FloatArray:
         """Columns through the filter, shape (n_columns, n)."""
         reach = int(_REACH / (self.band_hz * self.step)) + 10
-        rows = with_gain(columns, self.step, self.gain, reach=reach)
+        rows = with_gain(columns, self.step, self._gain_once, reach=reach)
         n = columns.shape[-1]
         slope = (columns[..., -1:] - columns[..., :1]) / (n - 1)
         zero = self.gain(np.zeros(1))[0]
-        return np.asarray(rows + zero * slope * np.arange(n))
+        rows += zero * slope * np.arange(n)
+        return rows
+
+    def _gain_once(self, frequency_hz: FloatArray) -> FloatArray:
+        """Gain at the lines of a transform, which all columns of a run share."""
+        n = frequency_hz.size
+        if n not in self._gains:
+            self._gains[n] = self.gain(frequency_hz)
+        return self._gains[n]
+
+    @cached_property
+    def _gains(self) -> dict[int, FloatArray]:
+        return {}

@@ -138,10 +138,13 @@ class ElementProblem(ProblemInTime[ElementModel, ElementRecord]):
         )
 
     def predicted_together(
-        self, record: ElementRecord, effects: Effects, sets: Sequence[FloatArray]
-    ) -> list[FloatArray] | None:
+        self,
+        effects: Effects,
+        runs: Sequence[tuple[ElementRecord, Sequence[FloatArray]]],
+        refined: int,
+    ) -> list[list[FloatArray]] | None:
         """Responses to several parameter sets that are smooth; None under others."""
-        return self.model.predicted_together(record, effects, sets)
+        return self.model.predicted_together(effects, runs, refined)
 
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]

@@ -32,6 +32,7 @@ from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import (
     bounded_solution,
     design_solution,
+    normal_solution,
 )
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 
@@ -338,7 +339,8 @@ def _searched(
         # A constant force bends the spring, once it has come to rest.
         constant = np.full(to_force.size, -1.0 / unit[1])
         if mass is None:
-            factor, bent = design_solution(np.column_stack([to_force, constant]), measured)
+            columns = np.array([to_force, constant])
+            factor, bent = normal_solution(columns @ columns.T, columns @ measured)
         else:
             factor, bent = 1.0, float(np.mean(to_force - measured)) * unit[1]
         if factor > 0.0:

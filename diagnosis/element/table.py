@@ -97,7 +97,7 @@ _CLEAR = 3.0
 _PASSES = 2
 PRESLIDING = "dahl_friction"
 #: Columns, and samples of all of them, that are filtered together; samples of a long run.
-_CHUNK, _CHUNK_SAMPLES, _LONG = 32, 2**20, 2**18
+_CHUNK, _CHUNK_SAMPLES, _LONG = 32, 2**20, 2**16
 #: RMS of the first quarter of a period of a drive that is switched on, over that of all of it: of a
 #: record cut from a longer one it is 0.6 at least where one sine drives it.
 _STILL = 0.1
@@ -354,11 +354,13 @@ def products_by_block(
         fold = fold_of(run, number, n_folds)
         floor = weight.floor()
         for block in np.unique(run.block[run.counts]):
-            chosen = run.block == block
-            inside = np.concatenate([rows[:, chosen] for rows in table.rows], dtype=np.float64)
+            chosen = np.flatnonzero(run.block == block)
+            span = slice(chosen[0], chosen[-1] + 1)
+            inside = np.concatenate([rows[:, span] for rows in table.rows], dtype=np.float64)
+            inside[:, run.block[span] != block] = 0.0
             np.matmul(inside, inside.T, out=gram[len(floors)])
-            floors.append(floor * inside.shape[1])
-            folds.append(int(fold[chosen][0]))
+            floors.append(floor * chosen.size)
+            folds.append(int(fold[chosen[0]]))
         table.rows.clear()  # before those of the next run are made
     energy = np.diag(gram.sum(axis=0)).copy()
     for group in table.groups.values():
@@ -383,13 +385,13 @@ def products_by_block(
 
 def _filtered_columns(weight: NoiseWeight, raw: FloatArray) -> FloatArray:
     """Columns through the filter of their run, shape (n_columns, n)."""
-    # Those of a long run in single precision: its rounding is white, and 1e-15 of a column's
-    # energy.
+    # Those of a long run in single precision: its rounding is white, and 1e-14 of a column's energy.
     n = raw.shape[-1]
     rows = np.empty(raw.shape, np.float32 if n > _LONG else np.float64)
     chunk = max(1, min(_CHUNK, _CHUNK_SAMPLES // n))
     for first in range(0, len(raw), chunk):
-        rows[first : first + chunk] = weight.filtered(raw[first : first + chunk])
+        some = raw[first : first + chunk].astype(rows.dtype, copy=False)
+        rows[first : first + chunk] = weight.filtered(some)
     return rows
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, rfft
 from scipy.optimize import minimize
 
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -60,15 +61,25 @@ class _Spectra:
         """Products with the force where the response was late by a delay [s], shape (1, 3)."""
         return np.asarray((np.exp(-1j * delay * self.omega) @ self.cross).real)[None]
 
+    def late_by_each(self, delays: FloatArray) -> FloatArray:
+        """The same for evenly spaced delays [s], shape (n_delays, 3)."""
+        phase = np.exp(-1j * delays[0] * self.omega)
+        turn = np.exp(-1j * (delays[1] - delays[0]) * self.omega)
+        products = np.empty((delays.size, 3))
+        for product in products:
+            product[:] = (phase @ self.cross).real
+            phase *= turn
+        return products
+
     def late_by_steps(self) -> FloatArray:
         """The same for delays of whole steps, as many as are tried, shape (n_delays, 3).
 
         The sums over the lines are then one inverse transform.
         """
-        lines = np.zeros((len(self.cross) + 1, 3), dtype=np.complex128)
-        lines[1:] = self.cross
-        sums = np.fft.irfft(lines, self.n, axis=0)[np.arange(_MOST_STEPS, -_MOST_STEPS - 1, -1)]
-        return np.asarray(0.5 * self.n * sums)
+        lines = np.zeros((3, self.n // 2 + 1), dtype=np.complex128)
+        lines[:, 1 : len(self.cross) + 1] = self.cross.T
+        sums = irfft(lines, self.n, overwrite_x=True)
+        return 0.5 * self.n * sums[:, np.arange(_MOST_STEPS, -_MOST_STEPS - 1, -1)].T
 
 
 def element_clocks(records: Sequence[ElementRecord], *, by_force: bool) -> tuple[ClockDrift, ...]:
@@ -92,8 +103,7 @@ def _delay(records: Sequence[ElementRecord], spectra: Sequence[_Spectra]) -> Ite
     """Delay that all runs share."""
     steps = np.arange(-_MOST_STEPS * _PER_STEP, _MOST_STEPS * _PER_STEP + 1) / _PER_STEP
     delays = float(np.median([record.step for record in records])) * steps
-    late = [np.concatenate([run.late(delay) for delay in delays]) for run in spectra]
-    cross = np.sum(late, axis=0)
+    cross = np.sum([run.late_by_each(delays) for run in spectra], axis=0)
     squares = _squares(np.sum([run.gram for run in spectra], axis=0), cross, len(spectra))
     best = int(np.argmin(squares))
     is_inner = best not in (0, squares.size - 1)
@@ -178,7 +188,8 @@ def _drive_lines(record: ElementRecord) -> _DriveLines:
 
 def _spectra(drive: _DriveLines, response: FloatArray, by_force: bool) -> _Spectra:
     """Products of one run with a response."""
-    moved = np.fft.rfft((response - response.mean()) * drive.window)[drive.used]
+    level = (response - response.mean()) * drive.window
+    moved = np.asarray(rfft(level), dtype=np.complex128)[drive.used]
     force, motion = (drive.spectrum, moved) if by_force else (moved, drive.spectrum)
     size = max(float(np.sqrt(np.sum(np.abs(force) ** 2))), np.finfo(float).tiny)
     omega = drive.omega

@@ -43,6 +43,8 @@ _LEAST_SHARE = 0.1
 _PRIOR = 10.0
 #: Samples of all runs from which threads are worth their start.
 _THREADED = 2_000
+#: Predictions that are asked for at once.
+_TOGETHER = 32
 
 
 class _BlockedRecord(Protocol):
@@ -162,26 +164,21 @@ class DifferencedResiduals(Generic[R]):
     """Measured less predicted signals of all runs as a function of the parameters."""
 
     records: Sequence[R]  # Runs
-    #: Residual of a record at a parameter set, shape (n,) or (n, n_channels); zero where nothing
-    #: was measured, infinite where the motion diverges. Called from several threads.
-    residual: Callable[[R, FloatArray], FloatArray]
+    #: Residuals of some records, each at some parameter sets, shape (n,) or (n, n_channels); zero
+    #: where nothing was measured, infinite where the motion diverges
+    residuals: Callable[[Sequence[tuple[R, Sequence[FloatArray]]]], Sequence[Sequence[FloatArray]]]
     parameters: Sequence[Parameter]  # Unknowns, shape (p,)
     relative_step: float  # Step of the differences, relative to a parameter
-    n_threads: int  # Threads; one does without
-    #: Residuals of a record at several parameter sets in one pass; None where no pass does it
-    residuals: Callable[[R, Sequence[FloatArray]], Sequence[FloatArray] | None] = (
-        lambda record, sets: None
-    )
 
     def chosen(
         self, theta: FloatArray, chosen: BoolArray
     ) -> list[tuple[R, NDArray[np.int64], FloatArray]]:
         """Runs with a chosen segment: record, indices of all its segments, its residual."""
         runs = _runs_with_segments(self.records, chosen)
-        residuals = self._in_threads(lambda k: self.residual(runs[k][0], theta), len(runs))
+        residuals = self.residuals([(record, [theta]) for record, _ in runs])
         return [
             (record, segments, residual)
-            for (record, segments), residual in zip(runs, residuals, strict=True)
+            for (record, segments), (residual,) in zip(runs, residuals, strict=True)
         ]
 
     def sums(self, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
@@ -194,13 +191,14 @@ class DifferencedResiduals(Generic[R]):
         matrix = np.zeros((n, p, p))
         right = np.zeros((n, p))
         square = np.zeros(n)
-        for record, segments, residual in self.chosen(theta, chosen):
+        runs = _runs_with_segments(self.records, chosen)
+        slopes = self.slopes(theta, [record for record, _ in runs])
+        for (record, segments), (residual, rows) in zip(runs, slopes, strict=True):
             if not np.isfinite(residual).all():
                 square[segments] = np.inf
                 continue
-            rows = self._derivatives(record, theta, residual)
             for block, segment in enumerate(segments):
-                samples = record.block == block
+                samples = _samples_of(record, block)
                 block_rows = rows[:, samples].reshape(p, -1)
                 block_residual = residual[samples].ravel()
                 matrix[segment] = block_rows @ block_rows.T
@@ -208,28 +206,36 @@ class DifferencedResiduals(Generic[R]):
                 square[segment] = block_residual @ block_residual
         return SegmentSums(matrix, right, square)
 
-    def slopes(self, theta: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Residual and change of the prediction by every parameter, (p, ...), record by record."""
-        for record in self.records:
-            residual = self.residual(record, theta)
-            yield residual, self._derivatives(record, theta, residual)
+    def slopes(
+        self, theta: FloatArray, records: Sequence[R]
+    ) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Residual and change of the prediction by every parameter, (p, ...), record by record.
 
-    def _derivatives(self, record: R, theta: FloatArray, residual: FloatArray) -> FloatArray:
-        """Change of the prediction by every parameter, shape (p, *residual.shape)."""
-        rows = np.zeros((theta.size, *residual.shape))
+        Zero where a motion diverges.
+        """
+        together = max(1, _TOGETHER // (theta.size + 1))
+        for first in range(0, len(records), together):
+            group = records[first : first + together]
+            steps = [self._steps(theta, record) for record in group]
+            runs = [
+                (record, [theta, *(theta + step for step in of_record.values())])
+                for record, of_record in zip(group, steps, strict=True)
+            ]
+            for (residual, *changed), of_record in zip(self.residuals(runs), steps, strict=True):
+                rows = np.zeros((theta.size, *residual.shape))
+                if not np.isfinite(residual).all():
+                    yield residual, rows
+                    continue
+                for (k, step), other in zip(of_record.items(), changed, strict=True):
+                    if np.isfinite(other).all():
+                        np.subtract(residual, other, out=rows[k])
+                        rows[k] /= step[k]
+                yield residual, rows
+
+    def _steps(self, theta: FloatArray, record: R) -> dict[int, FloatArray]:
+        """Differences of the parameters that a record has, by their number, shape (p,) each."""
         moving = [k for k, at in enumerate(self.parameters) if at.run in (None, record.name)]
-        steps = [self._step(theta, k) for k in moving]
-        sets = [
-            theta + step * (np.arange(theta.size) == k)
-            for k, step in zip(moving, steps, strict=True)
-        ]
-        changed = self.residuals(record, sets)
-        if changed is None:
-            changed = self._in_threads(lambda j: self.residual(record, sets[j]), len(sets))
-        for k, step, other in zip(moving, steps, changed, strict=True):
-            if np.isfinite(other).all():
-                rows[k] = (residual - other) / step
-        return rows
+        return {k: self._step(theta, k) * (np.arange(theta.size) == k) for k in moving}
 
     def _step(self, theta: FloatArray, k: int) -> float:
         """Difference of parameter k, within its bounds."""
@@ -237,12 +243,13 @@ class DifferencedResiduals(Generic[R]):
         step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
         return float(-step if theta[k] + step > parameter.upper else step)
 
-    def _in_threads(self, work: Callable[[int], FloatArray], count: int) -> list[FloatArray]:
-        """Results for every number; the compiled motion runs without the interpreter's lock."""
-        if self.n_threads == 1:
-            return list(map(work, range(count)))
-        with ThreadPoolExecutor(self.n_threads) as threads:
-            return list(threads.map(work, range(count)))
+
+def _samples_of(record: _BlockedRecord, block: int) -> NDArray[np.int64] | slice:
+    """Samples of a block; a slice, which copies nothing, where none between them is missing."""
+    samples = np.flatnonzero(record.block == block)
+    if samples.size and samples[-1] - samples[0] + 1 == samples.size:
+        return slice(int(samples[0]), int(samples[-1]) + 1)
+    return samples
 
 
 def _runs_with_segments(
@@ -415,34 +422,34 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""
-        predicted = self.simulator(effects)
         return step_halving_error(
-            self.records, lambda record, factor: predicted(record, theta, factor)
+            self._predicted(effects, theta), self._predicted(effects, theta, refined=2)
         )
 
     def predictions(self, theta: FloatArray) -> tuple[PredictedRecord, ...]:
         """Every run with its fitted baseline; NaN where samples do not count."""
-        predicted = self.simulator(())
         return tuple(
             PredictedRecord(
                 record.name,
                 record.time,
                 _by_channel(np.where(record.is_measured, record.measured, np.nan)),
-                _by_channel(predicted(record, theta, 1)),
+                _by_channel(predicted),
             )
-            for record in self.records
+            for record, predicted in zip(self.records, self._predicted((), theta), strict=True)
         )
 
     def linear_records(self, theta: FloatArray, effects: Effects = ()) -> Iterator[LinearRecord]:
         """Every run with its fitted model, and the slopes of that by its parameters."""
-        predicted = self.simulator(effects)
-        slopes = self.differenced(effects).slopes(theta)
-        for record, (residual, columns) in zip(self.records, slopes, strict=True):
+        slopes = self.differenced(effects).slopes(theta, self.records)
+        predictions = self._predicted(effects, theta)
+        for record, predicted, (residual, columns) in zip(
+            self.records, predictions, slopes, strict=True
+        ):
             yield LinearRecord(
                 record.name,
                 record.time,
                 _by_channel(np.where(record.is_measured, residual, np.nan)),
-                _by_channel(predicted(record, theta, 1)),
+                _by_channel(predicted),
                 columns.reshape(*columns.shape[:2], -1),
                 answers=partial(self.load_answers, record, effects, theta),
             )
@@ -467,8 +474,8 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
 
     def residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
         """Residual of every run, of the shape of its signals."""
-        differenced = self.differenced(effects)
-        return [differenced.residual(record, theta) for record in self.records]
+        residuals = self.differenced(effects).residuals([(run, [theta]) for run in self.records])
+        return [residual for (residual,) in residuals]
 
     def differenced(self, effects: Effects) -> DifferencedResiduals[T]:
         """Residuals of a set of effects as a function of its parameters."""
@@ -480,24 +487,58 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
                 return np.where(record.is_measured, np.inf, 0.0)
             return np.where(record.is_measured, record.measured - response, 0.0)
 
-        def residuals(record: T, sets: Sequence[FloatArray]) -> list[FloatArray] | None:
-            responses = self.predicted_together(record, effects, sets)
-            return responses and [remaining(record, response) for response in responses]
+        def residuals(runs: Sequence[tuple[T, Sequence[FloatArray]]]) -> list[list[FloatArray]]:
+            return [
+                [remaining(record, response) for response in responses]
+                for (record, _), responses in zip(
+                    runs, self._responses(effects, predicted, runs), strict=True
+                )
+            ]
 
-        n_samples = sum(record.measured.size for record in self.records)
         return DifferencedResiduals(
-            self.records,
-            lambda record, theta: remaining(record, predicted(record, theta, 1)),
-            self.parameters(effects),
-            relative_step=self.difference,
-            n_threads=(os.cpu_count() or 1) if n_samples >= _THREADED else 1,
-            residuals=residuals,
+            self.records, residuals, self.parameters(effects), relative_step=self.difference
         )
 
+    def _predicted(
+        self, effects: Effects, theta: FloatArray, *, refined: int = 1
+    ) -> list[FloatArray]:
+        """Prediction of every run."""
+        runs = [(record, [theta]) for record in self.records]
+        predicted = self.simulator(effects)
+        responses = self._responses(effects, predicted, runs, refined=refined)
+        return [response for (response,) in responses]
+
+    def _responses(
+        self,
+        effects: Effects,
+        predicted: Callable[[T, FloatArray, int], FloatArray],
+        runs: Sequence[tuple[T, Sequence[FloatArray]]],
+        *,
+        refined: int = 1,
+    ) -> list[list[FloatArray]]:
+        """Predictions of some records, each by some parameter sets: in one pass, or in threads.
+
+        `predicted` is the simulator of the effects.
+        """
+        together = self.predicted_together(effects, runs, refined)
+        if together is not None:
+            return together
+        calls = [(record, theta) for record, sets in runs for theta in sets]
+        n_samples = sum(record.measured.size for record in self.records)
+        if n_samples < _THREADED:
+            responses = iter([predicted(record, theta, refined) for record, theta in calls])
+        else:
+            # The compiled motion runs without the interpreter's lock.
+            with ThreadPoolExecutor(os.cpu_count()) as threads:
+                responses = iter(
+                    [*threads.map(lambda call: predicted(call[0], call[1], refined), calls)]
+                )
+        return [[next(responses) for _ in sets] for _, sets in runs]
+
     def predicted_together(
-        self, record: T, effects: Effects, sets: Sequence[FloatArray]
-    ) -> list[FloatArray] | None:
-        """Responses of a record to several parameter sets in one pass; None where no pass does."""
+        self, effects: Effects, runs: Sequence[tuple[T, Sequence[FloatArray]]], refined: int
+    ) -> list[list[FloatArray]] | None:
+        """Predictions of some records, each by some sets, in one pass; None where no pass does."""
         return None
 
 
@@ -513,7 +554,7 @@ def edges_of_bands_hz(records: Sequence[_TimeRecord], n_bands: int) -> FloatArra
     return band_edges_hz(longest, 1.001 * highest_hz, n_bands)
 
 
-def step_halving_error(records: Iterable[R], predicted: Callable[[R, int], FloatArray]) -> float:
-    """RMS change of a prediction, a function of record and refinement, with half the step."""
-    changes = [predicted(record, 2) - predicted(record, 1) for record in records]
+def step_halving_error(stated: Sequence[FloatArray], halved: Sequence[FloatArray]) -> float:
+    """RMS change of the prediction of every run with half the step."""
+    changes = [finer - coarser for coarser, finer in zip(stated, halved, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))

@@ -501,8 +501,7 @@ def _sums(records: Iterable[LinearRecord]) -> _Sums | None:
         of_run = []
         for k in range(record.residual.shape[1]):
             design = np.concatenate([record.columns[:, :, k], record.residual[None, :, k]])
-            if not known[:, k].all():
-                design = design[:, known[:, k]]
+            design[:, ~known[:, k]] = 0.0
             of_run.append(design @ design.T)
         grams.append(of_run)
         counts.append(known.sum(axis=0))

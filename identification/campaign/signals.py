@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
-from scipy.signal import resample_poly, welch
+from scipy.signal import get_window, resample_poly
 
 FloatArray = NDArray[np.float64]
 
@@ -81,9 +81,7 @@ def trusted_frequency(
     # Of the second difference, whose steep spectrum does not leak; its gain is taken out again.
     curvature = np.diff(signal, 2)
     segment = min(curvature.size, 2048)
-    frequency, power = welch(
-        curvature, 1.0 / step, nperseg=segment, window="blackmanharris", detrend="linear"
-    )
+    frequency, power = power_density(curvature, step, segment)
     frequency, power = frequency[3:], power[3:] / (2.0 * np.sin(np.pi * frequency[3:] * step)) ** 4
     plateau = float(np.median(power[int(0.85 * power.size) :]))
     least = _ABOVE_PLATEAU if above_plateau is None else above_plateau
@@ -93,6 +91,42 @@ def trusted_frequency(
     else:
         highest = frequency[0] if is_slow else frequency[-1]
     return float(min(max(highest, 4.0 * frequency[1]), _WIDEST * 0.5 / step))
+
+
+def power_density(signal: FloatArray, step: float, segment: int) -> tuple[FloatArray, FloatArray]:
+    """One-sided power density, the mean of segments that overlap by half.
+
+    Each goes through the Blackman-Harris window, its straight line taken out.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Evenly sampled.
+    step : float
+        Sampling interval [s].
+    segment : int
+        Samples of a segment, n at most.
+
+    Returns
+    -------
+    tuple of ndarray, shape (segment // 2 + 1,)
+        Frequencies [Hz] and density [square of the signal's unit per Hz].
+
+    References
+    ----------
+    .. [1] P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra",
+       IEEE Trans. Audio Electroacoust. 15 (1967) 70.
+    """
+    pieces = np.lib.stride_tricks.sliding_window_view(signal, segment)[:: segment - segment // 2]
+    along = np.arange(segment) - 0.5 * (segment - 1)
+    slopes = pieces @ along / (along @ along)
+    window = get_window("blackmanharris", segment)
+    level = pieces - pieces.mean(axis=1, keepdims=True) - np.multiply.outer(slopes, along)
+    spectra = rfft(level * window, axis=-1, overwrite_x=True)
+    density = np.mean(spectra.real**2 + spectra.imag**2, axis=0) * step / (window @ window)
+    # The lines at zero and, of an even segment, at the highest frequency have no mirror.
+    density[1 : (segment + 1) // 2] *= 2.0
+    return np.asarray(np.fft.rfftfreq(segment, step), dtype=np.float64), density
 
 
 def band_limited(
@@ -194,23 +228,26 @@ def with_gain(
     Returns
     -------
     ndarray, shape (..., n)
-        Filtered signal, without the straight line.
+        Filtered signal, without the straight line, in the precision of the signal.
     """
     n = signal.shape[-1]
     pad = min(n - 1, reach)
+    size = next_fast_len(n + 2 * pad, real=True)
+    long = np.empty((*signal.shape[:-1], size), np.result_type(signal, np.float32))
+    level = long[..., pad : pad + n]
     slope = (signal[..., -1:] - signal[..., :1]) / (n - 1)
-    level = signal - slope * np.arange(n)
-    head = 2.0 * level[..., :1] - level[..., pad:0:-1]
-    tail = 2.0 * level[..., -1:] - level[..., -2 : -pad - 2 : -1]
-    long = np.concatenate([head, level, tail], axis=-1)
-    size = next_fast_len(long.shape[-1], real=True)
-    if size > long.shape[-1]:
-        # What is added for a fast transform lies beyond the mirrored end: it is cut off again.
-        fill = np.linspace(long[..., -1], long[..., 0], size - long.shape[-1], axis=-1)
-        long = np.concatenate([long, fill], axis=-1)
+    np.subtract(signal, slope * np.arange(n), out=level, casting="same_kind")
+    np.subtract(2.0 * level[..., :1], level[..., pad:0:-1], out=long[..., :pad])
+    tail = long[..., pad + n : n + 2 * pad]
+    np.subtract(2.0 * level[..., -1:], level[..., -2 : -pad - 2 : -1], out=tail)
+    # What is added for a fast transform lies beyond the mirrored end: it is cut off again.
+    fill = long[..., n + 2 * pad :]
+    fill[...] = np.linspace(tail[..., -1], long[..., 0], fill.shape[-1], axis=-1)
     frequency = np.asarray(np.fft.rfftfreq(size, step), dtype=np.float64)
-    spectrum = np.asarray(np.fft.rfft(long), dtype=np.complex128)
-    return np.asarray(np.fft.irfft(spectrum * gain(frequency), n=size)[..., pad : pad + n])
+    spectrum = rfft(long, overwrite_x=True)
+    # In place, as precise as the signal.
+    spectrum *= gain(frequency).astype(spectrum.dtype, copy=False)
+    return np.asarray(irfft(spectrum, n=size, overwrite_x=True)[..., pad : pad + n])
 
 
 def band_end(trusted_hz: float, step: float) -> float:
@@ -233,8 +270,11 @@ def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
     One where it is flat, a raised cosine from there to zero at the cut-off.
     """
     begin = flat_end(cutoff_hz)
-    position = np.clip((frequency_hz - begin) / (cutoff_hz - begin), 0.0, 1.0)
-    return 0.5 * (1.0 + np.cos(np.pi * position))
+    gain = (frequency_hz <= begin).astype(np.float64)
+    rolls_off = (frequency_hz > begin) & (frequency_hz < cutoff_hz)
+    position = (frequency_hz[rolls_off] - begin) / (cutoff_hz - begin)
+    gain[rolls_off] = 0.5 * (1.0 + np.cos(np.pi * position))
+    return gain
 
 
 def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> FloatArray:

@@ -102,6 +102,15 @@ def _smooth_values(p: Array) -> _Smooth:
 
 
 @njit(cache=True, inline="always")
+def _smooth_values_of(p: Array, s: int) -> _Smooth:
+    """Values of :func:`_smooth_force` of one of several parameter sets."""
+    return (
+        p[SLOT.f0, s], p[SLOT.K1, s], p[SLOT.K2, s], p[SLOT.K3, s], p[SLOT.K5, s],
+        p[SLOT.C_vv, s], p[SLOT.C_v3, s], p[SLOT.C_q2v, s], p[SLOT.gap, s],
+    )  # fmt: skip
+
+
+@njit(cache=True, inline="always")
 def _friction_level(q: float, v: float, sign: float, p: Array) -> float:
     """Dry friction in one direction at some deflection and speed, with its rise towards rest."""
     level = p[SLOT.F_plus] if sign > 0.0 else p[SLOT.F_minus]
@@ -167,33 +176,54 @@ def _runge_kutta(
     return q + h / 6.0 * sum_q, v + h / 6.0 * sum_v, branch + h / 6.0 * sum_b
 
 
+@njit(cache=True, inline="always")
+def _of_cells(at: float, cells: Array, first: float, per_node: float) -> float:
+    """Value of a table with even nodes, see :func:`smooth_motions`."""
+    last = cells.shape[1] - 1
+    place = 1.0 + (at - first) * per_node
+    # What is no number, of a motion that has run away, is taken as below the first node.
+    place = place if place > 0.0 else 0.0
+    k = int(place if place < last else last)
+    return float(cells[1, k] + cells[2, k] * (at - cells[0, k]))
+
+
+_matrix = types.Array(types.float64, 2, "C")
+
+
 @njit(
-    types.UniTuple(types.Array(types.float64, 2, "C"), 2)(
-        _array, types.Array(types.float64, 2, "C"), types.int64,
-        types.Array(types.float64, 2, "C"), types.float64, types.float64,
+    types.UniTuple(_matrix, 2)(
+        _matrix, types.Array(types.int64, 1, "C"), _matrix, types.int64,
+        _matrix, _matrix, _matrix,
     ),
     cache=True,
     nogil=True,
 )  # fmt: skip
 def smooth_motions(
-    force: Array, state: Array, substeps: int, p: Array, h: float, size: float
-) -> tuple[Array, Array]:
-    """Motions of several parameter sets without dry friction, sliders and users' laws.
+    force: Array, drive: NDArray[np.int64], state: Array, substeps: int,
+    p: Array, limits: Array, cells: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Motions of several records and parameter sets without dry friction, sliders, users' laws.
 
-    The sets go step by step together, so that one instruction of the processor serves several.
+    They go step by step together, so that one instruction of the processor serves several.
 
     Parameters
     ----------
-    force : ndarray, shape (2 * n * substeps + 1,)
-        Drive at the beginning and in the middle of every step.
-    state : ndarray, shape (2, m)
-        Deflections and speeds at the first sample.
+    force : ndarray, shape (2 * n * substeps + 1, n_drives)
+        Drives at the beginning and in the middle of every step.
+    drive : ndarray of int, shape (m,)
+        Number of the drive of each motion.
+    state : ndarray, shape (3, m)
+        Deflections, speeds and forces of Maxwell branches at the first sample; after the call those
+        after the last step, infinite where a motion has run away.
     substeps : int
         Steps a sample.
-    p : ndarray, shape (N_SLOTS, m)
-        Parameters, see ElementSlots.
-    h, size : float
+    p : ndarray, shape (N_SLOTS + 2, m)
+        Parameters, see ElementSlots, and two factors of the table: as a force, and times the speed.
+    limits : ndarray, shape (2, m)
         Time step; deflection beyond which a motion runs away.
+    cells : ndarray, shape (3, n_nodes + 1)
+        Table over the deflection, its nodes evenly spaced: node, value there and slope of the cell
+        below the first node, of those between, and of that above the last; or shape (3, 0).
 
     Returns
     -------
@@ -201,45 +231,77 @@ def smooth_motions(
         Deflections and speeds; infinite from where a motion runs away.
     """
     m = p.shape[1]
-    n = (force.size - 1) // (2 * substeps)
+    n = (len(force) - 1) // (2 * substeps)
     deflection, speed = np.full((n, m), np.inf), np.full((n, m), np.inf)
-    q, v, b = state[0].copy(), state[1].copy(), np.zeros(m)
+    q, v, b = state[0].copy(), state[1].copy(), state[2].copy()
+    h, size = limits[0].copy(), limits[1].copy()
+    u1, u2, u3 = np.empty(m), np.empty(m), np.empty(m)
+    t1, t2, t3, t4 = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m)
+    at3, at4 = np.empty(m), np.empty(m)
+    first, per_node = 0.0, 0.0
+    if cells.shape[1]:
+        first = cells[0, 0]
+        per_node = (cells.shape[1] - 2) / (cells[0, -1] - first)
     rate, inverse, bounded = np.zeros(m), np.empty(m), np.full(m, True)
     for s in range(m):
         if p[SLOT.k, s] > 0.0:
             rate[s] = 1.0 / p[SLOT.tau, s]
         inverse[s] = 1.0 / p[SLOT.m, s]
-    half = 0.5 * h
     for i in range(n):
         for s in range(m):
-            bounded[s] = bounded[s] and abs(q[s]) < size
+            bounded[s] = bounded[s] and abs(q[s]) < size[s]
             if bounded[s]:
                 deflection[i, s], speed[i, s] = q[s], v[s]
         if not bounded.any():
             break
         for j in range(i * substeps, (i + 1) * substeps):
-            u1, u2, u3 = force[2 * j], force[2 * j + 1], force[2 * j + 2]
             for s in range(m):
-                C1, k, w = p[SLOT.C1, s], p[SLOT.k, s], inverse[s]
-                values = (
-                    p[SLOT.f0, s], p[SLOT.K1, s], p[SLOT.K2, s], p[SLOT.K3, s], p[SLOT.K5, s],
-                    p[SLOT.C_vv, s], p[SLOT.C_v3, s], p[SLOT.C_q2v, s], p[SLOT.gap, s],
-                )  # fmt: skip
+                column = drive[s]
+                u1[s], u2[s] = force[2 * j, column], force[2 * j + 1, column]
+                u3[s] = force[2 * j + 2, column]
+            if cells.shape[1]:
+                # Look-ups are no vector instructions: two of them at a time, beside the loops.
+                for s in range(m):
+                    t1[s] = _of_cells(q[s], cells, first, per_node)
+                    t2[s] = _of_cells(q[s] + 0.5 * h[s] * v[s], cells, first, per_node)
+                for s in range(m):
+                    half, k, q1, v1, b1 = 0.5 * h[s], p[SLOT.k, s], q[s], v[s], b[s]
+                    values = _smooth_values_of(p, s)
+                    factor, damped = p[N_SLOTS, s], p[N_SLOTS + 1, s]
+                    a1 = u1[s] - _smooth_force(q1, v1, values) - p[SLOT.C1, s] * v1 - b1
+                    a1 = (a1 - t1[s] * (factor + damped * v1)) * inverse[s]
+                    q2, v2 = q1 + half * v1, v1 + half * a1
+                    b2 = b1 + half * (k * v1 - rate[s] * b1)
+                    a2 = u2[s] - _smooth_force(q2, v2, values) - p[SLOT.C1, s] * v2 - b2
+                    a2 = (a2 - t2[s] * (factor + damped * v2)) * inverse[s]
+                    at3[s], at4[s] = q1 + half * v2, q1 + h[s] * (v1 + half * a2)
+                for s in range(m):
+                    t3[s] = _of_cells(at3[s], cells, first, per_node)
+                    t4[s] = _of_cells(at4[s], cells, first, per_node)
+            for s in range(m):
+                C1, k, w, half = p[SLOT.C1, s], p[SLOT.k, s], inverse[s], 0.5 * h[s]
+                values = _smooth_values_of(p, s)
+                factor, damped = p[N_SLOTS, s], p[N_SLOTS + 1, s]
                 q1, v1, b1 = q[s], v[s], b[s]
-                a1 = (u1 - _smooth_force(q1, v1, values) - C1 * v1 - b1) * w
-                d1 = k * v1 - rate[s] * b1
+                f1 = _smooth_force(q1, v1, values) + C1 * v1 + b1 + t1[s] * (factor + damped * v1)
+                a1, d1 = (u1[s] - f1) * w, k * v1 - rate[s] * b1
                 q2, v2, b2 = q1 + half * v1, v1 + half * a1, b1 + half * d1
-                a2 = (u2 - _smooth_force(q2, v2, values) - C1 * v2 - b2) * w
-                d2 = k * v2 - rate[s] * b2
+                f2 = _smooth_force(q2, v2, values) + C1 * v2 + b2 + t2[s] * (factor + damped * v2)
+                a2, d2 = (u2[s] - f2) * w, k * v2 - rate[s] * b2
                 q3, v3, b3 = q1 + half * v2, v1 + half * a2, b1 + half * d2
-                a3 = (u2 - _smooth_force(q3, v3, values) - C1 * v3 - b3) * w
-                d3 = k * v3 - rate[s] * b3
-                q4, v4, b4 = q1 + h * v3, v1 + h * a3, b1 + h * d3
-                a4 = (u3 - _smooth_force(q4, v4, values) - C1 * v4 - b4) * w
-                d4 = k * v4 - rate[s] * b4
-                q[s] = q1 + h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4)
-                v[s] = v1 + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
-                b[s] = b1 + h / 6.0 * (d1 + 2.0 * (d2 + d3) + d4)
+                f3 = _smooth_force(q3, v3, values) + C1 * v3 + b3 + t3[s] * (factor + damped * v3)
+                a3, d3 = (u2[s] - f3) * w, k * v3 - rate[s] * b3
+                q4, v4, b4 = q1 + h[s] * v3, v1 + h[s] * a3, b1 + h[s] * d3
+                f4 = _smooth_force(q4, v4, values) + C1 * v4 + b4 + t4[s] * (factor + damped * v4)
+                a4, d4 = (u3[s] - f4) * w, k * v4 - rate[s] * b4
+                sixth = h[s] / 6.0
+                q[s] = q1 + sixth * (v1 + 2.0 * (v2 + v3) + v4)
+                v[s] = v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
+                b[s] = b1 + sixth * (d1 + 2.0 * (d2 + d3) + d4)
+    for s in range(m):
+        state[0, s], state[1, s], state[2, s] = q[s], v[s], b[s]
+        if not bounded[s]:
+            state[0, s] = np.inf
     return deflection, speed
 
 
@@ -312,8 +374,11 @@ def driven_motion(
     h, size = limits[0], RUNAWAY * limits[1]
     n = (force.size - 1) // (2 * substeps)
     if is_smooth(p, p_1.size + p_2.size):
+        sets = np.concatenate((p, np.zeros(2))).reshape(p.size + 2, 1)
+        start = np.array([[state[0]], [state[1]], [0.0]])
         several = smooth_motions(
-            force, state.reshape(2, 1), substeps, p.reshape(p.size, 1), h, size
+            force.reshape(force.size, 1), np.zeros(1, np.int64), start, substeps, sets,
+            np.array([[h], [size]]), np.empty((3, 0)),
         )  # fmt: skip
         return several[0][:, 0].copy(), several[1][:, 0].copy()
     deflection, speed = np.full(n, np.inf), np.full(n, np.inf)

@@ -40,6 +40,8 @@ Array = NDArray[np.float64]
 _NO_VALUES = np.empty(0)
 #: Speed of rest, over which no law but dry friction changes.
 _AT_REST = 1e-12
+#: Steps between the nodes of a table differ by rounding alone where they are even.
+_EVEN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +159,32 @@ def _table_force(table: Table, effect_class: str) -> ForceLaw:
     ends = (0.0, 0.0) if effect_class == COUPLED_DAMPING else end_slopes(table.x, table.y)
     parameters = np.concatenate([[1.0, *ends], table.x, table.y])
     return ForceLaw(_TABLE_FORCES.get(effect_class, _over_deflection), parameters)
+
+
+def table_cells(law: ForceLaw) -> tuple[Array, bool] | None:
+    """Cells of a table over the deflection with even nodes, and whether the speed multiplies it.
+
+    Parameters
+    ----------
+    law : ForceLaw
+        Law of any form, as :attr:`ElementLaw.force` or a user's.
+
+    Returns
+    -------
+    tuple of ndarray, shape (3, n + 1), and bool, or None
+        Node, value and slope of each cell, see
+        :func:`carrierflex.simulation.element.kernels.smooth_motions`, of the law of size one; None
+        of any other law.
+    """
+    if law.force not in (_over_deflection, _times_speed):
+        return None
+    (lower, upper), (x, y) = law.parameters[1:3], law.parameters[3:].reshape(2, -1)
+    steps = np.diff(x)
+    if np.ptp(steps) > _EVEN * steps.max():
+        return None
+    slopes = [lower, *(np.diff(y) / steps), upper]
+    cells = np.array([np.append(x[0], x), np.append(y[0], y), slopes])
+    return cells, law.force is _times_speed
 
 
 def _surface_force(surface: Surface) -> ForceLaw:

@@ -12,11 +12,21 @@ from carrierflex.identification.campaign.signals import (
 )
 from carrierflex.simulation.element.integration_steps import integration_substeps
 from carrierflex.simulation.element.kernels import (
+    N_SLOTS,
     driven_motion,
     element_values,
     no_law,
     restoring_force,
     smooth_motions,
+)
+from carrierflex.simulation.element.law_forces import element_law, table_cells
+from carrierflex.simulation.laws import (
+    COUPLED_DAMPING,
+    DISSIPATION,
+    ELEMENT,
+    RESTORING_FORCE,
+    Law,
+    Table,
 )
 
 NONE = np.empty(0)
@@ -95,14 +105,33 @@ def test_motions_of_several_parameter_sets_together_are_those_of_each_alone():
     fine = 6.0 * np.cos(2.0 * np.pi * 9.0 * time)
     sets = [flat(**values) for values, _ in SMOOTH.values()]
     sets += [flat(k=2e3, tau=0.03), flat(K1=-STIFFNESS)]  # the last runs away
+    drive = np.arange(len(sets)) % 2
+    fines = np.column_stack([fine, 0.5 * fine])
     starts = 1e-4 * np.arange(2.0 * len(sets)).reshape(2, -1)
+    state = np.vstack([starts, np.zeros(len(sets))])
     h = step / substeps
-    q, v = smooth_motions(fine, starts, substeps, np.array(sets).T.copy(), h, 1e3)
+    limits = np.tile([[h], [1e3]], len(sets))
+    p = np.vstack([np.array(sets).T, np.zeros((2, len(sets)))])
+    # In two stretches, the second of which begins where the first ended.
+    half = 2 * substeps * (n // 2)
+    stretches = [
+        smooth_motions(part, drive, state, substeps, p, limits, np.empty((3, 0)))
+        for part in (fines[: half + 1].copy(), fines[half:].copy())
+    ]
+    q, v = (np.concatenate(parts) for parts in zip(*stretches, strict=True))
     assert np.isfinite(q[:, :-1]).all()
     assert not np.isfinite(q[-1, -1])
-    for k, p in enumerate(sets):
+    for k in range(len(sets)):
         alone = driven_motion(
-            fine, starts[:, k].copy(), substeps, p, np.array([h, 1.0]), no_law, no_law, NONE, NONE
+            fines[:, drive[k]].copy(),
+            starts[:, k].copy(),
+            substeps,
+            p[:-2, k].copy(),
+            np.array([h, 1.0]),
+            no_law,
+            no_law,
+            NONE,
+            NONE,
         )
         assert_allclose(q[:, k], alone[0], rtol=1e-12)
         assert_allclose(v[:, k], alone[1], rtol=1e-12)
@@ -203,3 +232,56 @@ def test_derivatives_in_the_trusted_band_are_exact_and_noise_above_it_is_gone():
     acceleration = band_limited(noisy, step, cutoff, derivative=2)
     exact = -((2.0 * np.pi * 7.0) ** 2) * signal
     assert_allclose(acceleration[200:-200], exact[200:-200], atol=0.01 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("effect_class", [RESTORING_FORCE, COUPLED_DAMPING])
+def test_motions_under_a_table_together_are_those_of_each_alone(effect_class):
+    step, substeps, n = 2e-3, 4, 300
+    fine = 6.0 * np.cos(18.0 * np.pi * step / (2 * substeps) * np.arange(2 * n * substeps + 1))
+    # The motion leaves the table on both sides.
+    x = np.linspace(-3e-4, 4e-4, 9)
+    y = 4e8 * x**3 if effect_class == RESTORING_FORCE else 3e8 * x**2
+    law = Law("", ELEMENT, effect_class, ("N", "m"), (Table(ELEMENT, x, y),))
+    force = element_law(law).force
+    cells, times_speed = table_cells(force)
+    assert times_speed is (effect_class == COUPLED_DAMPING)
+    sizes = np.array([0.0, 1.0, 2.5])
+    p = np.zeros((N_SLOTS + 2, sizes.size))
+    p[:N_SLOTS] = flat()[:, None]
+    p[N_SLOTS + times_speed] = sizes
+    h = step / substeps
+    q, _ = smooth_motions(
+        fine[:, None],
+        np.zeros(sizes.size, dtype=int),
+        np.zeros((3, sizes.size)),
+        substeps,
+        p,
+        np.tile([[h], [1.0]], sizes.size),
+        cells,
+    )
+    assert q.min() < x[0]
+    assert q.max() > x[-1]
+    for k, size in enumerate(sizes):
+        parameters = np.append(size, force.parameters[1:])
+        alone, _ = driven_motion(
+            fine,
+            np.zeros(2),
+            substeps,
+            flat(),
+            np.array([h, 1.0]),
+            force.force,
+            no_law,
+            parameters,
+            NONE,
+        )
+        assert_allclose(q[:, k], alone, atol=1e-12 * np.abs(alone).max())
+
+
+def test_a_table_with_uneven_nodes_or_over_the_speed_has_no_cells():
+    def law(effect_class, x):
+        return Law("", ELEMENT, effect_class, ("N", "m"), (Table(ELEMENT, x, x**3),))
+
+    even, uneven = np.linspace(-1.0, 1.0, 5), np.array([-1.0, 0.0, 0.4, 1.0])
+    assert table_cells(element_law(law(RESTORING_FORCE, uneven)).force) is None
+    assert table_cells(element_law(law(DISSIPATION, even)).force) is None
+    assert table_cells(element_law(law(RESTORING_FORCE, even)).force) is not None
