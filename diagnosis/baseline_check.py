@@ -67,7 +67,11 @@ from carrierflex.diagnosis.wiring.refits import (
     refitted_clock,
     without_delay,
 )
-from carrierflex.diagnosis.wiring.spoilt_readings import jittered_samples, noisy_load
+from carrierflex.diagnosis.wiring.spoilt_readings import (
+    jittered_samples,
+    noisier_readings,
+    noisy_load,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -236,8 +240,9 @@ def _lone_and_load_rivals(
     yield from lone_rivals(linear, campaign, wiring.refitted, gap)
     for faults_of in (filtered_signals, drifting_zeros, drifting_gain, saturating_channel):
         yield from faults_of(linear(), campaign, wiring.refitted, gap)
-    yield from jittered_samples(linear(), campaign, gap)
-    yield from noisy_load(linear(), campaign, gap)
+    spoilt = (*jittered_samples(linear(), campaign, gap), *noisy_load(linear(), campaign, gap))
+    # Either is white noise too.
+    yield from spoilt or noisier_readings(linear(), campaign, gap)
     line = sample_of(campaign.runs[0].file, 0)
     faults = [*held_inputs(campaign)]
     if wiring.has_cheap_refits:
