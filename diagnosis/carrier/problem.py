@@ -387,7 +387,8 @@ class CarrierProblem(ComparisonProblem):
     def gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         """Gap by run, pattern and order; tilts, eccentricity and peak to peak."""
         orders = self._residuals.orders(effects, theta)
-        return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion)
+        fitted = (*self.model.contained, *effects)
+        return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion, fitted)
 
     @cached_property
     def _residuals(self) -> ModelResiduals:

@@ -95,6 +95,8 @@ _LAWS = {
     "sensor_delay": (_DELAY, (NONE,)),
 }
 CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
+#: Frames and patterns of laws that hold whatever the load.
+CONSTANT_SHAPES = {law: shape for law, (shape, follows) in _LAWS.items() if NONE in follows}
 #: Effects of the sensors, whose own signatures are the columns of their class.
 _SENSOR_EFFECTS = {
     "sensor_gain": _GAIN,
