@@ -84,6 +84,9 @@ _LAWS = {
     "ring_pass": (PLANET_PASS, (BY_TORQUE,)),
     "load_sharing_ntl": (MODULATED, (BY_BOTH,)),
     "carrier_tilt": (TURNING_TILT, (NONE,)),
+    # At radial sensors the waves of a tilt are those of a shift.
+    "radial_offset": (TILT, (NONE,)),
+    "eccentricity": (TURNING_TILT, (NONE,)),
     "flexible_pins": (WAVES, (BY_TORQUE,)),
     "stiff_pins": (WAVES, (BY_TORQUE,)),
     "pin_clearance": (WAVES, (BY_TORQUE,)),
