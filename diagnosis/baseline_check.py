@@ -53,6 +53,7 @@ from carrierflex.diagnosis.wiring.refits import (
     NEARLY_ALL,
     RECTIFIED,
     RUN,
+    RUN_OF_LOAD,
     RUN_VARIATION,
     SMALLEST_DRIFT,
     UNIT,
@@ -121,7 +122,7 @@ _BY_RUN = (RUN, RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults.
 _OF_RECORDS = (("unit", UNIT), ("rectified", RECTIFIED))
 #: What is at fault in a way that no kind of fault explains.
-_OF_NO_KIND = (CHANNEL, *_BY_RUN)
+_OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, *_BY_RUN)
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
 

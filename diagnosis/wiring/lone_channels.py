@@ -45,6 +45,7 @@ from carrierflex.diagnosis.wiring.refits import (
     NEARLY_ALL,
     POLARITY,
     RUN,
+    RUN_OF_LOAD,
     RUN_VARIATION,
     SENSOR_ON_GROUND,
     GapSquare,
@@ -523,15 +524,33 @@ def _run_rival(
     gain = float(np.sum(x[known] * y[known]) / np.sum(x[known] ** 2))
     noise = gap.floor * known.sum()
     unexplained = float(np.sum((y - x)[known] ** 2)) - noise
-    if float(np.sum((y - gain * x)[known] ** 2)) - noise <= (1.0 - _EXPLAINED) * unexplained:
+    beside_gain = float(np.sum((y - gain * x)[known] ** 2)) - noise
+    # What is constant in a run is in its zeros: of the noise that is left no gain explains much.
+    is_more = unexplained > (_SIMPLER - 1.0) * noise
+    if is_more and beside_gain <= (1.0 - _EXPLAINED) * unexplained:
         text = f"the loads of {record.run} {gain:.3g} times as large"
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = refitted(fault.corrected)
         if square <= gap.enough:
             return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
+    loads = _loads_of_one(campaign, record.run)
+    if loads:
+        text = f"run {record.run} left out, which alone has {' and '.join(loads)},"
+        return WiringRival(RUN_OF_LOAD, record.run, text, without, line)
     text = f"run {record.run} left out, which is at odds with all others,"
     return WiringRival(RUN, record.run, text, without, line)
+
+
+def _loads_of_one(campaign: Campaign, name: str) -> list[str]:
+    """Loads that one run alone has: a tenth as much at most is in any other."""
+    alone = []
+    for load in LOADS:
+        sizes = {run.name: np.abs(run.inputs.get(load, np.zeros(1))).max() for run in campaign.runs}
+        others = max(size for run, size in sizes.items() if run != name)
+        if sizes[name] > 0.0 and others <= _STEADY * sizes[name]:
+            alone.append(load)
+    return alone
 
 
 def _channel_rival(

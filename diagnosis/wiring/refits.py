@@ -66,6 +66,8 @@ LONE_CHANNEL = (
     SENSOR_ON_GROUND, FILTERED_CHANNEL, AC_COUPLED, CURVED_CHANNEL, LATE_CHANNEL,
 )  # fmt: skip
 RUN = "wiring/run"
+#: Such a run that alone has a load: what acts in it may be of the load.
+RUN_OF_LOAD = "wiring/run_of_load"
 
 
 #: Loads of a shaft, the radial ones after its torque.
