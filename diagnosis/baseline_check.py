@@ -55,6 +55,7 @@ from carrierflex.diagnosis.wiring.refits import (
     NEARLY_ALL,
     RECTIFIED,
     RUN,
+    RUN_OF_LOAD,
     RUN_VARIATION,
     SMALLEST_DRIFT,
     UNIT,
@@ -69,7 +70,11 @@ from carrierflex.diagnosis.wiring.refits import (
     refitted_clock,
     without_delay,
 )
-from carrierflex.diagnosis.wiring.spoilt_readings import jittered_samples, noisy_load
+from carrierflex.diagnosis.wiring.spoilt_readings import (
+    jittered_samples,
+    noisier_readings,
+    noisy_load,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -119,7 +124,7 @@ _BY_RUN = (RUN, RUN_VARIATION)
 #: Checks of the records that explain any gap, and their faults.
 _OF_RECORDS = (("unit", UNIT), ("rectified", RECTIFIED), ("detrended", AC_COUPLED))
 #: What is at fault in a way that no kind of fault explains.
-_OF_NO_KIND = (CHANNEL, *_BY_RUN)
+_OF_NO_KIND = (CHANNEL, RUN_OF_LOAD, *_BY_RUN)
 #: Beginnings of the names of laws and classes that are errors of channels.
 _OF_CHANNELS = ("channel/", "sensor_")
 
@@ -237,8 +242,9 @@ def _lone_and_load_rivals(
     yield from lone_rivals(linear, campaign, wiring.refitted, gap)
     for faults_of in (filtered_signals, drifting_zeros, drifting_gain, saturating_channel):
         yield from faults_of(linear(), campaign, wiring.refitted, gap)
-    yield from jittered_samples(linear(), campaign, gap)
-    yield from noisy_load(linear(), campaign, gap)
+    spoilt = (*jittered_samples(linear(), campaign, gap), *noisy_load(linear(), campaign, gap))
+    # Either is white noise too.
+    yield from spoilt or noisier_readings(linear(), campaign, gap)
     line = sample_of(campaign.runs[0].file, 0)
     faults = [*held_inputs(campaign)]
     if wiring.has_cheap_refits:

@@ -29,7 +29,9 @@ _CHANNEL = (
     "wiring/channel", "wiring/channel_gain", "wiring/channel_zero", "wiring/curved_channel",
     "wiring/crosstalk", "wiring/sensor_on_ground", "gain",
 )  # fmt: skip
-_RUN = ("wiring/run", "run_variation", "wiring/run_order", "wiring/input_gain")
+_RUN = (
+    "wiring/run", "wiring/run_of_load", "run_variation", "wiring/run_order", "wiring/input_gain",
+)  # fmt: skip
 _CLOCK = ("wiring/clock", "clock", "delay", "sensor_delay", "clock/delay", "sampling_gap")
 _FILTER = ("wiring/filtered_channel", *_CLOCK)
 _LOAD = ("wiring/load_zero", "wiring/input_gain", "quantised")

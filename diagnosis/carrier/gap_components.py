@@ -12,12 +12,14 @@ from carrierflex.diagnosis.gap.findings import (
     ORDER,
     SMALL_ORDER,
     WITHOUT,
+    Exponent,
     Finding,
     PartGrowth,
     exponents,
 )
 from carrierflex.diagnosis.gap.gap_map import GapMap, map_of
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import has_wave
 
 IntArray = NDArray[np.int64]
 
@@ -159,6 +161,7 @@ class GapComponents:
     #: ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes
     conditions: Mapping[str, Mapping[str, float]]
     n_planets: int  # Planets
+    fitted: Sequence[str] = ()  # Frames and patterns of which the baseline takes the mean
 
     def growth(self) -> tuple[PartGrowth, ...]:
         """Frame and growth of the largest significant components."""
@@ -192,11 +195,30 @@ class GapComponents:
             name: np.array([by_run[run] for run in runs], dtype=np.float64)
             for name, by_run in self.conditions.items()
         }
+        growth = exponents(size, error, values)
+        if self._is_fitted(component):
+            # What is beside a mean grows either way from where the loads are mean.
+            nan = np.nan
+            growth = {
+                name: Exponent(nan, (nan, nan), nan, one.n_points, "the baseline takes its mean")
+                for name, one in growth.items()
+            }
         return PartGrowth(
             component.pattern,
             float(component.order),
             _frame_of(component, self._components, self.n_planets),
-            exponents(size, error, values),
+            growth,
+        )
+
+    def _is_fitted(self, component: _Component) -> bool:
+        """Whether the baseline takes the mean of what four axial sensors read as a component."""
+        number = {name: m for m, name in PATTERN_NAMES.items()}.get(component.pattern)
+        order = component.order
+        return number is not None and any(
+            has_wave(pattern, order, lobes, self.n_planets)
+            for pattern in self.fitted
+            for lobes in range(-1, order + 3)
+            if (lobes - number) % 4 == 0
         )
 
     def _finding(self, component: _Component) -> Finding:
@@ -216,9 +238,14 @@ class GapComponents:
 
     def _changes_with_load(self, component: _Component, growth: PartGrowth) -> bool:
         """Whether a component differs between runs with and without a radial load."""
+        if self._is_fitted(component):
+            return False
         loads = self.conditions[RADIAL_LOAD]
         exponent = growth.exponents[TORQUE]
         is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN
+        torque = [self.conditions[TORQUE][run] for run in component.runs]
+        if not is_known and max(torque) - min(torque) > _CHANGES * max(torque):
+            return False
         power = exponent.value if is_known else 0.0
         sizes = [
             component.amplitudes[run] / max(self.conditions[TORQUE][run], 1.0) ** power

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 from scipy.stats import f as fisher_f
 
+from carrierflex.diagnosis.carrier.classes.answer import CONSTANT_SHAPES
 from carrierflex.diagnosis.carrier.gap_components import (
     RADIAL_LOAD,
     SMALLEST_NAMED,
@@ -21,7 +22,7 @@ from carrierflex.diagnosis.carrier.gap_components import (
 )
 from carrierflex.diagnosis.carrier.off_order_lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
-from carrierflex.diagnosis.comparison.problem import BoolArray, GapCell
+from carrierflex.diagnosis.comparison.problem import BoolArray, Effects, GapCell
 from carrierflex.diagnosis.gap.findings import (
     LINE,
     SMALL_ORDER,
@@ -56,6 +57,7 @@ from carrierflex.identification.carrier.sensor_patterns import (
     pattern_split,
 )
 from carrierflex.identification.estimation.resampling import multinomial_counts
+from carrierflex.simulation.carrier.measured_laws.rim_patterns import RIM_PATTERNS
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
 #: Points of a turn at which its peaks are looked for.
@@ -74,6 +76,7 @@ class CarrierGap:
     noise: FloatArray  # Variance of the noise of every channel [m²], shape (C,)
     residual: ComplexArray  # Order amplitudes of the residual, 0 to n, shape (R, C, n + 1)
     motion: OffOrders  # Lines and bands off the orders, which are not in `records`
+    fitted: Effects = ()  # Effects whose sizes are fitted
 
     @cached_property
     def cells(self) -> Sequence[GapCell]:
@@ -131,7 +134,12 @@ class CarrierGap:
         repeated = significant_non_synchronous(self._repeats())
         coherent = sum(cell.coherent for cell in self.cells)
         n_planets = int(self.campaign.rig["n_planets"])
-        components = GapComponents(self.order_cells, self.conditions, n_planets)
+        components = GapComponents(
+            self.order_cells,
+            self.conditions,
+            n_planets,
+            tuple({CONSTANT_SHAPES.get(one, "") for one in self.fitted} & set(RIM_PATTERNS)),
+        )
         where = (
             *components.where(),
             *_line_findings(self.motion.motions, coherent, len(self.campaign.runs)),

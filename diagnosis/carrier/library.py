@@ -45,11 +45,11 @@ def carrier_rig(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> Ca
     return CarrierRig(float(campaign.rig["nominal_torque"]), n_planets, pin_radius, curves)
 
 
-def carrier_library(rig: CarrierRig, measured: Sequence[Effect] = ()) -> dict[str, Effect]:
-    """Effects by id that the curves of a rig allow."""
+def carrier_library(rig: CarrierRig, further: Sequence[Effect] = ()) -> dict[str, Effect]:
+    """Effects by id that the curves of a rig allow, and `further` ones of a campaign."""
     of_rig = effects_of(rig.n_planets)
     of_rig[PIN_CLEARANCE.id] = with_weight(of_rig[PIN_CLEARANCE.id], rig.curves)
-    effects = (*of_rig.values(), *measured)
+    effects = (*of_rig.values(), *further)
     cards = tuple(card_of(effect) for effect in effects)
     users = users_cards(effect_library(_KIND, cards), cards)
     _refuse_wrong_laws(users, rig)

@@ -81,6 +81,7 @@ from carrierflex.simulation.carrier.effects.drawing import (
     pin_fit_effect,
 )
 from carrierflex.simulation.carrier.effects.inside_stage import RESPONSE, RESPONSE_STD
+from carrierflex.simulation.carrier.effects.library import RADIAL_MOTION
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.run_cases import RADIAL
 from carrierflex.simulation.laws import Law
@@ -387,7 +388,8 @@ class CarrierProblem(ComparisonProblem):
     def gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         """Gap by run, pattern and order; tilts, eccentricity and peak to peak."""
         orders = self._residuals.orders(effects, theta)
-        return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion)
+        fitted = (*self.model.contained, *effects)
+        return CarrierGap(self.campaign, self.records, self.noise, orders, self.motion, fitted)
 
     @cached_property
     def _residuals(self) -> ModelResiduals:
@@ -518,7 +520,14 @@ def carrier_problem(
     rig = carrier_rig(campaign, curves)
     known = known_physics(campaign)
     contained = tuple(campaign.baseline.effects)
-    effects = carrier_library(rig, effects_of_laws(measured_laws, campaign))
+    radial = tuple(RADIAL_MOTION.values()) if _has_radial(campaign) else ()
+    unseen = set(contained) & RADIAL_MOTION.keys() - {effect.id for effect in radial}
+    if unseen:
+        raise ValueError(
+            f"[baseline] effects hold {' and '.join(sorted(unseen))}, which radial sensors alone "
+            f'see; expected a channel with quantity = "{RADIAL}", or leave it out'
+        )
+    effects = carrier_library(rig, (*effects_of_laws(measured_laws, campaign), *radial))
     if campaign.causes:
         known = _with_responses(known, campaign.causes)
         effects |= {cause.id: cause for cause in campaign.causes}

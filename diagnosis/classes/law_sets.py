@@ -45,7 +45,8 @@ def law_sets(
     best set of a size takes half of what the best of the size before leaves. Beside them stand the
     nearest laws of every class of the answer and of its ties. Of both only those are proposed that
     leave little more than the best of them, and than the classes where these explain the gap.
-    Before them come the sets of the answer with the laws that they lack.
+    Before them come the sets of the answer with the laws that they lack, after them every law that
+    acts in one fold alone: left out, that fold says nothing of it.
 
     Parameters
     ----------
@@ -82,7 +83,21 @@ def law_sets(
     # In force space a law is known less well than by simulation, friction at rest least: the
     # nearest laws of the answer are fitted, and a simpler set beside them.
     proposed = [*completed, *_with_simpler(of_answer), *near]
-    return tuple(dict.fromkeys(tuple(sorted(entry.laws)) for entry in proposed if entry.laws))
+    laws = [tuple(sorted(entry.laws)) for entry in proposed if entry.laws]
+    return tuple(dict.fromkeys([*laws, *_of_one_fold(scores.table, simulated)]))
+
+
+def _of_one_fold(table: GramTable, simulated: Container[str]) -> list[Effects]:
+    """Laws that the simulator has, at no shape acting outside every fold, each by itself."""
+    squares = np.diag(table.total)
+    return [
+        (law.id,)
+        for laws in table.laws.values()
+        for law in laws
+        if law.id in simulated
+        and any(squares[shape].any() for shape in law.variants)
+        and not _acting(table, [law], simulated)
+    ]
 
 
 def _acting(

@@ -385,7 +385,7 @@ def products_by_block(
 
 def _filtered_columns(weight: NoiseWeight, raw: FloatArray) -> FloatArray:
     """Columns through the filter of their run, shape (n_columns, n)."""
-    # Those of a long run in single precision: its rounding is white, and 1e-14 of a column's energy.
+    # A long run's in single precision: its rounding is white, and 1e-14 of a column's energy.
     n = raw.shape[-1]
     rows = np.empty(raw.shape, np.float32 if n > _LONG else np.float64)
     chunk = max(1, min(_CHUNK, _CHUNK_SAMPLES // n))

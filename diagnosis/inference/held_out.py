@@ -10,9 +10,11 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, Segment
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, SegmentCost
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kind.comparison_problem import ComparisonProblem
 from carrierflex.identification.estimation.gauss_newton import StopRule
 from carrierflex.identification.estimation.resampling import two_level_counts
+from carrierflex.identification.estimation.scaled_least_squares import column_lengths, full_inverse
 
 #: With fewer conditions, leaving one out takes away the range of amplitude that the others cannot
 #: replace.
@@ -93,12 +95,19 @@ def held_out_score(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[F
 
 
 def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatArray:
-    """Parameters fitted without the held-out segments, shape (p,)."""
-    shared = np.array([parameter.run is None for parameter in fit.parameters], dtype=bool)
+    """Parameters fitted without the held-out segments, shape (p,).
+
+    Those that the training segments do not determine are fitted to the other segments of the
+    held-out runs: the values of these runs, and what acts in no other run, as the compliance to a
+    radial load that one run alone has.
+    """
     in_training = {problem.segments[k].run for k in np.flatnonzero(fold.training)}
-    free = shared | np.array(
-        [parameter.run in in_training for parameter in fit.parameters], dtype=bool
+    free = np.array(
+        [parameter.run is None or parameter.run in in_training for parameter in fit.parameters],
+        dtype=bool,
     )
+    if fold.run_specific.any():
+        free &= ~_acts_elsewhere(fit, fold.training)
     training = SegmentCost(
         problem, fit.effects, fit.prior, chosen=fold.training, free=free, stop=_FOLD_STOP
     )
@@ -106,6 +115,20 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
     if fold.run_specific.any() and not free.all():
         theta, _ = replace(training, chosen=fold.run_specific, free=~free).least(theta)
     return theta
+
+
+def _acts_elsewhere(fit: EffectFit, chosen: BoolArray) -> BoolArray:
+    """Parameters that all segments determine and the chosen ones do not, shape (p,).
+
+    Of their signature beside the other parameters' less is there than can be seen.
+    """
+    every, some = fit.sums.total_matrix(), fit.sums.total_matrix(chosen)
+    length = column_lengths(every)
+    variance, of_chosen = (
+        np.diag(full_inverse((matrix + np.diag(fit.prior.weight)) / np.outer(length, length)))
+        for matrix in (every, some)
+    )
+    return np.asarray(variance < Thresholds().surviving_share ** 2 * of_chosen)
 
 
 def reduction_draws(

@@ -194,7 +194,9 @@ def _alternatives(diagnosis: Diagnosis, *, with_faults: bool = False) -> list[li
     groups = {name: [_with_change(diagnosis, name)] for name in which.effects}
     if not which.effects and answer is not None and answer.ids:
         tied = [" and ".join(plain_name(name) for name in names) for names in answer.ties]
-        groups = {answer.ids[0]: [_class_names(answer), *tied]}
+        laws = [finding.law for finding in answer.classes if finding.law_named]
+        first = _class_words(answer, laws) if laws else _class_names(answer)
+        groups = {answer.ids[0]: [first, *tied]}
     for first, *others in which.aliases:
         groups.setdefault(first, [_with_change(diagnosis, first)]).extend(
             f"a fault of the measurement ({fault_words(name)})"

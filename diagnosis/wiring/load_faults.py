@@ -28,7 +28,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
-_ANGLE = "carrier_angle"
+ANGLE = "carrier_angle"
 #: First steps of an angle [rad] and of a load over its largest value.
 _ANGLE_STEP, _LOAD_STEP = float(np.deg2rad(3.0)), 0.03
 #: What is left at a first size over the least, up to which the smaller size is taken.
@@ -75,15 +75,15 @@ def load_faults(campaign: Campaign, run: str = "") -> Iterator[CorrectedCampaign
             signs = "" if sign_y == sign_z else f", {y if sign_y < 0.0 else z} reversed"
             text = f"{y} and {z} exchanged{signs}"
             yield _fault(campaign, run, LOAD_AXES, text, {y: (z, sign_y), z: (y, sign_z)})
-    if _varies(campaign, _ANGLE):
+    if _varies(campaign, ANGLE):
         text = "the angle counted the other way"
-        yield _fault(campaign, run, ANGLE_DIRECTION, text, {_ANGLE: (_ANGLE, -1.0)})
+        yield _fault(campaign, run, ANGLE_DIRECTION, text, {ANGLE: (ANGLE, -1.0)})
 
 
 def held_inputs(campaign: Campaign) -> Iterator[CorrectedCampaign]:
     """Inputs that are held from one reading to the next, in straight lines between the readings."""
     for name in campaign.contract.inputs:
-        if name != _ANGLE and _is_held(campaign, name):
+        if name != ANGLE and _is_held(campaign, name):
             runs = tuple(_between_readings(one, name) for one in campaign.runs)
             text = f"{name} in straight lines between its readings, not held from one to the next,"
             yield CorrectedCampaign(HELD_INPUT, name, text, replace(campaign, runs=runs))
@@ -142,21 +142,21 @@ class _SizedFault:
 
 
 def _unknown_sizes(campaign: Campaign) -> Iterator[_SizedFault]:
-    if _varies(campaign, _ANGLE):
+    if _varies(campaign, ANGLE):
         yield _SizedFault(
             ANGLE_ZERO,
-            _ANGLE,
-            lambda size: lambda run: run.inputs[_ANGLE] + size[0],
-            lambda size: f"the zero of {_ANGLE} moved by {np.rad2deg(size[0]):+.2f} degrees",
+            ANGLE,
+            lambda size: lambda run: run.inputs[ANGLE] + size[0],
+            lambda size: f"the zero of {ANGLE} moved by {np.rad2deg(size[0]):+.2f} degrees",
             _ANGLE_STEP,
             starts=[(float(angle),) for angle in np.deg2rad(np.arange(-170, 181, 10))],
         )
         yield _SizedFault(
             ENCODER,
-            _ANGLE,
-            lambda size: lambda run: _centred(run.inputs[_ANGLE], size),
+            ANGLE,
+            lambda size: lambda run: _centred(run.inputs[ANGLE], size),
             lambda size: (
-                f"{_ANGLE} corrected by {np.rad2deg(np.hypot(*size)):.2f} degrees once a "
+                f"{ANGLE} corrected by {np.rad2deg(np.hypot(*size)):.2f} degrees once a "
                 "turn, as of an eccentric encoder,"
             ),
             _ANGLE_STEP,

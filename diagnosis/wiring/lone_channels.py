@@ -8,7 +8,8 @@ the other channels expect of it, ``y = x + sum_k c_k u_k``, one kind of fault af
 - a factor, ``y = g x``: reversed polarity (g = -1), a dead channel (g = 0);
 - the signal of another channel, whole or in part, ``y = x_j``, ``y = x + c x_j``;
 - loads without the machine between, ``y = x + c u``: a sensor that stands on the ground;
-- a low-pass or a high-pass filter of x, a curved characteristic ``y = g x + h x² + k x³``.
+- a delay, in time or in the carrier's angle (a misplaced sensor), a low-pass or a high-pass filter
+  of x, a curved characteristic ``y = g x + h x² + k x³``.
 
 A filter that all channels share is one of the inputs: a linear machine cannot tell on which side of
 it the filter is.
@@ -31,7 +32,7 @@ from carrierflex.diagnosis.wiring.linear_records import (
     load_answers,
     shared_products,
 )
-from carrierflex.diagnosis.wiring.load_faults import load_faults
+from carrierflex.diagnosis.wiring.load_faults import ANGLE, load_faults
 from carrierflex.diagnosis.wiring.refits import (
     AC_COUPLED,
     CHANNEL,
@@ -44,10 +45,12 @@ from carrierflex.diagnosis.wiring.refits import (
     DRIFT,
     FILTERED_CHANNEL,
     INPUT_GAIN,
+    LATE_CHANNEL,
     LOADS,
     NEARLY_ALL,
     POLARITY,
     RUN,
+    RUN_OF_LOAD,
     RUN_VARIATION,
     SENSOR_ON_GROUND,
     GapSquare,
@@ -61,6 +64,7 @@ from carrierflex.identification.estimation.scaled_least_squares import (
     normal_inverse,
     normal_solution,
 )
+from carrierflex.simulation.sensing import delayed
 
 #: Fewest channels of which one can be left out: two disagree, and neither is the one.
 _FEWEST_CHANNELS = 3
@@ -93,7 +97,7 @@ _MOST_REFITS, _OCTAVES = 10, 0.015
 #: Where a channel saturates, over its largest reading, at least.
 _BEYOND = 1.001
 #: Inputs that are no loads.
-_OF_SHAFT = ("carrier_angle", "speed")
+_OF_SHAFT = (ANGLE, "speed")
 #: Correlation of a load with time from which a drift follows that load as well.
 _GROWS_WITH_TIME = 0.3
 
@@ -166,7 +170,8 @@ class _Reading:
     expected: FloatArray
     others: Annotated[Mapping[str, FloatArray], "Signals of the other channels"]
     loads: Annotated[FloatArray, "Shape (n_loads, n)"]
-    step: float
+    angle: Annotated[FloatArray, "Carrier's angle, shape (1, n); (0, n) where nothing turns"]
+    sampling: Annotated[Sequence[float], "Step of time of every run [s]"]
     starts: Annotated[Sequence[int], "First sample of every run"]
 
 
@@ -545,15 +550,33 @@ def _run_rival(
     gain = float(np.sum(x[known] * y[known]) / np.sum(x[known] ** 2))
     noise = gap.floor * known.sum()
     unexplained = float(np.sum((y - x)[known] ** 2)) - noise
-    if float(np.sum((y - gain * x)[known] ** 2)) - noise <= (1.0 - _EXPLAINED) * unexplained:
+    beside_gain = float(np.sum((y - gain * x)[known] ** 2)) - noise
+    # What is constant in a run is in its zeros: of the noise that is left no gain explains much.
+    is_more = unexplained > (_SIMPLER - 1.0) * noise
+    if is_more and beside_gain <= (1.0 - _EXPLAINED) * unexplained:
         text = f"the loads of {record.run} {gain:.3g} times as large"
         return WiringRival(INPUT_GAIN, record.run, text, without, line)
     for fault in load_faults(campaign, record.run):
         square = refitted(fault.corrected)
         if square <= gap.enough:
             return WiringRival(fault.id, record.run, f"{fault.text} in {record.run}", square, line)
+    loads = _loads_of_one(campaign, record.run)
+    if loads:
+        text = f"run {record.run} left out, which alone has {' and '.join(loads)},"
+        return WiringRival(RUN_OF_LOAD, record.run, text, without, line)
     text = f"run {record.run} left out, which is at odds with all others,"
     return WiringRival(RUN, record.run, text, without, line)
+
+
+def _loads_of_one(campaign: Campaign, name: str) -> list[str]:
+    """Loads that one run alone has: a tenth as much at most is in any other."""
+    alone = []
+    for load in LOADS:
+        sizes = {run.name: np.abs(run.inputs.get(load, np.zeros(1))).max() for run in campaign.runs}
+        others = max(size for run, size in sizes.items() if run != name)
+        if sizes[name] > 0.0 and others <= _STEADY * sizes[name]:
+            alone.append(load)
+    return alone
 
 
 def _channel_rival(
@@ -588,19 +611,19 @@ def _reading(
 ) -> _Reading:
     """Samples of a channel that are known in all, run after run."""
     runs = {run.name: run for run in campaign.runs}
-    rows, starts, n, step_of_time = [], [], 0, 0.0
+    rows, starts, n, sampling = [], [], 0, []
     for record, step in zip(records, steps, strict=True):
         measured = (record.predicted + record.residual).T
         expected = record.predicted[:, channel] + step @ record.columns[:, :, channel]
         run = runs[record.run]
         loads = [
             np.interp(record.time, run.time, run.inputs[load])
-            for load in LOADS
+            for load in (*LOADS, ANGLE)
             if load in run.inputs
         ]
         table = np.array([measured[channel], expected, *np.delete(measured, channel, 0), *loads])
         table = table[:, np.isfinite(table).all(axis=0)]
-        step_of_time = step_of_time or mean_step(record.time)
+        sampling.append(mean_step(record.time))
         rows.append(table)
         starts.append(n)
         n += table.shape[1]
@@ -608,12 +631,15 @@ def _reading(
     # The zero of a channel is its own.
     table -= table.mean(axis=1, keepdims=True)
     names = [one.name for k, one in enumerate(campaign.channels) if k != channel]
+    n_angles = int(all(ANGLE in run.inputs for run in campaign.runs))
+    inputs = table[2 + len(names) :]
     return _Reading(
         table[0],
         table[1],
         dict(zip(names, table[2 : 2 + len(names)], strict=True)),
-        table[2 + len(names) :],
-        step_of_time,
+        inputs[: len(inputs) - n_angles],
+        inputs[len(inputs) - n_angles :],
+        sampling,
         starts,
     )
 
@@ -646,9 +672,10 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         text = "moves with the loads as a sensor that stands on the ground"
         yield _Fault(SENSOR_ON_GROUND, text, square, 3)
     pieces = np.split(x, reading.starts[1:])
-    times = [reading.step * np.arange(float(one.size)) for one in pieces]
+    steps = zip(reading.sampling, pieces, strict=True)
+    times = [step * np.arange(float(one.size)) for step, one in steps]
     for power in _FILTERS:
-        time = reading.step * 2.0**power
+        time = reading.sampling[0] * 2.0**power
         slow = np.concatenate([_low_pass(time, *pair) for pair in zip(times, pieces, strict=True)])
         square = float(np.sum((y - slow) ** 2))
         text = f"is filtered with a time constant of about {time:.2g} s"
@@ -656,5 +683,42 @@ def _faults(reading: _Reading) -> Iterator[_Fault]:
         square = float(np.sum((y - (x - slow)) ** 2))
         text = f"loses what is slower than about {time:.2g} s (AC coupling)"
         yield _Fault(AC_COUPLED, text, square, 1)
+    delay, square = _delay_of(y, pieces, times)
+    text = f"is {abs(delay) * 1e3:.2g} ms {'behind' if delay > 0.0 else 'before'} the others"
+    yield _Fault(LATE_CHANNEL, text, square, 1)
+    for angle in reading.angle:
+        turned = np.split(angle, reading.starts[1:])
+        if all((np.diff(one) > 0.0).all() for one in turned):
+            delay, square = _delay_of(y, pieces, turned)
+            text = f"reads as if {abs(np.rad2deg(delay)):.2g} degrees from its place"
+            # At one speed either is the other: the delay comes first, which no law of the library
+            # is, by as much as an unknown more has to explain (Schwarz).
+            yield _Fault(CHANNEL, text, square * y.size ** (1.0 / y.size), 1)
     _, square = fitted(y - y.mean(), x, x**2 - np.mean(x**2), x**3 - np.mean(x**3))
     yield _Fault(CURVED_CHANNEL, "has a curved characteristic or saturates", square, 3)
+
+
+def _delay_of(
+    y: FloatArray, expected: Sequence[FloatArray], along: Sequence[FloatArray]
+) -> tuple[float, float]:
+    """Delay along time, or the angle, of every run with which the expectation fits best.
+
+    Negative for a lead; and the square that is left.
+    """
+
+    def missed(delay: float) -> float:
+        """Square that the expectation of a while ago leaves."""
+        late = [delayed(at, one, delay) for at, one in zip(along, expected, strict=True)]
+        return float(np.sum((y - np.concatenate(late)) ** 2))
+
+    step = float(np.ptp(along[0])) / (along[0].size - 1)
+    nearest = min(
+        (sign * step * 2.0**power for power in _FILTERS for sign in (1.0, -1.0)), key=missed
+    )
+    best = minimize_scalar(
+        missed,
+        bounds=sorted((0.25 * nearest, 2.0 * nearest)),
+        method="bounded",
+        options={"xatol": 0.01 * abs(nearest)},
+    )
+    return float(best.x), float(best.fun)

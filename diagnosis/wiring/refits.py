@@ -44,6 +44,7 @@ DRIFT = "wiring/drift"
 RECTIFIED = "wiring/rectified"
 JITTER = "wiring/jitter"
 LOAD_NOISE = "wiring/load_noise"
+DECLARED_NOISE = "wiring/declared_noise"
 #: A channel, or a run, that is at odds with all others in a way that no kind of fault explains.
 CHANNEL = "wiring/channel"
 POLARITY = "wiring/polarity"
@@ -54,6 +55,7 @@ SENSOR_ON_GROUND = "wiring/sensor_on_ground"
 FILTERED_CHANNEL = "wiring/filtered_channel"
 AC_COUPLED = "wiring/ac_coupled"
 CURVED_CHANNEL = "wiring/curved_channel"
+LATE_CHANNEL = "wiring/late_channel"
 #: Runs that differ from one another in the baseline's values, as by temperature.
 RUN_VARIATION = "run_variation"
 CHANNEL_GAIN = "wiring/channel_gain"
@@ -61,9 +63,11 @@ CHANNEL_ZERO = "wiring/channel_zero"
 #: Faults of a channel that is at odds with all others.
 LONE_CHANNEL = (
     CHANNEL, CHANNEL_GAIN, CHANNEL_ZERO, POLARITY, DEAD_CHANNEL, COPIED_CHANNEL, CROSSTALK,
-    SENSOR_ON_GROUND, FILTERED_CHANNEL, AC_COUPLED, CURVED_CHANNEL,
+    SENSOR_ON_GROUND, FILTERED_CHANNEL, AC_COUPLED, CURVED_CHANNEL, LATE_CHANNEL,
 )  # fmt: skip
 RUN = "wiring/run"
+#: Such a run that alone has a load: what acts in it may be of the load.
+RUN_OF_LOAD = "wiring/run_of_load"
 
 
 #: Loads of a shaft, the radial ones after its torque.
@@ -201,8 +205,9 @@ def drifting_clocks(
 ) -> tuple[WiringRival, ...]:
     """Baseline refitted with the signals of a run put back in time, where its delay drifts.
 
-    `records` are the runs of the campaign beside the fitted baseline; `refitted` gives the mean
-    square that the baseline leaves once it is fitted to a campaign.
+    Where several do, all of them are put back together too: one logger reads all runs. `records`
+    are the runs of the campaign beside the fitted baseline; `refitted` gives the mean square that
+    the baseline leaves once it is fitted to a campaign.
     """
     runs = {run.name: run for run in campaign.runs}
     drifts = []
@@ -215,10 +220,17 @@ def drifting_clocks(
                 drifts.append((sureness, refined))
     rivals = []
     for _, drift in sorted(drifts, key=lambda entry: -entry[0])[:_MOST_RUNS]:
-        mean_square = refitted(_put_back(campaign, drift))
+        mean_square = refitted(_put_back(campaign, [drift]))
         if np.isfinite(mean_square):
             file = runs[drift.run].file
             rivals.append(clock_rival(drift.run, drift.growth, mean_square, file))
+    if len(drifts) > 1:
+        together = [drift for _, drift in drifts]
+        # What the baseline took of the delays is none where the clocks were right at the start.
+        from_start = [replace(drift, delay=0.5 * drift.growth) for drift in together]
+        mean_square = min(refitted(_put_back(campaign, each)) for each in (together, from_start))
+        if np.isfinite(mean_square):
+            rivals.append(_clock_of_runs(together, runs, mean_square))
     return tuple(rivals)
 
 
@@ -261,7 +273,7 @@ def refitted_clock(
     def mean_square_with(factor: float) -> float:
         """Mean square with the guess times a factor."""
         if factor not in tried:
-            put_back = _put_back(campaign, _times(guess, factor))
+            put_back = _put_back(campaign, [_times(guess, factor)])
             # A clock that moves a run out of its record is none.
             is_inside = all(_is_mostly_known(run) for run in put_back.runs)
             mean_square = refitted(put_back) if is_inside else np.inf
@@ -282,7 +294,7 @@ def refitted_clock(
 
 def without_delay(campaign: Campaign, delay: float) -> Campaign:
     """Campaign whose signals are put back by a delay of all of them."""
-    return _put_back(campaign, ClockDrift("", delay, 0.0))
+    return _put_back(campaign, [ClockDrift("", delay, 0.0)])
 
 
 def _is_mostly_known(run: Run) -> bool:
@@ -300,13 +312,25 @@ def clock_rival(
     return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
 
 
-def _put_back(campaign: Campaign, drift: ClockDrift) -> Campaign:
+def _clock_of_runs(
+    drifts: Sequence[ClockDrift], runs: Mapping[str, Run], mean_square: float
+) -> WiringRival:
+    """Rival that says that the clock drifts in several runs, at the median rate of them."""
+    rates = [one.growth / float(np.ptp(runs[one.run].time)) for one in drifts]
+    about = ", ".join(one.run for one in drifts)
+    text = f"a clock that drifts by {abs(float(np.median(rates))) * 1e6:.0f} ppm in {about}"
+    return WiringRival(CLOCK, about, text, mean_square, sample_of(runs[drifts[0].run].file, 0))
+
+
+def _put_back(campaign: Campaign, drifts: Sequence[ClockDrift]) -> Campaign:
     """Campaign whose signals are where the inputs were when they were read."""
-    runs = tuple(
-        _run_put_back(run, drift.delay, drift.growth) if drift.run in ("", run.name) else run
-        for run in campaign.runs
-    )
-    return replace(campaign, runs=runs)
+    drift_of = {one.run: one for one in drifts}
+
+    def put_back(run: Run) -> Run:
+        drift = drift_of.get(run.name) or drift_of.get("")
+        return run if drift is None else _run_put_back(run, drift.delay, drift.growth)
+
+    return replace(campaign, runs=tuple(map(put_back, campaign.runs)))
 
 
 def _times(drift: ClockDrift, factor: float) -> ClockDrift:

@@ -1,4 +1,4 @@
-"""Readings spoilt sample by sample: off their time, or of a load with noise.
+"""Readings spoilt sample by sample: off their time, noisier than declared, or of a noisy load.
 
 - Samples that are read off their time by tau leave ``r = tau dy/dt``, white, whose square grows
   with the square of the slope: ``E r² = sigma² + sigma_tau² (dy/dt)²``.
@@ -19,10 +19,17 @@ from carrierflex.diagnosis.wiring.linear_records import (
     LoadAnswer,
     load_answers,
 )
-from carrierflex.diagnosis.wiring.refits import JITTER, LOAD_NOISE, GapSquare, WiringRival
+from carrierflex.diagnosis.wiring.refits import (
+    DECLARED_NOISE,
+    JITTER,
+    LOAD_NOISE,
+    GapSquare,
+    WiringRival,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
-from carrierflex.identification.campaign_check.campaign_warning import sample_of
+from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
+from carrierflex.identification.campaign_check.sample_statistics import neighbour_noise
 
 ComplexArray = NDArray[np.complex128]
 
@@ -176,6 +183,32 @@ def _passed_on(answer: LoadAnswer, residual: FloatArray) -> _PassedOn:
             predicted=float(np.sum(np.abs(P[is_noise]) ** 2)),
         )
     return total
+
+
+def noisier_readings(
+    records: Iterable[LinearRecord], campaign: Campaign, gap: GapSquare
+) -> Iterator[WiringRival]:
+    """Noise larger than declared, where white noise makes the gap.
+
+    The arguments are those of :func:`jittered_samples`. None where the noise of a channel is not
+    declared, or where the gap is smoother than white noise.
+    """
+    declared = np.array([one.noise_std or np.nan for one in campaign.channels])
+    scatter = [[neighbour_noise(residual) for residual in one.residual.T] for one in records]
+    if not scatter or not np.isfinite(declared).all():
+        return
+    noise = np.nanmedian(scatter, axis=0)
+    low, high = _AS_EXPECTED
+    of_noise = float(np.mean(noise**2)) - gap.floor
+    larger = np.flatnonzero((noise / declared) ** 2 > high)
+    if larger.size and low <= of_noise / (gap.before - gap.floor) <= high:
+        names = [campaign.channels[k].name for k in larger]
+        sizes = (noise / declared)[larger].tolist()
+        factors = ", ".join(f"{name} {size:.2g}" for name, size in zip(names, sizes, strict=True))
+        text = f"noise larger than declared ({factors} times)"
+        square = max(gap.before - of_noise, gap.floor)
+        line = key_of(f"[[channels]] {names[0]}", "noise_std")
+        yield WiringRival(DECLARED_NOISE, ", ".join(names), text, square, line)
 
 
 def _spectrum(values: FloatArray) -> ComplexArray:

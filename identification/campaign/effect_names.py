@@ -11,7 +11,7 @@ from typing import Any
 
 from carrierflex.geometry.parameters import FEWEST_PLANETS, MOST_PLANETS
 from carrierflex.simulation.carrier.effect import Effect
-from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS, RADIAL_MOTION
 from carrierflex.simulation.carrier.effects.of_planets import effects_of
 from carrierflex.simulation.effect_parameters import published_names
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
@@ -32,7 +32,7 @@ def effect_names() -> dict[str, Any]:
         of planets the parameters of effects that have others than those of the default carrier.
     """
     names = {
-        "carrier": _names(CARRIER_EFFECTS),
+        "carrier": _names({**CARRIER_EFFECTS, **RADIAL_MOTION}),
         "mounting": _names(MOUNTING_EFFECTS),
         "element": _names(ELEMENT_EFFECTS),
     }

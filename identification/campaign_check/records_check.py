@@ -462,7 +462,8 @@ def _declared_noise(campaign: Campaign) -> Iterator[CampaignWarning]:
                 channel.name,
                 f"noise_std is {channel.noise_std:.3g} {channel.unit}, neighbouring samples "
                 f"scatter by {noise:.3g}",
-                "leave noise_std out, or take it from repeats or from a record at rest",
+                "take noise_std from a record at rest: what scatters under load alone may be a "
+                "load that was not recorded",
                 noise / channel.noise_std,
                 key_of(f"[[channels]] {channel.name}", "noise_std"),
             )

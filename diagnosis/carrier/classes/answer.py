@@ -84,6 +84,9 @@ _LAWS = {
     "ring_pass": (PLANET_PASS, (BY_TORQUE,)),
     "load_sharing_ntl": (MODULATED, (BY_BOTH,)),
     "carrier_tilt": (TURNING_TILT, (NONE,)),
+    # At radial sensors the waves of a tilt are those of a shift.
+    "radial_offset": (TILT, (NONE,)),
+    "eccentricity": (TURNING_TILT, (NONE,)),
     "flexible_pins": (WAVES, (BY_TORQUE,)),
     "stiff_pins": (WAVES, (BY_TORQUE,)),
     "pin_clearance": (WAVES, (BY_TORQUE,)),
@@ -95,6 +98,8 @@ _LAWS = {
     "sensor_delay": (_DELAY, (NONE,)),
 }
 CLASS_OF_LAW = {law: shape for law, (shape, _) in _LAWS.items()}
+#: Frames and patterns of laws that hold whatever the load.
+CONSTANT_SHAPES = {law: shape for law, (shape, follows) in _LAWS.items() if NONE in follows}
 #: Effects of the sensors, whose own signatures are the columns of their class.
 _SENSOR_EFFECTS = {
     "sensor_gain": _GAIN,

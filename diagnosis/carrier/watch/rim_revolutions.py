@@ -19,6 +19,7 @@ from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX, 
 from carrierflex.identification.campaign.order_analysis import highest_order, too_sparse
 from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.library import RADIAL_MOTION
 from carrierflex.simulation.carrier.patterns import pin_radius_of
 from carrierflex.simulation.carrier.rim import (
     CarrierInputs,
@@ -351,7 +352,7 @@ def rim_baseline(
     n_planets = int(header.rig["n_planets"])
     radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets) if "g_f" in curves else 0.0
     rig = CarrierRig(float(header.rig["nominal_torque"]), n_planets, radius, curves)
-    effects = carrier_library(rig)
+    effects = carrier_library(rig, tuple(RADIAL_MOTION.values()))
     is_columns = header.baseline.source == "columns"
     parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] = diagnosis["parameters"]
     named = diagnosis["effects"] if diagnosis["verdict"].startswith("named") else ()

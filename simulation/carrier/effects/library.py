@@ -11,7 +11,12 @@ from carrierflex.simulation.carrier.effect import Effect, angles, lengths, other
 from carrierflex.simulation.carrier.effects.alike import STATIC, STEPS_OF_LOAD
 from carrierflex.simulation.carrier.effects.deflection import DEFLECTION
 from carrierflex.simulation.carrier.effects.housing_and_face import HOUSING_AND_FACE
-from carrierflex.simulation.carrier.effects.misalignment import MISALIGNMENT, housing_tilt_signals
+from carrierflex.simulation.carrier.effects.misalignment import (
+    ECCENTRICITY,
+    MISALIGNMENT,
+    RADIAL_OFFSET,
+    housing_tilt_signals,
+)
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.measurement import Measurement
@@ -169,4 +174,8 @@ _RADIAL_LOAD = (_NTL_TILT, _BEARING_CLEARANCE, CLEARANCE_ROCKING)
 CARRIER_EFFECTS: dict[str, Effect] = {
     effect.id: effect
     for effect in (*MISALIGNMENT, *DEFLECTION, *_RADIAL_LOAD, *HOUSING_AND_FACE, *_SENSORS)
+}
+#: Effects that radial sensors alone see; the shift is one for all runs, as the tilt of the housing.
+RADIAL_MOTION: dict[str, Effect] = {
+    effect.id: effect for effect in (replace(RADIAL_OFFSET, per_run=False), ECCENTRICITY)
 }

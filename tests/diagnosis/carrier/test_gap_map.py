@@ -201,3 +201,18 @@ def test_the_map_of_many_runs_takes_memory_for_its_cells_and_not_for_their_revol
     beside_map(2)
     # With the patterns of all revolutions it took 4.6 MB more, and takes 0.03.
     assert beside_map(20) - beside_map(2) < 1e6
+
+
+@pytest.mark.parametrize(
+    ("effect", "order", "growth"),
+    [
+        ("torque_tilt", 0, r" \(growth with torque not determinable: the baseline .* mean\)"),
+        ("unequal_load_sharing", 2, r", growing as torque\^(0\.9|1\.0), whatever the radial load"),
+    ],
+)
+def test_what_is_beside_a_mean_grows_by_no_power(effect, order, growth):
+    """A tilt that follows the torque is as large above the mean torque as below it."""
+    loads = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (0.75, 0, 5e4), (0.25, 0, -1e5))
+    problem = twin_problem(effect, loads=loads, channels=CHANNELS[:4], turns=6)
+    (part,) = [text for text in said(problem).split("; ") if f"order {order}, " in text]
+    assert re.search(f"in every run{growth}$", part)

@@ -131,7 +131,7 @@ def test_no_fault_is_named_of_a_campaign_without_one(effect):
 
 
 @pytest.mark.long
-def test_a_channel_that_is_only_noisier_has_no_fault_of_its_wiring():
+def test_a_channel_that_is_only_noisier_has_no_other_fault():
     campaign = carrier(NOTHING)
     rng = np.random.default_rng(5)
     size = 5.0 * noise(campaign, "s137")
@@ -140,7 +140,7 @@ def test_a_channel_that_is_only_noisier_has_no_fault_of_its_wiring():
         "s137",
         lambda run: run.signals["s137"] + size * rng.standard_normal(run.time.size),
     )
-    assert rivals(noisier) == {}
+    assert list(rivals(noisier)) == [("wiring/declared_noise", "s137")]
 
 
 @pytest.mark.long

@@ -81,6 +81,13 @@ def test_a_delay_noise_and_a_law_are_no_jitter(change, law):
     assert JITTER not in rivals(change, law)
 
 
+def test_noise_of_the_signal_is_told_with_the_factor():
+    share, text = rivals(noisier)["wiring/declared_noise"]
+    assert share > 0.9
+    # Its own and three times as much.
+    assert float(text.split("(q ")[1].split()[0]) == pytest.approx(np.sqrt(10.0), rel=0.05)
+
+
 def test_noise_of_a_load_that_the_machine_does_not_feel_is_told():
     share, text = rivals(load_read_with_noise)[LOAD_NOISE]
     assert share > 0.7

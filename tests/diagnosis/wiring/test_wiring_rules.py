@@ -341,7 +341,7 @@ REDUCTION = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0)
 
 def named(verdict=NAMED, phi=0.875, effects=("tilt",), reduction=REDUCTION, classes=()):
     which = Attribution(effects, (("tilt", "offset"),), {}, (), "")
-    result = SimpleNamespace(ids=classes, ties=())
+    result = SimpleNamespace(ids=classes, ties=(), classes=())
     return Diagnosis(
         "c",
         "carrier",

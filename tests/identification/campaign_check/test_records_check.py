@@ -92,6 +92,9 @@ def test_declared_noise_far_below_that_between_neighbours_is_found():
         channel = campaign.channels[0]
         quiet = with_channels(campaign, noise_std=0.1 * channel.noise_std)
         assert checks(quiet) == {("declared_noise", channel.name)}, kind
+        (finding,) = records_findings(quiet)
+        # Without a declared noise a load that was not recorded would pass for noise.
+        assert "leave noise_std out" not in finding.remedy
 
 
 def test_a_wrong_period_is_found():
