@@ -7,8 +7,7 @@ import pytest
 
 from carrierflex.simulation.sensing import delayed
 from carrierflex.workflows.diagnosis.examination import examined
-
-from ..carrier.carrier_twin import CHANNELS, CURVES, NOISE, twin_campaign
+from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, NOISE, twin_campaign
 
 #: Torques over nominal, radial loads [N]; the second run is slower than the others.
 LOADS = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (0.75, 0, 5e4), (0.25, 0, -1e5))
