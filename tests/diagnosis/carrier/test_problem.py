@@ -64,7 +64,7 @@ def test_a_missing_effect_is_named(effect, options):
     check_named(effect, **options)
 
 
-#: Named by other tests, or a tie: the zero of one of four sensors is a saddle (test_few_sensors.py).
+#: Named elsewhere, or a tie: the zero of one of four sensors is a saddle (test_few_sensors.py).
 ELSEWHERE = (*FAST, "sensor_zero")
 
 
