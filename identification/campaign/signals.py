@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
-from scipy.signal import get_window, resample_poly
+from scipy.signal import resample_poly, welch
 
 FloatArray = NDArray[np.float64]
 
@@ -117,16 +117,18 @@ def power_density(signal: FloatArray, step: float, segment: int) -> tuple[FloatA
     .. [1] P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra",
        IEEE Trans. Audio Electroacoust. 15 (1967) 70.
     """
-    pieces = np.lib.stride_tricks.sliding_window_view(signal, segment)[:: segment - segment // 2]
-    along = np.arange(segment) - 0.5 * (segment - 1)
+    frequency, density = welch(
+        signal, 1.0 / step, nperseg=segment, window="blackmanharris", detrend=_without_lines
+    )
+    return frequency, density
+
+
+def _without_lines(pieces: FloatArray) -> FloatArray:
+    """Pieces without their straight lines, shape (..., n), at once; scipy takes them singly."""
+    n = pieces.shape[-1]
+    along = np.arange(n) - 0.5 * (n - 1)
     slopes = pieces @ along / (along @ along)
-    window = get_window("blackmanharris", segment)
-    level = pieces - pieces.mean(axis=1, keepdims=True) - np.multiply.outer(slopes, along)
-    spectra = rfft(level * window, axis=-1, overwrite_x=True)
-    density = np.mean(spectra.real**2 + spectra.imag**2, axis=0) * step / (window @ window)
-    # The lines at zero and, of an even segment, at the highest frequency have no mirror.
-    density[1 : (segment + 1) // 2] *= 2.0
-    return np.asarray(np.fft.rfftfreq(segment, step), dtype=np.float64), density
+    return pieces - pieces.mean(axis=-1, keepdims=True) - np.multiply.outer(slopes, along)
 
 
 def band_limited(
