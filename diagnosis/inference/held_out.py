@@ -98,15 +98,16 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
     """Parameters fitted without the held-out segments, shape (p,).
 
     Those that the training segments do not determine are fitted to the other segments of the
-    held-out runs: the values of these runs, and what acts in no other run, as the compliance to a
-    radial load that one run alone has.
+    held-out runs: the values of these runs, and of a law by itself what acts in no other run, as
+    the compliance to a radial load that one run alone has.
     """
     in_training = {problem.segments[k].run for k in np.flatnonzero(fold.training)}
     free = np.array(
         [parameter.run is None or parameter.run in in_training for parameter in fit.parameters],
         dtype=bool,
     )
-    if fold.run_specific.any():
+    # A further law must pay in runs that it was not fitted to.
+    if fold.run_specific.any() and len(fit.effects) == 1:
         free &= ~_acts_elsewhere(fit, fold.training)
     training = SegmentCost(
         problem, fit.effects, fit.prior, chosen=fold.training, free=free, stop=_FOLD_STOP

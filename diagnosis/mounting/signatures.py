@@ -115,7 +115,7 @@ def signature_rows(
     for k, parameter in enumerate(bare.parameters(())):
         step = np.zeros(2)
         step[k] = 1e-3 * parameter.scale
-        change = bare.predicted(record, (), base + step, {}) - start
+        change = _change(bare.predicted(record, (), base + step, {}), start)
         rows.append(np.zeros_like(start) if model.fixed else change / step[k])
     for column in columns:
         effects = (column.effect,)
@@ -123,9 +123,14 @@ def signature_rows(
         parameters = bare.parameters(effects)[2:]
         theta = np.array([*base, *(values.get(p.name, 0.0) for p in parameters)])
         choice = {column.effect: column.channel}
-        change = bare.predicted(record, effects, theta, choice) - start
-        rows.append(np.where(np.isfinite(change), change, 0.0) / column.size)
+        rows.append(_change(bare.predicted(record, effects, theta, choice), start) / column.size)
     return np.where(record.is_measured, np.array(rows), 0.0)
+
+
+def _change(predicted: FloatArray, start: FloatArray) -> FloatArray:
+    """Change of a prediction; zero where either motion leaves the model."""
+    is_known = np.isfinite(predicted) & np.isfinite(start)
+    return np.subtract(predicted, start, out=np.zeros_like(start), where=is_known)
 
 
 def mounting_signatures(

@@ -355,9 +355,13 @@ def drifting_gain(
     if best.mean_square > gap.remaining(_SCREENED):
         return
     growth, *constant = best.steps[0, first : first + n_columns].tolist()
+    middle = 1.0 + sum(constant)
+    # A gain has one sign: about a baseline that has run away any may fit.
+    if middle <= 0.5 * abs(growth):
+        return
 
     def level(run: Run) -> Run:
-        gain = 1.0 + sum(constant) + growth * _along(run, run.time)
+        gain = middle + growth * _along(run, run.time)
         return replace(run, inputs={**run.inputs, name: run.inputs[name] * gain})
 
     square = refitted(replace(campaign, runs=tuple(map(level, campaign.runs))))

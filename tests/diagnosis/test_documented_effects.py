@@ -33,7 +33,7 @@ STOP_STIFFNESS, CLEARANCE = 2.0e7, 4.0e-3
 #: Steps of the truth in a sampling interval of 50 ms; the mounting swings at up to 20 Hz.
 SUBSTEPS = 25
 #: Runout of the rim [m]; five to ten times the noise.
-RUNOUT = (3e-5, -4e-5)
+OVALITY = (3e-5, -4e-5)
 
 
 def blocks_of(language):
@@ -82,15 +82,15 @@ def test_the_stop_of_an_element_is_named(documented_package):
 
 
 @pytest.mark.long
-def test_the_runout_of_a_carriers_rim_is_named(documented_package):
-    def runout(channel, angle):
-        wave = np.real((RUNOUT[0] - 1j * RUNOUT[1]) * np.exp(1j * (channel.angle - angle)))
+def test_the_oval_rim_of_a_carrier_is_named(documented_package):
+    def oval(channel, angle):
+        wave = np.real((OVALITY[0] - 1j * OVALITY[1]) * np.exp(2j * (channel.angle - angle)))
         return wave if channel.quantity == "radial_displacement" else 0.0
 
-    campaign = twin_campaign(contained=tuple(KNOWN), extra=runout)
+    campaign = twin_campaign(contained=tuple(KNOWN), extra=oval)
     result = diagnose(carrier_problem(campaign, CURVES), campaign="page", kind="carrier")
-    for name, truth in zip(("e_c", "e_s"), RUNOUT, strict=True):
-        check_parameter(result, "rim_eccentricity", name, truth)
+    for name, truth in zip(("e_c", "e_s"), OVALITY, strict=True):
+        check_parameter(result, "rim_ovality", name, truth)
 
 
 @pytest.mark.acceptance
