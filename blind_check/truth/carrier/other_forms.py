@@ -37,6 +37,8 @@ CLASSES_OF_LAW: Mapping[str, tuple[str, ...]] = {
     "ring_pass": ("housing/planet_pass",),
     "load_sharing_ntl": ("housing/load_sharing",),
     "carrier_tilt": ("carrier/tilt",),
+    "radial_offset": ("housing/tilt",),
+    "eccentricity": ("carrier/tilt",),
     "flexible_pins": ("carrier/waves",),
     "stiff_pins": ("carrier/waves",),
     "pin_clearance": ("carrier/waves",),

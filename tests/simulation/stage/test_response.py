@@ -245,6 +245,8 @@ def test_a_runaway_stops_with_time_and_coordinate_and_keeps_what_it_had(nominal_
     ) as caught:
         collect()
     assert 1.1 <= caught.value.time < 1.2
-    assert caught.value.coordinate in nominal_stage.labels
+    # Whether a contact or a coordinate fails first, rounding decides.
+    labels = nominal_stage.channels.labels if not caught.value.settled else nominal_stage.labels
+    assert caught.value.coordinate in labels
     assert_allclose(joined_records(kept).time[-1], 1.1, atol=0.02)
     assert np.isfinite(joined_records(kept).c).all()
