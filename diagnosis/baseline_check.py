@@ -332,7 +332,7 @@ def with_findings(
     beside = [pair for pair in likely if _is_beside(pair[0], diagnosis)]
     explained = min(reduction.phi, 1.0)
     # More of the gap, or most of the little that is left of it without the fault.
-    if most_beside > explained + min(_AS_GOOD, _TOLD * (1.0 - explained)):
+    if beside and beside[0][1] > explained + min(_AS_GOOD, _TOLD * (1.0 - explained)):
         reason = f"{diagnosis.reason}; {_explains(*beside[0])}"
         diagnosis = replace(diagnosis, reason=reason)
     texts = {warning.check: warning.text for warning in records}

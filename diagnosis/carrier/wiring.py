@@ -58,6 +58,7 @@ class _Products:
 class _LinearBaseline:
     """Effects of the baseline that add a signal linear in their parameters, p of all runs."""
 
+    # Laws beside the baseline are linear at the shapes with which they were fitted.
     problem: CarrierProblem
     campaign: Campaign
     laws: Effects = ()

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
@@ -451,7 +451,8 @@ class ProblemInTime(ComparisonProblem, Generic[M, T]):
                 _by_channel(np.where(record.is_measured, residual, np.nan)),
                 _by_channel(predicted),
                 columns.reshape(*columns.shape[:2], -1),
-                answers=partial(self.load_answers, record, effects, theta),
+                # Several faults ask for them, each of them some simulations.
+                answers=cache(partial(self.load_answers, record, effects, theta)),
             )
 
     def load_answers(

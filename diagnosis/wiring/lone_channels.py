@@ -244,7 +244,7 @@ def filtered_signals(
     input is an angle: in its turning frame a filtered signal is not that of a filtered load.
     """
     inputs = {name for run in campaign.runs for name in run.inputs}
-    runs = list(records) if inputs and "carrier_angle" not in inputs else []
+    runs = list(records) if inputs and ANGLE not in inputs else []
     known = [np.isfinite(values).all() for run in campaign.runs for values in run.inputs.values()]
     if not runs or not all(known):
         return
@@ -384,7 +384,7 @@ def saturating_channel(
     if len(campaign.channels) != 1:
         return
     name = campaign.channels[0].name
-    sums = _sums(_with_column(record, record.predicted**3) for record in records)
+    sums = _sums(_with_columns(record, record.predicted**3) for record in records)
     if sums is None or sums.mean_square > gap.remaining(_SCREENED):
         return
     cubic = float(sums.steps[0, sums.n_of_run])
@@ -414,8 +414,8 @@ def saturating_channel(
         yield WiringRival(CURVED_CHANNEL, name, text, float(best.fun), line)
 
 
-def _with_column(record: LinearRecord, values: FloatArray) -> LinearRecord:
-    """Record whose first column of all runs are some values, shape (n, n_channels)."""
+def _with_columns(record: LinearRecord, values: FloatArray) -> LinearRecord:
+    """Record whose first columns of all runs are some values, shape ([k,] n, n_channels)."""
     return replace(record, columns=np.insert(record.columns, record.n_of_run, values, axis=0))
 
 
@@ -426,13 +426,11 @@ def _with_growing(record: LinearRecord, run: Run, names: Sequence[str]) -> Linea
     """
     answers = {answer.load: answer.response for answer in load_answers(record, run)}
     along = _along(run, record.time)[:, None]
-    nothing = np.zeros_like(record.predicted)
-    for name in reversed(names):
-        answer = answers.get(name, nothing)
-        if len(names) > 1:
-            record = _with_column(record, answer)
-        record = _with_column(record, answer * along)
-    return record
+    columns = []
+    for name in names:
+        answer = answers.get(name, np.zeros_like(record.predicted))
+        columns += [answer * along, *([answer] if len(names) > 1 else [])]
+    return _with_columns(record, np.array(columns))
 
 
 def _with_lines(record: LinearRecord, run: Run) -> LinearRecord:
@@ -452,7 +450,7 @@ def _along(run: Run, time: FloatArray) -> FloatArray:
 def _has_steady_loads(campaign: Campaign) -> bool:
     """Whether there are loads, no angle, and none grows or falls with time in any run."""
     inputs = {name for run in campaign.runs for name in run.inputs}
-    if not inputs or "carrier_angle" in inputs:
+    if not inputs or ANGLE in inputs:
         return False
     return not any(
         abs(float(np.corrcoef(load, run.time)[0, 1])) > _GROWS_WITH_TIME

@@ -418,6 +418,8 @@ def _delay(record: PredictedRecord, rows: NDArray[np.int64]) -> tuple[float, flo
 
 def _missed_by_lag(measured: FloatArray, predicted: FloatArray) -> FloatArray:
     """Squares that a prediction, longer by the largest lag at both ends, misses at every lag."""
+    # Offsets of the channels are left out. Shape (n_lags,), the most negative lag first; sums over
+    # the samples are correlations, so that all lags together cost n log n.
 
     def summed(of_measured: FloatArray, of_predicted: FloatArray) -> FloatArray:
         """Sum of the products at every lag, shape (n_lags, n_channels)."""

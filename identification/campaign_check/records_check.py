@@ -53,6 +53,8 @@ _NOT_PERIODIC = 0.1
 #: Effects whose sizes are sizes of deflection, and what an unrecorded rotor moment of +-300 kN m
 #: does to order 3 at 360 kN m in the stage (a sun that floats, published clearances).
 _DEFLECTIONS, _BY_MOMENT = ("stiff_pins", "flexible_pins"), 0.14
+#: Loads of a mounting.
+_LOADS = ("torque", "ntl_y", "ntl_z")
 #: Load while the zero is taken, over the largest; range of some hundred samples of noise over its
 #: standard deviation.
 _AT_REST, _RANGE_OF_NOISE = 0.02, 8.0
@@ -385,7 +387,7 @@ def _period(campaign: Campaign, name: str, period: int) -> Iterator[CampaignWarn
 def _is_detrended(campaign: Campaign) -> bool:
     """Whether no signal of any run has a mean, though loads have one: it was taken out."""
     signals = [values for run in campaign.runs for values in run.signals.values()]
-    loads = [run.inputs[name] for run in campaign.runs for name in ("torque", "ntl_y", "ntl_z")]
+    loads = [run.inputs[name] for run in campaign.runs for name in _LOADS]
     return any(abs(load.mean()) > load.std() for load in loads) and all(
         abs(float(np.nanmean(values))) <= _NO_MEAN * float(np.nanstd(values))
         for values in signals
@@ -419,7 +421,7 @@ def _zeroing(campaign: Campaign) -> Iterator[CampaignWarning]:
             text = f"zeroing_samples is {n}, the run holds {run.time.size} samples"
             yield CampaignWarning("zeroing", run.name, text, remedy, float(n), key)
             continue
-        for name in ("torque", "ntl_y", "ntl_z"):
+        for name in _LOADS:
             values = run.inputs[name]
             largest = max(float(np.abs(other.inputs[name]).max()) for other in campaign.runs)
             change = float(np.ptp(values[:n]))

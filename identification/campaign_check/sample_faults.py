@@ -51,7 +51,8 @@ class _Signal:
     run: Run
     channel: Channel
     values: FloatArray
-    moves: BoolArray
+    moves: BoolArray  # False where no input changes
+    #: Samples at which a driven motion turns round: friction jumps there and back within one sample
     turns: BoolArray
 
     def warning(

@@ -394,6 +394,7 @@ def rim_baseline(
 
 def _term(effect: Effect, published: Mapping[str, float]) -> tuple[Term, list[str]]:
     """Effect with its published values, and the parameters without one, which are zero."""
+    # Size and angle of a vector are its components.
     values = []
     unknown = []
     for parameter in effect.parameters:
