@@ -158,16 +158,19 @@ def steps_at_rest(
     """Force at positive and at negative speed that a curve has at rest, and its uncertainty.
 
     The line along each side of rest, from the speed below which the sign is uncertain to nine times
-    that; the uncertainty is what the curve swings about both lines, RMS.
+    that; the uncertainty is what the curve swings about both lines, RMS, and how far parabolas
+    reach rest from them.
     """
     x = np.linspace(*_BESIDE_REST, POINTS) * rest_speed
-    steps, swings = [], []
+    steps, swings, bends = [], [], []
     for side in (1.0, -1.0):
         values = side * np.interp(side * x, v, y)
         line = np.polyfit(x, values, 1)
         steps.append(float(line[1]))
         swings.append(values - np.polyval(line, x))
-    return (steps[0], steps[1]), float(np.sqrt(np.mean(np.square(swings))))
+        bends.append(abs(float(np.polyfit(x, values, 2)[2] - line[1])))
+    swing = float(np.sqrt(np.mean(np.square(swings))))
+    return (steps[0], steps[1]), swing + float(np.mean(bends))
 
 
 def half_step(v: FloatArray, draws: FloatArray, rest_speed: float) -> tuple[float, float, float]:
@@ -177,9 +180,9 @@ def half_step(v: FloatArray, draws: FloatArray, rest_speed: float) -> tuple[floa
     """
     halves = []
     for y in draws:
-        (plus, minus), swing = steps_at_rest(v, y, rest_speed)
+        (plus, minus), error = steps_at_rest(v, y, rest_speed)
         level = 0.5 * (max(plus, 0.0) + max(minus, 0.0))
-        halves.append((level, level - swing, level + swing))
+        halves.append((level, level - error, level + error))
     low, high = np.quantile(np.array(halves)[:, 1:], _BAND, axis=0)
     return halves[0][0], max(min(low[0], halves[0][0]), 0.0), max(high[1], halves[0][0])
 

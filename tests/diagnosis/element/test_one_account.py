@@ -79,6 +79,15 @@ def test_a_step_is_read_beside_a_damping_that_bends():
     assert words == "dry friction, about 5 N (5 N to 5 N), at every speed"
 
 
+def test_the_interval_of_a_step_holds_what_a_bend_beside_rest_hides():
+    v = np.linspace(-0.1, 0.1, 2001)
+    at_rest = 7.0
+    force = np.tanh(v / 1e-4) * (5.0 + (at_rest - 5.0) * np.exp(-np.abs(v) / 8e-3))
+    level, low, high = half_step(v, np.array([force] * 3), 1e-3)
+    assert low < level < at_rest < high
+    assert high - low < 0.1 * at_rest
+
+
 def test_friction_that_falls_is_fitted_by_its_law_and_not_at_a_bound():
     problem = element_problem(displacement_campaign(friction(77.0, 0.4)))
     fit = fit_effects(problem, ("stribeck_friction",))
